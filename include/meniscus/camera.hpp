@@ -1,0 +1,29 @@
+// Making and checking cameras.
+#pragma once
+
+#include <string>
+
+#include "meniscus/types.hpp"
+
+namespace meniscus {
+
+/// A perspective camera at `eye` that looks at `target`.
+///
+///   eye, target, up  world units; up must not be parallel to target - eye
+///   fov_degrees      vertical field of view, in (0, 180)
+///   width, height    pixels, >= 1
+///
+/// Throws InvalidArgument for a degenerate set-up.
+Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target,
+               const std::array<double, 3>& up, double fov_degrees, int width, int height);
+
+/// A perspective camera that shows all finite particles from above and to the side, with a
+/// margin. An empty set gets a camera at (0, 0, 1) that looks at the origin.
+Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
+
+/// Throws InvalidArgument unless the camera has a size of 1..16384 pixels a side, finite matrices,
+/// a rigid view, and an invertible projection that is perspective or orthographic. The message
+/// names the entry at fault.
+void check(const Camera& camera);
+
+}  // namespace meniscus

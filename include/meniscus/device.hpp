@@ -1,0 +1,63 @@
+// OpenCL devices: which there are, and opening one.
+#pragma once
+
+#ifndef CL_HPP_TARGET_OPENCL_VERSION
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#endif
+#define CL_HPP_ENABLE_EXCEPTIONS
+#include <CL/opencl.hpp>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace meniscus {
+
+enum class DeviceKind { cpu, gpu, accelerator, other };
+
+/// What `meniscus devices` shows of one OpenCL device.
+struct DeviceInfo {
+  int index = 0;  // position in list_devices()
+  std::string name, platform, vendor, version, driver;
+  DeviceKind kind = DeviceKind::other;
+  unsigned compute_units = 0;
+  std::uint64_t global_memory = 0;   // bytes
+  std::uint64_t local_memory = 0;    // bytes
+  std::uint64_t largest_buffer = 0;  // bytes
+  std::uint64_t largest_group = 0;   // work-items
+  bool usable = false;               // can run the kernels
+  std::string problem;               // why it is not usable
+  cl::Device handle;
+};
+
+/// All devices of all platforms, in the order the OpenCL loader gives them. Platforms that fail
+/// are skipped. Throws DeviceError when there is no OpenCL platform at all.
+std::vector<DeviceInfo> list_devices();
+
+/// The device that `selector` names: an index, `cpu`, `gpu`, or a part of a name (any case).
+/// Empty: the fastest kind found: GPU, then accelerator, then CPU; among equals most compute
+/// units, then the lower index. `why`, when given, receives the reason in words.
+/// Throws DeviceError naming the devices there are.
+DeviceInfo select_device(const std::string& selector = "", std::string* why = nullptr);
+
+/// An opened device: context, queue, built kernels. Not for use by two threads at once.
+class Device {
+ public:
+  /// Opens the device that `selector` names (see select_device). Throws DeviceError.
+  explicit Device(const std::string& selector = "");
+  explicit Device(const DeviceInfo& info);
+  ~Device();
+  Device(Device&&) noexcept;
+  Device& operator=(Device&&) noexcept;
+
+  const DeviceInfo& info() const;
+
+  struct State;  // src/device/state.hpp
+  State& state() { return *state_; }
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace meniscus

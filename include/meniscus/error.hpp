@@ -1,0 +1,40 @@
+// What the library throws. It never prints and never exits.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace meniscus {
+
+/// The base of everything Meniscus throws. what() is one line: where, what was found, what was
+/// wanted, what to do.
+struct Error : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A file that is missing, truncated or wrong. The message begins with the file's name.
+struct InputError : Error {
+  using Error::Error;
+};
+
+/// A file that could not be written completely. Nothing is left under its final name.
+struct OutputError : Error {
+  using Error::Error;
+};
+
+/// A parameter, camera or array that a function cannot work with.
+struct InvalidArgument : Error {
+  using Error::Error;
+};
+
+/// No usable OpenCL device, a kernel that does not build, or an OpenCL call that failed.
+struct DeviceError : Error {
+  using Error::Error;
+};
+
+/// Throws InvalidArgument with `message` unless `condition` holds.
+inline void require(bool condition, const std::string& message) {
+  if (!condition) throw InvalidArgument(message);
+}
+
+}  // namespace meniscus

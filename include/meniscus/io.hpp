@@ -1,0 +1,37 @@
+// Reading particles and cameras, writing surfaces. Every writer writes to a temporary name beside
+// the target and renames when the file is complete and on disk.
+#pragma once
+
+#include <string>
+
+#include "meniscus/parameters.hpp"
+#include "meniscus/types.hpp"
+
+namespace meniscus {
+
+/// Reads one frame of particles. The format follows from the ending: .ply (ascii, both endians),
+/// .vtk (legacy, ascii and binary), .bgeo and .bgeo.gz (classic), .xyz, .csv. NaN and infinite
+/// coordinates are kept: `extract` counts and drops them.
+/// Throws InputError: file, place in it, what was found, what was wanted.
+Particles read_particles(const std::string& path);
+
+/// Reads {"width", "height", "view": 4x4, "projection": 4x4} (row-major JSON). Throws InputError.
+Camera read_camera(const std::string& path);
+
+/// How a surface is written.
+enum class Compression { none, rle, zips, zip, piz, pxr24 };
+enum class Preview { lit, normal, depth, groups };
+
+/// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top.
+/// Throws OutputError.
+void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
+               Compression compression = Compression::zip);
+
+/// Writes the mesh with normals: .ply (binary little endian) or .obj, by the ending. Throws
+/// OutputError.
+void write_mesh(const std::string& path, const Mesh& mesh);
+
+/// Writes a picture of the surface for people. Throws OutputError.
+void write_png(const std::string& path, const Surface& surface, Preview preview = Preview::lit);
+
+}  // namespace meniscus

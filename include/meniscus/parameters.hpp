@@ -1,0 +1,123 @@
+// Everything a user can turn. Lengths are in particle radii (the particle spacing is two radii)
+// unless the comment says otherwise; defaults are the design's.
+#pragma once
+
+#include <string>
+
+namespace meniscus {
+
+/// How the surface is made from the visible particles.
+enum class Method {
+  fit,     // merged groups, off-surface quadrics, two-sheet blend: the default
+  stable,  // one fit per visible particle, for animation
+  paper,   // the paper as printed, to reproduce its figures
+  ssm,     // Screen Space Meshes (Mueller et al. 2007), the paper's baseline
+};
+
+/// Which particles are seen (paper 2.1).
+struct VisibleParams {
+  double footprint = 1.8;  // radius of the sphere that hides what lies behind it
+  double owned = 0.04;     // share of its own footprint that a visible particle must own
+};
+
+/// Which particles no sheet supports, drawn as blobs (paper, end of 3).
+struct SplashParams {
+  double link = 3.2;  // particles nearer than this hang together
+  int pieces = 6;     // a connected piece of at most this many particles is splash
+};
+
+/// Delaunay on the screen and ghost triangles (paper 2.2).
+struct TriangleParams {
+  double max_edge = 5.2;  // longest edge on the screen
+  double d_max = 6;       // largest depth range of a triangle; beyond it is a ghost
+};
+
+/// Groups of similar normal (paper 2.2).
+struct MergeParams {
+  double cosine = 0.95;      // two groups merge when their normals' dot product exceeds this
+  double cap = 4;            // largest bounding radius of a group
+  int smoothing_rounds = 2;  // bilateral smoothing of the triangle normals
+};
+
+/// The weighted fit of each group (paper 2.3, Eq. 2).
+struct FitParams {
+  int rings = 2;             // rings of neighbours beside the members
+  double ring_cosine = 0.8;  // a ring's triangle counts when its normal is this near the group's
+  double off_surface = 1;    // distance of the off-surface rows
+  double ridge = 1e-3;       // on the quadratic terms, times the sum of weights
+  double tau = 0.4;          // one-sided robust scale: points this far behind lose their weight
+  int robust_passes = 2;     // refits with robust weights
+  double offset = 1;         // the surface lies this far outside the particle centres
+};
+
+/// Where there is surface (paper 2.4.1).
+struct RegionParams {
+  double reference = 2.2;         // radius of the footprint whose front is the reference depth
+  double contour_density = 0.14;  // the surface ends where the particle density falls below this
+  double blob_density = 0.229;    // level of the density field that draws splash
+  double sigma_s = 2;             // method paper: Eq. 4, cells
+  double sigma_n = 0.3;           // method paper: Eq. 5, unitless
+};
+
+/// The intersection and the blend of the groups a ray meets (paper 2.4.2, Eqs. 6 and 7).
+struct BlendParams {
+  double reach = 3;           // a billboard reaches this far beyond its group's radius
+  double d_max = 6;           // hits farther than this from the reference depth do not count
+  double same_low = 0.7;      // normals whose dot product is below this are another sheet
+  double same_high = 0.9;     // ... and above this the same sheet
+  double other_share = 0.05;  // the other sheet counts from this share of the first one's weight
+  double crease = 2.4;        // largest distance of two sheets that meet in a crease
+};
+
+/// One fit per visible particle (docs/method.md).
+struct StableParams {
+  double support = 10;       // radius of a fit's support
+  double blend = 3;          // radius of a fit's weight in the blend
+  double normal_sigma = .5;  // unitless
+  int passes = 3;
+  double closing = 0.7;  // radius of the disc that closes the region
+  double capsule = 2.2;  // radius of the capsules along contour edges
+};
+
+/// Screen Space Meshes; also the mesh of every method (paper 2.5).
+struct MeshParams {
+  double cell = 2;            // h, pixels
+  int silhouette_rounds = 3;  // smoothing of the silhouette's vertices
+  double z_max = 3.6;         // depth jump that makes a silhouette
+};
+
+/// Depth of the baseline (Mueller et al. 2007).
+struct SsmParams {
+  double footprint = 1.5;  // radius of the spheres
+  double z_max = 1.8;      // depth difference that smoothing does not cross
+  int filter = 1;          // half width of the binomial filter, nodes
+};
+
+struct Parameters {
+  Method method = Method::fit;
+  double particle_radius = 0;  // world units; 0: the file's, else estimated
+  bool strict = false;         // NaN and infinite coordinates are an error
+  bool image = true;           // make the maps
+  bool mesh = true;            // make the mesh
+  VisibleParams visible;
+  SplashParams splash;
+  TriangleParams triangle;
+  MergeParams merge;
+  FitParams fit;
+  RegionParams region;
+  BlendParams blend;
+  StableParams stable;
+  MeshParams grid;
+  SsmParams ssm;
+};
+
+/// "fit", "stable", "paper" or "ssm".
+std::string to_string(Method method);
+
+/// All parameters as "name=value" lines in a fixed order: what the EXR header carries.
+std::string describe(const Parameters& parameters);
+
+/// Throws InvalidArgument, naming the parameter, its value and its range.
+void check(const Parameters& parameters);
+
+}  // namespace meniscus

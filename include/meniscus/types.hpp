@@ -1,0 +1,69 @@
+// The plain data that goes in and comes out: particles, camera, surface maps, mesh.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace meniscus {
+
+struct Vec3 {
+  float x = 0, y = 0, z = 0;
+  bool operator==(const Vec3&) const = default;
+};
+
+/// One frame of a particle simulation, as structure of arrays. Every optional array is empty or
+/// has one entry a particle.
+struct Particles {
+  std::vector<float> x, y, z;     // [n] position, world units
+  std::vector<float> vx, vy, vz;  // [n] velocity, world units per second; optional
+  std::vector<float> density;     // [n] mass density as the file has it; optional
+  std::vector<float> radius;      // [n] particle radius, world units; optional
+  std::vector<std::int64_t> id;   // [n] identity over time; optional
+  double particle_radius = 0;     // world units, as the file states it; 0: the file does not
+  double time = 0;                // seconds, as the file states it; 0: the file does not
+
+  std::size_t size() const { return x.size(); }
+};
+
+/// A camera in the OpenGL convention: clip = projection * view * x, column vectors, the eye looks
+/// down -z, clip z in [-w, w]. Perspective or orthographic. Matrices are row-major.
+struct Camera {
+  int width = 0;                        // pixels
+  int height = 0;                       // pixels
+  std::array<double, 16> view{};        // world -> eye space, rigid
+  std::array<double, 16> projection{};  // eye -> clip space
+};
+
+/// Triangles with a normal at each vertex, in world space.
+struct Mesh {
+  std::vector<Vec3> position;                          // [vertices] world units
+  std::vector<Vec3> normal;                            // [vertices] unit, outward
+  std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
+};
+
+/// What a pixel shows.
+enum class Kind : std::uint8_t { none = 0, surface = 1, splash = 2 };
+
+/// The surface seen by the camera: maps of width x height sampled at pixel centres, row 0 on top,
+/// stored at row * width + column, and the mesh.
+struct Surface {
+  Camera camera;
+  std::vector<float> depth;          // planar distance along the camera axis, world units, > 0;
+                                     // +infinity where there is no surface
+  std::vector<Vec3> normal;          // unit, outward, world axes; zero where there is no surface
+  std::vector<Vec3> position;        // world units; zero where there is no surface
+  std::vector<std::uint32_t> group;  // the group that weighs most, counted from 1; 0: none
+  std::vector<Kind> kind;            // none, surface or splash
+  std::vector<float> residual;       // the group's RMS fit residual, in particle radii; 0: none
+  Mesh mesh;
+
+  double particle_radius = 0;                                // world units, as it was used
+  std::vector<std::pair<std::string, std::int64_t>> counts;  // particles, visible, triangles ...
+  std::vector<std::string> warnings;  // one line each: what was dropped or estimated
+};
+
+}  // namespace meniscus

@@ -1,0 +1,136 @@
+#include "meniscus/camera.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "meniscus/error.hpp"
+#include "stages/vec.hpp"
+
+namespace meniscus {
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+std::string entry(const char* matrix, int k) {
+  return std::string("camera: ") + matrix + "[" + std::to_string(k / 4) + "][" +
+         std::to_string(k % 4) + "]";
+}
+
+}  // namespace
+
+Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target,
+               const std::array<double, 3>& up, double fov_degrees, int width, int height) {
+  require(width >= 1 && height >= 1, "camera: size is " + std::to_string(width) + "x" +
+                                         std::to_string(height) + ", both must be >= 1 pixel");
+  require(fov_degrees > 0 && fov_degrees < 180,
+          "camera: field of view is " + number(fov_degrees) + " degrees, must be in (0, 180)");
+  const Vec3d e{eye[0], eye[1], eye[2]}, t{target[0], target[1], target[2]}, u{up[0], up[1], up[2]};
+  for (double x : {e.x, e.y, e.z, t.x, t.y, t.z, u.x, u.y, u.z})
+    require(std::isfinite(x), "camera: eye, target and up must be finite numbers");
+  const double distance = length(t - e);
+  require(distance > 0, "camera: eye and target are the same point");
+  const Vec3d forward = (t - e) / distance;
+  const Vec3d side_raw = cross(forward, u);
+  require(length(side_raw) > 1e-9 * length(u) && length(u) > 0,
+          "camera: up is zero or parallel to the direction of view (give another --up)");
+  const Vec3d side = normalized(side_raw), top = cross(side, forward);
+
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.view = {side.x,     side.y,     side.z,     -dot(side, e),    //
+                 top.x,      top.y,      top.z,      -dot(top, e),     //
+                 -forward.x, -forward.y, -forward.z, dot(forward, e),  //
+                 0,          0,          0,          1};
+  const double near = 0.02 * distance, far = 50 * distance;
+  const double focal = 1 / std::tan(fov_degrees * std::numbers::pi / 360);
+  camera.projection = {focal * height / width,
+                       0,
+                       0,
+                       0,  //
+                       0,
+                       focal,
+                       0,
+                       0,  //
+                       0,
+                       0,
+                       (far + near) / (near - far),
+                       2 * far * near / (near - far),  //
+                       0,
+                       0,
+                       -1,
+                       0};
+  return camera;
+}
+
+Camera frame_particles(const Particles& particles, int width, int height) {
+  std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  bool any = false;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const std::array<double, 3> p{particles.x[i], particles.y[i], particles.z[i]};
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
+    any = true;
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+  constexpr double kFov = 40;
+  if (!any) return look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, kFov, width, height);
+  const Vec3d a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
+  const Vec3d centre = (a + b) / 2;
+  const double radius = std::max({length(b - a) / 2, length(centre) * 1e-6, 1e-6});
+  // The sphere around the box must fit the narrower field of view.
+  const double half_v = kFov * std::numbers::pi / 360;
+  const double half_h = std::atan(std::tan(half_v) * width / height);
+  const double distance = 1.05 * radius / std::sin(std::min(half_v, half_h));
+  const Vec3d eye = centre + normalized({0.55, 0.45, 0.8}) * distance;
+  return look_at({eye.x, eye.y, eye.z}, {centre.x, centre.y, centre.z}, {0, 1, 0}, kFov, width,
+                 height);
+}
+
+void check(const Camera& camera) {
+  constexpr int kLargest = 16384;
+  require(camera.width >= 1 && camera.height >= 1 && camera.width <= kLargest &&
+              camera.height <= kLargest,
+          "camera: size is " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+              " pixels, each side must be 1 to " + std::to_string(kLargest));
+  for (int k = 0; k < 16; ++k) {
+    require(std::isfinite(camera.view[k]),
+            entry("view", k) + " is " + number(camera.view[k]) + ", must be a finite number");
+    require(std::isfinite(camera.projection[k]), entry("projection", k) + " is " +
+                                                     number(camera.projection[k]) +
+                                                     ", must be a finite number");
+  }
+  for (int k = 12; k < 16; ++k)
+    require(camera.view[k] == (k == 15 ? 1 : 0),
+            entry("view", k) + " is " + number(camera.view[k]) + ", the last row must be 0 0 0 1");
+  using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  const Eigen::Matrix3d rotation =
+      Eigen::Map<const Matrix>(camera.view.data()).topLeftCorner<3, 3>();
+  require(
+      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3,
+      "camera: view is singular or scales: its upper left 3x3 must be a rotation");
+  require(rotation.determinant() > 0,
+          "camera: view mirrors: its upper left 3x3 must be a rotation with determinant 1");
+
+  const auto& p = camera.projection;
+  const double scale = Eigen::Map<const Matrix>(p.data()).cwiseAbs().maxCoeff();
+  require(std::abs(p[0] * p[5] - p[1] * p[4]) > 1e-12 * scale * scale &&
+              std::abs(Eigen::Map<const Matrix>(p.data()).determinant()) > 0,
+          "camera: projection is singular");
+  const bool perspective = p[12] == 0 && p[13] == 0 && p[14] < 0 && p[15] == 0;
+  const bool orthographic = p[12] == 0 && p[13] == 0 && p[14] == 0 && p[15] > 0;
+  require(perspective || orthographic,
+          "camera: the last row of projection is " + number(p[12]) + " " + number(p[13]) + " " +
+              number(p[14]) + " " + number(p[15]) +
+              ", must be 0 0 -1 0 (perspective) or 0 0 0 1 (orthographic)");
+}
+
+}  // namespace meniscus

@@ -1,0 +1,116 @@
+// Buffers, launches and timings on an opened device. What stages use.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meniscus/device.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+
+/// A device buffer of `size` values of T. Its allocation is rounded up and zeroed at the end, so
+/// that vector loads of the last work-items stay inside.
+template <class T>
+struct Buffer {
+  cl::Buffer memory;
+  std::size_t size = 0;  // values
+};
+
+/// Work-items in up to two dimensions and the fixed work-group they are cut into. The range is
+/// rounded up to whole work-groups.
+struct Range {
+  std::size_t nx = 1, ny = 1;
+  std::size_t group_x = 64, group_y = 1;
+};
+
+/// What an opened device holds. Everything here throws DeviceError, naming call and device.
+struct Device::State {
+  DeviceInfo info;
+  cl::Context context;
+  cl::CommandQueue queue;
+  int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
+
+  std::map<std::string, cl::Program> programs;            // by file and options
+  std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options
+  std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
+  std::string stage;                                      // named in error messages
+
+  cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
+  void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
+  cl::Buffer allocate_bytes(std::size_t bytes);
+  void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
+  void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
+  void fill_bytes(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
+                  std::size_t bytes);
+
+  /// Waits for all work and returns the milliseconds each kernel took since the last call.
+  std::vector<std::pair<std::string, double>> take_times();
+};
+
+/// "-D WIDTH=n": the number of pixels or groups that a work-item of a loop-heavy kernel takes.
+std::string width_option(int width);
+
+template <class T>
+Buffer<T> allocate(Device& device, std::size_t size) {
+  return {device.state().allocate_bytes(size * sizeof(T)), size};
+}
+
+/// A buffer filled with `value`.
+template <class T>
+Buffer<T> filled(Device& device, std::size_t size, const T& value) {
+  Buffer<T> buffer = allocate<T>(device, size);
+  if (size) device.state().fill_bytes(buffer.memory, &value, sizeof(T), size * sizeof(T));
+  return buffer;
+}
+
+/// Copies host values into a new buffer. Returns when the host values are no longer needed.
+template <class T>
+Buffer<T> upload(Device& device, const std::vector<T>& values) {
+  Buffer<T> buffer = allocate<T>(device, values.size());
+  if (!values.empty())
+    device.state().write_bytes(buffer.memory, values.data(), values.size() * sizeof(T));
+  return buffer;
+}
+
+/// Waits for all work and copies a buffer to the host.
+template <class T>
+std::vector<T> download(Device& device, const Buffer<T>& buffer) {
+  std::vector<T> values(buffer.size);
+  if (buffer.size) device.state().read_bytes(buffer.memory, values.data(), buffer.size * sizeof(T));
+  return values;
+}
+
+template <class T>
+const cl::Buffer& kernel_argument(const Buffer<T>& buffer) {
+  return buffer.memory;
+}
+template <class T>
+const T& kernel_argument(const T& value) {
+  return value;
+}
+
+/// Builds (once) and launches a kernel: the only place that sets arguments. `options` go to the
+/// compiler, e.g. width_option(8). Does not wait.
+template <class... Arguments>
+void launch(Device& device, const std::string& file, const std::string& name, const Range& range,
+            const std::string& options, const Arguments&... arguments) {
+  Device::State& state = device.state();
+  cl::Kernel& kernel = state.kernel(file, name, options);
+  const cl_uint expected = kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+  if (expected != sizeof...(arguments))
+    throw DeviceError(file + ": " + name + " takes " + std::to_string(expected) +
+                      " arguments, not " + std::to_string(sizeof...(arguments)));
+  try {
+    cl_uint index = 0;
+    (kernel.setArg(index++, kernel_argument(arguments)), ...);
+  } catch (const cl::Error& error) {
+    throw DeviceError(file + ": " + name + ": an argument was refused (OpenCL error " +
+                      std::to_string(error.err()) + ")");
+  }
+  state.enqueue(kernel, name, range);
+}
+
+}  // namespace meniscus

@@ -1,0 +1,182 @@
+// Finding OpenCL devices and choosing one.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+
+#include "meniscus/device.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+// PoCL crashes when it cannot write its kernel cache. It looks at POCL_CACHE_DIR, then
+// XDG_CACHE_HOME, then HOME/.cache; when none of them can be written, give it a temporary folder
+// before the first OpenCL call.
+void give_pocl_a_cache() {
+  namespace fs = std::filesystem;
+  const auto writable = [](const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) return false;
+    std::string probe = (folder / ".meniscus-XXXXXX").string();
+    const int file = mkstemp(probe.data());
+    if (file < 0) return false;
+    ::close(file);
+    fs::remove(probe, error);
+    return true;
+  };
+  if (const char* chosen = std::getenv("POCL_CACHE_DIR")) {
+    if (writable(chosen)) return;
+  } else if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache) {
+    if (writable(fs::path(cache) / "pocl")) return;
+  } else if (const char* home = std::getenv("HOME"); home && *home) {
+    if (writable(fs::path(home) / ".cache" / "pocl")) return;
+  }
+  std::error_code error;
+  const fs::path folder =
+      fs::temp_directory_path(error) / ("meniscus-pocl-" + std::to_string(::getuid()));
+  if (!writable(folder))
+    throw DeviceError(
+        "no folder for PoCL's kernel cache can be written: set POCL_CACHE_DIR to one");
+  setenv("POCL_CACHE_DIR", folder.c_str(), 1);
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string trimmed(std::string text) {
+  while (!text.empty() && (text.back() == '\0' || text.back() == ' ')) text.pop_back();
+  return text;
+}
+
+const char* word(DeviceKind kind) {
+  switch (kind) {
+    case DeviceKind::cpu:
+      return "CPU";
+    case DeviceKind::gpu:
+      return "GPU";
+    case DeviceKind::accelerator:
+      return "accelerator";
+    default:
+      return "device";
+  }
+}
+
+DeviceInfo describe(const cl::Device& handle, const cl::Platform& platform) {
+  DeviceInfo info;
+  info.handle = handle;
+  info.name = trimmed(handle.getInfo<CL_DEVICE_NAME>());
+  info.platform = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+  info.vendor = trimmed(handle.getInfo<CL_DEVICE_VENDOR>());
+  info.version = trimmed(handle.getInfo<CL_DEVICE_VERSION>());
+  info.driver = trimmed(handle.getInfo<CL_DRIVER_VERSION>());
+  const cl_device_type type = handle.getInfo<CL_DEVICE_TYPE>();
+  info.kind = type & CL_DEVICE_TYPE_GPU           ? DeviceKind::gpu
+              : type & CL_DEVICE_TYPE_ACCELERATOR ? DeviceKind::accelerator
+              : type & CL_DEVICE_TYPE_CPU         ? DeviceKind::cpu
+                                                  : DeviceKind::other;
+  info.compute_units = handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.global_memory = handle.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+  info.local_memory = handle.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>();
+  info.largest_buffer = handle.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+  info.largest_group = handle.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+  if (!handle.getInfo<CL_DEVICE_AVAILABLE>())
+    info.problem = "not available";
+  else if (!handle.getInfo<CL_DEVICE_COMPILER_AVAILABLE>())
+    info.problem = "has no compiler";
+  else if (!handle.getInfo<CL_DEVICE_ENDIAN_LITTLE>())
+    info.problem = "is big-endian";
+  else if (info.largest_group < 64)
+    info.problem = "work-groups of 64 are needed";
+  // clover aborts the process at its first build (shared experience with Mesa 22.3).
+  else if (lower(info.platform) == "clover")
+    info.problem = "Clover aborts when it builds a kernel; use rusticl";
+  info.usable = info.problem.empty();
+  return info;
+}
+
+std::string names(const std::vector<DeviceInfo>& devices) {
+  std::string text;
+  for (const DeviceInfo& device : devices)
+    text += (text.empty() ? "" : ", ") + std::to_string(device.index) + " \"" + device.name + "\"" +
+            (device.usable ? "" : " (" + device.problem + ")");
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> list_devices() {
+  give_pocl_a_cache();
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {
+    platforms.clear();  // the loader reports an empty list as an error
+  }
+  if (platforms.empty())
+    throw DeviceError(
+        "no OpenCL platform was found: install one, e.g. `apt-get install pocl-opencl-icd`, which "
+        "runs on any CPU");
+  std::vector<DeviceInfo> devices;
+  for (const cl::Platform& platform : platforms) {
+    try {
+      std::vector<cl::Device> handles;
+      platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
+      for (const cl::Device& handle : handles) {
+        devices.push_back(describe(handle, platform));
+        devices.back().index = static_cast<int>(devices.size()) - 1;
+      }
+    } catch (const cl::Error&) {
+      // A platform without devices, or one that fails, is no reason to fail with it.
+    }
+  }
+  return devices;
+}
+
+DeviceInfo select_device(const std::string& selector, std::string* why) {
+  const std::vector<DeviceInfo> devices = list_devices();
+  const auto rank = [](const DeviceInfo& d) {
+    return d.kind == DeviceKind::gpu ? 0 : d.kind == DeviceKind::accelerator ? 1 : 2;
+  };
+  const std::string wanted = lower(selector);
+  const bool is_index =
+      !wanted.empty() && wanted.size() < 7 &&
+      std::all_of(wanted.begin(), wanted.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const DeviceInfo* best = nullptr;
+  for (const DeviceInfo& device : devices) {
+    const bool matches = wanted.empty()    ? true
+                         : is_index        ? device.index == std::stoi(wanted)
+                         : wanted == "cpu" ? device.kind == DeviceKind::cpu
+                         : wanted == "gpu"
+                             ? device.kind == DeviceKind::gpu
+                             : lower(device.name).find(wanted) != std::string::npos ||
+                                   lower(device.platform).find(wanted) != std::string::npos;
+    if (!matches) continue;
+    if (!device.usable) {
+      if (is_index)
+        throw DeviceError("device " + selector + " \"" + device.name +
+                          "\" cannot be used: " + device.problem);
+      continue;
+    }
+    if (!best || rank(device) < rank(*best) ||
+        (rank(device) == rank(*best) && device.compute_units > best->compute_units))
+      best = &device;
+  }
+  if (!best)
+    throw DeviceError((selector.empty() ? "no usable OpenCL device was found"
+                                        : "no usable OpenCL device matches \"" + selector + "\"") +
+                      std::string("; there are: ") + names(devices));
+  if (why)
+    *why = selector.empty() ? std::string("fastest kind found (") + word(best->kind) + ", " +
+                                  std::to_string(best->compute_units) + " compute units)"
+                            : "matches \"" + selector + "\"";
+  return *best;
+}
+
+}  // namespace meniscus

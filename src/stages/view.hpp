@@ -1,0 +1,51 @@
+// The camera as the stages use it. Inside the pipeline the unit of length is the particle radius:
+// eye space is the OpenGL eye space (x right, y up, the camera looks down -z) divided by the
+// particle radius, and depth is t = -z > 0. Pixel coordinates (u, v) run from (0, 0) at the upper
+// left corner of the image to (width, height); the centre of pixel (i, j) is (i + 0.5, j + 0.5).
+#pragma once
+
+#include <array>
+
+#include "meniscus/types.hpp"
+#include "stages/vec.hpp"
+
+namespace meniscus {
+
+struct View {
+  double radius = 1;          // particle radius, world units
+  int width = 0, height = 0;  // pixels
+  Vec3d origin;               // world units; subtracted first, so that far scenes keep digits
+  std::array<double, 9> rotation{};                 // row-major, world -> eye, rigid
+  Vec3d shift;                                      // eye position of `origin`, particle radii
+  std::array<double, 4> u_row{}, v_row{}, w_row{};  // u = u_row.(e, 1) / w_row.(e, 1), v alike
+  double u_scale = 0, v_scale = 0;                  // a length l at w spans l * u_scale / w pixels
+  bool orthographic = false;
+  double near_depth = 0;  // particles nearer than this are behind the near plane
+  // The ray of pixel (u, v): eye point at depth t is (o.x + t d.x, o.y + t d.y, -t) with
+  // o.x = ray[0] + ray[1] u + ray[2] v, o.y = ray[3..5], d.x = ray[6..8], d.y = ray[9..11].
+  std::array<double, 12> ray{};
+};
+
+/// Prepares a checked camera for particles around `origin` (world units) of `radius` world units.
+View make_view(const Camera& camera, double radius, const std::array<double, 3>& origin);
+
+struct PixelPosition {
+  double u, v;  // pixels
+  double w;     // clip w; > 0 in front of a perspective camera, constant for an orthographic one
+};
+
+/// Eye space (particle radii) -> pixel coordinates.
+PixelPosition project(const View& view, const Vec3d& eye);
+
+/// The eye point (particle radii) at depth t > 0 (particle radii) on the ray of pixel (u, v).
+Vec3d point_at(const View& view, double u, double v, double t);
+
+/// Direction of the ray of pixel (u, v): d(eye point) / d(depth); not of unit length.
+Vec3d ray_direction(const View& view, double u, double v);
+
+/// Eye space (particle radii) -> world units, and an eye-space direction -> world axes.
+Vec3d world_from_eye(const View& view, const Vec3d& eye);
+Vec3d world_direction(const View& view, const Vec3d& eye_direction);
+Vec3d eye_from_world(const View& view, const Vec3d& world);
+
+}  // namespace meniscus
