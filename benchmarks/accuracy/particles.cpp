@@ -1,0 +1,170 @@
+#include "accuracy/particles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace meniscus::accuracy {
+namespace {
+
+constexpr double kDepth = 0.5;     // s; no centre is nearer to the surface
+constexpr double kSpacing = 1.12;  // s; nearest neighbours in the densest packing of one per s^3
+constexpr int kRounds = 60;
+
+/// SplitMix64 (Steele, Lea, Flood 2014), and what is drawn from it. The standard library's
+/// distributions differ from one library to the next.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+
+  /// In [low, high).
+  double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(next() >> 11) * 0x1p-53);
+  }
+  Vec3d in_box(const Vec3d& low, const Vec3d& high) {
+    const double x = uniform(low.x, high.x), y = uniform(low.y, high.y);
+    return {x, y, uniform(low.z, high.z)};
+  }
+  /// Standard normal, by the polar method.
+  double normal() {
+    for (;;) {
+      const double a = uniform(-1, 1), b = uniform(-1, 1), q = a * a + b * b;
+      if (q > 0 && q < 1) return a * std::sqrt(-2 * std::log(q) / q);
+    }
+  }
+
+ private:
+  std::uint64_t next() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  std::uint64_t state_;
+};
+
+/// Points in cells of side kSpacing, so that neighbours lie in the 27 cells around.
+class Cells {
+ public:
+  Cells(const Vec3d& low, const Vec3d& high, const std::vector<Vec3d>& points) : low_(low) {
+    const Vec3d extent = high - low;
+    const std::array<double, 3> sides{extent.x, extent.y, extent.z};
+    for (int k = 0; k < 3; ++k) count_[k] = static_cast<int>(sides[k] / kSpacing) + 1;
+    start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
+    for (const Vec3d& p : points) ++start_[index(cell(p)) + 1];
+    for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    std::vector<int> end(start_.begin(), start_.end() - 1);
+    members_.resize(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+      members_[end[index(cell(points[i]))]++] = static_cast<int>(i);
+  }
+
+  template <class Visit>
+  void around(const Vec3d& p, const Visit& visit) const {
+    const auto [x, y, z] = cell(p);
+    for (int k = std::max(z - 1, 0); k <= std::min(z + 1, count_[2] - 1); ++k)
+      for (int j = std::max(y - 1, 0); j <= std::min(y + 1, count_[1] - 1); ++j) {
+        const std::size_t first = index({std::max(x - 1, 0), j, k});
+        const std::size_t last = index({std::min(x + 1, count_[0] - 1), j, k});
+        for (int m = start_[first]; m < start_[last + 1]; ++m) visit(members_[m]);
+      }
+  }
+
+ private:
+  std::array<int, 3> cell(const Vec3d& p) const {
+    const Vec3d q = (p - low_) / kSpacing;
+    return {std::clamp(static_cast<int>(q.x), 0, count_[0] - 1),
+            std::clamp(static_cast<int>(q.y), 0, count_[1] - 1),
+            std::clamp(static_cast<int>(q.z), 0, count_[2] - 1)};
+  }
+  std::size_t index(const std::array<int, 3>& c) const {
+    return (static_cast<std::size_t>(c[2]) * count_[1] + c[1]) * count_[0] + c[0];
+  }
+
+  Vec3d low_;
+  std::array<int, 3> count_{};
+  std::vector<int> start_, members_;
+};
+
+Vec3d pushed_inside(const Scene& scene, Vec3d p) {
+  for (int k = 0; k < 20; ++k) {
+    const double excess = scene.distance(p) + kDepth;
+    if (excess <= 0) break;
+    p = p - (excess + 1e-9) * outward(scene, p);
+  }
+  return p;
+}
+
+/// One round: pairs nearer than kSpacing push each other apart, then all return to their depth.
+void relax(const Scene& scene, std::vector<Vec3d>& points) {
+  constexpr double kStiffness = 0.25, kLongestMove = 0.3;
+  const Cells cells(scene.low, scene.high, points);
+  std::vector<Vec3d> moved(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Vec3d push;
+    cells.around(points[i], [&](int j) {
+      const Vec3d apart = points[i] - points[j];
+      const double distance = length(apart);
+      if (distance < kSpacing && distance > 1e-9)
+        push += apart * (kStiffness * (kSpacing - distance) / distance);
+    });
+    const double move = length(push);
+    if (move > kLongestMove) push = push * (kLongestMove / move);
+    moved[i] = pushed_inside(scene, points[i] + push);
+  }
+  points.swap(moved);
+}
+
+}  // namespace
+
+std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed) {
+  // A rotation whose rows are (2 3 6), (3 -6 2), (6 2 -3) over 7: no axis of the lattice lies
+  // along one of the scene.
+  const Vec3d a = Vec3d{2, 3, 6} / 7, b = Vec3d{3, -6, 2} / 7, c = Vec3d{6, 2, -3} / 7;
+  constexpr double kJitter = 0.15;  // s
+  Random random(seed);
+  const Vec3d centre = (scene.low + scene.high) / 2 + random.in_box({-.5, -.5, -.5}, {.5, .5, .5});
+  const int reach = static_cast<int>(length(scene.high - scene.low) / 2) + 2;
+  const auto inside = [&](const Vec3d& p) { return scene.distance(p) <= -kDepth; };
+
+  std::vector<Vec3d> points;
+  for (int k = -reach; k <= reach; ++k)
+    for (int j = -reach; j <= reach; ++j)
+      for (int i = -reach; i <= reach; ++i) {
+        const Vec3d jitter =
+            random.in_box({-kJitter, -kJitter, -kJitter}, {kJitter, kJitter, kJitter});
+        const Vec3d p = centre + i * a + j * b + k * c + jitter;
+        if (inside(p)) points.push_back(p);
+      }
+  const auto wanted = static_cast<std::size_t>(std::llround(volume(scene)));
+  while (points.size() < wanted) {
+    const Vec3d p = random.in_box(scene.low, scene.high);
+    if (inside(p)) points.push_back(p);
+  }
+  for (int round = 0; round < kRounds; ++round) relax(scene, points);
+  return points;
+}
+
+void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed) {
+  Random random(~seed);  // another stream than the filling's
+  for (Vec3d& p : points) {
+    p.x += sigma * random.normal();
+    p.y += sigma * random.normal();
+    p.z += sigma * random.normal();
+  }
+}
+
+Particles make_particles(const Scene& scene, double noise, std::uint64_t seed) {
+  std::vector<Vec3d> points = fill(scene, seed);
+  if (noise > 0) add_noise(points, noise, seed);
+  Particles particles;
+  for (const Vec3d& p : points) {
+    particles.x.push_back(static_cast<float>(p.x));
+    particles.y.push_back(static_cast<float>(p.y));
+    particles.z.push_back(static_cast<float>(p.z));
+  }
+  particles.particle_radius = kParticleRadius;
+  return particles;
+}
+
+}  // namespace meniscus::accuracy

@@ -1,0 +1,63 @@
+// Analytic solids to measure against: signed distances, bounds and a camera each. The unit of
+// length is s, the particle spacing; one world unit is one s, and a particle's radius is 0.5.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "meniscus/types.hpp"
+#include "stages/vec.hpp"
+
+namespace meniscus::accuracy {
+
+inline constexpr double kParticleRadius = 0.5;  // s
+
+struct Scene {
+  std::string name;
+  std::function<double(const Vec3d&)> distance;  // s; to the surface, negative inside
+  double safe_step = 1;  // this share of `distance` never reaches beyond the surface
+  Vec3d low, high;       // s; the solid lies in this box
+  Vec3d eye, target;     // s; the camera, z is up
+  double focal = 0;      // pixels
+};
+
+/// Sphere, torus, plane (a tilted slab), waves, box (rotated), boxpool (a box in a pool) and
+/// twolayer (a plate over a pool).
+const std::vector<Scene>& scenes();
+
+/// Throws InvalidArgument, with the names there are.
+const Scene& find_scene(const std::string& name);
+
+/// Outward unit normal at a point near the surface.
+Vec3d outward(const Scene& scene, const Vec3d& point);
+
+/// Volume of the solid, s^3. The error is about (h / 2R)^2 of it at a radius of curvature R, with
+/// h = 1/8 s.
+double volume(const Scene& scene);
+
+/// The scene's camera, written out so that the truth shares no code with the library's cameras.
+/// Pixel (i, j) has its centre at (i + 0.5, j + 0.5), row 0 on top. Depth is the distance along
+/// the camera axis, as in Surface.
+struct Lens {
+  int width = 640, height = 480;
+  bool orthographic = false;
+  double focal = 0;  // pixels; for an orthographic camera pixels per s
+  Vec3d eye, right, down, forward;
+
+  /// Pixels that a length of one s spans at `depth`.
+  double scale(double depth) const { return orthographic ? focal : focal / depth; }
+  Vec3d origin(int i, int j) const;
+  /// d(point) / d(depth); not of unit length.
+  Vec3d direction(int i, int j) const;
+  Vec3d point(int i, int j, double depth) const { return origin(i, j) + depth * direction(i, j); }
+};
+
+/// The camera of `scene`, its eye moved to the right by `shift` (s), its axes unchanged.
+/// Orthographic cameras show the target at the same scale as perspective ones.
+Lens lens_of(const Scene& scene, bool orthographic = false, double shift = 0);
+
+/// The same camera as the library takes it.
+Camera camera_of(const Lens& lens);
+
+}  // namespace meniscus::accuracy
