@@ -12,8 +12,12 @@ namespace meniscus {
 /// Reads one frame of particles. The format follows from the ending: .ply (ascii, both endians),
 /// .vtk (legacy, ascii and binary), .bgeo and .bgeo.gz (classic), .xyz, .csv. NaN and infinite
 /// coordinates are kept: `extract` counts and drops them.
-/// Throws InputError: file, place in it, what was found, what was wanted.
-Particles read_particles(const std::string& path);
+///
+///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
+///
+/// Throws InputError: file, place in it, what was found, what was wanted. Particles are counted
+/// from 0 in messages, lines from 1.
+Particles read_particles(const std::string& path, double particle_radius = 0);
 
 /// Reads {"width", "height", "view": 4x4, "projection": 4x4} (row-major JSON). Throws InputError.
 Camera read_camera(const std::string& path);

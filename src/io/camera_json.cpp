@@ -1,0 +1,82 @@
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "io/input_file.hpp"
+#include "meniscus/camera.hpp"
+#include "meniscus/io.hpp"
+
+namespace meniscus {
+namespace {
+
+using nlohmann::json;
+
+const json& entry(const InputFile& file, const json& root, const char* key) {
+  const auto found = root.find(key);
+  if (found == root.end())
+    fail(file, "",
+         std::string("has no key \"") + key + "\", wanted width, height, view, projection");
+  return *found;
+}
+
+int read_side(const InputFile& file, const json& root, const char* key) {
+  const json& value = entry(file, root, key);
+  const bool fits = value.is_number_unsigned() ? std::in_range<int>(value.get<std::uint64_t>())
+                                               : value.is_number_integer() &&
+                                                     std::in_range<int>(value.get<std::int64_t>());
+  if (!fits)
+    fail(file, key, "found " + in_quotes(value.dump()) + ", wanted a whole number of pixels");
+  return value.get<int>();
+}
+
+std::array<double, 16> read_matrix(const InputFile& file, const json& root, const char* key) {
+  const json& rows = entry(file, root, key);
+  if (!rows.is_array() || rows.size() != 4)
+    fail(file, key, "found " + in_quotes(rows.dump()) + ", wanted 4 rows of 4 numbers");
+  std::array<double, 16> matrix{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::string row = "row " + std::to_string(i);
+    if (!rows[i].is_array() || rows[i].size() != 4)
+      fail(file, std::string(key) + ": " + row,
+           "found " + in_quotes(rows[i].dump()) + ", wanted 4 numbers");
+    for (std::size_t j = 0; j < 4; ++j) {
+      if (!rows[i][j].is_number())
+        fail(file, std::string(key) + ": " + row + ", column " + std::to_string(j),
+             "found " + in_quotes(rows[i][j].dump()) + ", wanted a number");
+      matrix[4 * i + j] = rows[i][j].get<double>();
+    }
+  }
+  return matrix;
+}
+
+}  // namespace
+
+Camera read_camera(const std::string& path) {
+  const InputFile file = read_file(path);
+  json root;
+  try {
+    root = json::parse(file.bytes);
+  } catch (const json::exception& error) {
+    // Its text begins with "[json.exception. ...] ".
+    const std::string text = error.what();
+    const std::size_t prefix = text.find("] ");
+    fail(file, "", "is not JSON: " + text.substr(prefix == std::string::npos ? 0 : prefix + 2));
+  }
+  if (!root.is_object())
+    fail(file, "",
+         "found " + in_quotes(root.dump()) +
+             ", wanted {\"width\": ..., \"height\": ..., \"view\": ..., \"projection\": ...}");
+  Camera camera;
+  camera.width = read_side(file, root, "width");
+  camera.height = read_side(file, root, "height");
+  camera.view = read_matrix(file, root, "view");
+  camera.projection = read_matrix(file, root, "projection");
+  try {
+    check(camera);
+  } catch (const InvalidArgument& error) {
+    fail(file, "", error.what());
+  }
+  return camera;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,71 @@
+#include "io/input_file.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <system_error>
+
+namespace meniscus {
+
+InputFile read_file(const std::string& path) {
+  InputFile file{path, {}};
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) fail(file, "", "is a directory, wanted a file");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
+  if (!stream) fail(file, "", "cannot be opened: " + std::generic_category().message(errno));
+
+  const auto told = std::filesystem::file_size(path, error);
+  constexpr std::size_t kChunk = 1 << 20;
+  std::size_t length = 0;
+  // One byte more than the file is said to have, so that the first read already meets its end.
+  file.bytes.resize(error ? kChunk : static_cast<std::size_t>(told) + 1);
+  for (;;) {
+    length += std::fread(file.bytes.data() + length, 1, file.bytes.size() - length, stream.get());
+    if (length < file.bytes.size()) break;
+    file.bytes.resize(file.bytes.size() + std::max(kChunk, length / 2));
+  }
+  if (std::ferror(stream.get()))
+    fail(file, byte_place(length), "cannot be read: " + std::generic_category().message(errno));
+  if (length == 0) fail(file, "", "is empty (0 bytes)");
+  file.bytes.resize(length);
+  return file;
+}
+
+void fail(const InputFile& file, const std::string& place, const std::string& message) {
+  throw InputError(file.name + ": " + (place.empty() ? "" : place + ": ") + message);
+}
+
+std::string byte_place(std::size_t offset) { return "byte " + std::to_string(offset); }
+
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  std::string result = "\"";
+  for (const char c : text.substr(0, kLongest)) {
+    if (c >= ' ' && c <= '~') {
+      result += c;
+    } else {
+      char escaped[8];
+      std::snprintf(escaped, sizeof escaped, "\\x%02x", static_cast<unsigned char>(c));
+      result += escaped;
+    }
+  }
+  return result + (text.size() > kLongest ? "...\"" : "\"");
+}
+
+std::string shown(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return result;
+}
+
+}  // namespace meniscus

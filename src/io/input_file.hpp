@@ -1,0 +1,35 @@
+// A whole input file in memory, and the errors that readers throw.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+
+struct InputFile {
+  std::string name;   // as the user gave it: every message begins with it
+  std::string bytes;  // the whole content
+  std::size_t size() const { return bytes.size(); }
+};
+
+/// Reads a whole file. Throws InputError when it is missing, a directory, unreadable or empty.
+InputFile read_file(const std::string& path);
+
+/// Throws InputError "name: place: message"; an empty place is left out.
+[[noreturn]] void fail(const InputFile& file, const std::string& place, const std::string& message);
+
+/// "byte 120": a place for fail().
+std::string byte_place(std::size_t offset);
+
+/// Text for a message: in quotes, at most 40 characters, unprintable ones as \xNN.
+std::string in_quotes(std::string_view text);
+
+/// A number for a message, as short as %g has it.
+std::string shown(double value);
+
+std::string lower_case(std::string_view text);
+
+}  // namespace meniscus

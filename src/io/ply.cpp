@@ -1,0 +1,272 @@
+#include <algorithm>
+#include <bit>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "io/fields.hpp"
+#include "io/readers.hpp"
+#include "io/scalar.hpp"
+#include "io/text_cursor.hpp"
+
+namespace meniscus {
+namespace {
+
+struct Property {
+  std::string name;
+  Scalar type;
+  std::optional<Scalar> list_count;  // type of a list's length; none: a scalar
+  Field field = Field::none;
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+  bool is_vertex() const { return name == "vertex"; }
+};
+
+struct Header {
+  bool ascii = false;
+  std::endian order = std::endian::little;
+  std::vector<Element> elements;
+  Particles stated;  // time and particle radius
+  std::size_t data_offset = 0;
+  std::size_t data_line = 1;
+};
+
+std::optional<Scalar> scalar_named(const std::string& name) {
+  static const std::pair<const char*, Scalar> kNames[] = {
+      {"char", Scalar::int8},       {"int8", Scalar::int8},      {"uchar", Scalar::uint8},
+      {"uint8", Scalar::uint8},     {"short", Scalar::int16},    {"int16", Scalar::int16},
+      {"ushort", Scalar::uint16},   {"uint16", Scalar::uint16},  {"int", Scalar::int32},
+      {"int32", Scalar::int32},     {"uint", Scalar::uint32},    {"uint32", Scalar::uint32},
+      {"int64", Scalar::int64},     {"uint64", Scalar::uint64},  {"float", Scalar::float32},
+      {"float32", Scalar::float32}, {"double", Scalar::float64}, {"float64", Scalar::float64}};
+  for (const auto& [known, type] : kNames)
+    if (name == known) return type;
+  return std::nullopt;
+}
+
+/// Takes "time T" and "particle_radius R" from a comment; other text is left alone.
+void read_comment(const std::vector<std::string>& words, Particles& stated) {
+  for (std::size_t i = 1; i + 1 < words.size(); ++i) {
+    const std::optional<double> value = parse_real(words[i + 1]);
+    if (value && words[i] == "time") stated.time = *value;
+    if (value && words[i] == "particle_radius") stated.particle_radius = *value;
+  }
+}
+
+Property read_property(const std::vector<std::string>& words, const InputFile& file,
+                       const std::string& place) {
+  const bool list = words.size() == 5 && words[1] == "list";
+  if (!list && words.size() != 3)
+    fail(file, place, "wanted \"property TYPE NAME\" or \"property list TYPE TYPE NAME\"");
+  const auto type = [&](const std::string& name) {
+    const std::optional<Scalar> found = scalar_named(name);
+    if (!found)
+      fail(file, place, "unknown type " + in_quotes(name) + " of property " + words.back());
+    return *found;
+  };
+  Property property{words.back(), type(words[words.size() - 2]), std::nullopt};
+  if (list) {
+    property.list_count = type(words[2]);
+    if (!is_whole(*property.list_count))
+      fail(file, place, "the length of list " + property.name + " must have a whole type");
+  }
+  return property;
+}
+
+void match_vertex_fields(Header& header, const InputFile& file) {
+  const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
+                                   [](const Element& element) { return element.is_vertex(); });
+  if (vertex == header.elements.end()) fail(file, "header", "has no element vertex");
+  std::vector<std::string> names;
+  for (const Property& property : vertex->properties)
+    names.push_back(property.list_count ? "" : property.name);
+  const std::vector<Field> fields = fields_of_columns(names);
+  if (const std::string missing = missing_coordinate(fields); !missing.empty())
+    fail(file, "header", "element vertex has no property " + missing);
+  for (std::size_t i = 0; i < fields.size(); ++i) vertex->properties[i].field = fields[i];
+}
+
+Header read_header(const InputFile& file) {
+  Header header;
+  TextCursor cursor(file);
+  if (const auto first = cursor.next_line(); first != "ply")
+    fail(file, "line 1", "found " + in_quotes(*first) + ", wanted \"ply\"");
+  // Where lines end in a lone \r, a \n after the header already belongs to the data.
+  const bool lone_return = file.bytes[cursor.offset() - 1] == '\r';
+  bool has_format = false;
+  for (;;) {
+    const auto line = cursor.next_line();
+    if (!line || !cursor.line_was_ended())
+      fail(file, cursor.place(), "the file ends inside the header, wanted \"end_header\"");
+    std::istringstream stream{std::string(*line)};
+    std::vector<std::string> words;
+    for (std::string word; stream >> word;) words.push_back(word);
+    if (words.empty()) continue;
+    const std::string& key = words[0];
+    if (key == "end_header") break;
+    if (key == "comment" || key == "obj_info") {
+      read_comment(words, header.stated);
+    } else if (key == "format") {
+      const std::string name = words.size() > 1 ? words[1] : "";
+      if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian")
+        fail(file, cursor.place(),
+             "found format " + in_quotes(name) +
+                 ", wanted ascii, binary_little_endian or binary_big_endian");
+      header.ascii = name == "ascii";
+      if (name == "binary_big_endian") header.order = std::endian::big;
+      has_format = true;
+    } else if (key == "element") {
+      const auto count = words.size() == 3 ? parse_integer(words[2]) : std::nullopt;
+      if (!count || *count < 0)
+        fail(file, cursor.place(), "found " + in_quotes(*line) + ", wanted \"element NAME COUNT\"");
+      for (const Element& element : header.elements)
+        if (element.name == words[1])
+          fail(file, cursor.place(), "element " + in_quotes(words[1]) + " appears twice");
+      header.elements.push_back({words[1], static_cast<std::size_t>(*count), {}});
+    } else if (key == "property") {
+      if (header.elements.empty()) fail(file, cursor.place(), "property before any element");
+      header.elements.back().properties.push_back(read_property(words, file, cursor.place()));
+    } else {
+      fail(file, cursor.place(), "unknown header line " + in_quotes(*line));
+    }
+  }
+  if (!has_format) fail(file, "header", "has no format line");
+  match_vertex_fields(header, file);
+  header.data_offset = cursor.offset();
+  if (lone_return && file.bytes[header.data_offset - 1] == '\n') --header.data_offset;
+  header.data_line = cursor.line();
+  return header;
+}
+
+std::string row_place(const Element& element, std::size_t row) {
+  return element.name + " " + std::to_string(row);
+}
+
+/// Fails unless the rest of the file can hold the rows of an element that take at least
+/// `smallest` bytes each: a count is not believed before memory is taken for it.
+void check_room(const InputFile& file, const Element& element, std::size_t offset,
+                std::size_t smallest) {
+  const std::size_t rows = (file.size() - offset) / smallest;
+  if (element.count > rows)
+    fail(file, row_place(element, rows),
+         "the file ends at byte " + std::to_string(file.size()) + ", wanted " +
+             std::to_string(element.count) + " rows of " + element.name + " from byte " +
+             std::to_string(offset) + ", of at least " + std::to_string(smallest) +
+             " bytes each (truncated?)");
+}
+
+std::vector<Field> fields_of(const Element& element) {
+  std::vector<Field> fields;
+  for (const Property& property : element.properties) fields.push_back(property.field);
+  return fields;
+}
+
+void read_binary(const InputFile& file, const Header& header, Particles& particles) {
+  std::size_t at = header.data_offset;
+  for (const Element& element : header.elements) {
+    if (element.properties.empty()) continue;
+    std::size_t smallest = 0;
+    bool has_list = false;
+    for (const Property& property : element.properties) {
+      smallest += size_of(property.list_count.value_or(property.type));
+      has_list = has_list || property.list_count;
+    }
+    check_room(file, element, at, smallest);
+    if (!element.is_vertex() && !has_list) {
+      at += element.count * smallest;
+      continue;
+    }
+    if (element.is_vertex()) resize(particles, fields_of(element), element.count);
+    for (std::size_t row = 0; row < element.count; ++row) {
+      const auto need = [&](std::size_t n, std::size_t size, const Property& property) {
+        if ((file.size() - at) / size < n)
+          fail(file, row_place(element, row),
+               "the file ends at byte " + std::to_string(file.size()) + ", wanted " +
+                   std::to_string(n) + " x " + std::to_string(size) + " bytes of property " +
+                   property.name + " from byte " + std::to_string(at) + " (truncated?)");
+      };
+      for (const Property& property : element.properties) {
+        const std::size_t size = size_of(property.type);
+        if (property.list_count) {
+          need(1, size_of(*property.list_count), property);
+          const auto length =
+              load_integer(file.bytes.data() + at, *property.list_count, header.order);
+          if (!length || *length < 0)
+            fail(file, row_place(element, row),
+                 "the length of list " + property.name + " at byte " + std::to_string(at) +
+                     " is out of range, must be >= 0");
+          at += size_of(*property.list_count);
+          need(static_cast<std::size_t>(*length), size, property);
+          at += static_cast<std::size_t>(*length) * size;
+          continue;
+        }
+        need(1, size, property);
+        const char* const from = file.bytes.data() + at;
+        if (property.field == Field::id) {
+          const auto id = load_integer(from, property.type, header.order);
+          if (!id)
+            fail(file, row_place(element, row),
+                 "id is " + shown(load_real(from, property.type, header.order)) +
+                     ", must be a whole number of 64 bits");
+          particles.id[row] = *id;
+        } else if (property.field != Field::none) {
+          array_of(particles, property.field)[row] = load_real(from, property.type, header.order);
+        }
+        at += size;
+      }
+    }
+  }
+  TextCursor rest(file, at);
+  rest.skip_blanks();
+  if (rest.remaining() > 0)
+    fail(file, byte_place(at),
+         std::to_string(file.size() - at) + " bytes more than the header says (is a count wrong?)");
+}
+
+void read_ascii(const InputFile& file, const Header& header, Particles& particles) {
+  TextCursor cursor(file, header.data_offset, header.data_line);
+  for (const Element& element : header.elements) {
+    if (element.properties.empty()) continue;
+    check_room(file, element, cursor.offset(), 2 * element.properties.size());
+    if (element.is_vertex()) resize(particles, fields_of(element), element.count);
+    std::vector<std::string> wanted;
+    for (const Property& property : element.properties)
+      wanted.push_back("property " + property.name + " of element " + element.name);
+    for (std::size_t row = 0; row < element.count; ++row) {
+      for (std::size_t k = 0; k < wanted.size(); ++k) {
+        const Property& property = element.properties[k];
+        if (property.list_count) {
+          for (std::size_t left = cursor.count(wanted[k]); left > 0; --left) cursor.real(wanted[k]);
+        } else if (property.field == Field::id) {
+          particles.id[row] = cursor.integer(wanted[k]);
+        } else {
+          const double value = cursor.real(wanted[k]);
+          if (property.field != Field::none)
+            array_of(particles, property.field)[row] = static_cast<float>(value);
+        }
+      }
+    }
+  }
+  if (const auto token = cursor.next_token(); !token.empty())
+    fail(file, cursor.place(),
+         "found " + in_quotes(token) + " after the last row (is a count in the header wrong?)");
+}
+
+}  // namespace
+
+Particles read_ply(const InputFile& file) {
+  const Header header = read_header(file);
+  Particles particles = header.stated;
+  if (header.ascii)
+    read_ascii(file, header, particles);
+  else
+    read_binary(file, header, particles);
+  return particles;
+}
+
+}  // namespace meniscus

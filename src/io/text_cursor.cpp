@@ -1,0 +1,116 @@
+#include "io/text_cursor.hpp"
+
+#include <charconv>
+#include <cmath>
+
+namespace meniscus {
+namespace {
+
+bool is_blank(char c) {
+  return c == ' ' || c == '\n' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+}
+
+std::string_view without_plus(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  return text;
+}
+
+}  // namespace
+
+std::optional<double> parse_real(std::string_view text) {
+  text = without_plus(text);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::optional<std::int64_t> parse_integer(std::string_view text) {
+  text = without_plus(text);
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc()) return std::nullopt;
+  if (end == text.data() + text.size()) return value;
+  const std::optional<double> real = parse_real(text);
+  if (!real || !(std::abs(*real) < 0x1p63) || *real != std::trunc(*real)) return std::nullopt;
+  return static_cast<std::int64_t>(*real);
+}
+
+std::optional<std::string_view> TextCursor::next_line() {
+  token_line_ = line_;
+  const std::string_view rest = std::string_view(file_.bytes).substr(at_);
+  if (rest.empty()) return std::nullopt;
+  const std::size_t end = rest.find_first_of("\r\n");
+  line_was_ended_ = end != std::string_view::npos;
+  if (!line_was_ended_) {
+    at_ = file_.size();
+    return rest;
+  }
+  const bool two = rest[end] == '\r' && end + 1 < rest.size() && rest[end + 1] == '\n';
+  at_ += end + (two ? 2 : 1);
+  ++line_;
+  return rest.substr(0, end);
+}
+
+void TextCursor::skip_blanks() {
+  const std::string& bytes = file_.bytes;
+  for (; at_ < bytes.size() && is_blank(bytes[at_]); ++at_)
+    if (bytes[at_] == '\n' ||
+        (bytes[at_] == '\r' && (at_ + 1 == bytes.size() || bytes[at_ + 1] != '\n')))
+      ++line_;
+}
+
+std::string_view TextCursor::next_token() {
+  const std::string_view token = peek_token();
+  at_ += token.size();
+  return token;
+}
+
+std::string_view TextCursor::peek_token() {
+  skip_blanks();
+  token_line_ = line_;
+  const std::string& bytes = file_.bytes;
+  std::size_t end = at_;
+  while (end < bytes.size() && !is_blank(bytes[end])) ++end;
+  return std::string_view(bytes).substr(at_, end - at_);
+}
+
+std::string_view TextCursor::number_token(std::string_view what) {
+  const std::string_view token = next_token();
+  if (token.empty())
+    fail(file_, place(), "the file ends here, wanted " + std::string(what) + " (truncated?)");
+  if (at_ == file_.size())
+    fail(file_, place(),
+         "the file ends right after " + in_quotes(token) + ", wanted " + std::string(what) +
+             " and a line end (truncated? if it is complete, end its last line)");
+  return token;
+}
+
+double TextCursor::real(std::string_view what) {
+  const std::string_view token = number_token(what);
+  const std::optional<double> value = parse_real(token);
+  if (!value)
+    fail(file_, place(),
+         "found " + in_quotes(token) + ", wanted a number for " + std::string(what));
+  return *value;
+}
+
+std::int64_t TextCursor::integer(std::string_view what) {
+  const std::string_view token = number_token(what);
+  const std::optional<std::int64_t> value = parse_integer(token);
+  if (!value)
+    fail(file_, place(),
+         "found " + in_quotes(token) + ", wanted a whole number of 64 bits for " +
+             std::string(what));
+  return *value;
+}
+
+std::size_t TextCursor::count(std::string_view what) {
+  const std::int64_t value = integer(what);
+  if (value < 0)
+    fail(file_, place(),
+         "found " + std::to_string(value) + " for " + std::string(what) + ", must be >= 0");
+  return static_cast<std::size_t>(value);
+}
+
+}  // namespace meniscus
