@@ -1,0 +1,176 @@
+// Surface maps as OpenEXR.
+#include <ImfChannelList.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "io/output_file.hpp"
+#include "meniscus/error.hpp"
+#include "meniscus/io.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr char kComments[] =
+    "Surface of particles seen by a camera, sampled at pixel centres.\n"
+    "Z: planar distance along the camera axis, world units, positive; +infinity where there is no "
+    "surface.\n"
+    "A: 1 where there is surface, else 0.\n"
+    "N.X N.Y N.Z: outward unit normal, world space; 0 where there is no surface.\n"
+    "P.X P.Y P.Z: position, world space, world units; 0 where there is no surface.\n"
+    "id: the group of particles that weighs most, counted from 1; 0: none.\n"
+    "kind: 0 none, 1 surface, 2 splash.\n"
+    "residual: RMS residual of the group's fit, particle radii; 0: none.\n"
+    "meniscus.view and meniscus.projection: OpenGL convention, for column vectors, "
+    "clip = projection * view * x, rows as in the camera file (not transposed).";
+
+// Lets OpenEXR write through OutputFile.
+class Stream : public Imf::OStream {
+ public:
+  Stream(OutputFile& file, const std::string& path) : OStream(path.c_str()), file_(file) {}
+  void write(const char bytes[], int size) override {
+    file_.write(bytes, static_cast<std::size_t>(size));
+  }
+  std::uint64_t tellp() override { return file_.position(); }
+  void seekp(std::uint64_t position) override { file_.seek(position); }
+
+ private:
+  OutputFile& file_;
+};
+
+Imf::Compression exr_compression(Compression compression) {
+  switch (compression) {
+    case Compression::none:
+      return Imf::NO_COMPRESSION;
+    case Compression::rle:
+      return Imf::RLE_COMPRESSION;
+    case Compression::zips:
+      return Imf::ZIPS_COMPRESSION;
+    case Compression::zip:
+      return Imf::ZIP_COMPRESSION;
+    case Compression::piz:
+      return Imf::PIZ_COMPRESSION;
+    case Compression::pxr24:
+      return Imf::PXR24_COMPRESSION;
+  }
+  throw InvalidArgument("write_exr: unknown compression");
+}
+
+using Matrix = std::array<double, 16>;  // row-major, for column vectors
+
+Matrix multiply(const Matrix& a, const Matrix& b) {
+  Matrix product{};
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c)
+      for (int k = 0; k < 4; ++k) product[r * 4 + c] += a[r * 4 + k] * b[k * 4 + c];
+  return product;
+}
+
+// OpenEXR's standard matrices act on row vectors, x * M.
+Imath::M44f for_row_vectors(const Matrix& m) {
+  Imath::M44f result;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) result[c][r] = static_cast<float>(m[r * 4 + c]);
+  return result;
+}
+
+Imath::M44d as_given(const Matrix& m) {
+  Imath::M44d result;
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) result[r][c] = m[r * 4 + c];
+  return result;
+}
+
+Imf::Header make_header(const Surface& surface, const Parameters& parameters,
+                        Compression compression) {
+  const Camera& camera = surface.camera;
+  Imf::Header header(camera.width, camera.height);
+  header.compression() = exr_compression(compression);
+  for (const char* name : {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "residual"})
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+  for (const char* name : {"id", "kind"}) header.channels().insert(name, Imf::Channel(Imf::UINT));
+
+  // OpenEXR's camera space is left-handed with +z forward; its NDC runs from (0, 0) at the upper
+  // left corner to (1, 1) at the lower right one.
+  const Matrix forward = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1};
+  const Matrix ndc = {.5, 0, 0, .5, 0, -.5, 0, .5, 0, 0, 1, 0, 0, 0, 0, 1};
+  const Matrix clip = multiply(camera.projection, camera.view);
+  Imf::addWorldToCamera(header, for_row_vectors(multiply(forward, camera.view)));
+  Imf::addWorldToNDC(header, for_row_vectors(multiply(ndc, clip)));
+  Imf::addComments(header, kComments);
+  header.insert("software", Imf::StringAttribute("Meniscus " + version()));
+  header.insert("meniscus.method", Imf::StringAttribute(to_string(parameters.method)));
+  header.insert("meniscus.parameters", Imf::StringAttribute(describe(parameters)));
+  header.insert("meniscus.particleRadius", Imf::DoubleAttribute(surface.particle_radius));
+  header.insert("meniscus.view", Imf::M44dAttribute(as_given(camera.view)));
+  header.insert("meniscus.projection", Imf::M44dAttribute(as_given(camera.projection)));
+  return header;
+}
+
+void check_maps(const Surface& surface) {
+  const Camera& camera = surface.camera;
+  require(camera.width > 0 && camera.height > 0, "write_exr: the surface's camera has no pixels");
+  const auto pixels =
+      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  for (const std::size_t size :
+       {surface.depth.size(), surface.normal.size(), surface.position.size(), surface.group.size(),
+        surface.kind.size(), surface.residual.size()})
+    require(size == pixels, "write_exr: a map has " + std::to_string(size) + " pixels, wanted " +
+                                std::to_string(pixels) + " (extract with Parameters::image set)");
+}
+
+}  // namespace
+
+void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
+               Compression compression) {
+  check_maps(surface);
+  std::vector<float> alpha(surface.kind.size());
+  std::vector<std::uint32_t> kind(surface.kind.size());
+  for (std::size_t k = 0; k < kind.size(); ++k) {
+    kind[k] = static_cast<std::uint32_t>(surface.kind[k]);
+    alpha[k] = surface.kind[k] == Kind::none ? 0.0f : 1.0f;
+  }
+
+  Imf::FrameBuffer frame;
+  const auto slice = [&](const char* name, Imf::PixelType type, const void* first,
+                         std::size_t stride) {
+    frame.insert(name, Imf::Slice(type, const_cast<char*>(static_cast<const char*>(first)), stride,
+                                  stride * static_cast<std::size_t>(surface.camera.width)));
+  };
+  slice("Z", Imf::FLOAT, surface.depth.data(), sizeof(float));
+  slice("A", Imf::FLOAT, alpha.data(), sizeof(float));
+  slice("N.X", Imf::FLOAT, &surface.normal[0].x, sizeof(Vec3));
+  slice("N.Y", Imf::FLOAT, &surface.normal[0].y, sizeof(Vec3));
+  slice("N.Z", Imf::FLOAT, &surface.normal[0].z, sizeof(Vec3));
+  slice("P.X", Imf::FLOAT, &surface.position[0].x, sizeof(Vec3));
+  slice("P.Y", Imf::FLOAT, &surface.position[0].y, sizeof(Vec3));
+  slice("P.Z", Imf::FLOAT, &surface.position[0].z, sizeof(Vec3));
+  slice("id", Imf::UINT, surface.group.data(), sizeof(std::uint32_t));
+  slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
+  slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
+
+  OutputFile file(path);
+  Stream stream(file, path);
+  try {
+    Imf::OutputFile image(stream, make_header(surface, parameters, compression));
+    image.setFrameBuffer(frame);
+    image.writePixels(surface.camera.height);
+    // The destructor writes the table of offsets and swallows errors; commit() reports them.
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw OutputError(path + ": cannot be written: OpenEXR: " + error.what());
+  }
+  file.commit();
+}
+
+}  // namespace meniscus

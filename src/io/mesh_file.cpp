@@ -1,0 +1,109 @@
+// Meshes as PLY (binary little endian) and Wavefront OBJ.
+#include <bit>
+#include <charconv>
+#include <cstring>
+#include <vector>
+
+#include "io/output_file.hpp"
+#include "meniscus/error.hpp"
+#include "meniscus/io.hpp"
+
+namespace meniscus {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "PLY is written in the machine's order");
+static_assert(sizeof(Vec3) == 3 * sizeof(float));
+
+void check(const Mesh& mesh) {
+  const std::size_t vertices = mesh.position.size();
+  require(mesh.normal.size() == vertices, "write_mesh: " + std::to_string(mesh.normal.size()) +
+                                              " normals for " + std::to_string(vertices) +
+                                              " vertices, wanted one each");
+  for (std::size_t k = 0; k < mesh.triangle.size(); ++k)
+    for (const std::uint32_t corner : mesh.triangle[k])
+      require(corner < vertices, "write_mesh: triangle " + std::to_string(k) + " names vertex " +
+                                     std::to_string(corner) + " of " + std::to_string(vertices));
+}
+
+void write_ply(OutputFile& file, const Mesh& mesh) {
+  file.write(
+      "ply\nformat binary_little_endian 1.0\n"
+      "comment surface mesh by Meniscus: positions in world units, normals of unit length point "
+      "outward, triangles are counter-clockwise seen from outside\n"
+      "element vertex " +
+      std::to_string(mesh.position.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float nx\nproperty float ny\nproperty float nz\n"
+      "element face " +
+      std::to_string(mesh.triangle.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n");
+  for (std::size_t k = 0; k < mesh.position.size(); ++k) {
+    const Vec3 vertex[2] = {mesh.position[k], mesh.normal[k]};
+    file.write(vertex, sizeof vertex);
+  }
+  for (const auto& triangle : mesh.triangle) {
+    char face[1 + sizeof triangle] = {3};
+    std::memcpy(face + 1, triangle.data(), sizeof triangle);
+    file.write(face, sizeof face);
+  }
+}
+
+// One line of text, built in place. Floats are printed in the shortest form that reads back to the
+// same bits.
+class Line {
+ public:
+  template <typename Number>
+  Line& operator<<(Number number) {
+    end_ = std::to_chars(end_, text_ + sizeof text_, number).ptr;
+    return *this;
+  }
+  Line& operator<<(const char* text) {
+    const std::size_t size = std::strlen(text);
+    std::memcpy(end_, text, size);
+    end_ += size;
+    return *this;
+  }
+  Line& operator<<(const Vec3& v) { return *this << v.x << " " << v.y << " " << v.z; }
+  std::string_view view() const { return {text_, static_cast<std::size_t>(end_ - text_)}; }
+
+ private:
+  char text_[128];  // three floats of at most 15 characters, or six integers of at most 10
+  char* end_ = text_;
+};
+
+void write_obj(OutputFile& file, const Mesh& mesh) {
+  file.write(
+      "# surface mesh by Meniscus: positions in world units, normals of unit length point outward, "
+      "triangles are counter-clockwise seen from outside\n");
+  for (const Vec3& v : mesh.position) file.write((Line() << "v " << v << "\n").view());
+  for (const Vec3& n : mesh.normal) file.write((Line() << "vn " << n << "\n").view());
+  for (const auto& [i, j, k] : mesh.triangle) {
+    const std::uint64_t a = i + 1ull, b = j + 1ull, c = k + 1ull;  // OBJ counts from 1
+    file.write(
+        (Line() << "f " << a << "//" << a << " " << b << "//" << b << " " << c << "//" << c << "\n")
+            .view());
+  }
+}
+
+bool ends_with(const std::string& path, std::string_view ending) {
+  if (path.size() < ending.size()) return false;
+  for (std::size_t k = 0; k < ending.size(); ++k) {
+    const char c = path[path.size() - ending.size() + k];
+    if ((c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) != ending[k]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void write_mesh(const std::string& path, const Mesh& mesh) {
+  const bool ply = ends_with(path, ".ply");
+  if (!ply && !ends_with(path, ".obj"))
+    throw OutputError(path + ": unknown ending for a mesh, wanted .ply or .obj (rename it)");
+  check(mesh);
+  OutputFile file(path);
+  ply ? write_ply(file, mesh) : write_obj(file, mesh);
+  file.commit();
+}
+
+}  // namespace meniscus

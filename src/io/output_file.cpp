@@ -1,0 +1,190 @@
+#include "io/output_file.hpp"
+
+#include <fcntl.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <climits>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kBufferSize = std::size_t{1} << 20;
+
+// The registry of temporary names. A signal handler may read it at any moment, so that a name is
+// complete before its slot becomes `pending`. Files beyond the last slot are written all the same;
+// only a signal leaves them behind.
+enum SlotState : int { kFree, kTaken, kPending };
+struct Slot {
+  std::atomic<int> state{kFree};
+  char name[PATH_MAX];
+};
+static_assert(std::atomic<int>::is_always_lock_free, "the signal handler must not wait");
+std::array<Slot, 64> slots;
+
+int register_pending(const std::string& name) {
+  if (name.size() >= PATH_MAX) return -1;
+  for (std::size_t k = 0; k < slots.size(); ++k) {
+    int expected = kFree;
+    if (!slots[k].state.compare_exchange_strong(expected, kTaken)) continue;
+    std::memcpy(slots[k].name, name.c_str(), name.size() + 1);
+    slots[k].state = kPending;
+    return static_cast<int>(k);
+  }
+  return -1;
+}
+
+void release(int slot) {
+  if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = kFree;
+}
+
+std::uint64_t random_bits() {
+  std::uint64_t bits = 0;
+  if (getrandom(&bits, sizeof bits, 0) != sizeof bits)
+    bits = static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
+  return bits;
+}
+
+std::string folder_of(const std::string& path) {
+  const auto slash = path.rfind('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+// What the user can do about an error.
+std::string advice(int error, const std::string& folder) {
+  switch (error) {
+    case ENOENT:
+      return "make the folder " + folder + " first";
+    case ENOTDIR:
+      return folder + " is not a folder; choose another one";
+    case EISDIR:
+      return "give the name of a file";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "choose a folder that you may write to";
+    case ENOSPC:
+    case EDQUOT:
+      return "free some space or choose another disk";
+    case EFBIG:
+      return "raise the limit on the size of files, ulimit -f";
+    case ENAMETOOLONG:
+      return "choose a shorter name";
+    case EMFILE:
+    case ENFILE:
+      return "raise the limit on open files, ulimit -n";
+    default:
+      return "check the folder " + folder + " and its disk";
+  }
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
+  std::error_code ignored;
+  if (std::filesystem::is_symlink(path, ignored)) {
+    const auto followed = std::filesystem::canonical(path, ignored);
+    if (!ignored) target_ = followed.string();
+  }
+  struct stat status {};
+  if (stat(target_.c_str(), &status) == 0) {
+    if (S_ISDIR(status.st_mode)) fail(EISDIR);
+    if (!S_ISREG(status.st_mode)) {
+      failure_ = path_ + ": cannot be written: not a regular file (choose another name)";
+      check();
+    }
+  }
+  if (target_.empty() || target_.back() == '/') fail(target_.empty() ? ENOENT : EISDIR);
+  const std::string folder = folder_of(target_);
+  for (int attempt = 0; descriptor_ < 0; ++attempt) {
+    char name[64];
+    std::snprintf(name, sizeof name, "/.meniscus-%ld-%016llx.tmp", static_cast<long>(getpid()),
+                  static_cast<unsigned long long>(random_bits()));
+    temporary_ = folder + name;
+    slot_ = register_pending(temporary_);
+    descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) break;
+    const int error = errno;
+    release(slot_);
+    slot_ = -1;
+    if (error != EEXIST || attempt == 16) fail(error);
+  }
+  buffer_.reserve(kBufferSize);
+}
+
+OutputFile::~OutputFile() {
+  if (descriptor_ >= 0) close(descriptor_);
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+  release(slot_);
+}
+
+void OutputFile::write(const void* data, std::size_t size) {
+  check();
+  const char* bytes = static_cast<const char*>(data);
+  while (size > 0) {
+    const std::size_t part = std::min(size, kBufferSize - buffer_.size());
+    buffer_.insert(buffer_.end(), bytes, bytes + part);
+    bytes += part;
+    size -= part;
+    if (buffer_.size() == kBufferSize) flush();
+  }
+}
+
+void OutputFile::seek(std::uint64_t position) {
+  flush();
+  if (lseek(descriptor_, static_cast<off_t>(position), SEEK_SET) < 0) fail(errno);
+  written_ = position;
+}
+
+void OutputFile::commit() {
+  flush();
+  if (fsync(descriptor_) != 0) fail(errno);
+  const int closed = close(descriptor_);
+  descriptor_ = -1;
+  if (closed != 0) fail(errno);
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
+  temporary_.clear();
+}
+
+void OutputFile::check() {
+  if (!failure_.empty()) throw OutputError(failure_);
+}
+
+void OutputFile::flush() {
+  check();
+  std::size_t done = 0;
+  while (done < buffer_.size()) {
+    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail(n < 0 ? errno : ENOSPC);
+    done += static_cast<std::size_t>(n);
+  }
+  written_ += buffer_.size();
+  buffer_.clear();
+}
+
+void OutputFile::fail(int error) {
+  failure_ = path_ + ": cannot be written: " + std::generic_category().message(error) + " (" +
+             advice(error, folder_of(path_)) + ")";
+  throw OutputError(failure_);
+}
+
+void remove_pending_outputs() noexcept {
+  for (Slot& slot : slots)
+    if (slot.state == kPending) unlink(slot.name);
+}
+
+}  // namespace meniscus

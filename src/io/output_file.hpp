@@ -1,0 +1,53 @@
+// A file that appears under its name only when it is complete and on disk.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace meniscus {
+
+/// Writes to a unique temporary name in the target's folder; `commit` renames it to the target. A
+/// symbolic link is followed, so that the link stays and its file changes. Every function throws
+/// OutputError that names the target, the reason and what to do; after one failure all later calls
+/// fail with the same message. A full disk is an error here; for the limit on a file's size
+/// (RLIMIT_FSIZE) to be one too, the program must ignore SIGXFSZ.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path);
+  ~OutputFile();  // removes the temporary file unless it was committed
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(const void* data, std::size_t size);
+  void write(std::string_view text) { write(text.data(), text.size()); }
+
+  /// The place in the file where the next write goes, in bytes from its start.
+  std::uint64_t position() const { return written_ + buffer_.size(); }
+  void seek(std::uint64_t position);
+
+  /// Flushes, waits until the data are on disk, closes and renames. Call once.
+  void commit();
+
+ private:
+  void check();
+  void flush();
+  [[noreturn]] void fail(int error);
+
+  std::string path_;    // as the caller named it
+  std::string target_;  // path_ with links followed
+  std::string temporary_;
+  std::string failure_;  // the first error; empty: none so far
+  std::vector<char> buffer_;
+  std::uint64_t written_ = 0;  // offset of the buffer's first byte in the file
+  int descriptor_ = -1;
+  int slot_ = -1;  // in the registry of pending files
+};
+
+/// Removes the temporary files of all OutputFiles that are not committed. Async-signal-safe: for
+/// the handler of SIGINT or SIGTERM, which ends the process afterwards.
+void remove_pending_outputs() noexcept;
+
+}  // namespace meniscus

@@ -1,0 +1,60 @@
+// What the previews share: colours, the surface as eye sees it, edges.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "meniscus/types.hpp"
+#include "stages/view.hpp"
+
+namespace meniscus {
+
+/// A colour: x, y, z are red, green, blue in linear light, 1 is display white.
+using Color = Vec3;
+inline Color operator+(Color a, Color b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Color operator*(Color a, Color b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+inline Color operator*(Color a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Color mix(Color a, Color b, float share) { return a * (1 - share) + b * share; }
+
+/// 0 up to `low`, 1 from `high` on, smooth between.
+inline float smoothstep(float low, float high, float x) {
+  const float s = std::clamp((x - low) / (high - low), 0.0f, 1.0f);
+  return s * s * (3 - 2 * s);
+}
+
+/// The surface in eye space: lengths in particle radii, see view.hpp.
+struct Scene {
+  const Surface& surface;
+  View view;
+  int width, height;
+  std::vector<Vec3> normal;  // [height*width] unit, eye axes; zero where there is no surface
+
+  explicit Scene(const Surface& surface_);
+  std::size_t at(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(column);
+  }
+  bool covered(std::size_t pixel) const { return surface.kind[pixel] != Kind::none; }
+  /// Planar distance, particle radii.
+  float depth(std::size_t pixel) const {
+    return surface.depth[pixel] / static_cast<float>(view.radius);
+  }
+  /// Unit vector from the surface point at a pixel to the eye.
+  Vec3 to_eye(int column, int row) const;
+};
+
+/// [height*width] colours.
+using Picture = std::vector<Color>;
+
+/// Water in a studio (preview `lit`).
+Picture draw_lit(const Scene& scene);
+
+/// Blends colours over the silhouettes and depth steps of a scene, whose maps have one sample a
+/// pixel: each step of a jagged border is replaced by the straight line that it stands for
+/// (Reshetov 2009, Morphological Antialiasing, on depth instead of colour). Pixels that do not
+/// touch such a border keep their colour.
+Picture smooth_borders(const Scene& scene, const Picture& picture);
+
+}  // namespace meniscus

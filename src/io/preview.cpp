@@ -1,0 +1,138 @@
+#include "io/preview.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "io/picture.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr Color kDark = {0.012f, 0.014f, 0.018f};  // background of the technical views
+
+Picture draw_normal(const Scene& scene) {
+  Picture picture(scene.normal.size(), kDark);
+  const auto linear = [](float srgb) {  // so that the file holds n / 2 + 1/2
+    return srgb <= 0.04045f ? srgb / 12.92f : std::pow((srgb + 0.055f) / 1.055f, 2.4f);
+  };
+  for (std::size_t k = 0; k < picture.size(); ++k) {
+    const Vec3& n = scene.normal[k];
+    if (scene.covered(k))
+      picture[k] = {linear(n.x / 2 + .5f), linear(n.y / 2 + .5f), linear(n.z / 2 + .5f)};
+  }
+  return picture;
+}
+
+// Near to far: a ramp whose lightness falls evenly (linear light, after viridis).
+Color ramp(float s) {
+  static constexpr std::array<Color, 7> kStops = {{{0.9832f, 0.8000f, 0.0185f},
+                                                   {0.2623f, 0.6376f, 0.1170f},
+                                                   {0.0331f, 0.4508f, 0.2086f},
+                                                   {0.0137f, 0.2789f, 0.2705f},
+                                                   {0.0331f, 0.1441f, 0.2705f},
+                                                   {0.0578f, 0.0452f, 0.2232f},
+                                                   {0.0578f, 0.0000f, 0.0887f}}};
+  const float x = std::clamp(s, 0.0f, 1.0f) * (kStops.size() - 1);
+  const auto k = std::min(static_cast<std::size_t>(x), kStops.size() - 2);
+  return mix(kStops[k], kStops[k + 1], x - static_cast<float>(k));
+}
+
+Picture draw_depth(const Scene& scene) {
+  std::vector<float> depths;
+  for (std::size_t k = 0; k < scene.normal.size(); ++k)
+    if (scene.covered(k)) depths.push_back(scene.depth(k));
+  Picture picture(scene.normal.size(), kDark);
+  if (depths.empty()) return picture;
+  // The range leaves out one hundredth at either end, so that a stray drop does not flatten it.
+  const auto percentile = [&](std::size_t percent) {
+    const auto place =
+        depths.begin() + static_cast<std::ptrdiff_t>((depths.size() - 1) * percent / 100);
+    std::nth_element(depths.begin(), place, depths.end());
+    return *place;
+  };
+  const float near = percentile(1), far = percentile(99);
+  for (std::size_t k = 0; k < picture.size(); ++k)
+    if (scene.covered(k)) picture[k] = ramp((scene.depth(k) - near) / std::max(far - near, 1e-6f));
+  return picture;
+}
+
+// A colour of even lightness and chroma for a group: its hue from a hash of the number (Oklab).
+Color group_color(std::uint32_t group) {
+  std::uint32_t h = group * 2654435761u;
+  h ^= h >> 15;
+  h *= 2246822519u;
+  h ^= h >> 13;
+  const float hue = static_cast<float>(h & 0xffff) / 65536.0f * 6.2831853f;
+  const float lightness = 0.66f + 0.14f * static_cast<float>(h >> 24) / 255.0f;
+  const float a = 0.115f * std::cos(hue), b = 0.115f * std::sin(hue);
+  const auto cube = [](float x) { return x * x * x; };
+  const float l = cube(lightness + 0.3963377774f * a + 0.2158037573f * b);
+  const float m = cube(lightness - 0.1055613458f * a - 0.0638541728f * b);
+  const float s = cube(lightness - 0.0894841775f * a - 1.2914855480f * b);
+  return {std::max(0.0f, 4.0767416621f * l - 3.3077115913f * m + 0.2309699292f * s),
+          std::max(0.0f, -1.2684380046f * l + 2.6097574011f * m - 0.3413193965f * s),
+          std::max(0.0f, -0.0041960863f * l - 0.7034186147f * m + 1.7076147010f * s)};
+}
+
+Picture draw_groups(const Scene& scene) {
+  Picture picture(scene.normal.size(), kDark);
+  for (int row = 0; row < scene.height; ++row)
+    for (int column = 0; column < scene.width; ++column) {
+      const std::size_t k = scene.at(column, row);
+      if (!scene.covered(k)) continue;
+      const std::uint32_t group = scene.surface.group[k];
+      const bool splash = scene.surface.kind[k] == Kind::splash || group == 0;
+      const Color base = splash ? Color{0.8f, 0.82f, 0.85f} : group_color(group);
+      const Vec3 v = scene.to_eye(column, row);
+      const Vec3& n = scene.normal[k];
+      const float facing = std::clamp(n.x * v.x + n.y * v.y + n.z * v.z, 0.0f, 1.0f);
+      picture[k] = base * (0.45f + 0.55f * facing);
+    }
+  return picture;
+}
+
+std::uint8_t srgb(float linear) {
+  const float x = std::clamp(linear, 0.0f, 1.0f);
+  const float s = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(s * 255 + 0.5f);
+}
+
+void check_maps(const Surface& surface) {
+  const Camera& camera = surface.camera;
+  require(camera.width > 0 && camera.height > 0, "write_png: the surface's camera has no pixels");
+  const auto pixels =
+      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  for (const std::size_t size :
+       {surface.depth.size(), surface.normal.size(), surface.group.size(), surface.kind.size()})
+    require(size == pixels, "write_png: a map has " + std::to_string(size) + " pixels, wanted " +
+                                std::to_string(pixels) + " (extract with Parameters::image set)");
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) {
+  check_maps(surface);
+  const Scene scene(surface);
+  const auto draw = [&] {
+    switch (preview) {
+      case Preview::lit:
+        return draw_lit(scene);
+      case Preview::normal:
+        return draw_normal(scene);
+      case Preview::depth:
+        return draw_depth(scene);
+      case Preview::groups:
+        return draw_groups(scene);
+    }
+    throw InvalidArgument("write_png: unknown preview");
+  };
+  const Picture picture = smooth_borders(scene, draw());
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(3 * picture.size());
+  for (const Color& color : picture)
+    for (const float channel : {color.x, color.y, color.z}) bytes.push_back(srgb(channel));
+  return bytes;
+}
+
+}  // namespace meniscus

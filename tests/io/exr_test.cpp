@@ -1,0 +1,213 @@
+#include <ImfChannelList.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputFile.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <ImfThreading.h>
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "io/sample_surface.hpp"
+#include "io/temporary_folder.hpp"
+#include "meniscus/error.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+namespace {
+
+using testing::HasSubstr;
+
+// Reads one channel as it is stored.
+template <typename Value>
+std::vector<Value> read_channel(Imf::InputFile& file, const char* name, Imf::PixelType type) {
+  const Imath::Box2i window = file.header().dataWindow();
+  const int width = window.max.x - window.min.x + 1, height = window.max.y - window.min.y + 1;
+  std::vector<Value> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  const Imf::Channel* channel = file.header().channels().findChannel(name);
+  if (channel == nullptr || channel->type != type) {
+    ADD_FAILURE() << "channel " << name << " is missing or has another type";
+    return values;
+  }
+  Imf::FrameBuffer frame;
+  frame.insert(name, Imf::Slice(type, reinterpret_cast<char*>(values.data()), sizeof(Value),
+                                sizeof(Value) * static_cast<std::size_t>(width)));
+  file.setFrameBuffer(frame);
+  file.readPixels(window.min.y, window.max.y);
+  return values;
+}
+
+std::vector<float> component(const std::vector<Vec3>& vectors, float Vec3::*member) {
+  std::vector<float> values;
+  for (const Vec3& v : vectors) values.push_back(v.*member);
+  return values;
+}
+
+class ExrCompression : public testing::TestWithParam<Compression> {};
+
+TEST_P(ExrCompression, KeepsEveryChannel) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera());
+  write_exr(folder / "a.exr", surface, {}, GetParam());
+  Imf::InputFile file((folder / "a.exr").c_str());
+  EXPECT_EQ(static_cast<int>(file.header().compression()), static_cast<int>(GetParam()));
+
+  // PXR24 keeps 15 of 23 bits of a float and rounds; everything else is lossless.
+  const float relative = GetParam() == Compression::pxr24 ? std::ldexp(1.0f, -16) : 0.0f;
+  const auto compare = [&](const char* name, const std::vector<float>& expected) {
+    const auto actual = read_channel<float>(file, name, Imf::FLOAT);
+    ASSERT_EQ(actual.size(), expected.size());
+    for (std::size_t k = 0; k < actual.size(); ++k) {
+      if (std::isinf(expected[k]))
+        ASSERT_EQ(actual[k], expected[k]) << name << " " << k;
+      else
+        ASSERT_LE(std::abs(actual[k] - expected[k]), relative * std::abs(expected[k]))
+            << name << " " << k;
+    }
+  };
+  compare("Z", surface.depth);
+  compare("N.X", component(surface.normal, &Vec3::x));
+  compare("N.Y", component(surface.normal, &Vec3::y));
+  compare("N.Z", component(surface.normal, &Vec3::z));
+  compare("P.X", component(surface.position, &Vec3::x));
+  compare("P.Y", component(surface.position, &Vec3::y));
+  compare("P.Z", component(surface.position, &Vec3::z));
+  compare("residual", surface.residual);
+  EXPECT_EQ(read_channel<std::uint32_t>(file, "id", Imf::UINT), surface.group);
+
+  const auto kind = read_channel<std::uint32_t>(file, "kind", Imf::UINT);
+  const auto alpha = read_channel<float>(file, "A", Imf::FLOAT);
+  std::array<int, 3> seen{};
+  for (std::size_t k = 0; k < kind.size(); ++k) {
+    ASSERT_EQ(kind[k], static_cast<std::uint32_t>(surface.kind[k]));
+    ASSERT_EQ(alpha[k], kind[k] == 0 ? 0.0f : 1.0f);
+    ++seen.at(kind[k]);
+  }
+  for (const int count : seen) EXPECT_GT(count, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ExrCompression,
+                         testing::Values(Compression::none, Compression::rle, Compression::zips,
+                                         Compression::zip, Compression::piz, Compression::pxr24));
+
+TEST(Exr, HeaderSaysWhatItHolds) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera());
+  Parameters parameters;
+  parameters.method = Method::stable;
+  parameters.fit.tau = 0.5;
+  write_exr(folder / "a.exr", surface, parameters);
+  const Imf::InputFile file((folder / "a.exr").c_str());
+  const Imf::Header& header = file.header();
+
+  std::vector<std::string> names;
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+    names.push_back(c.name());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y",
+                                                   "P.Z", "id", "kind", "residual"));
+  const Imath::Box2i window({0, 0}, {60, 46});
+  EXPECT_EQ(header.dataWindow(), window);
+  EXPECT_EQ(header.displayWindow(), window);
+  EXPECT_EQ(header.lineOrder(), Imf::INCREASING_Y);
+  EXPECT_EQ(header.compression(), Imf::ZIP_COMPRESSION);
+
+  const auto text = [&](const char* name) {
+    return header.typedAttribute<Imf::StringAttribute>(name).value();
+  };
+  EXPECT_EQ(text("software"), "Meniscus " + version());
+  EXPECT_EQ(text("meniscus.method"), "stable");
+  EXPECT_EQ(text("meniscus.parameters"), describe(parameters));
+  for (const char* word : {"Z:", "N.X N.Y N.Z:", "P.X P.Y P.Z:", "id:", "kind:", "residual:", "A:",
+                           "world space", "world units", "infinity", "particle radii"})
+    EXPECT_THAT(text("comments"), HasSubstr(word));
+  EXPECT_EQ(header.typedAttribute<Imf::DoubleAttribute>("meniscus.particleRadius").value(), 0.05);
+  const auto& view = header.typedAttribute<Imf::M44dAttribute>("meniscus.view").value();
+  const auto& projection = header.typedAttribute<Imf::M44dAttribute>("meniscus.projection").value();
+  for (int k = 0; k < 16; ++k) {
+    EXPECT_EQ(view[k / 4][k % 4], surface.camera.view[k]);
+    EXPECT_EQ(projection[k / 4][k % 4], surface.camera.projection[k]);
+  }
+}
+
+// The standard matrices as OpenEXR defines them: row vectors; camera space left-handed, +z forward,
+// y up; NDC (0, 0) upper left, (1, 1) lower right.
+void expect_standard_matrices(const Camera& camera) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(camera);
+  write_exr(folder / "a.exr", surface, {});
+  const Imf::InputFile file((folder / "a.exr").c_str());
+  const Imath::M44f to_camera = Imf::worldToCamera(file.header());
+  const Imath::M44f to_ndc = Imf::worldToNDC(file.header());
+  EXPECT_LT(to_camera.determinant(), 0);  // a rigid view, mirrored
+  int checked = 0;
+  for (int row = 0; row < camera.height; ++row)
+    for (int column = 0; column < camera.width; ++column) {
+      const std::size_t k = static_cast<std::size_t>(row) * camera.width + column;
+      if (surface.kind[k] == Kind::none) continue;
+      const Vec3& p = surface.position[k];
+      Imath::V3f eye, ndc;
+      to_camera.multVecMatrix(Imath::V3f(p.x, p.y, p.z), eye);
+      to_ndc.multVecMatrix(Imath::V3f(p.x, p.y, p.z), ndc);
+      // Floats of size up to 4 (positions, entries, sums): a dozen roundings of 2^-24 * 4 each,
+      // below 4e-6; for NDC the same over w >= 1.
+      ASSERT_NEAR(eye.z, surface.depth[k], 4e-6);
+      ASSERT_NEAR(ndc.x * camera.width, column + 0.5, 4e-6 * camera.width);
+      ASSERT_NEAR(ndc.y * camera.height, row + 0.5, 4e-6 * camera.height);
+      const auto& m = camera.view;
+      ASSERT_NEAR(eye.x, m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], 4e-6);
+      ASSERT_NEAR(eye.y, m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7], 4e-6);
+      ++checked;
+    }
+  EXPECT_GT(checked, 500);
+}
+
+TEST(Exr, StandardMatricesMapPositionsToPixelsAndDepth) {
+  expect_standard_matrices(sample_camera());
+}
+
+TEST(Exr, StandardMatricesOfAnOrthographicCamera) {
+  Camera camera = sample_camera(64, 48);
+  camera.projection = {0.7, 0, 0, 0.1, 0, 0.9, 0, -0.05, 0, 0, -0.2, -1, 0, 0, 0, 1};
+  expect_standard_matrices(camera);
+}
+
+TEST(Exr, SameBytesWithAnyNumberOfThreads) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera(200, 150));
+  const int threads = Imf::globalThreadCount();
+  for (const auto compression : {Compression::zip, Compression::piz}) {
+    Imf::setGlobalThreadCount(0);
+    write_exr(folder / "a.exr", surface, {}, compression);
+    Imf::setGlobalThreadCount(3);
+    write_exr(folder / "b.exr", surface, {}, compression);
+    EXPECT_TRUE(file_bytes(folder / "a.exr") == file_bytes(folder / "b.exr"));
+  }
+  Imf::setGlobalThreadCount(threads);
+}
+
+TEST(Exr, AnEmptySurfaceIsAValidFile) {
+  const TemporaryFolder folder;
+  Camera away = sample_camera(5, 3);
+  away.view[11] += 100;  // everything is behind the eye
+  const Surface surface = sample_surface(away);
+  write_exr(folder / "a.exr", surface, {});
+  Imf::InputFile file((folder / "a.exr").c_str());
+  EXPECT_THAT(read_channel<float>(file, "Z", Imf::FLOAT),
+              testing::Each(std::numeric_limits<float>::infinity()));
+  EXPECT_THAT(read_channel<float>(file, "A", Imf::FLOAT), testing::Each(0.0f));
+}
+
+TEST(Exr, RefusesMapsOfAnotherSize) {
+  const TemporaryFolder folder;
+  Surface surface = sample_surface(sample_camera());
+  surface.residual.pop_back();
+  EXPECT_THROW(write_exr(folder / "a.exr", surface, {}), InvalidArgument);
+  EXPECT_THROW(write_exr(folder / "a.exr", Surface{}, {}), InvalidArgument);
+  EXPECT_THAT(folder.entries(), testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace meniscus

@@ -1,0 +1,218 @@
+#include "io/output_file.hpp"
+
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "io/sample_surface.hpp"
+#include "io/temporary_folder.hpp"
+#include "meniscus/error.hpp"
+#include "meniscus/io.hpp"
+
+namespace meniscus {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const OutputError& error) {
+    return error.what();
+  }
+  return "no OutputError";
+}
+
+TEST(OutputFile, AppearsOnCommitWithEverythingWritten) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "räksmörgås with spaces.bin";
+  const std::string body(3'000'001, 'x');  // more than its buffer, not a multiple of it
+  {
+    OutputFile file(path);
+    file.write("head");
+    file.write(body);
+    EXPECT_EQ(file.position(), 4 + body.size());
+    file.seek(1);
+    file.write("EA");
+    EXPECT_EQ(file.position(), 3u);
+    EXPECT_FALSE(std::filesystem::exists(path));
+    file.commit();
+  }
+  EXPECT_EQ(file_bytes(path), "hEAd" + body);
+  EXPECT_EQ(folder.entries().size(), 1u);
+}
+
+TEST(OutputFile, LeavesNothingAndTheOldFileWithoutCommit) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "old.bin") << "old";
+  {
+    OutputFile file(folder / "old.bin"), other(folder / "new.bin");
+    file.write("new");
+    other.write("new");
+  }
+  EXPECT_THAT(folder.entries(), ElementsAre("old.bin"));
+  EXPECT_EQ(file_bytes(folder / "old.bin"), "old");
+}
+
+TEST(OutputFile, ReplacesAFileAndFollowsALink) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "real");
+  std::ofstream(folder / "real/file") << "old and longer";
+  std::filesystem::create_symlink("real/file", folder / "link");
+  OutputFile file(folder / "link");
+  file.write("new");
+  file.commit();
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(file_bytes(folder / "real/file"), "new");
+}
+
+TEST(OutputFile, TwoWritersOfOneNameDoNotMix) {
+  const TemporaryFolder folder;
+  OutputFile first(folder / "a"), second(folder / "a");
+  first.write("first");
+  second.write("second");
+  first.commit();
+  second.commit();
+  EXPECT_EQ(file_bytes(folder / "a"), "second");
+  EXPECT_THAT(folder.entries(), ElementsAre("a"));
+}
+
+TEST(OutputFile, NamesTheFileTheReasonAndTheWayOut) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "plain") << "";
+  const auto message = [](const std::string& path) {
+    return message_of([&] { OutputFile file(path); });
+  };
+  EXPECT_EQ(message(folder / "no/where.exr"),
+            (folder / "no/where.exr") +
+                ": cannot be written: No such file or directory (make the "
+                "folder " +
+                (folder / "no") + " first)");
+  EXPECT_THAT(message(folder.path().string()),
+              AllOf(StartsWith(folder.path().string() + ": "), HasSubstr("Is a directory")));
+  EXPECT_THAT(message(folder / "plain/a.exr"), HasSubstr("Not a directory"));
+  EXPECT_THAT(message(folder / "plain/"), HasSubstr("cannot be written"));
+  EXPECT_THAT(message("/dev/null"), HasSubstr("not a regular file"));
+  EXPECT_THAT(message(folder / std::string(300, 'n') + "/a.png"), HasSubstr("File name too long"));
+  EXPECT_THAT(message(""), HasSubstr("cannot be written"));
+  EXPECT_THAT(folder.entries(), ElementsAre("plain"));
+}
+
+TEST(OutputFile, RefusesAFolderThatCannotBeWritten) {
+  // Root may write anywhere but in /proc.
+  EXPECT_THAT(message_of([] { OutputFile file("/proc/meniscus.exr"); }),
+              AllOf(StartsWith("/proc/meniscus.exr: cannot be written: "), HasSubstr("(")));
+  if (geteuid() == 0) return;
+  const TemporaryFolder folder;
+  std::filesystem::permissions(
+      folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_THAT(message_of([&] { OutputFile file(folder / "a.exr"); }),
+              HasSubstr("Permission denied (choose a folder that you may write to)"));
+}
+
+// Every writer against a disk, or a limit, that takes only a part of the file.
+const std::vector<std::string> kOutputs = {"a.exr", "a.ply", "a.obj", "a.png"};
+
+void write_any(const std::string& path) {
+  Surface surface = sample_surface(sample_camera(320, 240));
+  // Enough triangles that the mesh is larger than the limits below.
+  surface.mesh.triangle.resize(40000, {0, 1, 2});
+  if (path.ends_with(".exr")) return write_exr(path, surface, {}, Compression::none);
+  if (path.ends_with(".png")) return write_png(path, surface);
+  write_mesh(path, surface.mesh);
+}
+
+// Runs `action` in a child process, so that limits and mounts end with it. True: exit status 0.
+bool in_child(const std::function<int()>& action) {
+  const pid_t child = fork();
+  if (child == 0) _exit(action());
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+TEST(OutputFile, ReportsALimitOnFileSizesAndLeavesNothing) {
+  for (const std::string& name : kOutputs) {
+    for (const rlim_t limit : {1u, 20000u}) {
+      const TemporaryFolder folder;
+      EXPECT_TRUE(in_child([&] {
+        signal(SIGXFSZ, SIG_IGN);
+        const rlimit size = {limit, limit};
+        if (setrlimit(RLIMIT_FSIZE, &size) != 0) return 2;
+        const std::string message = message_of([&] { write_any(folder / name); });
+        return message == (folder / name) +
+                              ": cannot be written: File too large (raise the limit on the size of "
+                              "files, ulimit -f)"
+                   ? 0
+                   : 1;
+      })) << name
+          << ", limit " << limit;
+      EXPECT_THAT(folder.entries(), IsEmpty()) << name << ", limit " << limit;
+    }
+  }
+}
+
+TEST(OutputFile, ReportsAFullDiskAndLeavesNothing) {
+  const TemporaryFolder folder;
+  if (mount("tmpfs", folder.path().c_str(), "tmpfs", 0, "size=16k") != 0)
+    GTEST_SKIP() << "a small disk cannot be mounted here: " << strerror(errno);
+  for (const std::string& name : kOutputs) {
+    EXPECT_THAT(message_of([&] { write_any(folder / name); }),
+                AllOf(StartsWith(folder / name + ": cannot be written: No space left on device"),
+                      HasSubstr("free some space")));
+    EXPECT_THAT(folder.entries(), IsEmpty()) << name;
+  }
+  EXPECT_EQ(umount(folder.path().c_str()), 0);
+}
+
+TEST(OutputFile, ASignalHandlerRemovesPendingFiles) {
+  const TemporaryFolder folder;
+  int ready[2];
+  ASSERT_EQ(pipe(ready), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGTERM, [](int) {
+      remove_pending_outputs();
+      _exit(15);
+    });
+    OutputFile done(folder / "done"), pending(folder / "pending"), other(folder / "other");
+    done.commit();
+    pending.write("half of it");
+    if (write(ready[1], "x", 1) == 1) pause();
+    _exit(1);
+  }
+  char byte;
+  ASSERT_EQ(read(ready[0], &byte, 1), 1);
+  EXPECT_EQ(folder.entries().size(), 3u);
+  kill(child, SIGTERM);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 15);
+  EXPECT_THAT(folder.entries(), ElementsAre("done"));
+  close(ready[0]);
+  close(ready[1]);
+}
+
+TEST(OutputFile, ManyFilesAtOnce) {
+  const TemporaryFolder folder;  // more than the registry of pending files holds
+  std::vector<std::unique_ptr<OutputFile>> files;
+  for (int k = 0; k < 70; ++k)
+    files.push_back(std::make_unique<OutputFile>(folder / std::to_string(k)));
+  for (const auto& file : files) file->commit();
+  files.clear();
+  EXPECT_EQ(folder.entries().size(), 70u);
+}
+
+}  // namespace
+}  // namespace meniscus
