@@ -1,0 +1,132 @@
+// The table of contents: one call per stage, in the paper's order.
+#include "pipeline.hpp"
+
+#include <chrono>
+
+#include "stages/blend.hpp"
+#include "stages/density.hpp"
+#include "stages/fit.hpp"
+#include "stages/group.hpp"
+#include "stages/region.hpp"
+#include "stages/splash.hpp"
+#include "stages/triangulate.hpp"
+#include "stages/visible.hpp"
+
+namespace meniscus {
+
+/// Names the stage that runs, for timings and for errors.
+class StageClock {
+ public:
+  StageClock(Device& device, std::vector<StageTime>* timings) : device_(device), times_(timings) {}
+  ~StageClock() { device_.state().stage.clear(); }
+
+  void start(const std::string& stage) {
+    stop();
+    device_.state().stage = stage;
+    begin_ = std::chrono::steady_clock::now();
+  }
+
+  void stop() {
+    if (device_.state().stage.empty()) return;
+    if (times_) {
+      StageTime time{device_.state().stage, 0, 0};
+      for (const auto& [kernel, ms] : device_.state().take_times()) time.device_ms += ms;
+      time.host_ms =
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
+              .count();
+      times_->push_back(time);
+    } else {
+      device_.state().events.clear();
+    }
+    device_.state().stage.clear();
+  }
+
+ private:
+  Device& device_;
+  std::vector<StageTime>* times_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+namespace {
+
+// The blend where it is asked for: reference depth, groups, contour; samples whose nearest layer
+// ends before them look once more behind it; then the splash.
+SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
+                            const Triangulation& mesh, const GroupRecords& records,
+                            const Buffer<float>& device_records, const SplatParticles& body,
+                            const SplatParticles& splash, const DeviceCells& cells,
+                            const Parameters& params, StageClock& clock) {
+  clock.start("region");
+  const SurfaceBuffers surface = empty_surface(device, grid);
+  const Buffer<float> triangles = draw_triangles(device, view, mesh, grid);
+  const double bulge = params.fit.offset / params.region.reference;
+  Buffer<float> reference = splat_depth(device, body, grid, params.region.reference, bulge);
+  const TileLists tiles = list_tiles(view, records, grid);
+
+  constexpr int kLayers = 3;
+  for (int layer = 0; layer < kLayers; ++layer) {
+    clock.start("blend");
+    blend_groups(device, view, device_records, tiles, reference, surface, params.blend);
+    clock.start("contour");
+    const Buffer<float> behind =
+        cut_contour(device, view, cells, triangles, reference, surface, params.region);
+    if (layer + 1 < kLayers)
+      reference = splat_depth(device, body, grid, params.region.reference, bulge, &behind, 3);
+  }
+  clock.start("splash");
+  draw_splash(device, view, cells, splash, surface, params.region);
+  return surface;
+}
+
+}  // namespace
+
+Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
+                        const Parameters& params, std::vector<StageTime>* timings) {
+  Extraction result;
+  StageClock clock(device, timings);
+  clock.start("project");
+  const double margin =
+      std::max(params.region.reference, params.visible.footprint) + kDensitySupport;
+  const Projected projected = project_particles(device, view, particles, margin);
+
+  clock.start("split");
+  const SplashSplit split = split_splash(projected, params.splash);
+  clock.start("visible");
+  const Visible visible =
+      find_visible(device, view, projected, split.body, params.visible, params.visible.owned);
+  clock.start("triangulate");
+  const Triangulation mesh = triangulate(view, projected, visible, params.triangle);
+  clock.start("group");
+  const std::vector<Vec3d> normals = smooth_normals(mesh, params.merge.smoothing_rounds);
+  const Groups groups = merge_groups(mesh, normals, params.merge, params.fit);
+  clock.start("fit");
+  const Quadrics quadrics =
+      fit_quadrics(device, group_problems(mesh, groups, vertex_normals(mesh)), params.fit);
+  const GroupRecords records = make_records(groups, quadrics, params.blend, params.fit.offset);
+  const Buffer<float> device_records = upload(device, records.values);
+
+  clock.start("upload");
+  const SplatParticles body = upload_splats(device, projected, visible.index);
+  const SplatParticles splash = upload_splats(device, projected, split.splash);
+  const DeviceCells cells =
+      upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport));
+
+  if (params.image) {
+    const SurfaceBuffers image = make_surface(device, view, pixel_grid(view), mesh, records,
+                                              device_records, body, splash, cells, params, clock);
+    clock.start("download");
+    result.image = download(device, image);
+  }
+  clock.stop();
+
+  result.residual = quadrics.residual;
+  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
+                   {"in view", static_cast<std::int64_t>(projected.size())},
+                   {"splash", static_cast<std::int64_t>(split.splash.size())},
+                   {"visible", static_cast<std::int64_t>(visible.index.size())},
+                   {"triangles", static_cast<std::int64_t>(mesh.triangle.size())},
+                   {"groups", static_cast<std::int64_t>(groups.size())}};
+  return result;
+}
+
+}  // namespace meniscus

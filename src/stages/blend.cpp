@@ -1,0 +1,107 @@
+#include "stages/blend.hpp"
+
+#include <algorithm>
+
+namespace meniscus {
+namespace {
+
+constexpr int kRecord = 24;  // floats, as in blend.cl
+constexpr int kTile = 16;    // samples, as the work-group of blend_groups
+
+// Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
+struct Box {
+  int i0, i1, j0, j1;
+};
+
+Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGrid& grid) {
+  // The box around the projections of the corners of the eye-space cube, which holds the sphere.
+  double u0 = 1e30, u1 = -1e30, v0 = 1e30, v1 = -1e30;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d offset{corner & 1 ? radius : -radius, corner & 2 ? radius : -radius,
+                       corner & 4 ? radius : -radius};
+    Vec3d p = centre + offset;
+    p.z = std::min(p.z, -view.near_depth);
+    const PixelPosition at = project(view, p);
+    u0 = std::min(u0, at.u);
+    u1 = std::max(u1, at.u);
+    v0 = std::min(v0, at.v);
+    v1 = std::max(v1, at.v);
+  }
+  const auto sample = [&](double pixel, int last) {
+    return static_cast<int>(std::clamp((pixel - grid.first) / grid.step, -1.0, last + 1.0));
+  };
+  return {std::max(0, sample(u0, grid.nx)), std::min(grid.nx - 1, sample(u1, grid.nx) + 1),
+          std::max(0, sample(v0, grid.ny)), std::min(grid.ny - 1, sample(v1, grid.ny) + 1)};
+}
+
+}  // namespace
+
+GroupRecords make_records(const Groups& groups, const Quadrics& quadrics, const BlendParams& params,
+                          double offset) {
+  GroupRecords records;
+  records.values.assign(groups.size() * kRecord, 0.0f);
+  records.billboard.assign(groups.size(), 0.0);
+  records.centre.resize(groups.size());
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    records.centre[g] = groups.centre[g] + groups.normal[g] * offset;
+    if (quadrics.residual[g] < 0) continue;
+    const double reach = groups.radius[g] + params.reach, b = 0.5 * groups.radius[g] + 0.5;
+    records.billboard[g] = reach;
+    float* record = &records.values[g * kRecord];
+    const Vec3d &c = groups.centre[g], &n = groups.normal[g], &raised = records.centre[g];
+    const double head[6] = {c.x, c.y, c.z, n.x, n.y, n.z};
+    for (int k = 0; k < 6; ++k) record[k] = static_cast<float>(head[k]);
+    for (int k = 0; k < 10; ++k) record[6 + k] = quadrics.coefficient[g][k];
+    record[16] = static_cast<float>(1 / (reach * reach));
+    record[17] = static_cast<float>(1 / (2 * b * b));
+    record[18] = static_cast<float>(std::min(1.0, groups.triangles[g] / 6.0));
+    record[19] = static_cast<float>(raised.x);
+    record[20] = static_cast<float>(raised.y);
+    record[21] = static_cast<float>(raised.z);
+  }
+  return records;
+}
+
+TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid) {
+  TileLists tiles;
+  tiles.nx = (grid.nx + kTile - 1) / kTile;
+  tiles.ny = (grid.ny + kTile - 1) / kTile;
+  const std::size_t n = records.billboard.size();
+  std::vector<Box> boxes(n);
+  tiles.start.assign(static_cast<std::size_t>(tiles.nx) * tiles.ny + 1, 0);
+  const auto each_tile = [&](std::size_t g, auto&& visit) {
+    if (!(records.billboard[g] > 0)) return;
+    const Box& box = boxes[g];
+    for (int j = box.j0 / kTile; j * kTile <= box.j1; ++j)
+      for (int i = box.i0 / kTile; i * kTile <= box.i1; ++i)
+        visit(static_cast<std::size_t>(j) * tiles.nx + i);
+  };
+  for (std::size_t g = 0; g < n; ++g) {
+    boxes[g] = box_of(view, records.centre[g], records.billboard[g], grid);
+    each_tile(g, [&](std::size_t tile) { ++tiles.start[tile + 1]; });
+  }
+  for (std::size_t t = 0; t + 1 < tiles.start.size(); ++t) tiles.start[t + 1] += tiles.start[t];
+  tiles.group.resize(tiles.start.back());
+  std::vector<cl_int> next(tiles.start.begin(), tiles.start.end() - 1);
+  for (std::size_t g = 0; g < n; ++g)
+    each_tile(g, [&](std::size_t tile) { tiles.group[next[tile]++] = static_cast<cl_int>(g); });
+  return tiles;
+}
+
+void blend_groups(Device& device, const View& view, const Buffer<float>& records,
+                  const TileLists& tiles, const Buffer<float>& reference,
+                  const SurfaceBuffers& surface, const BlendParams& params) {
+  const SampleGrid& grid = surface.grid;
+  const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
+  const Range range{static_cast<std::size_t>(tiles.nx) * kTile / width,
+                    static_cast<std::size_t>(tiles.ny) * kTile, kTile / width, kTile};
+  const cl_float4 sheets{{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
+                          static_cast<float>(params.other_share), 0.0f}};
+  launch(device, "blend.cl", "blend_groups", range, width_option(static_cast<int>(width)),
+         reference, records, upload(device, tiles.start), upload(device, tiles.group),
+         surface.depth, surface.normal, surface.group, cl_int2{{grid.nx, grid.ny}}, grid.first,
+         grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets,
+         static_cast<cl_float>(params.crease));
+}
+
+}  // namespace meniscus

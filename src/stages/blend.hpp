@@ -1,0 +1,40 @@
+// blend: the intersections of a ray with the groups it meets, blended (paper 2.4.2, Eqs. 6 and 7).
+#pragma once
+
+#include "device/device.hpp"
+#include "meniscus/parameters.hpp"
+#include "stages/fit.hpp"
+#include "stages/group.hpp"
+#include "stages/surface_buffers.hpp"
+
+namespace meniscus {
+
+/// Groups as kernel blend_groups takes them: 24 floats each, see blend.cl.
+struct GroupRecords {
+  std::vector<float> values;      // [groups][24]
+  std::vector<double> billboard;  // [groups] radius on which the group counts, particle radii;
+                                  // 0: the group has no fit
+  std::vector<Vec3d> centre;      // [groups] raised to the surface, eye space
+};
+
+/// The records of fitted groups: billboards of the group's radius plus params.reach, weights of
+/// Eq. 7 with b = radius / 2 + 1/2.
+GroupRecords make_records(const Groups& groups, const Quadrics& quadrics, const BlendParams& params,
+                          double offset);
+
+/// Which groups' billboards meet each tile of 16 x 16 samples.
+struct TileLists {
+  int nx = 0, ny = 0;         // tiles
+  std::vector<cl_int> start;  // [tiles + 1]
+  std::vector<cl_int> group;  // ascending in each tile
+};
+
+TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid);
+
+/// Blends the groups at every sample whose reference depth is finite (kernel blend_groups) and
+/// writes depth, normal and group there. Does not wait.
+void blend_groups(Device& device, const View& view, const Buffer<float>& records,
+                  const TileLists& tiles, const Buffer<float>& reference,
+                  const SurfaceBuffers& surface, const BlendParams& params);
+
+}  // namespace meniscus

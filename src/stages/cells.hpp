@@ -1,0 +1,58 @@
+// A hash grid over points: finds the points near a position, on the host and in kernels.
+//
+// A point's cell is floor(coordinate * inverse_cell) for each axis, in float, and its bucket a hash
+// of the cell; points of several cells may share a bucket, so whoever visits a cell compares the
+// points' own cells. Buckets hold points in ascending order: sums over them have one fixed order.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace meniscus {
+
+struct Cells {
+  float inverse_cell = 1;           // 1 / particle radii
+  std::uint32_t mask = 0;           // buckets - 1
+  std::vector<std::int32_t> start;  // [buckets + 1]
+  std::vector<float> x, y, z;       // [n] positions in bucket order, particle radii
+  std::vector<std::int32_t> item;   // [n] index of each into the arrays it was built from
+};
+
+inline std::int32_t cell_of(float coordinate, float inverse_cell) {
+  return static_cast<std::int32_t>(
+      std::floor(std::fmin(std::fmax(coordinate * inverse_cell, -1e9f), 1e9f)));
+}
+
+inline std::uint32_t bucket_of(std::int32_t cx, std::int32_t cy, std::int32_t cz,
+                               std::uint32_t mask) {
+  return (static_cast<std::uint32_t>(cx) * 73856093u ^ static_cast<std::uint32_t>(cy) * 19349663u ^
+          static_cast<std::uint32_t>(cz) * 83492791u) &
+         mask;
+}
+
+/// Sorts n points into cells of side `cell` (particle radii).
+Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
+                 const std::vector<float>& z, float cell);
+
+/// Calls visit(k) for every point k (position in bucket order) in the 27 cells around (x, y, z)
+/// until visit returns false. Every point within one cell side is among them.
+template <class Visit>
+void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
+  const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
+                     cz = cell_of(z, cells.inverse_cell);
+  for (std::int32_t k = -1; k <= 1; ++k)
+    for (std::int32_t j = -1; j <= 1; ++j)
+      for (std::int32_t i = -1; i <= 1; ++i) {
+        const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
+        for (std::int32_t p = cells.start[bucket]; p < cells.start[bucket + 1]; ++p) {
+          if (cell_of(cells.x[p], cells.inverse_cell) != cx + i ||
+              cell_of(cells.y[p], cells.inverse_cell) != cy + j ||
+              cell_of(cells.z[p], cells.inverse_cell) != cz + k)
+            continue;
+          if (!visit(p)) return;
+        }
+      }
+}
+
+}  // namespace meniscus

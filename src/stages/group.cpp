@@ -1,0 +1,213 @@
+#include "stages/group.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace meniscus {
+namespace {
+
+// A group while it grows.
+struct Growing {
+  Vec3d normal_sum;  // area-weighted
+  Vec3d low, high;   // bounding box
+};
+
+struct Edge {
+  std::int32_t a, b;  // groups, a < b
+  bool operator==(const Edge&) const = default;
+  auto operator<=>(const Edge&) const = default;
+};
+
+// Pairs of kept triangles that share an edge.
+std::vector<Edge> neighbours(const Triangulation& mesh) {
+  struct Side {
+    std::int32_t from, to, triangle;
+    auto operator<=>(const Side&) const = default;
+  };
+  std::vector<Side> sides;
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+    if (mesh.kind[t] != TriangleKind::kept) continue;
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t a = mesh.triangle[t][k], b = mesh.triangle[t][(k + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<std::int32_t>(t)});
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  std::vector<Edge> edges;
+  for (std::size_t s = 1; s < sides.size(); ++s)
+    if (sides[s - 1].from == sides[s].from && sides[s - 1].to == sides[s].to)
+      edges.push_back({sides[s - 1].triangle, sides[s].triangle});
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+Vec3d lower(const Vec3d& a, const Vec3d& b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+Vec3d upper(const Vec3d& a, const Vec3d& b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+// Label of the merged group of each triangle; ghosts keep their own.
+std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vector<Vec3d>& normals,
+                                       const MergeParams& params) {
+  const std::size_t n = mesh.triangle.size();
+  std::vector<Growing> group(n);
+  for (std::size_t t = 0; t < n; ++t) {
+    const auto& v = mesh.triangle[t];
+    group[t].normal_sum = normals[t] * mesh.area[t];
+    group[t].low = lower(lower(mesh.position[v[0]], mesh.position[v[1]]), mesh.position[v[2]]);
+    group[t].high = upper(upper(mesh.position[v[0]], mesh.position[v[1]]), mesh.position[v[2]]);
+  }
+  std::vector<std::int32_t> label(n);
+  std::iota(label.begin(), label.end(), 0);
+  std::vector<Edge> edges = neighbours(mesh);
+  std::vector<std::int32_t> best(n), into(n);
+  std::vector<double> cost(n);
+  for (;;) {
+    std::fill(best.begin(), best.end(), -1);
+    std::fill(cost.begin(), cost.end(), std::numeric_limits<double>::infinity());
+    std::vector<Edge> possible;
+    possible.reserve(edges.size());
+    for (const Edge& edge : edges) {
+      const Growing &a = group[edge.a], &b = group[edge.b];
+      // A union that is too large now stays too large: the edge is dropped for good.
+      if (length(upper(a.high, b.high) - lower(a.low, b.low)) / 2 > params.cap) continue;
+      possible.push_back(edge);
+      const double k = 1 - dot(normalized(a.normal_sum), normalized(b.normal_sum));
+      if (!(k < 1 - params.cosine)) continue;
+      const auto offer = [&](std::int32_t to, std::int32_t other) {
+        if (k < cost[to] || (k == cost[to] && other < best[to])) {
+          cost[to] = k;
+          best[to] = other;
+        }
+      };
+      offer(edge.a, edge.b);
+      offer(edge.b, edge.a);
+    }
+    std::iota(into.begin(), into.end(), 0);
+    bool merged = false;
+    for (const Edge& edge : possible) {
+      if (best[edge.a] != edge.b || best[edge.b] != edge.a || into[edge.b] != edge.b) continue;
+      into[edge.b] = edge.a;
+      group[edge.a].normal_sum += group[edge.b].normal_sum;
+      group[edge.a].low = lower(group[edge.a].low, group[edge.b].low);
+      group[edge.a].high = upper(group[edge.a].high, group[edge.b].high);
+      merged = true;
+    }
+    if (!merged) return label;
+    for (std::int32_t& l : label) l = into[l];
+    edges.clear();
+    for (const Edge& edge : possible) {
+      const std::int32_t a = into[edge.a], b = into[edge.b];
+      if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  }
+}
+
+}  // namespace
+
+std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
+  std::vector<Vec3d> normals = mesh.normal;
+  std::vector<std::int32_t> near;
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<Vec3d> smoothed = normals;
+    for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+      if (mesh.kind[t] != TriangleKind::kept) continue;
+      near.clear();
+      for (const std::int32_t v : mesh.triangle[t])
+        near.insert(near.end(), mesh.fan.begin() + mesh.fan_start[v],
+                    mesh.fan.begin() + mesh.fan_start[v + 1]);
+      std::sort(near.begin(), near.end());
+      near.erase(std::unique(near.begin(), near.end()), near.end());
+      Vec3d sum;
+      for (const std::int32_t k : near)
+        sum += normals[k] * (mesh.area[k] * std::exp(-8 * (1 - dot(normals[t], normals[k]))));
+      smoothed[t] = normalized(sum, normals[t]);
+    }
+    normals.swap(smoothed);
+  }
+  return normals;
+}
+
+std::vector<Vec3d> vertex_normals(const Triangulation& mesh) {
+  std::vector<Vec3d> normals(mesh.position.size());
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    if (mesh.kind[t] == TriangleKind::kept)
+      for (const std::int32_t v : mesh.triangle[t]) normals[v] += mesh.normal[t] * mesh.area[t];
+  for (Vec3d& normal : normals) normal = normalized(normal, {0, 0, 0});
+  return normals;
+}
+
+Groups merge_groups(const Triangulation& mesh, const std::vector<Vec3d>& normals,
+                    const MergeParams& merge, const FitParams& fit) {
+  const std::vector<std::int32_t> label = merge_labels(mesh, normals, merge);
+  Groups groups;
+  groups.group_of_triangle.assign(mesh.triangle.size(), -1);
+
+  // Members of each label, labels ascending (a label is its group's lowest triangle).
+  std::vector<std::int32_t> members;
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    if (mesh.kind[t] == TriangleKind::kept) members.push_back(static_cast<std::int32_t>(t));
+  std::stable_sort(members.begin(), members.end(),
+                   [&](std::int32_t a, std::int32_t b) { return label[a] < label[b]; });
+
+  std::vector<std::int32_t> seen(mesh.position.size(), -1);  // last group that took the vertex
+  groups.start.push_back(0);
+  for (std::size_t first = 0; first < members.size();) {
+    std::size_t last = first;
+    while (last < members.size() && label[members[last]] == label[members[first]]) ++last;
+    const std::int32_t g = static_cast<std::int32_t>(groups.size());
+
+    Vec3d normal_sum, position_sum;
+    std::vector<std::int32_t> points;
+    for (std::size_t m = first; m < last; ++m) {
+      const std::int32_t t = members[m];
+      groups.group_of_triangle[t] = g;
+      normal_sum += normals[t] * mesh.area[t];
+      for (const std::int32_t v : mesh.triangle[t])
+        if (seen[v] != g) {
+          seen[v] = g;
+          points.push_back(v);
+        }
+    }
+    std::sort(points.begin(), points.end());
+    for (const std::int32_t v : points) position_sum += mesh.position[v];
+    const Vec3d centre = position_sum / static_cast<double>(points.size());
+    const Vec3d normal = normalized(normal_sum, mesh.normal[members[first]]);
+    double radius = 0.6;
+    for (const std::int32_t v : points)
+      radius = std::max(radius, length(mesh.position[v] - centre));
+
+    std::size_t ring_first = 0;
+    for (int ring = 0; ring < fit.rings; ++ring) {
+      const std::size_t ring_last = points.size();
+      for (std::size_t k = ring_first; k < ring_last; ++k)
+        for (std::int32_t f = mesh.fan_start[points[k]]; f < mesh.fan_start[points[k] + 1]; ++f) {
+          const std::int32_t t = mesh.fan[f];
+          if (!(dot(normals[t], normal) > fit.ring_cosine)) continue;
+          for (const std::int32_t v : mesh.triangle[t])
+            if (seen[v] != g) {
+              seen[v] = g;
+              points.push_back(v);
+            }
+        }
+      ring_first = ring_last;
+    }
+
+    groups.centre.push_back(centre);
+    groups.normal.push_back(normal);
+    groups.radius.push_back(radius);
+    groups.triangles.push_back(static_cast<std::int32_t>(last - first));
+    groups.point.insert(groups.point.end(), points.begin(), points.end());
+    groups.start.push_back(static_cast<std::int32_t>(groups.point.size()));
+    first = last;
+  }
+  return groups;
+}
+
+}  // namespace meniscus

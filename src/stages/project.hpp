@@ -1,0 +1,33 @@
+// project: world -> eye space and screen (paper 2.1).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "device/device.hpp"
+#include "stages/stage_data.hpp"
+
+namespace meniscus {
+
+/// World positions in canonical order, ready for the device.
+struct WorldParticles {
+  std::vector<float> x, y, z;  // [n] world units, finite
+  std::vector<float> scale;    // [n] own radius over the common radius; empty: all 1
+};
+
+/// The particles in view, in canonical order.
+struct Projected {
+  std::vector<float> x, y, z;  // [n] eye space, particle radii
+  std::vector<float> u, v;     // [n] pixels
+  std::vector<float> ku, kv;   // [n] pixels that the particle's own radius spans; > 0
+  std::vector<float> scale;    // [n] own radius over the common radius
+  std::size_t size() const { return x.size(); }
+  Vec3d eye(std::size_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// Projects every particle (kernel project_particles) and keeps those beyond the near plane whose
+/// disc of `margin` particle radii meets the screen. Waits. Throws DeviceError.
+Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
+                            double margin);
+
+}  // namespace meniscus

@@ -1,0 +1,21 @@
+// splash: particles that no sheet supports (paper, end of 3).
+#pragma once
+
+#include <vector>
+
+#include "meniscus/parameters.hpp"
+#include "stages/project.hpp"
+
+namespace meniscus {
+
+/// Projected particles, split.
+struct SplashSplit {
+  std::vector<std::int32_t> body;    // ascending: to be fitted
+  std::vector<std::int32_t> splash;  // ascending: connected pieces of at most params.pieces
+};
+
+/// Finds the small connected pieces over links shorter than params.link. (The paper takes
+/// particles with fewer than three neighbours; pieces keep thin sheets whole, docs/method.md.)
+SplashSplit split_splash(const Projected& projected, const SplashParams& params);
+
+}  // namespace meniscus

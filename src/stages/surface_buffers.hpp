@@ -1,0 +1,27 @@
+// The surface on a sample grid while it is on the device.
+#pragma once
+
+#include "device/device.hpp"
+#include "stages/stage_data.hpp"
+
+namespace meniscus {
+
+/// Like SurfaceMap, on the device.
+struct SurfaceBuffers {
+  SampleGrid grid;
+  Buffer<float> depth;    // [samples] particle radii; kNoSurface
+  Buffer<float> normal;   // [3][samples] unit, eye axes
+  Buffer<cl_int> group;   // [samples] -1: none
+  Buffer<cl_uchar> kind;  // [samples] Kind, as the sample would be if it has a depth
+};
+
+/// No surface anywhere.
+SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid);
+
+/// Waits and copies to the host; samples without depth get zero normals, no group, no kind.
+SurfaceMap download(Device& device, const SurfaceBuffers& surface);
+
+/// The rays of a view, as kernels take them (density.cl).
+cl_float16 kernel_rays(const View& view);
+
+}  // namespace meniscus

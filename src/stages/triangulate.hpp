@@ -1,0 +1,51 @@
+// triangulate: Delaunay of the visible particles on the screen (paper 2.2, steps 1 and 2).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "meniscus/parameters.hpp"
+#include "stages/project.hpp"
+#include "stages/visible.hpp"
+
+namespace meniscus {
+
+/// A screen position.
+struct ScreenPoint {
+  double u, v;  // pixels
+};
+
+/// Delaunay triangulation of points on the screen.
+///
+///   points  [n] finite, in canonical order; of points at one place only the first is used
+///
+/// Returns triangles of point indices, the smallest first, in ascending order, all wound the same
+/// way. Cocircular points (lattices) are settled by the lexicographic order of their coordinates,
+/// so the result depends on the set alone.
+std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>& points);
+
+enum class TriangleKind : std::uint8_t {
+  dropped,  // an edge too long on the screen: it bridges a gap
+  kept,
+  ghost,  // too deep a jump: it keeps the region closed but belongs to no sheet
+};
+
+/// The visible particles as a triangulated height field over the screen.
+struct Triangulation {
+  std::vector<std::int32_t> particle;                 // [vertices] index into Projected
+  std::vector<Vec3d> position;                        // [vertices] eye space, particle radii
+  std::vector<ScreenPoint> screen;                    // [vertices] pixels
+  std::vector<float> owned;                           // [vertices] share of the own footprint
+  std::vector<std::array<std::int32_t, 3>> triangle;  // vertex indices
+  std::vector<TriangleKind> kind;                     // [triangles]
+  std::vector<Vec3d> normal;                 // [triangles] unit, towards the camera, eye space
+  std::vector<double> area;                  // [triangles] in space, square particle radii
+  std::vector<std::int32_t> fan_start, fan;  // kept triangles around each vertex (CSR), ascending
+};
+
+/// Triangulates the visible particles, drops triangles with an edge longer than max_edge particle
+/// radii on the screen, and makes those whose depth range exceeds d_max ghosts (paper 2.2, step 2).
+Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
+                          const TriangleParams& params);
+
+}  // namespace meniscus

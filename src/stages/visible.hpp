@@ -1,0 +1,49 @@
+// visible: the depth map of the particles' spheres and the particles that own it (paper 2.1).
+#pragma once
+
+#include <vector>
+
+#include "device/device.hpp"
+#include "meniscus/parameters.hpp"
+#include "stages/project.hpp"
+
+namespace meniscus {
+
+/// Particles on the device, as the splat kernels take them.
+struct SplatParticles {
+  Buffer<float> values;  // [6][stride] depth t, u, v, ku, kv, scale
+  int count = 0, stride = 0;
+};
+
+/// Uploads the particles with the given indices (canonical order). Does not wait.
+SplatParticles upload_splats(Device& device, const Projected& projected,
+                             const std::vector<std::int32_t>& indices);
+
+/// The nearest sphere front at every node (paper 2.1): atomic minimum of t - bulge sqrt(1 - d^2).
+///
+///   footprint  radius of the spheres, in particle radii
+///   bulge      depth of the cap over the footprint: 1 is a sphere, 1/2 half as deep
+///   behind     when given, only fronts deeper than behind + gap count (particle radii)
+///
+/// Returns [ny*nx] depths in particle radii, kNoSurface where nothing is. Does not wait.
+Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                          double footprint, double bulge = 1, const Buffer<float>* behind = nullptr,
+                          double gap = 0);
+
+/// The farthest sphere back at every node, 0 where nothing is. Does not wait.
+Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                        double footprint);
+
+/// The particles that are seen.
+struct Visible {
+  std::vector<std::int32_t> index;  // into Projected, ascending
+  std::vector<float> owned;         // share of its footprint's nodes that it owns
+};
+
+/// The particles among `candidates` that own at least `least_owned` of their footprint.
+/// Waits. Throws DeviceError.
+Visible find_visible(Device& device, const View& view, const Projected& projected,
+                     const std::vector<std::int32_t>& candidates, const VisibleParams& params,
+                     double least_owned);
+
+}  // namespace meniscus
