@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/output_file.hpp"
+#include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/meniscus.hpp"
@@ -36,7 +37,7 @@ constexpr char kComments[] =
 // Lets OpenEXR write through OutputFile.
 class Stream : public Imf::OStream {
  public:
-  Stream(OutputFile& file, const std::string& path) : OStream(path.c_str()), file_(file) {}
+  explicit Stream(OutputFile& file) : OStream(file.path().c_str()), file_(file) {}
   void write(const char bytes[], int size) override {
     file_.write(bytes, static_cast<std::size_t>(size));
   }
@@ -130,7 +131,7 @@ void check_maps(const Surface& surface) {
 
 }  // namespace
 
-void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
+void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
                Compression compression) {
   check_maps(surface);
   std::vector<float> alpha(surface.kind.size());
@@ -158,18 +159,23 @@ void write_exr(const std::string& path, const Surface& surface, const Parameters
   slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
   slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
 
-  OutputFile file(path);
-  Stream stream(file, path);
+  Stream stream(file);
   try {
     Imf::OutputFile image(stream, make_header(surface, parameters, compression));
     image.setFrameBuffer(frame);
     image.writePixels(surface.camera.height);
-    // The destructor writes the table of offsets and swallows errors; commit() reports them.
+    // The destructor writes the table of offsets and swallows errors; finish() reports them.
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    throw OutputError(path + ": cannot be written: OpenEXR: " + error.what());
+    throw OutputError(file.path() + ": cannot be written: OpenEXR: " + error.what());
   }
+}
+
+void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
+               Compression compression) {
+  OutputFile file(path);
+  write_exr(file, surface, parameters, compression);
   file.commit();
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/output_file.hpp"
+#include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
@@ -96,13 +97,17 @@ bool ends_with(const std::string& path, std::string_view ending) {
 
 }  // namespace
 
-void write_mesh(const std::string& path, const Mesh& mesh) {
-  const bool ply = ends_with(path, ".ply");
-  if (!ply && !ends_with(path, ".obj"))
-    throw OutputError(path + ": unknown ending for a mesh, wanted .ply or .obj (rename it)");
+void write_mesh(OutputFile& file, const Mesh& mesh) {
+  const bool ply = ends_with(file.path(), ".ply");
+  if (!ply && !ends_with(file.path(), ".obj"))
+    throw OutputError(file.path() + ": unknown ending for a mesh, wanted .ply or .obj (rename it)");
   check(mesh);
-  OutputFile file(path);
   ply ? write_ply(file, mesh) : write_obj(file, mesh);
+}
+
+void write_mesh(const std::string& path, const Mesh& mesh) {
+  OutputFile file(path);
+  write_mesh(file, mesh);
   file.commit();
 }
 

@@ -149,12 +149,16 @@ void OutputFile::seek(std::uint64_t position) {
   written_ = position;
 }
 
-void OutputFile::commit() {
+void OutputFile::finish() {
   flush();
   if (fsync(descriptor_) != 0) fail(errno);
   const int closed = close(descriptor_);
   descriptor_ = -1;
   if (closed != 0) fail(errno);
+}
+
+void OutputFile::publish() {
+  check();
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
 }

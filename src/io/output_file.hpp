@@ -9,7 +9,7 @@
 
 namespace meniscus {
 
-/// Writes to a unique temporary name in the target's folder; `commit` renames it to the target. A
+/// Writes to a unique temporary name in the target's folder; `publish` renames it to the target. A
 /// symbolic link is followed, so that the link stays and its file changes. Every function throws
 /// OutputError that names the target, the reason and what to do; after one failure all later calls
 /// fail with the same message. A full disk is an error here; for the limit on a file's size
@@ -24,12 +24,22 @@ class OutputFile {
   void write(const void* data, std::size_t size);
   void write(std::string_view text) { write(text.data(), text.size()); }
 
+  const std::string& path() const { return path_; }
+
   /// The place in the file where the next write goes, in bytes from its start.
   std::uint64_t position() const { return written_ + buffer_.size(); }
   void seek(std::uint64_t position);
 
-  /// Flushes, waits until the data are on disk, closes and renames. Call once.
-  void commit();
+  /// Flushes, waits until the data are on disk, and closes. Call once, after the last write.
+  void finish();
+
+  /// Renames the finished file to the target. Of several files, finish all before publishing one.
+  void publish();
+
+  void commit() {
+    finish();
+    publish();
+  }
 
  private:
   void check();

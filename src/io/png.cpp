@@ -6,12 +6,13 @@
 
 #include "io/output_file.hpp"
 #include "io/preview.hpp"
+#include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
 namespace meniscus {
 
-void write_png(const std::string& path, const Surface& surface, Preview preview) {
+void write_png(OutputFile& file, const Surface& surface, Preview preview) {
   const std::vector<std::uint8_t> pixels = draw_preview(surface, preview);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
@@ -23,10 +24,14 @@ void write_png(const std::string& path, const Surface& surface, Preview preview)
   if (!png_image_write_to_memory(&image, encoded.data(), &size, 0, pixels.data(), 0, nullptr)) {
     const std::string reason = image.message;
     png_image_free(&image);
-    throw OutputError(path + ": cannot be written: libpng: " + reason);
+    throw OutputError(file.path() + ": cannot be written: libpng: " + reason);
   }
-  OutputFile file(path);
   file.write(encoded.data(), size);
+}
+
+void write_png(const std::string& path, const Surface& surface, Preview preview) {
+  OutputFile file(path);
+  write_png(file, surface, preview);
   file.commit();
 }
 
