@@ -80,8 +80,10 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
       {"Method ssm", "ssm-footprint", &p.ssm.footprint, r, 0.1, 10, false, "radius of the spheres"},
       {"Method ssm", "ssm-z-max", &p.ssm.z_max, r, 0, 100, true,
        "depth difference that smoothing and mesh do not cross"},
-      {"Method ssm", "ssm-filter", &p.ssm.filter, "nodes", 0, 32, false,
-       "half width of the binomial filter"},
+      {"Method ssm", "ssm-sigma", &p.ssm.sigma, r, 0, 20, false,
+       "standard deviation of the binomial filter; larger is smoother and rounds off more"},
+      {"Method ssm", "ssm-filter", &p.ssm.filter, "nodes", 0, 1000, false,
+       "half width of the filter, the same near and far; 0: from ssm-sigma"},
   };
 }
 

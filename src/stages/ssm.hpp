@@ -1,0 +1,30 @@
+// Screen Space Meshes (Mueller, Schirm, Duthaler 2007), the paper's baseline: what the method does
+// between the depth map of the spheres (visible) and the mesh.
+#pragma once
+
+#include <vector>
+
+#include "device/device.hpp"
+#include "meniscus/parameters.hpp"
+#include "stages/stage_data.hpp"
+
+namespace meniscus {
+
+/// Smooths the depth map of the particles' spheres (Mueller et al. 3.3) and takes its normals.
+///
+///   spheres  [ny*nx] depth, particle radii; kNoSurface where there is none
+///   params   sigma and z_max in particle radii; filter in cells of the node grid
+///   cell     the node grid's cell size, pixels
+///
+/// The filter is as wide on the screen whatever the grid's step is. Returns depths and unit normals
+/// towards the camera, without groups; samples without surface stay so. Waits.
+/// Throws InvalidArgument when the map's size is not its grid's, DeviceError.
+SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& spheres,
+                       const SampleGrid& grid, const SsmParams& params, double cell);
+
+/// The smoothing alone: a separable binomial filter whose window grows while both its ends lie
+/// within z_max of its centre. Does not wait. Throws as above.
+Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>& depth,
+                           const SampleGrid& grid, const SsmParams& params, double cell);
+
+}  // namespace meniscus

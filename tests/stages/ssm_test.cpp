@@ -1,0 +1,232 @@
+// The baseline's kernels against double-precision loops, on every device.
+#include "stages/ssm.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <cmath>
+#include <random>
+
+#include "meniscus/camera.hpp"
+#include "reference/ssm.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr double kEpsilon = FLT_EPSILON / 2;  // the largest relative error of one rounding
+
+View perspective_view(int width, int height) {
+  return make_view(look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 50, width, height), 0.5, {0, 0, 0});
+}
+
+// One pixel is one radius.
+View orthographic_view(int width, int height) {
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  camera.projection = {2.0 / width, 0, 0, 0, 0, 2.0 / height, 0, 0, 0, 0, -0.001, -1, 0, 0, 0, 1};
+  return make_view(camera, 1, {0, 0, 0});
+}
+
+// Noise on two layers, 20 and 38 radii away, in irregular patches, and none beside them. Depths
+// within a layer differ by less than 0.8, so that with z_max = 2 no decision is near.
+std::vector<float> patches(const SampleGrid& grid, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<float> depth;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const double patch = std::sin(0.35 * i + 0.2 * j) + std::cos(0.31 * j - 0.12 * i);
+      const float noise = static_cast<float>(random() % 4096) / 4096 * 0.8f;
+      depth.push_back(patch < -0.8 ? kNoSurface : (patch < 0.5 ? 20.0f : 38.0f) + noise);
+    }
+  return depth;
+}
+
+struct Case {
+  const char* name;
+  bool orthographic;
+  SampleGrid grid;
+  double sigma;
+  int filter;
+  double cell;
+};
+
+const Case kCases[] = {
+    {"odd", false, {37, 21, 0, 1}, 1.1, 0, 2},        {"wide", false, {131, 9, 0.5f, 1}, 2.2, 0, 2},
+    {"tall", false, {3, 70, 0, 2}, 0.8, 0, 2},        {"tiny", false, {1, 1, 0, 1}, 1, 0, 2},
+    {"coarse", true, {41, 33, 0, 1.5f}, 1.6, 0, 1.5}, {"filter", true, {29, 30, 0, 2}, 1, 3, 2},
+    {"pixels", false, {53, 19, 0.5f, 1}, 1, 1, 2},
+};
+
+View view_of(const Case& c) {
+  return c.orthographic ? orthographic_view(c.grid.nx, c.grid.ny)
+                        : perspective_view(c.grid.nx, c.grid.ny);
+}
+
+SsmParams params_of(const Case& c) {
+  SsmParams params;
+  params.z_max = 2;
+  params.sigma = c.sigma;
+  params.filter = c.filter;
+  return params;
+}
+
+class Ssm : public testing::TestWithParam<DeviceInfo> {
+ protected:
+  Device device_{GetParam()};
+
+  std::vector<float> smoothed(const View& view, const std::vector<float>& depth,
+                              const SampleGrid& grid, const SsmParams& params, double cell) {
+    return download(device_,
+                    smooth_depth(device_, view, upload(device_, depth), grid, params, cell));
+  }
+};
+
+// Largest error of one pass in floats: centre + S / T, S = sum of w (a + b), T = 1 + 2 sum of w,
+// where a and b are differences of at most z_max (exact: both ends lie within a factor of two).
+// n has the relative error `width_error`. A weight's recurrence multiplies by a factor below 1
+// whose numerator and denominator have that error once each, and rounds four times, so that w(k) is
+// off by at most k (2 width_error + 4 epsilon). A term of S rounds three times, and K of them are
+// added. S / T is at most z_max, so T's error counts as much as S's.
+// Where a weight is so near the least that rounding decides whether the tap counts, the result
+// differs by at most that weight times the two differences.
+double pass_error(const reference::Smoothed& pass, double z_max, double width_error) {
+  const double k = pass.widest;
+  const double weights = 0.5 * k * (k + 1) * (2 * width_error + 4 * kEpsilon);
+  const double undecided = pass.weight_margin < 1024 * weights ? 2 * z_max / 1024 : 0;
+  return 4 * z_max * (weights + (3 * k + k * k) * kEpsilon) + 40 * kEpsilon + undecided;
+}
+
+TEST_P(Ssm, SmoothingMatchesTheReference) {
+  for (const Case& c : kCases) {
+    SCOPED_TRACE(c.name);
+    const View view = view_of(c);
+    const SsmParams params = params_of(c);
+    const auto depth = patches(c.grid, 3);
+    const auto half_width = [&](double scale) {
+      return [&, scale](double t) {
+        if (c.filter > 0) return c.filter * std::pow(c.cell / c.grid.step, 2);
+        const double w = view.w_row[3] - view.w_row[2] * t;
+        return 2 * std::pow(c.sigma * scale / w / c.grid.step, 2);
+      };
+    };
+    const int nx = c.grid.nx, ny = c.grid.ny;
+    const auto columns = reference::smooth_axis({depth.begin(), depth.end()}, nx, ny, 1,
+                                                params.z_max, half_width(view.v_scale));
+    const auto expected =
+        reference::smooth_axis(columns.depth, nx, ny, 0, params.z_max, half_width(view.u_scale));
+    // Rounding decides about no layer.
+    ASSERT_GT(std::min(columns.layer_margin, expected.layer_margin), 0.1);
+    // n: three roundings of its constants and of w, squared, and a division; then twice the error
+    // of a depth of at least 20.
+    const double first = pass_error(columns, params.z_max, 8 * kEpsilon);
+    const double second = first + pass_error(expected, params.z_max, 8 * kEpsilon + 2 * first / 20);
+    ASSERT_LT(second, 1e-2);
+    const auto actual = smoothed(view, depth, c.grid, params, c.cell);
+    ASSERT_EQ(actual.size(), expected.depth.size());
+
+    for (std::size_t k = 0; k < actual.size(); ++k) {
+      if (std::isfinite(expected.depth[k]))
+        ASSERT_NEAR(actual[k], expected.depth[k], second) << k;
+      else
+        ASSERT_EQ(actual[k], kNoSurface) << k;
+    }
+  }
+}
+
+TEST_P(Ssm, VectorsOfAnyWidthGiveTheSameBits) {
+  for (const Case& c : kCases) {
+    const View view = view_of(c);
+    const auto depth = patches(c.grid, 5);
+    device_.state().vector_width = 1;
+    const auto one = smoothed(view, depth, c.grid, params_of(c), c.cell);
+    device_.state().vector_width = 8;
+    EXPECT_EQ(smoothed(view, depth, c.grid, params_of(c), c.cell), one) << c.name;
+  }
+}
+
+// Two ramps, one behind the other, and none beside them. Symmetric windows keep them to the bit:
+// the depths and their differences are multiples of 1/8.
+TEST_P(Ssm, RampsAndStepsStay) {
+  const SampleGrid grid{45, 27, 0, 1};
+  std::vector<float> depth;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const float ramp = 16 + 0.25f * static_cast<float>(i) + 0.125f * static_cast<float>(j);
+      depth.push_back(i < 20 ? ramp : i < 37 ? ramp + 10 : kNoSurface);
+    }
+  SsmParams params;
+  params.sigma = 2;
+  EXPECT_EQ(smoothed(perspective_view(45, 27), depth, grid, params, 1), depth);
+}
+
+// The binomial row 2n itself: an impulse of 1/2 becomes the outer product of 1/4 2/4 1/4.
+TEST_P(Ssm, FilterIsTheBinomialRow) {
+  const SampleGrid grid{9, 9, 0, 2};
+  std::vector<float> depth(grid.size(), 8.0f);
+  depth[4 * 9 + 4] = 8.5f;
+  SsmParams params;
+  params.filter = 1;
+  const auto map = smoothed(orthographic_view(16, 16), depth, grid, params, 2);
+  const double row[3] = {0.5, 0.25, 0};
+  for (int j = 0; j < 9; ++j)
+    for (int i = 0; i < 9; ++i)
+      EXPECT_EQ(map[j * 9 + i],
+                8 + 0.5 * row[std::min(2, std::abs(i - 4))] * row[std::min(2, std::abs(j - 4))]);
+}
+
+TEST_P(Ssm, NormalsMatchTheReference) {
+  for (const Case& c : kCases) {
+    SCOPED_TRACE(c.name);
+    const View view = view_of(c);
+    const SsmParams params = params_of(c);
+    const SurfaceMap map =
+        ssm_surface(device_, view, upload(device_, patches(c.grid, 7)), c.grid, params, c.cell);
+    ASSERT_EQ(map.grid, c.grid);
+    ASSERT_EQ(map.normal.size(), c.grid.size());
+    const auto expected =
+        reference::depth_normals(view, {map.depth.begin(), map.depth.end()}, c.grid, params.z_max);
+    // A coordinate o + t d of at most 64 radii has six roundings, twice with the constants'; the
+    // difference of two has twice that. One sample spans `side` radii at least.
+    const double off = 2 * 12 * kEpsilon * 64;
+    const double side =
+        c.grid.step * (c.orthographic ? 1 : 20 * std::abs(view.w_row[2]) / view.u_scale);
+    // The differences a = (a_u, 0, a_t), b = (0, b_v, b_t) with |a_t| <= 1.6 <= 1.6 a_u / side:
+    // their cross product is at least |a_u b_v| long, and |a| / a_u at most `steep`.
+    const double steep = std::sqrt(1 + std::pow(1.6 / side, 2));
+    const double tolerance = 2 * off * steep / side;
+    ASSERT_LT(tolerance, 0.01);
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      const bool surface = std::isfinite(map.depth[k]);
+      EXPECT_EQ(map.kind[k], surface ? Kind::surface : Kind::none);
+      EXPECT_EQ(map.group[k], -1);
+      EXPECT_LT(length(Vec3d(map.normal[k]) - expected[k]), surface ? tolerance : 1e-30) << k;
+    }
+  }
+}
+
+TEST_P(Ssm, NamesAMapOfTheWrongSize) {
+  const SampleGrid grid{4, 3, 0, 1};
+  const auto depth = filled<float>(device_, 11, 1.0f);
+  try {
+    smooth_depth(device_, orthographic_view(4, 3), depth, grid, {}, 2);
+    FAIL();
+  } catch (const InvalidArgument& error) {
+    EXPECT_STREQ(error.what(), "ssm: the depth map has 11 values but the grid 4 x 3 samples");
+  }
+}
+
+std::vector<DeviceInfo> usable_devices() {
+  std::vector<DeviceInfo> usable;
+  for (const DeviceInfo& info : list_devices())
+    if (info.usable) usable.push_back(info);
+  return usable;
+}
+
+INSTANTIATE_TEST_SUITE_P(Devices, Ssm, testing::ValuesIn(usable_devices()), [](const auto& info) {
+  return "device_" + std::to_string(info.param.index);
+});
+
+}  // namespace
+}  // namespace meniscus
