@@ -1,0 +1,44 @@
+// Running the library on the scenes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "accuracy/figures.hpp"
+#include "accuracy/scene.hpp"
+#include "accuracy/truth.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus::accuracy {
+
+/// What all cases of a study share.
+struct Setup {
+  double noise = 0.05;  // s; standard deviation of each coordinate
+  bool orthographic = false;
+  bool moving = false;  // three more frames, the camera a further 0.3 pixels to the right in each
+};
+
+/// One scene, filled with particles and traced.
+struct Case {
+  const Scene* scene = nullptr;
+  std::uint64_t seed = 0;
+  Particles particles;
+  std::vector<Truth> truths;  // one a frame
+};
+
+/// All scenes with all seeds, scene by scene. The same on any number of processors.
+std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
+                             const std::vector<std::uint64_t>& seeds, const Setup& setup);
+
+struct Measurement {
+  Figures figures;
+  Surface surface;     // of the first frame
+  double seconds = 0;  // wall time of extracting the first frame
+};
+
+/// Extracts every frame of the case and compares the first one with its truth. The particle radius
+/// is s/2, whatever the parameters say.
+Measurement measure(Device& device, const Case& scene_case, Parameters parameters);
+
+}  // namespace meniscus::accuracy
