@@ -85,7 +85,13 @@ Camera frame_particles(const Particles& particles, int width, int height) {
   if (!any) return look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, kFov, width, height);
   const Vec3d a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
   const Vec3d centre = (a + b) / 2;
-  const double radius = std::max({length(b - a) / 2, length(centre) * 1e-6, 1e-6});
+  // Particles have a size; where nothing tells it, 1 is what extract() assumes of a single point.
+  const bool point = a == b;
+  double particle = particles.particle_radius;
+  for (const float own : particles.radius)
+    if (std::isfinite(own)) particle = std::max(particle, static_cast<double>(own));
+  if (point && !(particle > 0)) particle = 1;
+  const double radius = std::max(length(b - a) / 2 + particle, length(centre) * 1e-6);
   // The sphere around the box must fit the narrower field of view.
   const double half_v = kFov * std::numbers::pi / 360;
   const double half_h = std::atan(std::tan(half_v) * width / height);

@@ -17,8 +17,8 @@ namespace meniscus {
 Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target,
                const std::array<double, 3>& up, double fov_degrees, int width, int height);
 
-/// A perspective camera that shows all finite particles from above and to the side, with a
-/// margin. An empty set gets a camera at (0, 0, 1) that looks at the origin.
+/// A perspective camera that shows all finite particles, with their radius where they have one,
+/// from above and to the side. An empty set gets a camera at (0, 0, 1) that looks at the origin.
 Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
 
 /// Throws InvalidArgument unless the camera has a size of 1..16384 pixels a side, finite matrices,

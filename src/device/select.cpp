@@ -38,7 +38,7 @@ void give_pocl_a_cache() {
   std::error_code error;
   const fs::path folder =
       fs::temp_directory_path(error) / ("meniscus-pocl-" + std::to_string(::getuid()));
-  if (!writable(folder))
+  if (error || !writable(folder))
     throw DeviceError(
         "no folder for PoCL's kernel cache can be written: set POCL_CACHE_DIR to one");
   setenv("POCL_CACHE_DIR", folder.c_str(), 1);
