@@ -1,0 +1,15 @@
+// The program's subcommands.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace meniscus::cli {
+
+/// Adds `extract`: particles in, surface out. Errors leave CLI11's parse() as exceptions:
+/// CLI::ParseError for bad usage, meniscus::Error for the rest.
+void add_extract_command(CLI::App& program);
+
+/// Adds `devices`: what OpenCL devices there are, and which one is the default and why.
+void add_devices_command(CLI::App& program);
+
+}  // namespace meniscus::cli

@@ -1,0 +1,45 @@
+#include <cstdio>
+#include <string>
+
+#include "cli/commands.hpp"
+#include "cli/report.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+void show_devices() {
+  const std::vector<DeviceInfo> devices = list_devices();
+  std::string why, problem;
+  int chosen = -1;
+  try {
+    chosen = select_device("", &why).index;
+  } catch (const DeviceError& error) {
+    problem = error.what();
+  }
+  for (const DeviceInfo& device : devices) {
+    std::printf("%c %d  %s\n", device.index == chosen ? '*' : ' ', device.index,
+                device.name.c_str());
+    std::printf("     %s, %u compute units, %s memory, largest buffer %s\n", to_string(device.kind),
+                device.compute_units, bytes(device.global_memory).c_str(),
+                bytes(device.largest_buffer).c_str());
+    std::printf("     %s, driver %s, %s\n", device.platform.c_str(), device.driver.c_str(),
+                device.version.c_str());
+    if (!device.usable) std::printf("     not usable: %s\n", device.problem.c_str());
+  }
+  if (chosen < 0) throw DeviceError(problem);
+  std::printf(
+      "\nThe default is %d: %s. Choose another by --device with its number, a part of its "
+      "name, cpu or gpu.\n",
+      chosen, why.c_str());
+}
+
+}  // namespace
+
+void add_devices_command(CLI::App& program) {
+  program.add_subcommand("devices", "List the OpenCL devices and say which one is the default")
+      ->callback(show_devices);
+}
+
+}  // namespace meniscus::cli

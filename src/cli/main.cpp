@@ -1,0 +1,61 @@
+// The program meniscus: arguments in, exit code out. All errors end here, as one line.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "cli/commands.hpp"
+#include "cli/help_formatter.hpp"
+#include "cli/signals.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace {
+
+enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2 };
+
+int fail(ExitCode code, const std::string& what) {
+  std::string line = what.empty() ? "unknown error" : what;
+  for (char& c : line)
+    if (c == '\n') c = ' ';
+  std::fprintf(stderr, "meniscus: error: %s\n", line.c_str());
+  return code;
+}
+
+int run(int argc, char** argv) {
+  CLI::App program(
+      "Meniscus turns the particles of a fluid simulation into the surface that a camera sees.",
+      "meniscus");
+  program.formatter(std::make_shared<meniscus::cli::HelpFormatter>());
+  program.set_version_flag("--version", "meniscus " + meniscus::version());
+  program.require_subcommand(1);
+  meniscus::cli::add_extract_command(program);
+  meniscus::cli::add_devices_command(program);
+  try {
+    program.parse(argc, argv);
+    return kDone;
+  } catch (const CLI::Success& help) {  // --help and --version
+    return program.exit(help);
+  } catch (const CLI::ParseError& error) {
+    const auto chosen = program.get_subcommands();
+    const auto unknown = program.remaining();
+    if (chosen.empty() && !unknown.empty())
+      return fail(kBadUsage, "there is no command " + unknown.front() + " (see meniscus --help)");
+    return fail(kBadUsage, std::string(error.what()) + " (see meniscus " +
+                               (chosen.empty() ? "" : chosen.front()->get_name() + " ") +
+                               "--help)");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    meniscus::cli::handle_signals();
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return fail(kFailed, "out of memory: use fewer particles or a smaller image");
+  } catch (const std::exception& error) {
+    return fail(kFailed, error.what());
+  }
+}

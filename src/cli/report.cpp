@@ -1,0 +1,73 @@
+#include "cli/report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace meniscus::cli {
+
+std::string grouped(std::int64_t number) {
+  const std::string digits = std::to_string(number);
+  const std::size_t sign = number < 0 ? 1 : 0;
+  std::string text;
+  for (std::size_t k = 0; k < digits.size(); ++k) {
+    if (k > sign && (digits.size() - k) % 3 == 0) text += ',';
+    text += digits[k];
+  }
+  return text;
+}
+
+std::string bytes(std::uint64_t number) {
+  constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  double value = static_cast<double>(number);
+  int unit = 0;
+  for (; value >= 1024 && unit < 4; ++unit) value /= 1024;
+  char text[32];
+  std::snprintf(text, sizeof text, value < 10 && unit > 0 ? "%.1f %s" : "%.0f %s", value,
+                kUnits[unit]);
+  return text;
+}
+
+const char* to_string(DeviceKind kind) {
+  switch (kind) {
+    case DeviceKind::cpu:
+      return "CPU";
+    case DeviceKind::gpu:
+      return "GPU";
+    case DeviceKind::accelerator:
+      return "accelerator";
+    case DeviceKind::other:
+      break;
+  }
+  return "other";
+}
+
+std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
+  std::string line;
+  for (const auto& [name, count] : counts)
+    line += (line.empty() ? "" : ", ") + grouped(count) + " " + name;
+  return line;
+}
+
+void print_timings(const std::vector<StageTime>& stages,
+                   const std::vector<std::pair<std::string, std::int64_t>>& counts) {
+  std::vector<StageTime> rows;  // one a stage, though some run several times
+  StageTime all{"all stages"};
+  for (const StageTime& stage : stages) {
+    auto row = std::find_if(rows.begin(), rows.end(),
+                            [&](const StageTime& r) { return r.stage == stage.stage; });
+    if (row == rows.end()) row = rows.insert(rows.end(), StageTime{stage.stage});
+    for (StageTime* sum : {&*row, &all}) {
+      sum->host_ms += stage.host_ms;
+      sum->device_ms += stage.device_ms;
+    }
+  }
+  rows.push_back(all);
+  std::printf("%-16s %12s %12s\n", "stage", "host ms", "device ms");
+  for (const StageTime& row : rows)
+    std::printf("%-16s %12.2f %12.2f\n", row.stage.c_str(), row.host_ms, row.device_ms);
+  std::printf("\n%-16s %12s\n", "what", "count");
+  for (const auto& [name, count] : counts)
+    std::printf("%-16s %12s\n", name.c_str(), grouped(count).c_str());
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,30 @@
+// Numbers and tables for people.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus::cli {
+
+/// 35937 -> "35,937".
+std::string grouped(std::int64_t number);
+
+/// 1.5e9 -> "1.4 GiB".
+std::string bytes(std::uint64_t number);
+
+/// "CPU", "GPU", "accelerator" or "other".
+const char* to_string(DeviceKind kind);
+
+/// "35,937 particles, 3,125 visible, ...": all counts in one line.
+std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts);
+
+/// The stages with their times and sums, then the counts, as a table on standard output.
+void print_timings(const std::vector<StageTime>& stages,
+                   const std::vector<std::pair<std::string, std::int64_t>>& counts);
+
+}  // namespace meniscus::cli

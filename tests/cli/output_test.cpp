@@ -1,0 +1,206 @@
+// What the program writes: for few particles, for none in view, when it is stopped, in every run.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <random>
+#include <thread>
+
+#include "cli/program.hpp"
+#include "meniscus/io.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const std::vector<std::string> kMethods{"fit", "stable", "paper", "ssm"};
+
+class ProgramOutput : public Program {
+ protected:
+  /// Extracts to a.exr, a.ply, a.obj and a.png and expects that all are whole.
+  Outcome extract_all(const std::string& input, std::vector<std::string> more) const {
+    std::vector<std::string> words{"extract", input, "-o",    "a.exr", "-o",
+                                   "a.ply",   "-o",  "a.obj", "-o",    "a.png"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(read("a.exr").substr(0, 4), "\x76\x2f\x31\x01");
+    EXPECT_EQ(read("a.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+    EXPECT_EQ(read("a.ply").substr(0, 4), "ply\n");
+    EXPECT_TRUE(exists("a.obj"));
+    return outcome;
+  }
+};
+
+TEST_F(ProgramOutput, TellsWhatItDid) {
+  write_particles("in.ply", block(4));
+  const Outcome outcome = extract_all("in.ply", {"--size", "64x48"});
+  EXPECT_THAT(outcome.out, IsEmpty());
+  for (const char* part : {"in.ply", "64\n", "0.1, from the file", "64x48", "fit", "a.exr", "a.ply",
+                           "a.obj", "a.png", " ms\n"})
+    EXPECT_THAT(outcome.err, HasSubstr(part));
+}
+
+TEST_F(ProgramOutput, QuietSaysNothing) {
+  write_particles("in.ply", block(4));
+  const Outcome outcome = extract_all("in.ply", {"--size", "64x48", "-q"});
+  EXPECT_THAT(outcome.err, IsEmpty());
+  EXPECT_THAT(outcome.out, IsEmpty());
+}
+
+TEST_F(ProgramOutput, SaysWhereTheRadiusIsFrom) {
+  write_particles("in.ply", block(4), 0);
+  EXPECT_THAT(extract_all("in.ply", {"--size", "64x48"}).err, HasSubstr("estimated"));
+  EXPECT_THAT(extract_all("in.ply", {"--size", "64x48", "--particle-radius", "0.1"}).err,
+              HasSubstr("0.1, given"));
+}
+
+TEST_F(ProgramOutput, TimingsListStagesAndCounts) {
+  write_particles("in.ply", block(4));
+  const Outcome outcome = extract_all("in.ply", {"--size", "64x48", "-q", "--timings"});
+  for (const char* part : {"host ms", "device ms", "project", "blend", "all stages", "particles",
+                           "visible", "triangles", "groups", "pixels"})
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+}
+
+TEST_F(ProgramOutput, OnlyWhatWasAskedForIsWritten) {
+  write_particles("in.ply", block(4));
+  ASSERT_EQ(run({"extract", "in.ply", "--size", "64x48", "-o", "b.obj"}).exit_code, 0);
+  EXPECT_THAT(files(), ElementsAre("b.obj", "in.ply"));
+}
+
+TEST_F(ProgramOutput, EndingsMayBeCapitalsAndNamesMayHaveSpaces) {
+  write_particles("in put.PLY", block(4));
+  const Outcome outcome = run({"extract", "in put.PLY", "--size", "64x48", "-o", "Größe 1.PNG",
+                               "-o", "m.OBJ", "-o", "z.EXR"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(read("Größe 1.PNG").substr(1, 3), "PNG");
+  EXPECT_THAT(read("m.OBJ"), HasSubstr("\nvn "));
+}
+
+TEST_F(ProgramOutput, NothingInViewIsAValidEmptyResultAndAWarning) {
+  write_particles("in.ply", block(4));
+  for (const std::string& method : kMethods) {
+    const Outcome outcome = extract_all("in.ply", {"--method", method, "--eye", "0,0,5", "--target",
+                                                   "0,0,10", "--size", "64x48", "-q"});
+    EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: ")) << method;
+    EXPECT_THAT(read("a.ply"), HasSubstr("element vertex 0\n")) << method;
+    EXPECT_THAT(read("a.ply"), HasSubstr("element face 0\n")) << method;
+  }
+}
+
+TEST_F(ProgramOutput, FewParticlesGiveValidResults) {
+  const std::vector<std::array<double, 3>> points{{0, 0, 0}, {0.2, 0, 0}, {0, 0.2, 0}};
+  for (std::size_t n = 0; n <= points.size(); ++n) {
+    write_particles("in.ply", {points.begin(), points.begin() + static_cast<long>(n)});
+    for (const std::string& method : kMethods) {
+      SCOPED_TRACE(method + ", " + std::to_string(n) + " particles");
+      const Outcome outcome = extract_all("in.ply", {"--method", method, "--size", "64x48", "-q"});
+      if (n == 0) {
+        EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: "));
+      } else {
+        EXPECT_THAT(read("a.ply"), Not(HasSubstr("element vertex 0\n")));
+      }
+    }
+  }
+}
+
+TEST_F(ProgramOutput, SamePointAndLineGiveValidResults) {
+  std::vector<std::array<double, 3>> line;
+  for (int k = 0; k < 30; ++k) line.push_back({0.2 * k, 0, 0});
+  for (const auto& points : {std::vector<std::array<double, 3>>(30, {1, 2, 3}), line})
+    for (const double radius : {0.1, 0.0}) {  // given, and estimated
+      write_particles("in.ply", points, radius);
+      for (const std::string& method : kMethods) {
+        SCOPED_TRACE(method + ", radius " + std::to_string(radius));
+        extract_all("in.ply", {"--method", method, "--size", "64x48", "-q"});
+      }
+    }
+}
+
+TEST_F(ProgramOutput, StoppedByASignalLeavesNothing) {
+  write_particles("in.ply", block(4));
+  for (const int signal : {SIGINT, SIGTERM}) {
+    // A large image is long in the making and the writing.
+    const int process = start({"extract", "in.ply", "--method", "ssm", "--size", "2000x2000", "-o",
+                               "a.exr", "-o", "a.png"});
+    const auto temporary = [&] {
+      const auto names = files();
+      return std::any_of(names.begin(), names.end(),
+                         [](const std::string& n) { return n.starts_with(".meniscus-"); });
+    };
+    int status = 0;
+    while (!temporary() && waitpid(process, &status, WNOHANG) == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    kill(process, signal);
+    EXPECT_EQ(wait_for(process).exit_code, 128 + signal);
+    EXPECT_THAT(files(), ElementsAre("in.ply"));
+  }
+}
+
+// --- the same bytes every time
+// ---------------------------------------------------------------------
+
+/// Binary PLY of position, velocity and density, as the example frames have them.
+std::string ply_bytes(const Particles& particles, const std::vector<std::size_t>& order) {
+  std::string bytes =
+      "ply\nformat binary_little_endian 1.0\ncomment time 0 particle_radius 0.025\nelement "
+      "vertex " +
+      std::to_string(order.size()) + "\n";
+  for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "density"})
+    bytes += std::string("property float ") + name + "\n";
+  bytes += "end_header\n";
+  for (const std::size_t i : order)
+    for (const auto* values : {&particles.x, &particles.y, &particles.z, &particles.vx,
+                               &particles.vy, &particles.vz, &particles.density})
+      bytes.append(reinterpret_cast<const char*>(&(*values)[i]), sizeof(float));
+  return bytes;
+}
+
+class ProgramSameBytes : public Program, public testing::WithParamInterface<std::string> {
+ protected:
+  std::vector<std::string> outputs(const std::string& input,
+                                   const std::vector<std::string>& more) const {
+    std::vector<std::string> words{"extract",  input,         "-q",    "--method", GetParam(),
+                                   "--camera", "camera.json", "-o",    "a.exr",    "-o",
+                                   "a.ply",    "-o",          "a.obj", "-o",       "a.png"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return {read("a.exr"), read("a.ply"), read("a.obj"), read("a.png")};
+  }
+};
+
+TEST_P(ProgramSameBytes, InEveryRunWithAnyThreadsAndAnyOrderOfParticles) {
+  const std::string data = MENISCUS_EXAMPLE_DATA "/cube_drop/";
+  const Particles particles = read_particles(data + "frame_007.ply");
+  std::filesystem::copy_file(data + "camera.json", path("camera.json"));
+  std::vector<std::size_t> order(particles.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  write("in.ply", ply_bytes(particles, order));
+  std::shuffle(order.begin(), order.end(), std::mt19937(7));
+  write("shuffled.ply", ply_bytes(particles, order));
+
+  const auto first = outputs("in.ply", {});
+  const char* const endings[] = {"exr", "ply", "obj", "png"};
+  const auto expect_same = [&](const std::vector<std::string>& other, const char* what) {
+    for (std::size_t k = 0; k < first.size(); ++k)
+      EXPECT_TRUE(first[k] == other[k]) << endings[k] << " differs: " << what;
+  };
+  expect_same(outputs("in.ply", {}), "second run");
+  expect_same(outputs("in.ply", {"--threads", "1"}), "one thread");
+  expect_same(outputs("in.ply", {"--threads", "2"}), "two threads");
+  expect_same(outputs("shuffled.ply", {}), "shuffled particles");
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, ProgramSameBytes, testing::ValuesIn(kMethods),
+                         [](const auto& info) { return info.param; });
+
+}  // namespace
+}  // namespace meniscus::test

@@ -1,0 +1,119 @@
+#include "cli/program.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace meniscus::test {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+Program::Program() {
+  std::string name = (fs::temp_directory_path() / "meniscus-test-XXXXXX").string();
+  if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder can be made");
+  folder_ = name;
+}
+
+Program::~Program() { fs::remove_all(folder_); }
+
+int Program::start(const std::vector<std::string>& arguments, const Conditions& conditions) const {
+  const std::string out = path("stdout.log"), err = path("stderr.log");
+  std::vector<std::string> words{MENISCUS_PROGRAM};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+
+  const pid_t process = fork();
+  if (process != 0) return process;
+  for (const auto& [name, value] : conditions.environment)
+    value.empty() ? unsetenv(name.c_str()) : setenv(name.c_str(), value.c_str(), 1);
+  dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+  dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+  if (conditions.file_size_limit > 0) {
+    const auto bytes = static_cast<rlim_t>(conditions.file_size_limit);
+    const rlimit limit{bytes, bytes};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  if (chdir(folder_.c_str()) == 0) execv(argv[0], argv.data());
+  _exit(127);
+}
+
+Outcome Program::wait_for(int process) const {
+  int status = 0;
+  if (waitpid(process, &status, 0) != process) throw std::runtime_error("waitpid failed");
+  const int code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+  return {code, read("stdout.log"), read("stderr.log")};
+}
+
+Outcome Program::run(const std::vector<std::string>& arguments,
+                     const Conditions& conditions) const {
+  return wait_for(start(arguments, conditions));
+}
+
+std::string Program::read(const std::string& name) const {
+  std::ifstream file(folder_ / name, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void Program::write(const std::string& name, const std::string& bytes) const {
+  std::ofstream(folder_ / name, std::ios::binary) << bytes;
+}
+
+std::vector<std::string> Program::files() const {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder_)) {
+    const std::string name = entry.path().filename().string();
+    if (name != "stdout.log" && name != "stderr.log") names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void Program::write_particles(const std::string& name,
+                              const std::vector<std::array<double, 3>>& points,
+                              double radius) const {
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\n";
+  if (radius > 0) text << "comment time 0 particle_radius " << radius << "\n";
+  text << "element vertex " << points.size()
+       << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  for (const auto& p : points) text << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+  write(name, text.str());
+}
+
+std::vector<std::array<double, 3>> block(int n) {
+  std::vector<std::array<double, 3>> points;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j)
+      for (int k = 0; k < n; ++k)
+        points.push_back({0.2 * i - 0.1 * n, 0.2 * j - 0.1 * n, 0.2 * k - 0.1 * n});
+  return points;
+}
+
+void expect_error(const Outcome& outcome, int code, const std::vector<std::string>& parts) {
+  EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+  std::istringstream lines(outcome.err);
+  std::string line, last;
+  int errors = 0;
+  while (std::getline(lines, line)) {
+    if (line.starts_with("meniscus: error: ")) ++errors;
+    last = line;
+  }
+  EXPECT_EQ(errors, 1) << outcome.err;
+  EXPECT_THAT(last, StartsWith("meniscus: error: ")) << outcome.err;
+  for (const std::string& part : parts) EXPECT_THAT(last, HasSubstr(part));
+}
+
+}  // namespace meniscus::test

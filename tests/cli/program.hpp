@@ -1,0 +1,59 @@
+// Runs the program `meniscus` as a user would, and looks at what it leaves behind.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace meniscus::test {
+
+struct Outcome {
+  int exit_code = -1;  // 128 + signal when a signal ended it, as a shell has it
+  std::string out, err;
+};
+
+struct Conditions {
+  std::vector<std::pair<std::string, std::string>> environment;  // set; an empty value unsets
+  long file_size_limit = 0;                                      // bytes; 0: none
+};
+
+/// A test with a folder of its own, in which the program runs.
+class Program : public testing::Test {
+ protected:
+  Program();
+  ~Program() override;
+
+  Outcome run(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
+
+  /// Starts the program and returns its process id; `wait_for` collects it.
+  int start(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
+  Outcome wait_for(int process) const;
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
+  std::string read(const std::string& name) const;
+  void write(const std::string& name, const std::string& bytes) const;
+
+  /// Names in the folder, sorted, but for the program's captured streams.
+  std::vector<std::string> files() const;
+
+  /// An ascii PLY with the header's particle radius 0.1 (0: without one).
+  void write_particles(const std::string& name, const std::vector<std::array<double, 3>>& points,
+                       double radius = 0.1) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+/// n x n x n particles, 0.2 apart, around the origin.
+std::vector<std::array<double, 3>> block(int n);
+
+/// Expects exit code `code` and one line on standard error that begins as all errors do and
+/// contains each of `parts`.
+void expect_error(const Outcome& outcome, int code, const std::vector<std::string>& parts);
+
+}  // namespace meniscus::test

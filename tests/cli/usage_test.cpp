@@ -1,0 +1,132 @@
+// What the program says of itself, and how it answers a wrong command line.
+#include <gmock/gmock.h>
+
+#include "cli/program.hpp"
+#include "meniscus/meniscus.hpp"
+#include "parameter_list.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+using ProgramUsage = Program;
+
+TEST_F(ProgramUsage, SaysItsVersion) {
+  const Outcome outcome = run({"--version"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out, "meniscus " + version() + "\n");
+}
+
+TEST_F(ProgramUsage, HelpNamesEveryParameterWithUnitDefaultAndHeading) {
+  const Outcome outcome = run({"extract", "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  Parameters parameters;
+  for (const ParameterEntry& entry : parameter_list(parameters)) {
+    EXPECT_THAT(outcome.out, HasSubstr("\n" + entry.group + ":\n"));
+    const std::size_t at = outcome.out.find("  --" + entry.name + " ");
+    ASSERT_NE(at, std::string::npos) << entry.name;
+    const std::size_t next = outcome.out.find("\n  --", at);
+    std::istringstream words(outcome.out.substr(at, next - at));
+    std::string text;  // without the wrapping
+    for (std::string word; words >> word;) text += word + " ";
+    EXPECT_THAT(text, HasSubstr(entry.effect));
+    if (!entry.unit.empty()) {
+      EXPECT_THAT(text, HasSubstr("(" + entry.unit + ", default "));
+    }
+    char value[32];
+    std::snprintf(value, sizeof value, "default %g)", entry.get());
+    EXPECT_THAT(text, HasSubstr(value));
+  }
+}
+
+TEST_F(ProgramUsage, HelpFitsATerminal) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--help"}, {"extract", "--help"}, {"devices", "--help"}}) {
+    std::istringstream lines(run(words).out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  }
+}
+
+TEST_F(ProgramUsage, ListsDevicesAndSaysWhyOneIsTheDefault) {
+  const Outcome outcome = run({"devices"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("* "));
+  EXPECT_THAT(outcome.out, HasSubstr("The default is "));
+  EXPECT_THAT(outcome.out, HasSubstr("fastest kind found"));
+}
+
+struct WrongUsage {
+  const char* name;
+  std::vector<std::string> arguments;
+  std::vector<std::string> message;
+};
+
+class ProgramWrongUsage : public Program, public testing::WithParamInterface<WrongUsage> {};
+
+TEST_P(ProgramWrongUsage, IsOneLineAndExitCodeTwo) {
+  write_particles("in.ply", block(3));
+  const Outcome outcome = run(GetParam().arguments);
+  expect_error(outcome, 2, GetParam().message);
+  EXPECT_THAT(outcome.err, StartsWith("meniscus: error: "));  // nothing was begun
+  EXPECT_THAT(outcome.out, IsEmpty());
+  EXPECT_THAT(files(), testing::ElementsAre("in.ply"));
+}
+
+std::vector<std::string> extract_with(std::vector<std::string> more) {
+  std::vector<std::string> words{"extract", "in.ply", "-o", "a.png"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ProgramWrongUsage,
+    testing::Values(
+        WrongUsage{"NoCommand", {}, {"subcommand"}},
+        WrongUsage{"UnknownCommand", {"polish"}, {"polish", "--help"}},
+        WrongUsage{"NoInput", {"extract", "-o", "a.png"}, {"INPUT"}},
+        WrongUsage{"NoOutput", {"extract", "in.ply"}, {"--output"}},
+        WrongUsage{"UnknownOption", extract_with({"--polish"}), {"--polish"}},
+        WrongUsage{"SecondInput", extract_with({"b.ply"}), {"b.ply"}},
+        WrongUsage{"UnknownEnding",
+                   {"extract", "in.ply", "-o", "a.tiff"},
+                   {"a.tiff", ".exr", ".ply", ".obj", ".png"}},
+        WrongUsage{"NoEnding", {"extract", "in.ply", "-o", "a"}, {".exr", ".ply", ".obj", ".png"}},
+        WrongUsage{"SameOutputTwice", extract_with({"-o", "./a.png"}), {"./a.png", "twice"}},
+        WrongUsage{"OutputIsInput", {"extract", "in.ply", "-o", "./in.ply"}, {"input"}},
+        WrongUsage{"Method",
+                   extract_with({"--method", "magic"}),
+                   {"--method is magic", "fit, stable, paper, ssm"}},
+        WrongUsage{"Preview",
+                   extract_with({"--preview", "x"}),
+                   {"--preview is x", "lit, normal, depth, groups"}},
+        WrongUsage{"Compression",
+                   extract_with({"--compression", "x"}),
+                   {"--compression is x", "none, rle, zips, zip, piz, pxr24"}},
+        WrongUsage{"Dwaa", extract_with({"--compression", "dwaa"}), {"dwaa", "N.Y"}},
+        WrongUsage{"Dwab", extract_with({"--compression", "dwab"}), {"dwab", "N.Y"}},
+        WrongUsage{"ZeroRadius", extract_with({"--particle-radius", "0"}), {"--particle-radius"}},
+        WrongUsage{
+            "NegativeRadius", extract_with({"--particle-radius", "-0.1"}), {"--particle-radius"}},
+        WrongUsage{"NanRadius", extract_with({"--particle-radius", "nan"}), {"--particle-radius"}},
+        WrongUsage{"WordForNumber", extract_with({"--footprint", "big"}), {"--footprint", "big"}},
+        WrongUsage{"OutOfRange", extract_with({"--footprint", "99"}), {"--footprint is 99"}},
+        WrongUsage{"NanParameter", extract_with({"--offset", "nan"}), {"--offset is nan"}},
+        WrongUsage{"FractionForCount", extract_with({"--rings", "1.5"}), {"--rings", "1.5"}},
+        WrongUsage{"EyeWithoutTarget", extract_with({"--eye", "1,2,3"}), {"--eye", "--target"}},
+        WrongUsage{"TwoNumbers",
+                   extract_with({"--eye", "1,2", "--target", "0,0,0"}),
+                   {"--eye is 1,2", "three numbers"}},
+        WrongUsage{"Size", extract_with({"--size", "640"}), {"--size is 640", "WIDTHxHEIGHT"}},
+        WrongUsage{"ZeroSize", extract_with({"--size", "0x480"}), {"--size is 0x480"}},
+        WrongUsage{"CameraAndEye",
+                   extract_with({"--camera", "c.json", "--eye", "1,2,3", "--target", "0,0,0"}),
+                   {"--camera", "--eye"}},
+        WrongUsage{"Threads", extract_with({"--threads", "0"}), {"--threads", "1 to 1024"}},
+        WrongUsage{"QuietAndVerbose", extract_with({"-q", "-v"}), {"--quiet", "--verbose"}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace meniscus::test
