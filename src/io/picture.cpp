@@ -13,11 +13,8 @@ bool breaks(const Scene& scene, int column_a, int row_a, int column_b, int row_b
   if (!scene.covered(a)) return false;
   constexpr float kStep = 0.75f;  // particle radii
   if (std::abs(scene.depth(a) - scene.depth(b)) < kStep) return false;
-  const Vec3d point_a = point_at(scene.view, column_a + .5, row_a + .5, scene.depth(a));
-  const Vec3d point_b = point_at(scene.view, column_b + .5, row_b + .5, scene.depth(b));
-  const Vec3d way = point_b - point_a;
-  return std::abs(dot(way, Vec3d(scene.normal[a]))) > kStep &&
-         std::abs(dot(way, Vec3d(scene.normal[b]))) > kStep;
+  const Vec3 way = scene.point[b] - scene.point[a];
+  return std::abs(dot(way, scene.normal[a])) > kStep && std::abs(dot(way, scene.normal[b])) > kStep;
 }
 
 }  // namespace
@@ -36,6 +33,14 @@ Scene::Scene(const Surface& surface_)
     };
     normal.push_back({row(0), row(1), row(2)});
   }
+  point.resize(normal.size());
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column) {
+      const std::size_t k = at(column, row);
+      if (covered(k))
+        point[k] = static_cast<Vec3>(
+            point_at(view, column + .5, row + .5, surface.depth[k] / view.radius));
+    }
 }
 
 Vec3 Scene::to_eye(int column, int row) const {

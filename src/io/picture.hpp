@@ -16,6 +16,8 @@ using Color = Vec3;
 inline Color operator+(Color a, Color b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Color operator*(Color a, Color b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 inline Color operator*(Color a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline float dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Color mix(Color a, Color b, float share) { return a * (1 - share) + b * share; }
 
 /// 0 up to `low`, 1 from `high` on, smooth between.
@@ -30,6 +32,7 @@ struct Scene {
   View view;
   int width, height;
   std::vector<Vec3> normal;  // [height*width] unit, eye axes; zero where there is no surface
+  std::vector<Vec3> point;   // [height*width] eye space; zero where there is no surface
 
   explicit Scene(const Surface& surface_);
   std::size_t at(int column, int row) const {
@@ -37,16 +40,22 @@ struct Scene {
            static_cast<std::size_t>(column);
   }
   bool covered(std::size_t pixel) const { return surface.kind[pixel] != Kind::none; }
-  /// Planar distance, particle radii.
-  float depth(std::size_t pixel) const {
-    return surface.depth[pixel] / static_cast<float>(view.radius);
-  }
+  float depth(std::size_t pixel) const { return -point[pixel].z; }
   /// Unit vector from the surface point at a pixel to the eye.
   Vec3 to_eye(int column, int row) const;
 };
 
 /// [height*width] colours.
 using Picture = std::vector<Color>;
+
+/// How the surface lies around a pixel, over a disc of some particle radii.
+struct Relief {
+  float hollow = 0;  // 0 flat or bulging, to 1: how much rises before the surface and shades it
+  float bulge = 0;   // 0 flat or hollow, to 1: how much falls away, as around a drop or at an edge
+};
+
+/// [height*width] the relief on a disc of `radius` particle radii around each pixel.
+std::vector<Relief> measure_relief(const Scene& scene, float radius);
 
 /// Water in a studio (preview `lit`).
 Picture draw_lit(const Scene& scene);

@@ -92,10 +92,16 @@ Picture draw_groups(const Scene& scene) {
   return picture;
 }
 
-std::uint8_t srgb(float linear) {
-  const float x = std::clamp(linear, 0.0f, 1.0f);
-  const float s = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1 / 2.4f) - 0.055f;
-  return static_cast<std::uint8_t>(s * 255 + 0.5f);
+// sRGB bytes of 2^16 steps of linear light: in the darks, where sRGB is steepest, a step is 1/20 of
+// a byte.
+std::vector<std::uint8_t> srgb_table() {
+  std::vector<std::uint8_t> table(1 << 16);
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    const double x = static_cast<double>(k) / static_cast<double>(table.size() - 1);
+    const double s = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    table[k] = static_cast<std::uint8_t>(s * 255 + 0.5);
+  }
+  return table;
 }
 
 void check_maps(const Surface& surface) {
@@ -128,10 +134,13 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) 
     throw InvalidArgument("write_png: unknown preview");
   };
   const Picture picture = smooth_borders(scene, draw());
+  const std::vector<std::uint8_t> srgb = srgb_table();
   std::vector<std::uint8_t> bytes;
   bytes.reserve(3 * picture.size());
   for (const Color& color : picture)
-    for (const float channel : {color.x, color.y, color.z}) bytes.push_back(srgb(channel));
+    for (const float channel : {color.x, color.y, color.z})
+      bytes.push_back(
+          srgb[static_cast<std::size_t>(std::clamp(channel, 0.0f, 1.0f) * 65535 + 0.5f)]);
   return bytes;
 }
 

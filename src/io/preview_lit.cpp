@@ -1,7 +1,7 @@
 // Preview `lit`: water photographed in a studio. All in eye space (x right, y up, z to the viewer),
 // so that every camera gets the same light: a bright backdrop, a large soft box above to the left,
-// a strip to the right and a low light from behind that water seen at a grazing angle reflects. All
-// lights have wide soft borders: a flaw of the surface bends them instead of sparkling.
+// a strip to the right and a wide light from behind that water seen at a grazing angle reflects.
+// All lights have wide soft borders: a flaw of the surface bends them instead of sparkling.
 #include <cmath>
 
 #include "io/picture.hpp"
@@ -9,14 +9,28 @@
 namespace meniscus {
 namespace {
 
-float dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+constexpr float kWater = 1 / 1.333f;  // ratio of the refractive indices, air to water
+constexpr float kReliefRadius = 9;    // particle radii
+constexpr Color kDeep = {0.000f, 0.040f, 0.160f}, kShallow = {0.065f, 0.54f, 0.72f};
+
 Vec3 unit(const Vec3& v) { return v * (1 / std::sqrt(std::max(dot(v, v), 1e-20f))); }
 
-// The backdrop as the picture's background; x and y run over the picture, -1 to 1, y up.
+const Vec3 kKey = unit({-0.5f, 0.72f, 0.48f});  // towards the key light
+
+// A direction that goes on behind a surface of water; `ratio` of the refractive indices.
+Vec3 refract(const Vec3& along, const Vec3& n, float ratio) {
+  const float c = -dot(along, n);
+  const float k = std::max(1 - ratio * ratio * (1 - c * c), 0.0f);
+  return along * ratio + n * (ratio * c - std::sqrt(k));
+}
+
+// The backdrop; x and y run over the picture, -1 to 1, y up.
 Color backdrop(float x, float y) {
-  const Color top = {0.60f, 0.68f, 0.76f}, bottom = {0.86f, 0.89f, 0.92f};
-  const Color color = mix(bottom, top, smoothstep(-1.0f, 1.1f, y));
-  return color * (1 - 0.22f * smoothstep(0.4f, 1.6f, std::sqrt(x * x + y * y)));
+  const Color color =
+      mix({0.84f, 0.87f, 0.90f}, {0.50f, 0.585f, 0.67f}, smoothstep(-1.1f, 1.2f, y));
+  const float glow = std::exp(-(0.7f * x * x + (y + 0.1f) * (y + 0.1f)) * 1.1f);
+  const float corner = smoothstep(0.7f, 1.7f, std::sqrt(x * x + y * y));
+  return (color + Color{0.07f, 0.07f, 0.065f} * glow) * (1 - 0.2f * corner);
 }
 
 // A rectangular light around a direction: 1 in its middle, 0 outside.
@@ -34,13 +48,12 @@ float soft_box(const Vec3& d, const Vec3& towards, const Vec3& right, float half
 
 // Light that comes from a direction.
 Color studio(const Vec3& d) {
-  Color light = mix({0.30f, 0.36f, 0.42f}, {0.80f, 0.88f, 0.95f}, smoothstep(-0.6f, 0.5f, d.y));
-  light = light + Color{5.0f, 4.9f, 4.7f} * soft_box(d, unit({-0.5f, 0.72f, 0.48f}),
-                                                     unit({0.48f, 0, 0.5f}), 0.55f, 0.40f);
-  light = light + Color{1.6f, 1.8f, 2.0f} *
+  Color light = mix({0.15f, 0.29f, 0.40f}, {0.52f, 0.78f, 0.96f}, smoothstep(-0.6f, 0.5f, d.y));
+  light = light + Color{6.0f, 5.9f, 5.7f} * soft_box(d, kKey, unit({0.48f, 0, 0.5f}), 0.55f, 0.40f);
+  light = light + Color{0.5f, 1.1f, 1.5f} *
                       soft_box(d, unit({0.85f, 0.30f, 0.1f}), unit({0.1f, 0, -0.85f}), 0.25f, 0.8f);
   light = light +
-          Color{1.4f, 1.5f, 1.6f} * soft_box(d, unit({0, 0.62f, -0.78f}), {1, 0, 0}, 1.4f, 0.45f);
+          Color{1.6f, 1.7f, 1.8f} * soft_box(d, unit({0, 0.62f, -0.78f}), {1, 0, 0}, 1.4f, 0.45f);
   return light;
 }
 
@@ -50,43 +63,96 @@ float tone(float x) {
   return x < knee ? x : knee + (1 - knee) * (1 - std::exp(-(x - knee) / (1 - knee)));
 }
 
-Color water(const Vec3& n, const Vec3& v, bool splash) {
+// One point of the surface; `lit` says how near it lies to the key light, 0 to 1.
+Color water(const Vec3& n, const Vec3& v, const Relief& relief, float lit, bool splash) {
   const float facing = std::clamp(dot(n, v), 0.02f, 1.0f);
   const float away = 1 - facing;
   const float fresnel = 0.02f + 0.98f * away * away * away * away * away;
   const Vec3 reflected = n * (2 * facing) + v * -1.0f;
+  const float open = 1 - std::min(1.6f * relief.hollow, 0.75f);
 
-  // The refracted ray: where the light behind the water comes from.
-  constexpr float eta = 1 / 1.333f;
-  const float k = 1 - eta * eta * (1 - facing * facing);
-  const Vec3 refracted = n * (eta * facing - std::sqrt(k)) + v * -eta;
-  const Color behind =
-      mix({0.42f, 0.47f, 0.52f}, {0.85f, 0.90f, 0.95f}, smoothstep(-0.7f, 0.5f, refracted.y));
+  // What shines through: a drop is a lens, its far side a sphere's.
+  const Vec3 inside = refract(v * -1.0f, n, kWater);
+  const Vec3 far_normal = n + inside * (-2 * dot(n, inside));
+  const Vec3 behind = refract(inside, far_normal * -1.0f, 1 / kWater);
+  const Color lens = studio(behind) * Color{0.50f, 0.68f, 0.72f};
 
-  // Long ways through the water swallow red first; a silhouette is a short way.
-  const float way = (splash ? 0.35f : 1.0f) * (0.35f + 0.65f * facing);
-  const Color swallowed = {std::exp(-3.2f * way), std::exp(-0.95f * way), std::exp(-0.45f * way)};
-  const float wrap = 0.5f + 0.5f * dot(n, unit({-0.45f, 0.75f, 0.5f}));
-  const Color scattered = Color{0.03f, 0.25f, 0.36f} * (0.15f + 1.0f * wrap * wrap);
-  const Color body = behind * swallowed * 0.55f + scattered * (1 - std::exp(-1.6f * way));
-  return mix(body, studio(reflected), fresnel);
+  // What the water itself sends back: more and greener where it is thin and where light enters.
+  const float thin = smoothstep(0.02f, 0.75f, relief.bulge + (splash ? 0.06f : 0.0f));
+  const float wrap = 0.5f + 0.5f * dot(n, kKey);
+  const Color depths =
+      mix(kDeep, kShallow, 0.04f + 0.30f * wrap * wrap + 0.24f * lit + 0.36f * thin);
+  const float clear = 0.65f * smoothstep(0.35f, 0.95f, thin);
+  const Color body = mix(depths, lens, clear);
+  return mix(body * open, studio(reflected) * (0.4f + 0.6f * open), fresnel);
+}
+
+// How near each pixel's point lies to the key light, 0 to 1 over what is in view.
+std::vector<float> nearness_to_light(const Scene& scene) {
+  std::vector<float> along(scene.normal.size());
+  double sum = 0, squares = 0, count = 0;
+  for (std::size_t k = 0; k < along.size(); ++k) {
+    if (!scene.covered(k)) continue;
+    along[k] = dot(scene.point[k], kKey);
+    sum += along[k];
+    squares += static_cast<double>(along[k]) * along[k];
+    count += 1;
+  }
+  const double mean = sum / std::max(count, 1.0);
+  const double spread = std::sqrt(std::max(squares / std::max(count, 1.0) - mean * mean, 1e-6));
+  for (float& value : along) value = smoothstep(-2, 2, static_cast<float>((value - mean) / spread));
+  return along;
+}
+
+// The soft shadow of the water on the backdrop, 0 to 1: its silhouette, blurred and let down.
+std::vector<float> shadow(const Scene& scene) {
+  const int width = scene.width, height = scene.height;
+  const int reach = std::max(height / 22, 1), drop = height / 28;
+  std::vector<float> values(scene.normal.size());
+  for (int row = drop; row < height; ++row)
+    for (int column = 0; column < width; ++column)
+      values[scene.at(column, row)] = scene.covered(scene.at(column, row - drop)) ? 1.0f : 0.0f;
+  // Three running means each way are nearly a Gaussian.
+  std::vector<double> sums;
+  const auto blur = [&](bool rows) {
+    const int length = rows ? width : height, lines = rows ? height : width;
+    const auto at = [&](int k, int line) { return rows ? scene.at(k, line) : scene.at(line, k); };
+    for (int line = 0; line < lines; ++line) {
+      sums.assign(1, 0.0);
+      for (int k = 0; k < length; ++k) sums.push_back(sums.back() + values[at(k, line)]);
+      for (int k = 0; k < length; ++k) {
+        const int first = std::max(k - reach, 0), end = std::min(k + reach + 1, length);
+        values[at(k, line)] = static_cast<float>(
+            (sums[static_cast<std::size_t>(end)] - sums[static_cast<std::size_t>(first)]) /
+            (end - first));
+      }
+    }
+  };
+  for (int round = 0; round < 3; ++round) {
+    blur(true);
+    blur(false);
+  }
+  return values;
 }
 
 }  // namespace
 
 Picture draw_lit(const Scene& scene) {
+  const std::vector<Relief> relief = measure_relief(scene, kReliefRadius);
+  const std::vector<float> lit = nearness_to_light(scene), shade = shadow(scene);
   Picture picture(scene.normal.size());
   for (int row = 0; row < scene.height; ++row)
     for (int column = 0; column < scene.width; ++column) {
       const std::size_t k = scene.at(column, row);
       Color color;
-      if (scene.covered(k))
-        color = water(scene.normal[k], scene.to_eye(column, row),
+      if (scene.covered(k)) {
+        color = water(scene.normal[k], scene.to_eye(column, row), relief[k], lit[k],
                       scene.surface.kind[k] == Kind::splash);
-      else
-        color =
-            backdrop(2 * (static_cast<float>(column) + .5f) / static_cast<float>(scene.width) - 1,
-                     1 - 2 * (static_cast<float>(row) + .5f) / static_cast<float>(scene.height));
+      } else {
+        color = backdrop((2 * static_cast<float>(column) + 1) / static_cast<float>(scene.width) - 1,
+                         1 - (2 * static_cast<float>(row) + 1) / static_cast<float>(scene.height));
+        color = mix(color, color * Color{0.50f, 0.66f, 0.74f}, 0.75f * shade[k]);
+      }
       picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
     }
   return picture;
