@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kWater = 1 / 1.333f;  // ratio of the refractive indices, air to water
 constexpr float kReliefRadius = 9;    // particle radii
-constexpr Color kDeep = {0.000f, 0.040f, 0.160f}, kShallow = {0.065f, 0.54f, 0.72f};
+constexpr Color kDeep = {0.000f, 0.062f, 0.185f}, kShallow = {0.060f, 0.54f, 0.70f};
 
 Vec3 unit(const Vec3& v) { return v * (1 / std::sqrt(std::max(dot(v, v), 1e-20f))); }
 
@@ -27,7 +27,7 @@ Vec3 refract(const Vec3& along, const Vec3& n, float ratio) {
 // The backdrop; x and y run over the picture, -1 to 1, y up.
 Color backdrop(float x, float y) {
   const Color color =
-      mix({0.84f, 0.87f, 0.90f}, {0.50f, 0.585f, 0.67f}, smoothstep(-1.1f, 1.2f, y));
+      mix({0.86f, 0.89f, 0.915f}, {0.56f, 0.64f, 0.72f}, smoothstep(-1.1f, 1.2f, y));
   const float glow = std::exp(-(0.7f * x * x + (y + 0.1f) * (y + 0.1f)) * 1.1f);
   const float corner = smoothstep(0.7f, 1.7f, std::sqrt(x * x + y * y));
   return (color + Color{0.07f, 0.07f, 0.065f} * glow) * (1 - 0.2f * corner);
@@ -48,12 +48,12 @@ float soft_box(const Vec3& d, const Vec3& towards, const Vec3& right, float half
 
 // Light that comes from a direction.
 Color studio(const Vec3& d) {
-  Color light = mix({0.15f, 0.29f, 0.40f}, {0.52f, 0.78f, 0.96f}, smoothstep(-0.6f, 0.5f, d.y));
+  Color light = mix({0.15f, 0.29f, 0.40f}, {0.44f, 0.76f, 0.97f}, smoothstep(-0.6f, 0.5f, d.y));
   light = light + Color{6.0f, 5.9f, 5.7f} * soft_box(d, kKey, unit({0.48f, 0, 0.5f}), 0.55f, 0.40f);
   light = light + Color{0.5f, 1.1f, 1.5f} *
                       soft_box(d, unit({0.85f, 0.30f, 0.1f}), unit({0.1f, 0, -0.85f}), 0.25f, 0.8f);
   light = light +
-          Color{1.6f, 1.7f, 1.8f} * soft_box(d, unit({0, 0.62f, -0.78f}), {1, 0, 0}, 1.4f, 0.45f);
+          Color{1.0f, 1.1f, 1.2f} * soft_box(d, unit({0, 0.62f, -0.78f}), {1, 0, 0}, 1.4f, 0.45f);
   return light;
 }
 
@@ -65,7 +65,8 @@ float tone(float x) {
 
 // One point of the surface; `lit` says how near it lies to the key light, 0 to 1.
 Color water(const Vec3& n, const Vec3& v, const Relief& relief, float lit, bool splash) {
-  const float facing = std::clamp(dot(n, v), 0.02f, 1.0f);
+  // Below 0.2 the reflection would flicker from pixel to pixel along silhouettes.
+  const float facing = std::clamp(dot(n, v), 0.2f, 1.0f);
   const float away = 1 - facing;
   const float fresnel = 0.02f + 0.98f * away * away * away * away * away;
   const Vec3 reflected = n * (2 * facing) + v * -1.0f;
@@ -77,12 +78,13 @@ Color water(const Vec3& n, const Vec3& v, const Relief& relief, float lit, bool 
   const Vec3 behind = refract(inside, far_normal * -1.0f, 1 / kWater);
   const Color lens = studio(behind) * Color{0.50f, 0.68f, 0.72f};
 
-  // What the water itself sends back: more and greener where it is thin and where light enters.
-  const float thin = smoothstep(0.02f, 0.75f, relief.bulge + (splash ? 0.06f : 0.0f));
+  // What the water itself sends back: more and greener where light enters and where it is thin.
+  const float bulge = relief.bulge + (splash ? 0.05f : 0.0f);
   const float wrap = 0.5f + 0.5f * dot(n, kKey);
   const Color depths =
-      mix(kDeep, kShallow, 0.04f + 0.30f * wrap * wrap + 0.24f * lit + 0.36f * thin);
-  const float clear = 0.65f * smoothstep(0.35f, 0.95f, thin);
+      mix(kDeep, kShallow,
+          0.60f * wrap * wrap * wrap + 0.16f * lit + 0.24f * smoothstep(0.1f, 0.8f, bulge));
+  const float clear = 0.65f * smoothstep(0.40f, 0.86f, bulge);
   const Color body = mix(depths, lens, clear);
   return mix(body * open, studio(reflected) * (0.4f + 0.6f * open), fresnel);
 }

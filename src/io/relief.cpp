@@ -95,7 +95,7 @@ std::vector<Relief> measure_relief(const Scene& scene, float radius) {
           const float alike = std::max(dot(n, scene.normal[there]), 0.0f);
           const float alike2 = alike * alike, alike8 = alike2 * alike2 * alike2 * alike2;
           const float weight = std::max(1 - x * x, 0.0f) * std::max(1 - y * y, 0.0f) *
-                               (alike8 + 1e-4f) / (1 + 4 * off * off * off * off);
+                               (alike8 + 1e-4f) * std::max(1 - off * off / 4, 0.0f);
           weights += weight;
           sum.hollow += weight * coarse_at(i, j).hollow;
           sum.bulge += weight * coarse_at(i, j).bulge;

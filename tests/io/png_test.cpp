@@ -2,6 +2,7 @@
 #include <png.h>
 
 #include <cmath>
+#include <functional>
 
 #include "io/picture.hpp"
 #include "io/preview.hpp"
@@ -136,6 +137,77 @@ TEST(Preview, SmoothingTurnsAJaggedBorderIntoCoverage) {
           ASSERT_NEAR(smooth[k].x, coverage[k], 1.0 / 32) << n << " at " << column << ", " << row;
         }
     }
+}
+
+// Tilted planes that meet in a sharp crease are one surface: nothing is blended.
+TEST(Preview, SmoothingKeepsCreasesAndInteriors) {
+  Surface surface;
+  surface.camera = sample_camera(40, 30);
+  surface.camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  surface.particle_radius = 0.01;
+  const View view = make_view(surface.camera, 1, {0, 0, 0});
+  Picture picture;
+  for (int row = 0; row < 30; ++row)
+    for (int column = 0; column < 40; ++column) {
+      // The planes z = -4 - 3 |x|, hit by the ray t * (x, y, -1): many radii of depth a pixel.
+      const double x = ray_direction(view, column + .5, row + .5).x;
+      const double depth = 4 / (1 - 3 * std::abs(x));
+      surface.depth.push_back(static_cast<float>(depth));
+      surface.normal.push_back(static_cast<Vec3>(normalized(Vec3d{x > 0 ? 3.0 : -3.0, 0, 1})));
+      surface.kind.push_back(Kind::surface);
+      picture.push_back({static_cast<float>(column % 2), static_cast<float>(row % 3), 0});
+    }
+  EXPECT_GT(surface.depth[0] - surface.depth[1], 20 * surface.particle_radius);
+  EXPECT_EQ(smooth_borders(Scene(surface), picture), picture);
+}
+
+// An orthographic look at the plane z = 0 from above; `plane` gives the depth at a pixel or
+// infinity.
+Surface seen_from_above(int side, const std::function<float(int, int)>& depth_at) {
+  Surface surface;
+  surface.camera.width = surface.camera.height = side;
+  surface.camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  const double scale = 2.0 / side;  // a pixel is one unit wide
+  surface.camera.projection = {scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, -0.01, 0, 0, 0, 0, 1};
+  surface.particle_radius = 1;
+  for (int row = 0; row < side; ++row)
+    for (int column = 0; column < side; ++column) {
+      const float depth = depth_at(column, row);
+      surface.depth.push_back(depth);
+      surface.kind.push_back(std::isinf(depth) ? Kind::none : Kind::surface);
+      surface.normal.push_back(std::isinf(depth) ? Vec3{} : Vec3{0, 0, 1});
+    }
+  return surface;
+}
+
+TEST(Relief, IsZeroOnAPlaneAndFullAroundASpeck) {
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  const Surface plane = seen_from_above(65, [](int, int) { return 10.0f; });
+  for (const Relief& relief : measure_relief(Scene(plane), 8)) {
+    ASSERT_EQ(relief.hollow, 0);
+    ASSERT_EQ(relief.bulge, 0);
+  }
+  // A pixel alone: of the 96 samples only those within half a pixel of it hit it, and a disc of
+  // radius 8 has 64 pi pixels, so at most a few of the samples.
+  const Surface speck =
+      seen_from_above(65, [&](int i, int j) { return i == 31 && j == 33 ? 10.0f : kNone; });
+  EXPECT_GT(measure_relief(Scene(speck), 8)[33 * 65 + 31].bulge, 0.95f);
+}
+
+TEST(Relief, TellsTheFootOfAStepFromItsTop) {
+  // A step of 8 radii up at column 32. At its foot half of the disc stands a full disc radius
+  // higher, on its top half of it lies that much lower.
+  const Surface step = seen_from_above(64, [](int i, int) { return i < 32 ? 20.0f : 12.0f; });
+  const auto relief = measure_relief(Scene(step), 8);
+  const Relief foot = relief[32 * 64 + 31], top = relief[32 * 64 + 32];
+  EXPECT_EQ(foot.bulge, 0);
+  EXPECT_EQ(top.hollow, 0);
+  // The measurement nearest to the step lies up to four pixels off it: the disc's part beyond a
+  // chord at half its radius is 0.196 of it, and half of it is 0.5; a sample is 1/96.
+  EXPECT_GT(foot.hollow, 0.196f - 1.0f / 96);
+  EXPECT_LT(foot.hollow, 0.5f + 1.0f / 96);
+  EXPECT_GT(top.bulge, 0.196f - 1.0f / 96);
+  EXPECT_LT(top.bulge, 0.5f + 1.0f / 96);
 }
 
 }  // namespace
