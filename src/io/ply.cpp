@@ -211,11 +211,12 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
           const auto id = load_integer(from, property.type, header.order);
           if (!id)
             fail(file, row_place(element, row),
-                 "id is " + shown(load_real(from, property.type, header.order)) +
+                 "id is " + shown(load_real<double>(from, property.type, header.order)) +
                      ", must be a whole number of 64 bits");
           particles.id[row] = *id;
         } else if (property.field != Field::none) {
-          array_of(particles, property.field)[row] = load_real(from, property.type, header.order);
+          array_of(particles, property.field)[row] =
+              load_real<float>(from, property.type, header.order);
         }
         at += size;
       }

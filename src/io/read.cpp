@@ -14,7 +14,9 @@ struct Format {
 };
 
 constexpr Format kFormats[] = {
-    {".ply", read_ply, "vertex"},
+    {".ply", read_ply, "vertex"},   {".vtk", read_vtk, "point"},
+    {".bgeo", read_bgeo, "point"},  {".bgeo.gz", read_bgeo, "point"},
+    {".xyz", read_xyz, "particle"}, {".csv", read_csv, "particle"},
 };
 
 const Format& format_of(const std::string& path) {

@@ -58,9 +58,10 @@ auto visit_scalar(const char* from, Scalar type, std::endian order, Visit visit)
   }
 }
 
-/// The scalar at `from`; beyond the range of a float it becomes infinite.
-inline float load_real(const char* from, Scalar type, std::endian order) {
-  return visit_scalar(from, type, order, [](auto value) { return static_cast<float>(value); });
+/// The scalar at `from` as float or double; beyond the range of a float it becomes infinite.
+template <class Real>
+Real load_real(const char* from, Scalar type, std::endian order) {
+  return visit_scalar(from, type, order, [](auto value) { return static_cast<Real>(value); });
 }
 
 /// The scalar at `from`, or nothing where it is not a whole number of 64 bits.

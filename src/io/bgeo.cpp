@@ -1,0 +1,200 @@
+#include <zlib.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "io/fields.hpp"
+#include "io/readers.hpp"
+#include "io/scalar.hpp"
+
+namespace meniscus {
+namespace {
+
+bool is_gzip(const std::string& bytes) { return bytes.starts_with("\x1f\x8b"); }
+
+/// Unpacks gzip data, also of several members in a row.
+InputFile unpacked(const InputFile& file) {
+  struct Stream : z_stream {
+    Stream() : z_stream{} { ready = inflateInit2(this, 15 + 16) == Z_OK; }  // 16: gzip headers
+    ~Stream() {
+      if (ready) inflateEnd(this);
+    }
+    bool ready;
+  } stream;
+  if (!stream.ready) fail(file, "", "cannot be unpacked: no memory for zlib");
+
+  constexpr std::size_t kLargestStep = 1 << 30;  // zlib counts in 32 bits
+  InputFile result{file.name, std::string(std::max<std::size_t>(4 * file.size(), 1024), '\0')};
+  std::size_t taken = 0, made = 0;
+  for (bool at_end = false; !at_end || taken < file.size();) {
+    if (at_end) inflateReset(&stream);
+    if (made == result.size()) result.bytes.resize(2 * made);
+    const std::size_t input = std::min(file.size() - taken, kLargestStep);
+    const std::size_t output = std::min(result.size() - made, kLargestStep);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(file.bytes.data() + taken));
+    stream.avail_in = static_cast<uInt>(input);
+    stream.next_out = reinterpret_cast<Bytef*>(result.bytes.data() + made);
+    stream.avail_out = static_cast<uInt>(output);
+    const int status = inflate(&stream, Z_NO_FLUSH);
+    taken += input - stream.avail_in;
+    made += output - stream.avail_out;
+    at_end = status == Z_STREAM_END;
+    if (status == Z_BUF_ERROR)
+      fail(file, byte_place(taken), "the file ends inside its gzip data (truncated?)");
+    if (status != Z_OK && !at_end)
+      fail(file, byte_place(taken),
+           std::string("its gzip data is damaged: ") + (stream.msg ? stream.msg : "unknown"));
+  }
+  result.bytes.resize(made);
+  return result;
+}
+
+/// Big-endian values one after the other.
+class BgeoCursor {
+ public:
+  BgeoCursor(const InputFile& file, bool packed) : file_(file), packed_(packed) {}
+
+  template <class T>
+  T take(const char* what) {
+    need(sizeof(T), what);
+    at_ += sizeof(T);
+    return load<T>(file_.bytes.data() + at_ - sizeof(T), std::endian::big);
+  }
+
+  std::size_t take_count(const char* what) {
+    const auto value = take<std::int32_t>(what);
+    if (value < 0)
+      fail(file_, place(), "found " + std::to_string(value) + " for " + what + ", must be >= 0");
+    return static_cast<std::size_t>(value);
+  }
+
+  std::string take_string(const char* what) {
+    const std::size_t length = take<std::uint16_t>(what);
+    need(length, what);
+    at_ += length;
+    return file_.bytes.substr(at_ - length, length);
+  }
+
+  void skip(std::size_t n, const char* what) {
+    need(n, what);
+    at_ += n;
+  }
+
+  std::size_t offset() const { return at_; }
+  std::size_t remaining() const { return file_.size() - at_; }
+  std::string place() const { return byte_place(at_) + (packed_ ? " of the unpacked data" : ""); }
+
+ private:
+  void need(std::size_t n, const char* what) const {
+    if (n > remaining())
+      fail(file_, place(),
+           std::string("the file ends inside ") + what + ": found " + std::to_string(remaining()) +
+               " bytes, wanted " + std::to_string(n) + " (truncated?)");
+  }
+
+  const InputFile& file_;
+  bool packed_;
+  std::size_t at_ = 0;
+};
+
+struct Attribute {
+  std::size_t offset;  // of its first value in a point, bytes
+  Scalar type;
+  Field field;  // vx stands for all three components of the velocity
+};
+
+/// Reads the dictionary of point attributes. Returns those that have a field of ours; `point_size`
+/// becomes the size of a point in bytes.
+std::vector<Attribute> read_attributes(const InputFile& file, BgeoCursor& cursor, std::size_t count,
+                                       std::size_t& point_size) {
+  enum Type { real = 0, whole = 1, index = 4, vector = 5 };
+  std::vector<Attribute> kept;
+  point_size = 16;  // x y z w
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string name = cursor.take_string("the name of a point attribute");
+    const std::size_t components = cursor.take<std::uint16_t>("the size of a point attribute");
+    const auto type = cursor.take<std::int32_t>("the type of a point attribute");
+    if (type == index) {
+      for (std::size_t k = cursor.take_count("the number of strings"); k > 0; --k)
+        cursor.take_string("a string of a point attribute");
+    } else if (type == real || type == whole || type == vector) {
+      cursor.skip(4 * components, "the default of a point attribute");
+    } else {
+      fail(file, cursor.place(),
+           "found type " + std::to_string(type) + " of point attribute " + in_quotes(name) +
+               ", wanted 0 (float), 1 (int), 4 (index) or 5 (vector)");
+    }
+    const Field field = type == index ? Field::none : field_of_attribute(name, components);
+    const bool taken = std::any_of(kept.begin(), kept.end(),
+                                   [&](const Attribute& other) { return other.field == field; });
+    if (field != Field::none && !taken)
+      kept.push_back({point_size, type == whole ? Scalar::int32 : Scalar::float32, field});
+    point_size += 4 * components;
+  }
+  return kept;
+}
+
+Particles read_points(const InputFile& file, bool packed) {
+  BgeoCursor cursor(file, packed);
+  const std::string magic = file.bytes.substr(0, 5);
+  if (magic.starts_with("\x7fNSJ") || magic.starts_with("[") || magic.starts_with("{"))
+    fail(file, "", "is Houdini's newer JSON geometry, wanted the classic one (save as .bhclassic)");
+  if (magic != "BgeoV")
+    fail(file, "byte 0", "found " + in_quotes(magic) + ", wanted \"BgeoV\" (classic bgeo)");
+  cursor.skip(5, "the header");
+  if (const auto version = cursor.take<std::int32_t>("the version"); version != 5)
+    fail(file, "byte 5", "found version " + std::to_string(version) + ", wanted 5");
+  const std::size_t points = cursor.take_count("the number of points");
+  cursor.skip(12, "the header");  // primitives, point groups, primitive groups
+  const std::size_t attributes = cursor.take_count("the number of point attributes");
+  cursor.skip(12, "the header");  // attributes of vertices, primitives, the whole
+
+  std::size_t point_size = 0;
+  const auto kept = read_attributes(file, cursor, attributes, point_size);
+  if (points > cursor.remaining() / point_size)
+    fail(file, "point " + std::to_string(cursor.remaining() / point_size),
+         "the data ends at byte " + std::to_string(file.size()) + (packed ? " when unpacked" : "") +
+             ", wanted " + std::to_string(points) + " points of " + std::to_string(point_size) +
+             " bytes from byte " + std::to_string(cursor.offset()) + " (truncated?)");
+
+  Particles particles;
+  std::vector<Attribute> columns;
+  const auto add_three = [&](Field first, std::size_t offset) {
+    for (std::size_t k = 0; k < 3; ++k)
+      columns.push_back({offset + 4 * k, Scalar::float32,
+                         static_cast<Field>(static_cast<std::size_t>(first) + k)});
+  };
+  add_three(Field::x, 0);
+  for (const Attribute& attribute : kept) {
+    if (attribute.field == Field::vx)
+      add_three(Field::vx, attribute.offset);
+    else
+      columns.push_back(attribute);
+  }
+  for (const Attribute& column : columns) {
+    resize(particles, {column.field}, points);
+    const char* from = file.bytes.data() + cursor.offset() + column.offset;
+    for (std::size_t i = 0; i < points; ++i, from += point_size) {
+      if (column.field != Field::id) {
+        array_of(particles, column.field)[i] =
+            load_real<float>(from, column.type, std::endian::big);
+      } else if (const auto id = load_integer(from, column.type, std::endian::big)) {
+        particles.id[i] = *id;
+      } else {
+        fail(file, "point " + std::to_string(i),
+             "id is " + shown(load_real<double>(from, column.type, std::endian::big)) +
+                 ", must be a whole number");
+      }
+    }
+  }
+  return particles;
+}
+
+}  // namespace
+
+Particles read_bgeo(const InputFile& file) {
+  return is_gzip(file.bytes) ? read_points(unpacked(file), true) : read_points(file, false);
+}
+
+}  // namespace meniscus

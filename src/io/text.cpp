@@ -1,0 +1,198 @@
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/fields.hpp"
+#include "io/readers.hpp"
+#include "io/text_cursor.hpp"
+
+namespace meniscus {
+namespace {
+
+using Words = std::vector<std::string_view>;
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+double real_at(const InputFile& file, const TextCursor& cursor, std::string_view word,
+               const std::string& column) {
+  const std::optional<double> value = parse_real(word);
+  if (!value)
+    fail(file, cursor.place(), "found " + in_quotes(word) + ", wanted a number for " + column);
+  return *value;
+}
+
+// .xyz
+
+void split_at_blanks(std::string_view line, Words& words) {
+  words.clear();
+  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = end;
+  }
+}
+
+// .csv
+
+/// Splits a row; a cell in double quotes may hold the separator.
+void split_cells(std::string_view line, char separator, Words& cells) {
+  cells.clear();
+  for (std::size_t at = 0;;) {
+    const std::size_t first = line.find_first_not_of(" ", at);
+    std::size_t end;
+    if (first != std::string_view::npos && line[first] == '"') {
+      const std::size_t close = std::min(line.find('"', first + 1), line.size());
+      cells.push_back(line.substr(first + 1, close - first - 1));
+      end = line.find(separator, close);
+    } else {
+      end = line.find(separator, at);
+      cells.push_back(trimmed(line.substr(at, end == std::string_view::npos ? end : end - at)));
+    }
+    if (end == std::string_view::npos) return;
+    at = end + 1;
+  }
+}
+
+/// The one of comma, semicolon and tab that splits the line into most cells.
+char separator_of(std::string_view line) {
+  char best = ',';
+  std::size_t most = 0;
+  Words cells;
+  for (const char separator : {',', ';', '\t'}) {
+    split_cells(line, separator, cells);
+    if (cells.size() > most) {
+      most = cells.size();
+      best = separator;
+    }
+  }
+  return best;
+}
+
+/// Names of the columns of a table without a header row.
+std::vector<std::string> default_names(std::size_t columns) {
+  std::vector<std::string> names = {"x", "y", "z"};
+  if (columns == 6) names.insert(names.end(), {"vx", "vy", "vz"});
+  names.resize(columns);
+  return names;
+}
+
+}  // namespace
+
+Particles read_xyz(const InputFile& file) {
+  TextCursor cursor(file);
+  Particles particles;
+  Words words;
+  std::optional<std::size_t> stated;  // the count of the first line
+  std::size_t columns = 0, label = 0;
+  bool has_velocity = false;
+  while (const auto line = cursor.next_line()) {
+    split_at_blanks(line->substr(0, line->find('#')), words);
+    if (words.empty()) continue;
+    if (columns == 0 && words.size() == 1 && !stated) {
+      const auto count = parse_integer(words[0]);
+      if (!count || *count < 0)
+        fail(file, cursor.place(),
+             "found " + in_quotes(words[0]) + ", wanted x y z or the number of particles");
+      stated = static_cast<std::size_t>(*count);
+      if (!cursor.line_was_ended() || !cursor.next_line() || !cursor.line_was_ended())
+        fail(file, cursor.place(), "the file ends here, wanted a comment line after the count");
+      continue;
+    }
+    if (columns == 0) {
+      columns = words.size();
+      label = columns > 3 && !parse_real(words[0]) ? 1 : 0;  // the element of a chemist's file
+      if (columns < 3)
+        fail(file, cursor.place(),
+             "found " + std::to_string(columns) + " columns, wanted at least 3: x y z");
+      has_velocity = columns - label == 6;
+    }
+    if (words.size() != columns)
+      fail(file, cursor.place(),
+           "found " + std::to_string(words.size()) + " columns, wanted " + std::to_string(columns) +
+               " as in the first row (truncated?)");
+    if (stated && particles.size() == *stated)
+      fail(file, cursor.place(),
+           "found more rows than the " + std::to_string(*stated) +
+               " that the first line states, wanted one frame");
+    const auto value = [&](std::size_t k, const char* column) {
+      return static_cast<float>(real_at(file, cursor, words[label + k], column));
+    };
+    particles.x.push_back(value(0, "x"));
+    particles.y.push_back(value(1, "y"));
+    particles.z.push_back(value(2, "z"));
+    if (!has_velocity) continue;
+    particles.vx.push_back(value(3, "vx"));
+    particles.vy.push_back(value(4, "vy"));
+    particles.vz.push_back(value(5, "vz"));
+  }
+  if (!stated && particles.size() == 0) fail(file, "", "has no particles, wanted rows of x y z");
+  if (stated && particles.size() < *stated)
+    fail(file, cursor.place(),
+         "the file ends after " + std::to_string(particles.size()) + " rows, wanted " +
+             std::to_string(*stated) + " as the first line states (truncated?)");
+  if (stated && *stated > 0 && !cursor.line_was_ended())
+    fail(file, cursor.place(),
+         "the last line has no end (truncated? if it is complete, end it with a new line)");
+  return particles;
+}
+
+Particles read_csv(const InputFile& file) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  TextCursor cursor(file, file.bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
+  Particles particles;
+  char separator = 0;
+  Words cells;
+  std::vector<std::string> names;
+  std::vector<Field> fields;
+  while (const auto line = cursor.next_line()) {
+    if (trimmed(*line).empty() || line->starts_with('#')) continue;
+    const bool is_first = names.empty();
+    if (is_first) separator = separator_of(*line);
+    split_cells(*line, separator, cells);
+    if (is_first) {
+      const bool has_header = !std::all_of(cells.begin(), cells.end(),
+                                           [](std::string_view cell) { return parse_real(cell); });
+      if (has_header)
+        names.assign(cells.begin(), cells.end());
+      else
+        names = default_names(cells.size());
+      fields = fields_of_columns(names);
+      if (const std::string missing = missing_coordinate(fields); !missing.empty())
+        fail(file, cursor.place(),
+             "found " + in_quotes(*line) + " without a column " + missing +
+                 ", wanted columns x, y, z separated by comma, semicolon or tab");
+      if (has_header) {
+        if (!cursor.line_was_ended())
+          fail(file, cursor.place(), "the file ends in the row of names (truncated?)");
+        continue;
+      }
+    }
+    if (cells.size() != names.size())
+      fail(file, cursor.place(),
+           "found " + std::to_string(cells.size()) + " columns, wanted " +
+               std::to_string(names.size()) + " as in the first row (truncated?)");
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      if (fields[k] == Field::none) continue;
+      if (fields[k] == Field::id) {
+        const auto id = parse_integer(cells[k]);
+        if (!id)
+          fail(file, cursor.place(),
+               "found " + in_quotes(cells[k]) + ", wanted a whole number of 64 bits for id");
+        particles.id.push_back(*id);
+      } else {
+        array_of(particles, fields[k])
+            .push_back(static_cast<float>(real_at(file, cursor, cells[k], names[k])));
+      }
+    }
+  }
+  if (names.empty()) fail(file, "", "has no rows, wanted columns x, y, z");
+  return particles;
+}
+
+}  // namespace meniscus
