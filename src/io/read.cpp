@@ -44,9 +44,8 @@ void check_radii(const InputFile& file, const char* item, const Particles& parti
 
 }  // namespace
 
-Particles read_particles(const std::string& path, double particle_radius) {
-  const Format& format = format_of(path);
-  const InputFile file = read_file(path);
+Particles particles_of(const InputFile& file, double particle_radius) {
+  const Format& format = format_of(file.name);
   Particles particles = format.read(file);
   if (particle_radius > 0) {
     particles.radius.clear();
@@ -56,6 +55,11 @@ Particles read_particles(const std::string& path, double particle_radius) {
   if (!std::isfinite(particles.time))
     fail(file, "header", "time is " + shown(particles.time) + ", must be finite");
   return particles;
+}
+
+Particles read_particles(const std::string& path, double particle_radius) {
+  format_of(path);  // before a file of an unknown format is read
+  return particles_of(read_file(path), particle_radius);
 }
 
 }  // namespace meniscus

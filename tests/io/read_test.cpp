@@ -19,8 +19,11 @@ std::string error_of_path(const std::string& path) {
 }
 
 TEST_F(Read, ListsTheEndingsItKnows) {
-  EXPECT_THAT(error_of("wave.abc", "ply\n"),
-              HasSubstr("wave.abc: unknown format, the name must end in one of .ply"));
+  EXPECT_THAT(
+      error_of("wave.abc", "ply\n"),
+      HasSubstr(
+          "wave.abc: unknown format, the name must end in one of .ply, .vtk, .bgeo, .bgeo.gz, "
+          ".xyz, .csv"));
   EXPECT_THAT(error_of("ply", "ply\n"), HasSubstr("unknown format"));
 }
 
