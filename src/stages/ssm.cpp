@@ -45,9 +45,8 @@ Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>
   return down_columns(columns, grid.ny, grid.nx, view.u_scale);
 }
 
-SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& spheres,
-                       const SampleGrid& grid, const SsmParams& params, double cell) {
-  const auto depth = smooth_depth(device, view, spheres, grid, params, cell);
+Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float>& depth,
+                            const SampleGrid& grid, double z_max) {
   const auto normals = allocate<float>(device, 3 * grid.size());
   cl_float16 ray{};
   for (std::size_t k = 0; k < view.ray.size(); ++k) ray.s[k] = static_cast<float>(view.ray[k]);
@@ -55,7 +54,14 @@ SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& sp
          {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), kGroupSide,
           kGroupSide},
          "", depth, normals, cl_int{grid.nx}, cl_int{grid.ny}, cl_float2{{grid.first, grid.step}},
-         static_cast<cl_float>(params.z_max), ray);
+         static_cast<cl_float>(z_max), ray);
+  return normals;
+}
+
+SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& spheres,
+                       const SampleGrid& grid, const SsmParams& params, double cell) {
+  const auto depth = smooth_depth(device, view, spheres, grid, params, cell);
+  const auto normals = depth_normals(device, view, depth, grid, params.z_max);
 
   SurfaceMap map;
   map.grid = grid;

@@ -22,6 +22,12 @@ namespace meniscus {
 SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& spheres,
                        const SampleGrid& grid, const SsmParams& params, double cell);
 
+/// Normals of a depth map by differences: [3][ny*nx], unit, towards the camera, eye axes; zero
+/// where there is no surface. Neighbours farther than z_max (particle radii) in depth are another
+/// layer. Does not wait.
+Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float>& depth,
+                            const SampleGrid& grid, double z_max);
+
 /// The smoothing alone: a separable binomial filter whose window grows while both its ends lie
 /// within z_max of its centre. Does not wait. Throws as above.
 Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>& depth,

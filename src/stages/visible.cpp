@@ -53,6 +53,15 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
   return depth;
 }
 
+Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles,
+                           const Buffer<float>& depth, const SampleGrid& grid, double footprint) {
+  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
+  launch(device, "visible.cl", "splat_index", {static_cast<std::size_t>(particles.count)}, "",
+         particles.values, depth, owner, particles.count, particles.stride, nodes_of(grid),
+         origin_of(grid), grid.step, cl_float2{{static_cast<float>(footprint), 1.0f}});
+  return owner;
+}
+
 Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                         double footprint) {
   const auto depth = filled<float>(device, grid.size(), 0.0f);
@@ -70,14 +79,11 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   const SampleGrid grid = visibility_grid(view, projected, candidates);
   const SplatParticles splats = upload_splats(device, projected, candidates);
   const Buffer<float> depth = splat_depth(device, splats, grid, params.footprint);
-  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
+  const Buffer<cl_int> owner = splat_owner(device, splats, depth, grid, params.footprint);
   const auto owned = allocate<cl_int>(device, candidates.size());
-  const Range range{candidates.size()};
-  const cl_float2 sphere{{static_cast<float>(params.footprint), 1.0f}};
-  launch(device, "visible.cl", "splat_index", range, "", splats.values, depth, owner, splats.count,
-         splats.stride, nodes_of(grid), origin_of(grid), grid.step, sphere);
-  launch(device, "visible.cl", "count_owned", range, "", splats.values, owner, owned, splats.count,
-         splats.stride, nodes_of(grid), origin_of(grid), sphere);
+  launch(device, "visible.cl", "count_owned", {candidates.size()}, "", splats.values, owner, owned,
+         splats.count, splats.stride, nodes_of(grid), origin_of(grid),
+         cl_float2{{static_cast<float>(params.footprint), 1.0f}});
 
   const std::vector<cl_int> counts = download(device, owned);
   for (std::size_t k = 0; k < candidates.size(); ++k) {

@@ -30,6 +30,11 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
                           double footprint, double bulge = 1, const Buffer<float>* behind = nullptr,
                           double gap = 0);
 
+/// The lowest index among the particles whose front is `depth` at each node, INT_MAX where there is
+/// none. `depth` is what splat_depth made of the same particles. Does not wait.
+Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles,
+                           const Buffer<float>& depth, const SampleGrid& grid, double footprint);
+
 /// The farthest sphere back at every node, 0 where nothing is. Does not wait.
 Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                         double footprint);
