@@ -1,6 +1,8 @@
 // The program meniscus: arguments in, exit code out. All errors end here, as one line.
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <string>
@@ -33,6 +35,9 @@ int run(int argc, char** argv) {
   meniscus::cli::add_devices_command(program);
   try {
     program.parse(argc, argv);
+    if (std::fflush(stdout) != 0)
+      return fail(kFailed,
+                  std::string("standard output cannot be written: ") + std::strerror(errno));
     return kDone;
   } catch (const CLI::Success& help) {  // --help and --version
     return program.exit(help);

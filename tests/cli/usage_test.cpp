@@ -1,6 +1,9 @@
 // What the program says of itself, and how it answers a wrong command line.
 #include <gmock/gmock.h>
 
+#include <cstdlib>
+#include <sstream>
+
 #include "cli/program.hpp"
 #include "meniscus/meniscus.hpp"
 #include "parameter_list.hpp"
@@ -56,6 +59,12 @@ TEST_F(ProgramUsage, ListsDevicesAndSaysWhyOneIsTheDefault) {
   EXPECT_THAT(outcome.out, HasSubstr("* "));
   EXPECT_THAT(outcome.out, HasSubstr("The default is "));
   EXPECT_THAT(outcome.out, HasSubstr("fastest kind found"));
+}
+
+TEST_F(ProgramUsage, FullStandardOutputIsAnError) {
+  const std::string command = MENISCUS_PROGRAM " devices >/dev/full 2>" + path("error");
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
+  EXPECT_THAT(read("error"), StartsWith("meniscus: error: standard output"));
 }
 
 struct WrongUsage {
