@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <random>
 #include <thread>
 
@@ -17,7 +18,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Not;
 
 const std::vector<std::string> kMethods{"fit", "stable", "paper", "ssm"};
 
@@ -35,6 +35,13 @@ class ProgramOutput : public Program {
     EXPECT_EQ(read("a.ply").substr(0, 4), "ply\n");
     EXPECT_TRUE(exists("a.obj"));
     return outcome;
+  }
+
+  /// How many vertices or faces the PLY's header announces.
+  int elements(const std::string& name, const std::string& kind) const {
+    const std::string text = read(name), line = "\nelement " + kind + " ";
+    const std::size_t at = text.find(line);
+    return at == std::string::npos ? -1 : std::atoi(text.c_str() + at + line.size());
   }
 };
 
@@ -90,8 +97,8 @@ TEST_F(ProgramOutput, NothingInViewIsAValidEmptyResultAndAWarning) {
     const Outcome outcome = extract_all("in.ply", {"--method", method, "--eye", "0,0,5", "--target",
                                                    "0,0,10", "--size", "64x48", "-q"});
     EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: ")) << method;
-    EXPECT_THAT(read("a.ply"), HasSubstr("element vertex 0\n")) << method;
-    EXPECT_THAT(read("a.ply"), HasSubstr("element face 0\n")) << method;
+    EXPECT_EQ(elements("a.ply", "vertex"), 0) << method;
+    EXPECT_EQ(elements("a.ply", "face"), 0) << method;
   }
 }
 
@@ -105,7 +112,8 @@ TEST_F(ProgramOutput, FewParticlesGiveValidResults) {
       if (n == 0) {
         EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: "));
       } else {
-        EXPECT_THAT(read("a.ply"), Not(HasSubstr("element vertex 0\n")));
+        EXPECT_GT(elements("a.ply", "vertex"), 0);
+        EXPECT_GT(elements("a.ply", "face"), 0);
       }
     }
   }
