@@ -7,7 +7,8 @@
 // two sheets meet in the curve where they intersect (docs/method.md).
 //
 // A group's record is 24 floats: 0-2 centre, 3-5 normal, 6-15 quadric (see fit.hpp), 16 one over
-// the reach squared, 17 one over 2 b^2, 18 weight factor, 19-21 centre raised to the surface.
+// the reach squared, 17 one over 2 b^2, 18 weight factor, 19-21 centre raised to the surface, 22 one over the trust that is part of
+// the weight factor (trust.hpp).
 // Groups are listed by tile of 16x16 samples.
 
 #define RECORD 24
@@ -62,6 +63,7 @@ inline Hit hit_group(global const float* g, const Sample s, const float d_max) {
 typedef struct {
   floatv depth;            // particle radii; +infinity where no group is met
   floatv nx, ny, nz;       // unit, eye axes
+  floatv trust;            // of the groups met, 0 .. 1
   intv group;              // the heaviest
 } Blended;
 
@@ -98,12 +100,13 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   out.group = best_group;
   if (!ANY(best > 0.0f)) {
     out.depth = (floatv)(INFINITY);
-    out.nx = out.ny = out.nz = (floatv)(0.0f);
+    out.nx = out.ny = out.nz = out.trust = (floatv)(0.0f);
     return out;
   }
 
   // Two rounds of mean shift to the normal that dominates; then the sums of both sheets.
   floatv wa, ta, cax, cay, caz, gax, gay, gaz;
+  floatv trust = (floatv)(0.0f);
   floatv wb, tb, cbx, cby, cbz, gbx, gby, gbz, nbx, nby, nbz;
   for (int round = 0; round < 3; ++round) {
     floatv mx = (floatv)(0.0f), my = (floatv)(0.0f), mz = (floatv)(0.0f);
@@ -120,6 +123,7 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
       my += a * g[4];
       mz += a * g[5];
       if (round < 2) continue;
+      trust += hit.weight * g[22];
       const floatv t = s.t + hit.tau;
       floatv gx, gy, gz;
       gradient_at(g, s.ox + t * s.dx - g[0], s.oy + t * s.dy - g[1], -t - g[2], &gx, &gy, &gz);
@@ -157,7 +161,12 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   const floatv dx = cbx * vb - cax * va, dy = cby * vb - cay * va, dz = cbz * vb - caz * va;
   const floatv b_over_a = dx * ax + dy * ay + dz * az;             // B's centre above A's plane
   const floatv a_over_b = -(dx * nbx + dy * nby + dz * nbz) * nb;  // A's centre above B's plane
-  const intv meet = (wb > sheets.z * wa) & (fabs(za - zb) < crease);
+  // The sheets' distance across the flatter view of them: along a grazing ray depths differ more.
+  const floatv slope_a = fabs(gax * s.dx + gay * s.dy - gaz) /
+                         sqrt(fmax(gax * gax + gay * gay + gaz * gaz, (floatv)(1e-30f)));
+  const floatv slope_b = fabs(gbx * s.dx + gby * s.dy - gbz) /
+                         sqrt(fmax(gbx * gbx + gby * gby + gbz * gbz, (floatv)(1e-30f)));
+  const intv meet = (wb > sheets.z * wa) & (fabs(za - zb) * fmin(slope_a, slope_b) < crease);
   const intv convex = meet & (b_over_a < 0.0f) & (a_over_b < 0.0f) & (zb > za);
   const intv concave = meet & (b_over_a > 0.0f) & (a_over_b > 0.0f) & (zb < za);
   const intv take_b = convex | concave;
@@ -168,6 +177,8 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   out.nx = gx * size;
   out.ny = gy * size;
   out.nz = gz * size;
+  // The mean trust under the weights without it; what only rounding keeps from 1 is 1.
+  out.trust = fmin(1.001f * (wa + wb) / fmax(trust, (floatv)(1e-30f)), (floatv)(1.0f));
   return out;
 }
 
@@ -180,6 +191,7 @@ kernel void blend_groups(global const float* reference,  // [samples] depth; +in
                          global float* depth,            // [samples] out where reference is finite
                          global float* normal,           // [3][samples]
                          global int* group,              // [samples]
+                         global float* trust,            // [samples]
                          const int2 samples, const float first, const float step,
                          const float16 rays, const float d_max,
                          const float4 sheets,   // same_low, same_high, other_share
@@ -217,13 +229,15 @@ kernel void blend_groups(global const float* reference,  // [samples] depth; +in
   normal[n + at] = b.ny;
   normal[2 * n + at] = b.nz;
   group[at] = b.group;
+  trust[at] = b.trust;
 #else
-  float t[WIDTH], x[WIDTH], y[WIDTH], z[WIDTH];
+  float t[WIDTH], x[WIDTH], y[WIDTH], z[WIDTH], c[WIDTH];
   int id[WIDTH], w[WIDTH];
   STOREF(b.depth, t);
   STOREF(b.nx, x);
   STOREF(b.ny, y);
   STOREF(b.nz, z);
+  STOREF(b.trust, c);
   STOREI(b.group, id);
   STOREI(wanted, w);
 #pragma unroll
@@ -234,6 +248,7 @@ kernel void blend_groups(global const float* reference,  // [samples] depth; +in
     normal[n + at + k] = y[k];
     normal[2 * n + at + k] = z[k];
     group[at + k] = id[k];
+    trust[at + k] = c[k];
   }
 #endif
 }

@@ -14,6 +14,7 @@
 #include "stages/splash.hpp"
 #include "stages/ssm.hpp"
 #include "stages/triangulate.hpp"
+#include "stages/trust.hpp"
 #include "stages/visible.hpp"
 
 namespace meniscus {
@@ -53,32 +54,44 @@ class StageClock {
 
 namespace {
 
-// The blend where it is asked for: reference depth, groups, contour; samples whose nearest layer
-// ends before them look once more behind it; then the splash.
+// What the blend needs of a frame, on the device.
+struct FittedFrame {
+  Buffer<float> records;  // of the groups
+  SplatParticles body;    // visible particles
+  SplatParticles hidden;  // body particles, visible or not: what shows behind a front layer
+  SplatParticles splash;
+  DeviceCells cells;     // all particles in view
+  DeviceCells levelled;  // the same with even level
+};
+
+// The surface where it is asked for: reference depth, blend, contour. Samples whose nearest layer
+// ends before them look again behind it; then the splash is drawn.
 SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
                             const Triangulation& mesh, const GroupRecords& records,
-                            const Buffer<float>& device_records, const SplatParticles& body,
-                            const SplatParticles& splash, const DeviceCells& cells,
-                            const Parameters& params, StageClock& clock) {
+                            const FittedFrame& frame, const Parameters& params, StageClock& clock) {
   clock.start("region");
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid);
-  const double bulge = params.fit.offset / params.region.reference;
-  Buffer<float> reference = splat_depth(device, body, grid, params.region.reference, bulge);
+  const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
+  Buffer<float> reference = splat_depth(device, frame.body, grid, footprint, bulge);
+  Buffer<float> core = splat_depth(device, frame.body, grid, kCoreFootprint);
   const TileLists tiles = list_tiles(view, records, grid);
 
   constexpr int kLayers = 3;
+  constexpr double kLayerGap = 3;  // particle radii
   for (int layer = 0; layer < kLayers; ++layer) {
     clock.start("blend");
-    blend_groups(device, view, device_records, tiles, reference, surface, params.blend);
-    clock.start("contour");
+    blend_groups(device, view, frame.records, tiles, reference, surface, params.blend);
+    clock.start("settle");
     const Buffer<float> behind =
-        cut_contour(device, view, cells, triangles, reference, surface, params.region);
-    if (layer + 1 < kLayers)
-      reference = splat_depth(device, body, grid, params.region.reference, bulge, &behind, 3);
+        settle_samples(device, view, frame.cells, frame.levelled, triangles, reference, core,
+                       surface, params.region, layer + 1 == kLayers);
+    if (layer + 1 == kLayers) break;
+    core = splat_depth(device, frame.hidden, grid, kCoreFootprint, 1, &behind, kLayerGap);
+    reference = core;
   }
   clock.start("splash");
-  draw_splash(device, view, cells, splash, surface, params.region);
+  draw_splash(device, view, frame.levelled, frame.splash, surface, params.region);
   return surface;
 }
 
@@ -170,20 +183,26 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
   const std::vector<Vec3d> normals = smooth_normals(mesh, params.merge.smoothing_rounds);
   const Groups groups = merge_groups(mesh, normals, params.merge, params.fit);
   clock.start("fit");
-  const Quadrics quadrics =
-      fit_quadrics(device, group_problems(mesh, groups, vertex_normals(mesh)), params.fit);
-  const GroupRecords records = make_records(groups, quadrics, params.blend, params.fit.offset);
-  const Buffer<float> device_records = upload(device, records.values);
-
-  clock.start("upload");
-  const SplatParticles body = upload_splats(device, projected, visible.index);
-  const SplatParticles splash = upload_splats(device, projected, split.splash);
+  const std::vector<FitProblem> problems = group_problems(mesh, groups, vertex_normals(mesh));
+  const Quadrics quadrics = fit_quadrics(device, problems, params.fit);
+  clock.start("trust");
   const DeviceCells cells =
       upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport));
+  const DeviceCells levelled = level_cells(device, cells, params.region);
+  const std::vector<double> trust =
+      measure_trust(device, mesh, groups, problems, quadrics, cells, params.fit.offset);
+  const GroupRecords records =
+      make_records(groups, quadrics, trust, params.blend, params.fit.offset);
+  const FittedFrame frame{upload(device, records.values),
+                          upload_splats(device, projected, visible.index),
+                          upload_splats(device, projected, split.body),
+                          upload_splats(device, projected, split.splash),
+                          cells,
+                          levelled};
 
   if (params.image) {
-    const SurfaceBuffers image = make_surface(device, view, pixel_grid(view), mesh, records,
-                                              device_records, body, splash, cells, params, clock);
+    const SurfaceBuffers image =
+        make_surface(device, view, pixel_grid(view), mesh, records, frame, params, clock);
     clock.start("download");
     result.image = download(device, image);
   }

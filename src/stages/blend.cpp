@@ -6,7 +6,8 @@ namespace meniscus {
 namespace {
 
 constexpr int kRecord = 24;  // floats, as in blend.cl
-constexpr int kTile = 16;    // samples, as the work-group of blend_groups
+constexpr double kLeastTrust = 0.01;
+constexpr int kTile = 16;  // samples, as the work-group of blend_groups
 
 // Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
 struct Box {
@@ -36,7 +37,8 @@ Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGri
 
 }  // namespace
 
-GroupRecords make_records(const Groups& groups, const Quadrics& quadrics, const BlendParams& params,
+GroupRecords make_records(const Groups& groups, const Quadrics& quadrics,
+                          const std::vector<double>& trust, const BlendParams& params,
                           double offset) {
   GroupRecords records;
   records.values.assign(groups.size() * kRecord, 0.0f);
@@ -44,7 +46,7 @@ GroupRecords make_records(const Groups& groups, const Quadrics& quadrics, const 
   records.centre.resize(groups.size());
   for (std::size_t g = 0; g < groups.size(); ++g) {
     records.centre[g] = groups.centre[g] + groups.normal[g] * offset;
-    if (quadrics.residual[g] < 0) continue;
+    if (quadrics.residual[g] < 0 || !(trust[g] > kLeastTrust)) continue;
     const double reach = groups.radius[g] + params.reach, b = 0.5 * groups.radius[g] + 0.5;
     records.billboard[g] = reach;
     float* record = &records.values[g * kRecord];
@@ -54,10 +56,11 @@ GroupRecords make_records(const Groups& groups, const Quadrics& quadrics, const 
     for (int k = 0; k < 10; ++k) record[6 + k] = quadrics.coefficient[g][k];
     record[16] = static_cast<float>(1 / (reach * reach));
     record[17] = static_cast<float>(1 / (2 * b * b));
-    record[18] = static_cast<float>(std::min(1.0, groups.triangles[g] / 6.0));
+    record[18] = static_cast<float>(std::min(1.0, groups.triangles[g] / 6.0) * trust[g]);
     record[19] = static_cast<float>(raised.x);
     record[20] = static_cast<float>(raised.y);
     record[21] = static_cast<float>(raised.z);
+    record[22] = static_cast<float>(1 / trust[g]);
   }
   return records;
 }
@@ -99,8 +102,8 @@ void blend_groups(Device& device, const View& view, const Buffer<float>& records
                           static_cast<float>(params.other_share), 0.0f}};
   launch(device, "blend.cl", "blend_groups", range, width_option(static_cast<int>(width)),
          reference, records, upload(device, tiles.start), upload(device, tiles.group),
-         surface.depth, surface.normal, surface.group, cl_int2{{grid.nx, grid.ny}}, grid.first,
-         grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets,
+         surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets,
          static_cast<cl_float>(params.crease));
 }
 

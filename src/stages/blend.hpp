@@ -19,7 +19,8 @@ struct GroupRecords {
 
 /// The records of fitted groups: billboards of the group's radius plus params.reach, weights of
 /// Eq. 7 with b = radius / 2 + 1/2.
-GroupRecords make_records(const Groups& groups, const Quadrics& quadrics, const BlendParams& params,
+GroupRecords make_records(const Groups& groups, const Quadrics& quadrics,
+                          const std::vector<double>& trust, const BlendParams& params,
                           double offset);
 
 /// Which groups' billboards meet each tile of 16 x 16 samples.

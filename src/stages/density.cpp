@@ -7,6 +7,11 @@ namespace {
 // measuring the density.
 constexpr float kTriangleReach = 3;
 
+// The density field is sought this many particle radii before and twice as many behind the blend or
+// the reference depth; in the last layer, which has nothing behind it, farther.
+constexpr float kSearch = 2;
+constexpr float kFarSearch = 100;
+
 Range tiles(const SampleGrid& grid) {
   return {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
 }
@@ -14,23 +19,62 @@ Range tiles(const SampleGrid& grid) {
 }  // namespace
 
 DeviceCells upload_cells(Device& device, const Cells& cells) {
-  return {upload(device, cells.x),     upload(device, cells.y), upload(device, cells.z),
-          upload(device, cells.start), cells.inverse_cell,      cells.mask};
+  return {upload(device, cells.x),
+          upload(device, cells.y),
+          upload(device, cells.z),
+          upload(device, std::vector<float>(cells.x.size(), 1.0f)),
+          upload(device, cells.start),
+          cells.inverse_cell,
+          cells.mask};
 }
 
-Buffer<float> cut_contour(Device& device, const View& view, const DeviceCells& cells,
-                          const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                          const SurfaceBuffers& surface, const RegionParams& params) {
+std::vector<float> measure_density(Device& device, const DeviceCells& cells,
+                                   const std::vector<Vec3d>& points) {
+  std::vector<float> x, y, z;
+  for (const Vec3d& point : points) {
+    x.push_back(static_cast<float>(point.x));
+    y.push_back(static_cast<float>(point.y));
+    z.push_back(static_cast<float>(point.z));
+  }
+  const auto density = allocate<float>(device, points.size());
+  launch(device, "density.cl", "measure_density", {points.size()}, "", upload(device, x),
+         upload(device, y), upload(device, z), density, cells.x, cells.y, cells.z, cells.weight,
+         cells.start, cells.inverse_cell, cells.mask, static_cast<cl_int>(points.size()));
+  return download(device, density);
+}
+
+DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params) {
+  const std::size_t n = cells.x.size;
+  const auto density = allocate<float>(device, n);
+  const auto weight = allocate<float>(device, n);
+  launch(device, "density.cl", "measure_density", {n}, "", cells.x, cells.y, cells.z, density,
+         cells.x, cells.y, cells.z, cells.weight, cells.start, cells.inverse_cell, cells.mask,
+         static_cast<cl_int>(n));
+  launch(device, "density.cl", "level_weights", {n}, "", density, weight,
+         static_cast<cl_float>(params.blob_density), static_cast<cl_int>(n));
+  DeviceCells levelled = cells;
+  levelled.weight = weight;
+  return levelled;
+}
+
+Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells& cells,
+                             const DeviceCells& levelled, const Buffer<float>& triangle_depth,
+                             const Buffer<float>& reference, const Buffer<float>& core,
+                             const SurfaceBuffers& surface, const RegionParams& params,
+                             bool last_layer) {
   const SampleGrid& grid = surface.grid;
   const auto behind = allocate<float>(device, grid.size());
-  launch(device, "density.cl", "cut_contour", tiles(grid), "", triangle_depth, reference,
-         surface.depth, behind, cells.x, cells.y, cells.z, cells.start, cells.inverse_cell,
-         cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         static_cast<cl_float>(params.contour_density), kTriangleReach);
+  const cl_float4 limits{{static_cast<float>(params.contour_density),
+                          static_cast<float>(params.blob_density), kTriangleReach, kSearch}};
+  launch(device, "density.cl", "settle_samples", tiles(grid), "", triangle_depth, reference, core,
+         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, cells.x,
+         cells.y, cells.z, cells.weight, levelled.weight, cells.start, cells.inverse_cell,
+         cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view), limits,
+         static_cast<cl_float>(last_layer ? kFarSearch : 2 * kSearch));
   return behind;
 }
 
-void draw_splash(Device& device, const View& view, const DeviceCells& cells,
+void draw_splash(Device& device, const View& view, const DeviceCells& levelled,
                  const SplatParticles& splash, const SurfaceBuffers& surface,
                  const RegionParams& params) {
   if (splash.count == 0) return;
@@ -39,10 +83,11 @@ void draw_splash(Device& device, const View& view, const DeviceCells& cells,
   constexpr double kBlobReach = 2;
   const Buffer<float> from = splat_depth(device, splash, grid, kBlobReach);
   const Buffer<float> to = splat_far(device, splash, grid, kBlobReach);
-  launch(device, "density.cl", "march_density", tiles(grid), "", from, to, surface.depth,
-         surface.normal, surface.group, surface.kind, cells.x, cells.y, cells.z, cells.start,
-         cells.inverse_cell, cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
-         kernel_rays(view), static_cast<cl_float>(params.blob_density));
+  launch(device, "density.cl", "draw_splash", tiles(grid), "", from, to, surface.depth,
+         surface.normal, surface.group, surface.kind, levelled.x, levelled.y, levelled.z,
+         levelled.weight, levelled.start, levelled.inverse_cell, levelled.mask,
+         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         static_cast<cl_float>(params.blob_density));
 }
 
 }  // namespace meniscus

@@ -14,26 +14,44 @@ namespace meniscus {
 /// is two particle radii.
 inline constexpr float kDensitySupport = 4;
 
+/// A ray that passes every particle at more than this many of its radii does not meet the levelled
+/// field's surface, which lies one radius outside the particles, a little more between two.
+inline constexpr double kCoreFootprint = 1.4;
+
 /// A hash grid on the device.
 struct DeviceCells {
   Buffer<float> x, y, z;  // [n] eye space in bucket order, particle radii
+  Buffer<float> weight;   // [n] a particle's share in the field is multiplied by this
   Buffer<cl_int> start;   // [buckets + 1]
   float inverse_cell = 1;
   cl_uint mask = 0;
 };
 
+/// Uploads cells of side kDensitySupport; every weight is 1.
 DeviceCells upload_cells(Device& device, const Cells& cells);
 
-/// Takes back samples that lie off the kept triangles and where the density is below the contour's
-/// (paper 2.4.1). Changes surface.depth. Returns for each sample that has a reference but no
-/// surface that reference, and kNoSurface elsewhere. Does not wait.
-Buffer<float> cut_contour(Device& device, const View& view, const DeviceCells& cells,
-                          const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                          const SurfaceBuffers& surface, const RegionParams& params);
+/// The density at eye-space points (particle radii). Waits.
+std::vector<float> measure_density(Device& device, const DeviceCells& cells,
+                                   const std::vector<Vec3d>& points);
 
-/// Draws the density field's first crossing of params.blob_density around `splash` particles where
-/// it lies in front of the surface. Changes the surface. Does not wait.
-void draw_splash(Device& device, const View& view, const DeviceCells& cells,
+/// Cells whose weights even the field's level out: params.blob_density for a lone particle, 0.45
+/// inside the fluid. Does not wait.
+DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params);
+
+/// Decides what each sample of a layer shows (kernel settle_samples): the blend where its groups
+/// are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled density
+/// field where they are not and `core` is finite, nothing outside the fluid. Changes the surface.
+/// Returns for each sample that has a reference but shows nothing that reference, and kNoSurface
+/// elsewhere. Does not wait.
+Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells& cells,
+                             const DeviceCells& levelled, const Buffer<float>& triangle_depth,
+                             const Buffer<float>& reference, const Buffer<float>& core,
+                             const SurfaceBuffers& surface, const RegionParams& params,
+                             bool last_layer);
+
+/// Draws the first crossing of the levelled field around `splash` particles where it lies in front
+/// of the surface. Changes the surface. Does not wait.
+void draw_splash(Device& device, const View& view, const DeviceCells& levelled,
                  const SplatParticles& splash, const SurfaceBuffers& surface,
                  const RegionParams& params);
 

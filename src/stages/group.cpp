@@ -183,6 +183,7 @@ Groups merge_groups(const Triangulation& mesh, const std::vector<Vec3d>& normals
     for (const std::int32_t v : points)
       radius = std::max(radius, length(mesh.position[v] - centre));
 
+    groups.members.push_back(static_cast<std::int32_t>(points.size()));
     std::size_t ring_first = 0;
     for (int ring = 0; ring < fit.rings; ++ring) {
       const std::size_t ring_last = points.size();

@@ -15,6 +15,7 @@ struct Groups {
   std::vector<Vec3d> normal;            // [groups] unit, towards the camera
   std::vector<double> radius;           // [groups] farthest member, particle radii
   std::vector<std::int32_t> triangles;  // [groups] how many were merged
+  std::vector<std::int32_t> members;    // [groups] how many of the group's vertices are members
   std::vector<std::int32_t> start, point;
   std::vector<std::int32_t> group_of_triangle;  // [triangles] -1: ghost
   std::size_t size() const { return centre.size(); }
