@@ -14,7 +14,7 @@ kernel void smooth_columns(global const float* depth,  // [ny*nx] particle radii
                            global float* smoothed,     // [nx*ny] the result, transposed
                            const int nx, const int ny,
                            const float z_max,      // particle radii
-                           const float3 spread) {  // n = spread.x / (spread.y + spread.z t)^2
+                           const float4 spread) {  // n = x / (y + z t)^2
   const int i = get_global_id(0) * WIDTH;
   const int j = get_global_id(1);
   if (i >= nx || j >= ny) return;  // the range is rounded up to whole work-groups
