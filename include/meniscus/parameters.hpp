@@ -89,7 +89,7 @@ struct MeshParams {
 /// Depth of the baseline (Mueller et al. 2007).
 struct SsmParams {
   double footprint = 1.5;  // radius of the spheres
-  double z_max = 2;        // depth difference that smoothing does not cross
+  double z_max = 3;        // depth difference that smoothing and mesh do not cross
   double sigma = 1;        // standard deviation of the binomial filter
   int filter = 0;          // its half width in nodes, as printed; 0: from sigma, by perspective
 };

@@ -1,6 +1,7 @@
 #include "stages/ssm.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -74,6 +75,60 @@ SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& sp
     map.kind.push_back(std::isfinite(map.depth[k]) ? Kind::surface : Kind::none);
   }
   return map;
+}
+
+std::vector<SilhouetteEdge> place_circle_cuts(const SurfaceMap& nodes,
+                                              std::vector<SilhouetteEdge> edges,
+                                              const Projected& particles, const SsmParams& params) {
+  const SampleGrid& grid = nodes.grid;
+  // The silhouette edge from each node to the right (axis 0) and down (axis 1), or -1.
+  std::array<std::vector<int>, 2> edge_after;
+  for (auto& axis : edge_after) axis.assign(grid.size(), -1);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const int first = std::min(edges[e].front, edges[e].back);
+    const int axis = std::abs(edges[e].front - edges[e].back) == 1 ? 0 : 1;
+    edge_after[axis][first] = static_cast<int>(e);
+  }
+  std::vector<double> farthest(edges.size(), -1);
+
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const double surface = -double{particles.z[p]} - particles.scale[p];
+    const double centre[2] = {particles.u[p], particles.v[p]};
+    const double radius[2] = {params.footprint * particles.ku[p],
+                              params.footprint * particles.kv[p]};
+    // The circle crosses each grid line of an axis twice: at the centre -+ half.
+    for (int axis = 0; axis < 2; ++axis) {
+      const int other = 1 - axis;
+      const int along = axis == 0 ? grid.nx : grid.ny, lines = axis == 0 ? grid.ny : grid.nx;
+      const auto line_at = [&](double pixel) {
+        return std::clamp((pixel - grid.first) / grid.step, -1.0, double(lines));
+      };
+      const int begin = static_cast<int>(std::ceil(line_at(centre[other] - radius[other])));
+      const int end = static_cast<int>(std::floor(line_at(centre[other] + radius[other])));
+      for (int line = std::max(0, begin); line <= std::min(lines - 1, end); ++line) {
+        const double d = (grid.first + double{grid.step} * line - centre[other]) / radius[other];
+        const double half = radius[axis] * std::sqrt(std::max(0.0, 1 - d * d));
+        for (const int sign : {-1, 1}) {
+          const double crossing = (centre[axis] + sign * half - grid.first) / grid.step;
+          if (!(crossing >= 0 && crossing < along - 1)) continue;
+          const int cell = static_cast<int>(crossing);
+          const int node = axis == 0 ? line * grid.nx + cell : cell * grid.nx + line;
+          const int e = edge_after[axis][node];
+          // The circle ends towards the back node, or it is not what ends here.
+          if (e < 0 || (edges[e].front == node) != (sign > 0)) continue;
+          const double behind = surface - nodes.depth[edges[e].front];
+          if (behind > params.z_max ||
+              std::abs(behind) >= std::abs(surface - nodes.depth[edges[e].back]))
+            continue;
+          const double share = sign > 0 ? crossing - cell : 1 - (crossing - cell);
+          farthest[e] = std::max(farthest[e], share);
+        }
+      }
+    }
+  }
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (farthest[e] >= 0) edges[e].cut = static_cast<float>(farthest[e]);
+  return edges;
 }
 
 }  // namespace meniscus

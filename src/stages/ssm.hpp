@@ -6,6 +6,7 @@
 
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
+#include "stages/project.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {
@@ -32,5 +33,19 @@ Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float
 /// within z_max of its centre. Does not wait. Throws as above.
 Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>& depth,
                            const SampleGrid& grid, const SsmParams& params, double cell);
+
+/// Cuts each silhouette edge where the particles' circles end (Mueller et al. 3.4): at the crossing
+/// farthest from its front node, of the circles of particles on the front node's layer.
+///
+///   nodes      the smoothed node map that `edges` were found in
+///   particles  those whose spheres were splatted
+///   params     footprint and z_max
+///
+/// Returns the edges with their cuts; one that no such circle crosses keeps its own. A particle is
+/// on the layer when its own surface, a radius before its centre, is within z_max of the front
+/// node's depth and nearer to it than to the back node's.
+std::vector<SilhouetteEdge> place_circle_cuts(const SurfaceMap& nodes,
+                                              std::vector<SilhouetteEdge> edges,
+                                              const Projected& particles, const SsmParams& params);
 
 }  // namespace meniscus

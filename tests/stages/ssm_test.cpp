@@ -9,6 +9,7 @@
 
 #include "meniscus/camera.hpp"
 #include "reference/ssm.hpp"
+#include "stages/mesh.hpp"
 
 namespace meniscus {
 namespace {
@@ -215,6 +216,89 @@ TEST_P(Ssm, NamesAMapOfTheWrongSize) {
   } catch (const InvalidArgument& error) {
     EXPECT_STREQ(error.what(), "ssm: the depth map has 11 values but the grid 4 x 3 samples");
   }
+}
+
+// Spheres on two layers, 20 and 40 radii away, seen by a camera that shows one radius as `pixels`,
+// and the depth map of their fronts.
+struct Spheres {
+  Projected particles;
+  SurfaceMap nodes;
+};
+
+Spheres two_layers_of_spheres(int count, const SampleGrid& grid, double pixels, double footprint) {
+  Spheres scene;
+  std::mt19937 random(11);
+  for (int k = 0; k < count; ++k) {
+    const auto share = [&] { return static_cast<float>(random() % 4096) / 4096; };
+    scene.particles.u.push_back(grid.step * static_cast<float>(grid.nx) * share());
+    scene.particles.v.push_back(grid.step * static_cast<float>(grid.ny) * share());
+    scene.particles.z.push_back(-(k % 2 ? 20 : 40) - share());
+    scene.particles.scale.push_back(0.8f + 0.4f * share());
+    const float span = static_cast<float>(pixels) * scene.particles.scale.back();
+    scene.particles.ku.push_back(span);
+    scene.particles.kv.push_back(1.25f * span);  // pixels need not be square
+  }
+  scene.particles.x = scene.particles.y = scene.particles.u;  // not used
+  scene.nodes.grid = grid;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      float nearest = kNoSurface;
+      for (int p = 0; p < count; ++p) {
+        const double du = (grid.step * i - scene.particles.u[p]) / scene.particles.ku[p];
+        const double dv = (grid.step * j - scene.particles.v[p]) / scene.particles.kv[p];
+        const double rest = footprint * footprint - du * du - dv * dv;
+        if (rest >= 0)
+          nearest =
+              std::min(nearest, static_cast<float>(-scene.particles.z[p] -
+                                                   scene.particles.scale[p] * std::sqrt(rest)));
+      }
+      scene.nodes.depth.push_back(nearest);
+    }
+  return scene;
+}
+
+TEST(SsmCuts, LieWhereTheFrontLayersCirclesEnd) {
+  const SampleGrid grid{61, 47, 0, 2};
+  SsmParams params;
+  const auto [particles, nodes] = two_layers_of_spheres(60, grid, 4, params.footprint);
+  auto edges = find_silhouette_edges(nodes, params.z_max);
+  for (auto& edge : edges) edge.cut = -1;
+  const auto cut = place_circle_cuts(nodes, edges, particles, params);
+  ASSERT_EQ(cut.size(), edges.size());
+  int in_front_of_a_layer = 0;
+  for (std::size_t e = 0; e < cut.size(); ++e) {
+    // The circle at f + s (b - f) is a quadratic in s; its larger root is where the edge leaves it.
+    const int f = edges[e].front, b = edges[e].back;
+    double farthest = -1;
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+      if ((-particles.z[p] < 30) != (nodes.depth[f] < 30)) continue;
+      const double ru = params.footprint * particles.ku[p];
+      const double rv = params.footprint * particles.kv[p];
+      const double u = (2.0 * (f % grid.nx) - particles.u[p]) / ru;
+      const double v = (2.0 * (f / grid.nx) - particles.v[p]) / rv;
+      const double su = 2.0 * (b % grid.nx - f % grid.nx) / ru;
+      const double sv = 2.0 * (b / grid.nx - f / grid.nx) / rv;
+      const double qa = su * su + sv * sv, qb = u * su + v * sv, qc = u * u + v * v - 1;
+      if (qb * qb < qa * qc) continue;
+      const double root = (-qb + std::sqrt(qb * qb - qa * qc)) / qa;
+      if (root >= 0 && root < 1) farthest = std::max(farthest, root);
+    }
+    ASSERT_GE(farthest, 0) << "an outline of spheres that no circle makes";
+    EXPECT_NEAR(cut[e].cut, farthest, 1e-6) << e;  // one rounding to float, and doubles before it
+    EXPECT_EQ(cut[e].front, f);
+    in_front_of_a_layer += std::isfinite(nodes.depth[b]);
+  }
+  EXPECT_GT(in_front_of_a_layer, 0);
+}
+
+// A jump without a circle, and circles that belong to another layer, leave the cut as it was.
+TEST(SsmCuts, IgnoreTheCirclesOfOtherLayers) {
+  const SampleGrid grid{21, 21, 0, 2};
+  auto [particles, nodes] = two_layers_of_spheres(40, grid, 4, 1.5);
+  nodes.depth.assign(grid.size(), kNoSurface);
+  for (int k = 0; k < 200; ++k) nodes.depth[k] = 10;
+  const auto edges = find_silhouette_edges(nodes, 3);
+  for (const auto& edge : place_circle_cuts(nodes, edges, particles, {})) EXPECT_EQ(edge.cut, 0.5f);
 }
 
 std::vector<DeviceInfo> usable_devices() {
