@@ -9,9 +9,6 @@
 
 namespace meniscus {
 
-/// Times stages: each call ends the stage before.
-class StageClock;
-
 /// What the pipeline makes of one frame, in eye space and particle radii.
 struct Extraction {
   SurfaceMap image;             // at pixel centres; empty unless params.image

@@ -1,0 +1,83 @@
+// Method paper: the paper as printed, to reproduce its figures.
+#include "stages/paper.hpp"
+
+#include <limits>
+
+#include "methods/methods.hpp"
+#include "stage_clock.hpp"
+#include "stages/fit.hpp"
+#include "stages/group.hpp"
+#include "stages/mesh.hpp"
+#include "stages/splash.hpp"
+#include "stages/ssm.hpp"
+#include "stages/triangulate.hpp"
+#include "stages/visible.hpp"
+
+namespace meniscus {
+
+// The paper as printed: one call per step of its sections 2.1 to 2.5.
+Extraction run_paper(Device& device, const View& view, const WorldParticles& particles,
+                     const Parameters& params, std::vector<StageTime>* timings) {
+  Extraction result;
+  StageClock clock(device, timings);
+  clock.start("project");
+  const Projected projected = project_particles(device, view, particles, params.visible.footprint);
+  clock.start("split");
+  SplashSplit split = split_by_neighbours(projected, params.splash);
+  clock.start("visible");
+  const Visible visible =
+      find_visible(device, view, projected, split.body, params.visible, params.visible.owned);
+  clock.start("triangulate");
+  const Triangulation triangles = triangulate(view, projected, visible, params.triangle);
+  clock.start("ghost");
+  const Triangulation patched = add_ghost_particles(view, triangles, params.triangle.d_max);
+  for (const std::int32_t i : particles_without_group(patched, visible.index.size()))
+    split.splash.push_back(i);
+  clock.start("group");
+  MergeParams uncapped = params.merge;
+  uncapped.cap = std::numeric_limits<double>::infinity();
+  FitParams members_only = params.fit;
+  members_only.rings = 0;
+  const Groups groups = merge_groups(patched, patched.normal, uncapped, members_only);
+  clock.start("fit");
+  const Quadrics quadrics = fit_heights(device, patched, groups, params.fit);
+  const GroupRecords records = printed_records(view, groups, quadrics, params.blend);
+
+  const auto make_surface = [&](const SampleGrid& grid) {
+    clock.start("region");
+    PaperRegion region = draw_region(device, view, patched, groups, grid);
+    region = smooth_contour(device, region, groups, params.region, params.grid.cell);
+    clock.start("blend");
+    return blend_printed(device, view, region, records, params.blend);
+  };
+  if (params.image) {
+    SurfaceBuffers image = make_surface(pixel_grid(view));
+    clock.start("normals");
+    image.normal = depth_normals(device, view, image.depth, image.grid, params.grid.z_max);
+    clock.start("splash");
+    draw_spheres(device, view, projected, split.splash, image);
+    clock.start("download");
+    result.image = download(device, image);
+  }
+  if (params.mesh) {
+    const SurfaceBuffers surface = make_surface(node_grid(view, params.grid.cell));
+    clock.start("splash");
+    draw_spheres(device, view, projected, split.splash, surface);
+    clock.start("mesh");
+    const SurfaceMap nodes = download(device, surface);
+    result.mesh =
+        make_mesh(view, nodes, find_silhouette_edges(nodes, params.grid.z_max), params.grid);
+  }
+  clock.stop();
+
+  result.residual = quadrics.residual;
+  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
+                   {"in view", static_cast<std::int64_t>(projected.size())},
+                   {"splash", static_cast<std::int64_t>(split.splash.size())},
+                   {"visible", static_cast<std::int64_t>(visible.index.size())},
+                   {"triangles", static_cast<std::int64_t>(patched.triangle.size())},
+                   {"groups", static_cast<std::int64_t>(groups.size())}};
+  return result;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,46 @@
+// Times the stages of a frame.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+
+/// Names the stage that runs, for timings and for errors.
+class StageClock {
+ public:
+  StageClock(Device& device, std::vector<StageTime>* timings) : device_(device), times_(timings) {}
+  ~StageClock() { device_.state().stage.clear(); }
+
+  void start(const std::string& stage) {
+    stop();
+    device_.state().stage = stage;
+    begin_ = std::chrono::steady_clock::now();
+  }
+
+  void stop() {
+    if (device_.state().stage.empty()) return;
+    if (times_) {
+      StageTime time{device_.state().stage, 0, 0};
+      for (const auto& [kernel, ms] : device_.state().take_times()) time.device_ms += ms;
+      time.host_ms =
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
+              .count();
+      times_->push_back(time);
+    } else {
+      device_.state().events.clear();
+    }
+    device_.state().stage.clear();
+  }
+
+ private:
+  Device& device_;
+  std::vector<StageTime>* times_;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+}  // namespace meniscus
