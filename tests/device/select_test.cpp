@@ -1,0 +1,123 @@
+// Finding and choosing OpenCL devices.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "device/device.hpp"
+
+namespace meniscus {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string error_of(const std::string& selector) {
+  try {
+    select_device(selector);
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ListDevices, NumbersThemInOrderAndSaysWhyOneIsUnusable) {
+  const auto devices = list_devices();
+  ASSERT_FALSE(devices.empty());
+  for (std::size_t k = 0; k < devices.size(); ++k) {
+    EXPECT_EQ(devices[k].index, static_cast<int>(k));
+    EXPECT_FALSE(devices[k].name.empty());
+    EXPECT_GT(devices[k].compute_units, 0u);
+    EXPECT_GT(devices[k].largest_buffer, 0u);
+    EXPECT_EQ(devices[k].usable, devices[k].problem.empty());
+  }
+}
+
+TEST(SelectDevice, TakesTheFastestKindWhenNothingIsAsked) {
+  std::string why;
+  const DeviceInfo chosen = select_device("", &why);
+  EXPECT_TRUE(chosen.usable);
+  EXPECT_THAT(why, HasSubstr("fastest kind found"));
+  const auto rank = [](const DeviceInfo& d) {
+    return d.kind == DeviceKind::gpu ? 0 : d.kind == DeviceKind::accelerator ? 1 : 2;
+  };
+  for (const DeviceInfo& other : list_devices())
+    if (other.usable) {
+      EXPECT_LE(rank(chosen), rank(other));
+    }
+}
+
+TEST(SelectDevice, TakesAnIndexAndAPartOfANameInAnyCase) {
+  for (const DeviceInfo& device : list_devices()) {
+    if (!device.usable) continue;
+    EXPECT_EQ(select_device(std::to_string(device.index)).index, device.index);
+    std::string part = device.name.substr(0, 6);
+    for (char& c : part) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    EXPECT_EQ(select_device(part).name.substr(0, 6), device.name.substr(0, 6));
+    if (device.kind == DeviceKind::cpu) {
+      EXPECT_EQ(select_device("CPU").kind, DeviceKind::cpu);
+    }
+  }
+}
+
+TEST(SelectDevice, NamesTheDevicesThereAreWhenNoneMatches) {
+  const std::string first = list_devices().front().name;
+  EXPECT_THAT(error_of("no such device"),
+              AllOf(HasSubstr("no usable OpenCL device matches \"no such device\""),
+                    HasSubstr("0 \"" + first + "\"")));
+  EXPECT_THAT(error_of("99"), HasSubstr("matches \"99\""));
+  // Too long for a number: looked for among the names.
+  EXPECT_THAT(error_of("99999999999999999999"), HasSubstr("no usable OpenCL device matches"));
+}
+
+class OpenDevice : public testing::Test {
+ protected:
+  Device device_;
+};
+
+TEST_F(OpenDevice, RefusesABufferThatIsTooLargeAndNamesTheDevice) {
+  const std::size_t bytes = device_.info().largest_buffer + 1;
+  try {
+    allocate<char>(device_, bytes);
+    FAIL() << "a buffer beyond the device's largest was allocated";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr(std::to_string(bytes)),
+                                    HasSubstr(device_.info().name), HasSubstr("--device")));
+  }
+}
+
+TEST_F(OpenDevice, NamesKernelAndNumberWhenArgumentsDoNotFit) {
+  try {
+    launch(device_, "visible.cl", "count_owned", {1}, "", cl_int{1});
+    FAIL() << "a launch without its arguments passed";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(),
+                AllOf(HasSubstr("visible.cl: count_owned takes"), HasSubstr("arguments, not 1")));
+  }
+}
+
+TEST_F(OpenDevice, NamesFileAndErrorWhenAKernelDoesNotBuild) {
+  try {
+    launch(device_, "project.cl", "project_particles", {1}, "-D cos=( -D int=)", cl_int{1});
+    FAIL() << "a kernel that cannot be compiled was built";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("project.cl did not build on \""),
+                                    HasSubstr(device_.info().name), HasSubstr("error")));
+  }
+}
+
+TEST_F(OpenDevice, NamesAFileThatIsNotThere) {
+  EXPECT_THROW(launch(device_, "missing.cl", "nothing", {1}, "", cl_int{1}), DeviceError);
+}
+
+TEST_F(OpenDevice, BuffersRoundTripAndAreFilled) {
+  for (const std::size_t n : {std::size_t{1}, std::size_t{63}, std::size_t{1000}}) {
+    std::vector<float> values(n);
+    for (std::size_t k = 0; k < n; ++k) values[k] = static_cast<float>(k) + 0.5f;
+    EXPECT_EQ(download(device_, upload(device_, values)), values);
+    EXPECT_EQ(download(device_, filled<cl_int>(device_, n, -7)), std::vector<cl_int>(n, -7));
+    EXPECT_EQ(download(device_, filled<cl_uchar>(device_, n, 3)), std::vector<cl_uchar>(n, 3));
+  }
+  EXPECT_TRUE(download(device_, upload(device_, std::vector<float>{})).empty());
+}
+
+}  // namespace
+}  // namespace meniscus

@@ -1,0 +1,205 @@
+// The sphere splats against a loop over all particles, on every device.
+#include "stages/visible.hpp"
+
+#include <algorithm>
+#include <climits>
+#include <numbers>
+#include <numeric>
+
+#include "reference/visible.hpp"
+#include "stages/stage_test_support.hpp"
+
+namespace meniscus {
+namespace {
+
+using Visibility = OnDevice;
+
+constexpr int kWidth = 61, kHeight = 47;
+
+// n spheres over and around the screen; every tenth twice.
+Projected scattered(std::size_t n, unsigned seed) {
+  Random random(seed);
+  Projected p;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto next = [&](std::vector<float>& values, double low, double high) {
+      const bool again = i % 10 == 9;
+      values.push_back(again ? values.back() : static_cast<float>(random(low, high)));
+    };
+    next(p.x, -1, 1);
+    next(p.y, -1, 1);
+    next(p.z, -40, -12);
+    next(p.u, -8, kWidth + 8);
+    next(p.v, -8, kHeight + 8);
+    next(p.ku, 1.5, 6);
+    next(p.kv, 1.5, 6);
+    next(p.scale, 0.5, 1.5);
+  }
+  return p;
+}
+
+std::vector<std::int32_t> all_of(const Projected& p) {
+  std::vector<std::int32_t> indices(p.size());
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
+const SampleGrid kGrids[] = {{kWidth, kHeight, 0.5f, 1.0f}, {32, 25, 0.0f, 2.0f}, {1, 1, 20, 1}};
+
+TEST_P(Visibility, DepthMatchesTheReference) {
+  for (const std::size_t n : {1, 63, 130})
+    for (const SampleGrid& grid : kGrids)
+      for (const auto& [footprint, bulge] : {std::pair{1.0, 1.0}, {1.8, 1.0}, {2.2, 0.45}}) {
+        const Projected p = scattered(n, 5);
+        const auto indices = all_of(p);
+        const auto expected = reference::splat_depth(p, indices, grid, footprint, bulge, kEpsilon);
+        const auto actual = download(
+            device_,
+            splat_depth(device_, upload_splats(device_, p, indices), grid, footprint, bulge));
+        ASSERT_EQ(actual.size(), grid.size());
+        for (std::size_t k = 0; k < grid.size(); ++k) {
+          EXPECT_GE(actual[k], expected.low[k]) << k;
+          EXPECT_LE(actual[k], expected.high[k]) << k;
+        }
+      }
+}
+
+TEST_P(Visibility, TheSecondLayerLiesBehindTheFirst) {
+  const SampleGrid grid = kGrids[0];
+  const Projected p = scattered(200, 6);
+  const auto splats = upload_splats(device_, p, all_of(p));
+  const auto first = splat_depth(device_, splats, grid, 1.8);
+  constexpr double kGap = 3;
+  const auto second = download(device_, splat_depth(device_, splats, grid, 1.8, 1, &first, kGap));
+  const auto front = download(device_, first);
+  std::size_t layers = 0;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const std::size_t node = static_cast<std::size_t>(j) * grid.nx + i;
+      // The nearest front deeper than the first map's depth by the gap, or none.
+      double low = INFINITY, high = INFINITY;
+      for (std::size_t k = 0; k < p.size(); ++k) {
+        const auto f = reference::front(p, k, grid.first + i, grid.first + j, 1.8, 1, kEpsilon);
+        const double least = front[node] + kGap, doubt = kEpsilon * least;
+        if (f.possible && f.high > least - doubt)
+          low = std::min(low, std::max(f.low, least - doubt));
+        if (f.sure && f.low > least + doubt) high = std::min(high, f.high);
+      }
+      EXPECT_GE(second[node], low);
+      EXPECT_LE(second[node], high);
+      layers += second[node] < kNoSurface;
+    }
+  EXPECT_GT(layers, grid.size() / 4);
+}
+
+TEST_P(Visibility, OwnersHaveTheMapsDepthAndTheLowestIndex) {
+  const SampleGrid grid = kGrids[0];
+  const Projected p = scattered(130, 7);
+  const auto splats = upload_splats(device_, p, all_of(p));
+  const auto depth = splat_depth(device_, splats, grid, 1.8);
+  const auto owner = download(device_, splat_owner(device_, splats, depth, grid, 1.8));
+  const auto front = download(device_, depth);
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const std::size_t node = static_cast<std::size_t>(j) * grid.nx + i;
+      if (!(front[node] < kNoSurface)) {
+        EXPECT_EQ(owner[node], INT_MAX);
+        continue;
+      }
+      ASSERT_GE(owner[node], 0);
+      ASSERT_LT(owner[node], static_cast<int>(p.size()));
+      EXPECT_NE(owner[node] % 10, 9) << "of two equal spheres the first owns the node";
+      const auto f = reference::front(p, static_cast<std::size_t>(owner[node]), grid.first + i,
+                                      grid.first + j, 1.8, 1, kEpsilon);
+      EXPECT_GE(front[node], f.low);
+      EXPECT_LE(front[node], f.high);
+    }
+}
+
+TEST_P(Visibility, BacksMatchTheReference) {
+  const SampleGrid grid = kGrids[0];
+  const Projected p = scattered(130, 8);
+  const auto far =
+      download(device_, splat_far(device_, upload_splats(device_, p, all_of(p)), grid, 2));
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      double low = 0, high = 0;
+      for (std::size_t k = 0; k < p.size(); ++k) {
+        // A back is the front mirrored at the particle's depth.
+        const auto f = reference::front(p, k, grid.first + i, grid.first + j, 2, 1, kEpsilon);
+        const double mirror = -2.0 * p.z[k];
+        if (f.possible) high = std::max(high, mirror - f.low);
+        if (f.sure) low = std::max(low, mirror - f.high);
+      }
+      const float actual = far[static_cast<std::size_t>(j) * grid.nx + i];
+      EXPECT_GE(actual, low);
+      EXPECT_LE(actual, high);
+    }
+}
+
+// A lattice of spheres that touch, parallel to the screen, one radius 8 pixels.
+Projected lattice(const View& view, double depth, double shift, Projected p = {}) {
+  for (int j = 0; j < 8; ++j)
+    for (int i = 0; i < 8; ++i) {
+      p.u.push_back(static_cast<float>(16 * i + 8 + shift));
+      p.v.push_back(static_cast<float>(16 * j + 8 + shift));
+      const Vec3d at = point_at(view, p.u.back(), p.v.back(), depth);
+      p.x.push_back(static_cast<float>(at.x));
+      p.y.push_back(static_cast<float>(at.y));
+      p.z.push_back(static_cast<float>(at.z));
+      p.ku.push_back(8);
+      p.kv.push_back(8);
+      p.scale.push_back(1);
+    }
+  return p;
+}
+
+View lattice_view() {
+  Camera camera;
+  camera.width = camera.height = 128;
+  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  camera.projection = {0.125, 0, 0, 0, 0, 0.125, 0, 0, 0, 0, -0.01, -1, 0, 0, 0, 1};
+  return make_view(camera, 1, {0, 0, 0});
+}
+
+TEST_P(Visibility, ALayerHidesTheOneBehindIt) {
+  const View view = lattice_view();
+  Projected p = lattice(view, 20, 0);
+  p = lattice(view, 22, 4, p);  // 64 to 127, behind
+  const VisibleParams params;
+  const Visible visible = find_visible(device_, view, p, all_of(p), params, params.owned);
+  std::vector<std::int32_t> front(64);
+  std::iota(front.begin(), front.end(), 0);
+  EXPECT_EQ(visible.index, front);
+  // A sphere inside the lattice owns its square of 16 x 16 pixels: up to the square's border the
+  // distance to its centre is the least. The grid's nodes are exactly h apart, and the square's
+  // share of the footprint's area is (2 / 1.8)^2 / pi of it; half a row of nodes on each side
+  // falls to one neighbour or the other.
+  const double exact = 4 / (1.8 * 1.8 * std::numbers::pi), rows = 8;  // nodes across a square
+  for (int j = 1; j < 7; ++j)
+    for (int i = 1; i < 7; ++i)
+      EXPECT_NEAR(visible.owned[static_cast<std::size_t>(8 * j + i)], exact, exact * 2 / rows);
+}
+
+TEST_P(Visibility, WhatIsNotACandidateHidesNothing) {
+  const View view = lattice_view();
+  Projected p = lattice(view, 20, 0);
+  p = lattice(view, 22, 0, p);
+  std::vector<std::int32_t> back(64);
+  std::iota(back.begin(), back.end(), 64);
+  EXPECT_EQ(find_visible(device_, view, p, back, {}, 0.04).index, back);
+  EXPECT_TRUE(find_visible(device_, view, p, {}, {}, 0.04).index.empty());
+}
+
+TEST_P(Visibility, OfEqualParticlesOnlyTheFirstIsVisible) {
+  const View view = lattice_view();
+  Projected p = lattice(view, 20, 0);
+  p = lattice(view, 20, 0, p);
+  const Visible visible = find_visible(device_, view, p, all_of(p), {}, 0.04);
+  ASSERT_EQ(visible.index.size(), 64u);
+  EXPECT_EQ(visible.index.back(), 63);
+}
+
+MENISCUS_ON_EVERY_DEVICE(Visibility);
+
+}  // namespace
+}  // namespace meniscus
