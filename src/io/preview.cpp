@@ -84,10 +84,8 @@ Picture draw_groups(const Scene& scene) {
       const std::uint32_t group = scene.surface.group[k];
       const bool splash = scene.surface.kind[k] == Kind::splash || group == 0;
       const Color base = splash ? Color{0.8f, 0.82f, 0.85f} : group_color(group);
-      const Vec3 v = scene.to_eye(column, row);
-      const Vec3& n = scene.normal[k];
-      const float facing = std::clamp(n.x * v.x + n.y * v.y + n.z * v.z, 0.0f, 1.0f);
-      picture[k] = base * (0.45f + 0.55f * facing);
+      const Vec3& n = scene.normal[k];  // a lamp above the viewer's left shoulder
+      picture[k] = base * (0.62f + 0.16f * n.z + 0.26f * n.y - 0.14f * n.x);
     }
   return picture;
 }

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Checks what `meniscus extract` wrote with programs that are not ours. A developer's tool, not a
+part of ctest.
+
+  python3 -m venv venv && venv/bin/pip install numpy scipy meshio trimesh OpenEXR
+  venv/bin/python scripts/check_outputs.py surface.exr surface.ply surface.obj
+
+EXR (package OpenEXR, else openimageio): channel names and types, windows, attributes, that Z, A,
+kind, N and P agree with each other, and that P lies under its own pixel and at Z by worldToNDC and
+worldToCamera. Meshes (meshio and trimesh): no NaN, no edge with more than two faces, no degenerate face,
+normals of unit length that point outward: with the faces, and towards the eye when an EXR is given
+too. Prints one line a check and exits with 1 when one fails.
+"""
+
+import sys
+from collections import namedtuple
+
+import numpy as np
+
+CHANNELS = {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "id", "kind", "residual"}
+ATTRIBUTES = {
+    "worldToCamera", "worldToNDC", "software", "comments", "meniscus.method",
+    "meniscus.parameters", "meniscus.particleRadius", "meniscus.view", "meniscus.projection",
+}
+Image = namedtuple("Image", "channels attributes data_window display_window")
+
+failures = 0
+
+
+def check(name, good, detail=""):
+    global failures
+    failures += not good
+    print(f"  {'ok  ' if good else 'FAIL'}  {name:<52} {detail}")
+
+
+def read_with_openexr(path):
+    import OpenEXR
+
+    part = OpenEXR.File(path, separate_channels=True).parts[0]
+    channels = {name: channel.pixels for name, channel in part.channels.items()}
+    window = lambda name: tuple(int(v) for corner in part.header[name] for v in corner)
+    return Image(channels, part.header, window("dataWindow"), window("displayWindow"))
+
+
+def read_with_openimageio(path):
+    import OpenImageIO as oiio
+
+    image = oiio.ImageInput.open(path)
+    spec = image.spec()
+    channels = {}
+    for k, name in enumerate(spec.channelnames):
+        kind = str(spec.channelformat(k))
+        dtype = np.uint32 if kind == "uint" or kind == "uint32" else np.float32
+        channels[name] = np.asarray(
+            image.read_image(k, k + 1, oiio.UINT if dtype == np.uint32 else oiio.FLOAT)
+        ).reshape(spec.height, spec.width)
+    attributes = {p.name: p.value for p in spec.extra_attribs}
+    for theirs, name in {"Software": "software", "ImageDescription": "comments"}.items():
+        if theirs in attributes:
+            attributes.setdefault(name, attributes[theirs])
+    corner = lambda x, y, w, h: (x, y, x + w - 1, y + h - 1)
+    return Image(
+        channels, attributes, corner(spec.x, spec.y, spec.width, spec.height),
+        corner(spec.full_x, spec.full_y, spec.full_width, spec.full_height))
+
+
+def read_exr(path):
+    try:
+        return read_with_openexr(path)
+    except ImportError:
+        return read_with_openimageio(path)
+
+
+def check_exr(path):
+    """Returns the eye's position in the world, or None for an orthographic camera."""
+    image = read_exr(path)
+    c = image.channels
+    print(path)
+    check("channel names", set(c) == CHANNELS, " ".join(sorted(set(c) ^ CHANNELS)))
+    check("attributes", ATTRIBUTES <= set(image.attributes),
+          " ".join(sorted(ATTRIBUTES - set(image.attributes))))
+    if not CHANNELS <= set(c) or not ATTRIBUTES <= set(image.attributes):
+        return None
+    uint = {name for name in c if c[name].dtype == np.uint32}
+    single = {name for name in c if c[name].dtype == np.float32}
+    check("channel types", uint == {"id", "kind"} and single == CHANNELS - uint)
+    height, width = c["Z"].shape
+    check("data window = display window = image",
+          image.data_window == image.display_window == (0, 0, width - 1, height - 1),
+          f"{width} x {height}")
+
+    z, kind = c["Z"], c["kind"]
+    normal = np.stack([c["N.X"], c["N.Y"], c["N.Z"]], -1).astype(float)
+    point = np.stack([c["P.X"], c["P.Y"], c["P.Z"]], -1).astype(float)
+    some = kind != 0
+    check("kind is 0, 1 or 2", kind.max(initial=0) <= 2,
+          ", ".join(f"{n} {np.count_nonzero(kind == k)}"
+                    for k, n in enumerate(["none", "surface", "splash"])))
+    check("no NaN", not any(np.isnan(c[name]).any() for name in single))
+    check("Z finite and > 0 with surface, +inf without",
+          bool(np.all(np.isfinite(z[some])) and np.all(z[some] > 0) and np.all(z[~some] == np.inf)))
+    check("A is 1 with surface, 0 without", bool(np.array_equal(c["A"], some.astype(np.float32))))
+    check("N, P, id, residual are 0 without surface",
+          not any(np.any(c[name][~some]) for name in CHANNELS - {"Z", "A", "kind"}))
+    length = np.linalg.norm(normal[some], axis=-1)
+    check("N has unit length", bool(np.all(np.abs(length - 1) < 1e-5)))
+    check("surface has an id, residual >= 0",
+          bool(np.all(c["id"][kind == 1] > 0) and np.all(c["residual"] >= 0)),
+          f"{len(np.unique(c['id'][kind == 1]))} groups")
+
+    matrix = lambda name: np.asarray(image.attributes[name], float).reshape(4, 4)
+    world = np.concatenate([point[some], np.ones((np.count_nonzero(some), 1))], -1)
+    eye = world @ matrix("worldToCamera")
+    ndc = world @ matrix("worldToNDC")
+    ndc = ndc[:, :2] / ndc[:, 3:]
+    rows, columns = np.nonzero(some)
+    off_x = np.abs(ndc[:, 0] * width - columns - 0.5).max(initial=0)
+    off_y = np.abs(ndc[:, 1] * height - rows - 0.5).max(initial=0)
+    # The matrices and P have 24 bits: a few units in the last place of the largest coordinate.
+    size = np.abs(world).max(initial=1) + np.abs(matrix("worldToCamera")).max()
+    off_z = np.abs(eye[:, 2] - z[some]).max(initial=0)
+    check("P lies at Z by worldToCamera", off_z < 32 * size * 2.0**-24, f"{off_z:.1e} off")
+    check("P lies in its pixel by worldToNDC", max(off_x, off_y) < 0.01,
+          f"{max(off_x, off_y):.1e} pixels off")
+    check("matrix is left-handed, +z forward", np.linalg.det(matrix("worldToCamera")) < 0)
+
+    projection = matrix("meniscus.projection")
+    if projection[3, 2] == 0:
+        return None
+    position = -np.linalg.inv(matrix("meniscus.view")[:3, :3]) @ matrix("meniscus.view")[:3, 3]
+    towards = np.sum((position - point[some]) * normal[some], -1)
+    away = np.count_nonzero(towards < 0)
+    check("N points towards the eye", away <= 0.001 * len(towards), f"{away} pixels do not")
+    return position
+
+
+def read_mesh(path):
+    import meshio
+
+    mesh = meshio.read(path)
+    blocks = [cells.data for cells in mesh.cells]
+    check("triangles only", all(cells.type == "triangle" for cells in mesh.cells))
+    faces = np.concatenate(blocks).astype(np.int64) if blocks else np.zeros((0, 3), np.int64)
+    data = mesh.point_data
+    if {"nx", "ny", "nz"} <= set(data):
+        normals = np.stack([data["nx"], data["ny"], data["nz"]], -1)
+    else:
+        normals = data.get("obj:vn", np.zeros((0, 3)))
+    return mesh.points.astype(float), np.asarray(normals, float).reshape(-1, 3), faces
+
+
+def check_mesh(path, eye):
+    import trimesh
+
+    print(path)
+    points, normals, faces = read_mesh(path)
+    check("vertices and faces", True, f"{len(points)} and {len(faces)}")
+    check("a normal at every vertex", normals.shape == points.shape)
+    if len(faces) == 0 or normals.shape != points.shape:
+        return
+    theirs = trimesh.load_mesh(path, process=False, maintain_order=True)
+    check("trimesh reads the same", np.array_equal(theirs.vertices, points) and
+          np.array_equal(theirs.faces, faces))
+    check("trimesh finds the winding consistent", theirs.is_winding_consistent)
+    check("no NaN", bool(np.all(np.isfinite(points)) and np.all(np.isfinite(normals))))
+    check("every vertex is used", len(np.unique(faces)) == len(points),
+          f"{len(points) - len(np.unique(faces))} are not")
+    same = (faces[:, 0] == faces[:, 1]) | (faces[:, 1] == faces[:, 2]) | (faces[:, 2] == faces[:, 0])
+    check("no face names a vertex twice", not same.any())
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    check("no edge has more than two faces", count.max() <= 2,
+          f"{np.count_nonzero(count == 1)} open, {np.count_nonzero(count > 2)} too many")
+    check("normals have unit length",
+          bool(np.all(np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-5)))
+    a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
+    facing = np.cross(b - a, c - a)
+    against = np.count_nonzero(np.sum(facing * normals[faces].sum(1), -1) < 0)
+    check("normals point to the faces' outside", against <= 0.001 * len(faces),
+          f"{against} faces do not")
+    if eye is not None:
+        away = np.count_nonzero(np.sum(facing * (eye - a), -1) < 0)
+        check("faces look at the eye", away <= 0.001 * len(faces), f"{away} do not")
+
+
+def main(paths):
+    if not paths or paths[0] in ("-h", "--help"):
+        print(__doc__)
+        return 2
+    eye = None
+    for path in sorted(paths, key=lambda p: not p.lower().endswith(".exr")):
+        if path.lower().endswith(".exr"):
+            eye = check_exr(path)
+        else:
+            check_mesh(path, eye)
+    print("all good" if failures == 0 else f"{failures} checks failed")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
