@@ -122,7 +122,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
     slot_ = -1;
     if (error != EEXIST || attempt == 16) fail(error);
   }
-  buffer_.reserve(kBufferSize);
+  buffer_.resize(kBufferSize);
+  room_ = kBufferSize;
 }
 
 OutputFile::~OutputFile() {
@@ -131,15 +132,14 @@ OutputFile::~OutputFile() {
   release(slot_);
 }
 
-void OutputFile::write(const void* data, std::size_t size) {
-  check();
-  const char* bytes = static_cast<const char*>(data);
+void OutputFile::write_beyond(const char* bytes, std::size_t size) {
   while (size > 0) {
-    const std::size_t part = std::min(size, kBufferSize - buffer_.size());
-    buffer_.insert(buffer_.end(), bytes, bytes + part);
+    if (room_ == 0) flush();
+    const std::size_t part = std::min(size, room_);
+    std::memcpy(buffer_.data() + used(), bytes, part);
+    room_ -= part;
     bytes += part;
     size -= part;
-    if (buffer_.size() == kBufferSize) flush();
   }
 }
 
@@ -169,20 +169,21 @@ void OutputFile::check() {
 
 void OutputFile::flush() {
   check();
-  std::size_t done = 0;
-  while (done < buffer_.size()) {
-    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+  const std::size_t size = used();
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t n = ::write(descriptor_, buffer_.data() + done, size - done);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) fail(n < 0 ? errno : ENOSPC);
     done += static_cast<std::size_t>(n);
   }
-  written_ += buffer_.size();
-  buffer_.clear();
+  written_ += size;
+  room_ = kBufferSize;
 }
 
 void OutputFile::fail(int error) {
   failure_ = path_ + ": cannot be written: " + std::generic_category().message(error) + " (" +
              advice(error, folder_of(path_)) + ")";
+  room_ = 0;
   throw OutputError(failure_);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,13 +22,17 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  void write(const void* data, std::size_t size);
+  void write(const void* data, std::size_t size) {
+    if (size > room_) return write_beyond(static_cast<const char*>(data), size);
+    std::memcpy(buffer_.data() + used(), data, size);
+    room_ -= size;
+  }
   void write(std::string_view text) { write(text.data(), text.size()); }
 
   const std::string& path() const { return path_; }
 
   /// The place in the file where the next write goes, in bytes from its start.
-  std::uint64_t position() const { return written_ + buffer_.size(); }
+  std::uint64_t position() const { return written_ + used(); }
   void seek(std::uint64_t position);
 
   /// Flushes, waits until the data are on disk, and closes. Call once, after the last write.
@@ -42,6 +47,8 @@ class OutputFile {
   }
 
  private:
+  std::size_t used() const { return buffer_.size() - room_; }
+  void write_beyond(const char* bytes, std::size_t size);
   void check();
   void flush();
   [[noreturn]] void fail(int error);
@@ -51,6 +58,7 @@ class OutputFile {
   std::string temporary_;
   std::string failure_;  // the first error; empty: none so far
   std::vector<char> buffer_;
+  std::size_t room_ = 0;       // bytes at the buffer's end that are free; none after a failure
   std::uint64_t written_ = 0;  // offset of the buffer's first byte in the file
   int descriptor_ = -1;
   int slot_ = -1;  // in the registry of pending files
