@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "meniscus/error.hpp"
@@ -80,7 +81,7 @@ class Mesher {
   int add_layer_vertex(int edge, int node);
   void mesh_cell(int i, int j);
   void tear_cell(const Cell& cell);
-  void close_sheet(const std::vector<int>& polygon, std::size_t apex);
+  void close_sheet(std::span<const int> polygon, std::size_t apex);
   void link(int a, int b);
   void smooth_silhouette(int rounds);
   void follow_front();
@@ -137,15 +138,17 @@ void Mesher::index_edges() {
         (node + 1) % nx != 0 && edge_right_[node] < 0 && has_surface(node) != has_surface(node + 1);
     const bool missing_down =
         node + nx < size && edge_down_[node] < 0 && has_surface(node) != has_surface(node + nx);
-    require(!missing_right && !missing_down,
-            "mesh: node " + std::to_string(node) + " and the next one " +
-                (missing_right ? "right" : "down") +
-                " are surface and none but no silhouette edge lies between them");
+    if (missing_right || missing_down)
+      throw InvalidArgument("mesh: node " + std::to_string(node) + " and the next one " +
+                            (missing_right ? "right" : "down") +
+                            " are surface and none but no silhouette edge lies between them");
   }
 }
 
 void Mesher::add_nodes() {
   vertex_of_node_.assign(nodes_.grid.size(), -1);
+  vertices_.reserve(nodes_.grid.size() + 3 * edges_.size());
+  triangles_.reserve(2 * nodes_.grid.size());
   for (int node = 0; node < static_cast<int>(nodes_.grid.size()); ++node) {
     if (!has_surface(node)) continue;
     vertex_of_node_[node] = static_cast<int>(vertices_.size());
@@ -230,7 +233,7 @@ void Mesher::link(int a, int b) {
 }
 
 // Cuts a convex polygon into a fan around one of its vertices.
-void Mesher::close_sheet(const std::vector<int>& polygon, std::size_t apex) {
+void Mesher::close_sheet(std::span<const int> polygon, std::size_t apex) {
   const std::size_t n = polygon.size();
   for (std::size_t k = 1; k + 1 < n; ++k)
     triangles_.push_back({polygon[apex], polygon[(apex + k) % n], polygon[(apex + k + 1) % n]});
@@ -272,7 +275,7 @@ void Mesher::mesh_cell(int i, int j) {
   };
   if (cuts == 0) {
     if (has_surface(node))
-      close_sheet({vertex(0), vertex(1), vertex(2), vertex(3)}, cell.odd ? 1 : 0);
+      close_sheet(std::array{vertex(0), vertex(1), vertex(2), vertex(3)}, cell.odd ? 1 : 0);
     return;
   }
   if (cuts == 1) return tear_cell(cell);
@@ -389,6 +392,9 @@ Mesh Mesher::unprojected() const {
   for (const Vertex& vertex : vertices_)
     eye.push_back(point_at(view_, vertex.at.u, vertex.at.v, depth_of(vertex.at.q)));
   Mesh mesh;
+  mesh.triangle.reserve(triangles_.size());
+  mesh.position.reserve(vertices_.size());
+  mesh.normal.reserve(vertices_.size());
   for (const auto& [a, b, c] : triangles_) {
     const std::array<int, 3> t = mirrored ? std::array{a, c, b} : std::array{a, b, c};
     mesh.triangle.push_back({static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
