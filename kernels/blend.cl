@@ -182,6 +182,42 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   return out;
 }
 
+// The same at a list of positions: one work-item per point, WIDTH 1.
+#if WIDTH == 1
+kernel void blend_points(global const float* reference,  // [n] depth; +inf: leave the point
+                         global const float* points,     // [2][n] u, v, pixels
+                         global const float* groups, global const int* tile_start,
+                         global const int* tile_group, global float* depth,
+                         global float* normal,  // [3][n]
+                         global int* group, global float* trust, const int n,
+                         const int2 tiles,  // of the grid whose lists these are
+                         const float first, const float inverse_tile,  // pixels
+                         const float16 rays, const float d_max, const float4 sheets,
+                         const float crease) {
+  const int p = get_global_id(0);
+  if (p >= n || !(reference[p] < INFINITY)) return;
+  const float u = points[p], v = points[n + p];
+  const int i = clamp((int)((u - first) * inverse_tile), 0, tiles.x - 1);
+  const int j = clamp((int)((v - first) * inverse_tile), 0, tiles.y - 1);
+  const int tile = j * tiles.x + i;
+  const int begin = tile_start[tile];
+  Sample s;
+  s.t = reference[p];
+  s.ox = rays.s0 + rays.s1 * u + rays.s2 * v;
+  s.oy = rays.s3 + rays.s4 * u + rays.s5 * v;
+  s.dx = rays.s6 + rays.s7 * u + rays.s8 * v;
+  s.dy = rays.s9 + rays.sa * u + rays.sb * v;
+  const Blended b = blend_at(s, tile_group + begin, tile_start[tile + 1] - begin, groups, d_max,
+                             sheets, crease);
+  depth[p] = b.depth;
+  normal[p] = b.nx;
+  normal[n + p] = b.ny;
+  normal[2 * n + p] = b.nz;
+  group[p] = b.group;
+  trust[p] = b.trust;
+}
+#endif
+
 // One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples, so that the
 // bounds of the list are the same for all its items.
 kernel void blend_groups(global const float* reference,  // [samples] depth; +inf: leave the sample

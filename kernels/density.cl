@@ -139,39 +139,22 @@ inline Crossing first_crossing(const Cells cells, const Ray r, const float from,
   return crossing;
 }
 
-// Decides what each sample of a layer shows.
+// Decides what sample s of a layer, at pixel (u, v), shows.
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
 // its point reaches the contour's. Where they are not, or no group was met, the density field is
 // followed near by: in between the two are mixed by the trust, without it the blend goes.
 // `behind` receives the depth beyond which a sample that shows nothing may look again (its
-// reference), and infinity elsewhere. One work-item per sample.
-kernel void settle_samples(global const float* triangle,   // [samples] depth of kept triangles
-                           global const float* reference,  // [samples] reference depth
-                           global const float* core,       // [samples] finite where the ray comes
-                                                           // near enough to a particle to meet the
-                                                           // field's level
-                           global const float* trust,      // [samples] of the blend, 0 .. 1
-                           global float* depth,            // [samples] in and out
-                           global float* normal,           // [3][samples] in and out
-                           global int* group,              // [samples] in and out
-                           global uchar* kind,             // [samples] out: 2 where the field shows
-                           global float* behind,           // [samples] out
-                           global const float* cell_x, global const float* cell_y,
-                           global const float* cell_z, global const float* cell_weight,
-                           global const float* level_weight, global const int* cell_start,
-                           const float inverse_cell, const uint mask, const int2 samples,
-                           const float first, const float step, const float16 rays,
-                           const float4 limits,  // contour density; level of the field; a triangle
-                                                 // this near vouches, radii; search before, radii
-                           const float beyond) {  // search behind, particle radii
-  const int i = get_global_id(0), j = get_global_id(1);
-  if (i >= samples.x || j >= samples.y) return;
-  const int s = j * samples.x + i;
-  const int n = samples.x * samples.y;
+// reference), and infinity elsewhere.
+inline void settle(const int s, const int n, const float u, const float v,
+                   global const float* triangle, global const float* reference,
+                   global const float* core, global const float* trust, global float* depth,
+                   global float* normal, global int* group, global uchar* kind,
+                   global float* behind, const Cells plain, const Cells field, const float16 rays,
+                   const float4 limits, const float beyond) {
   behind[s] = INFINITY;
   const float t0 = reference[s];
   if (!(t0 < INFINITY)) return;
-  const Ray r = ray_at(rays, first + step * (float)i, first + step * (float)j);
+  const Ray r = ray_at(rays, u, v);
   const float t = depth[s];
   const int met = t < INFINITY;
 
@@ -180,14 +163,12 @@ kernel void settle_samples(global const float* triangle,   // [samples] depth of
   const float trusted = met ? trust[s] : 0.0f;
   float share = trusted;
   if (met && (trusted < 1.0f || fabs(t - triangle[s]) >= limits.z)) {
-    const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
     const float density = density_at(plain, r.ox + t * r.dx, r.oy + t * r.dy, -t).w;
     const float inside = density - limits.x - 0.1f * (1.0f - trusted);
     share = trusted < 1.0f ? trusted * clamp(20.0f * inside, 0.0f, 1.0f) : inside < 0.0f ? 0.0f : 1.0f;
   }
   if (share >= 1.0f) return;
 
-  const Cells field = {cell_x, cell_y, cell_z, level_weight, cell_start, inverse_cell, mask};
   const float from = fmax(fmin(t, t0) - limits.w, 1e-3f);
   Crossing c = {INFINITY, 0.0f, 0.0f, 0.0f};
   if (core[s] < INFINITY) c = first_crossing(field, r, from, (met ? t : t0) + beyond, limits.y);
@@ -213,6 +194,54 @@ kernel void settle_samples(global const float* triangle,   // [samples] depth of
     group[s] = -1;
     kind[s] = 2;
   }
+}
+
+// One work-item per sample.
+kernel void settle_samples(global const float* triangle,   // [samples] depth of kept triangles
+                           global const float* reference,  // [samples] reference depth
+                           global const float* core,       // [samples] finite where the ray comes
+                                                           // near enough to a particle to meet the
+                                                           // field's level
+                           global const float* trust,      // [samples] of the blend, 0 .. 1
+                           global float* depth,            // [samples] in and out
+                           global float* normal,           // [3][samples] in and out
+                           global int* group,              // [samples] in and out
+                           global uchar* kind,             // [samples] out: 2 where the field shows
+                           global float* behind,           // [samples] out
+                           global const float* cell_x, global const float* cell_y,
+                           global const float* cell_z, global const float* cell_weight,
+                           global const float* level_weight, global const int* cell_start,
+                           const float inverse_cell, const uint mask, const int2 samples,
+                           const float first, const float step, const float16 rays,
+                           const float4 limits,  // contour density; level of the field; a triangle
+                                                 // this near vouches, radii; search before, radii
+                           const float beyond) {  // search behind, particle radii
+  const int i = get_global_id(0), j = get_global_id(1);
+  if (i >= samples.x || j >= samples.y) return;
+  const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
+  const Cells field = {cell_x, cell_y, cell_z, level_weight, cell_start, inverse_cell, mask};
+  settle(j * samples.x + i, samples.x * samples.y, first + step * (float)i,
+         first + step * (float)j, triangle, reference, core, trust, depth, normal, group, kind,
+         behind, plain, field, rays, limits, beyond);
+}
+
+// The same at a list of positions. One work-item per point.
+kernel void settle_points(global const float* triangle, global const float* reference,
+                          global const float* core, global const float* trust,
+                          global float* depth, global float* normal, global int* group,
+                          global uchar* kind, global float* behind,
+                          global const float* points,  // [2][n] u, v, pixels
+                          global const float* cell_x, global const float* cell_y,
+                          global const float* cell_z, global const float* cell_weight,
+                          global const float* level_weight, global const int* cell_start,
+                          const float inverse_cell, const uint mask, const int n,
+                          const float16 rays, const float4 limits, const float beyond) {
+  const int p = get_global_id(0);
+  if (p >= n) return;
+  const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
+  const Cells field = {cell_x, cell_y, cell_z, level_weight, cell_start, inverse_cell, mask};
+  settle(p, n, points[p], points[n + p], triangle, reference, core, trust, depth, normal, group,
+         kind, behind, plain, field, rays, limits, beyond);
 }
 
 // The splash: the levelled field's first crossing between the splash particles' fronts and backs,

@@ -2,6 +2,8 @@
 // no group can be trusted.
 #include "stages/fit.hpp"
 
+#include <cmath>
+
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
 #include "stages/blend.hpp"
@@ -26,6 +28,58 @@ struct FittedFrame {
   DeviceCells cells;     // all particles in view
   DeviceCells levelled;  // the same with even level
 };
+
+// Where the front layer ends between the two nodes of each silhouette edge: bisection on the region
+// itself. A point belongs to the layer when the blend, or the field where the layer is splash, goes
+// on there near the depth of the last point that did.
+std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
+                                            const SurfaceMap& nodes, const GroupRecords& records,
+                                            const FittedFrame& frame, const Parameters& params) {
+  std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, params.grid.z_max);
+  const std::size_t n = edges.size();
+  if (n == 0) return edges;
+  const SampleGrid& grid = nodes.grid;
+  const TileLists tiles = list_tiles(view, records, grid);
+  const auto pixel = [&](std::int32_t node, bool vertical) {
+    return grid.first + grid.step * static_cast<float>(vertical ? node / grid.nx : node % grid.nx);
+  };
+  std::vector<float> inside(n, 0.0f), outside(n, 1.0f);
+  for (SilhouetteEdge& edge : edges)
+    edge.surface = {nodes.depth[edge.front], nodes.normal[edge.front]};
+
+  constexpr int kBisections = 6;
+  for (int round = 0; round < kBisections; ++round) {
+    std::vector<float> points(2 * n), met(n), field(n);
+    for (std::size_t e = 0; e < n; ++e) {
+      const float s = 0.5f * (inside[e] + outside[e]);
+      for (const bool vertical : {false, true}) {
+        const float from = pixel(edges[e].front, vertical), to = pixel(edges[e].back, vertical);
+        points[(vertical ? n : 0) + e] = from + s * (to - from);
+      }
+      const bool splash = nodes.kind[edges[e].front] == Kind::splash;
+      field[e] = edges[e].surface.depth;
+      met[e] = splash ? kNoSurface : field[e];
+    }
+    const Buffer<float> at = upload(device, points);
+    const SurfaceBuffers samples = empty_surface(device, {static_cast<int>(n), 1, 0.0f, 1.0f});
+    blend_points(device, view, frame.records, tiles, grid, at, upload(device, met), samples,
+                 params.blend);
+    settle_points(device, view, frame.cells, frame.levelled, at, upload(device, field), samples,
+                  params.region);
+    const SurfaceMap found = download(device, samples);
+    for (std::size_t e = 0; e < n; ++e) {
+      const float s = 0.5f * (inside[e] + outside[e]);
+      if (std::abs(found.depth[e] - edges[e].surface.depth) < params.grid.z_max) {
+        inside[e] = s;
+        edges[e].surface = {found.depth[e], found.normal[e]};
+      } else {
+        outside[e] = s;
+      }
+    }
+  }
+  for (std::size_t e = 0; e < n; ++e) edges[e].cut = inside[e];
+  return edges;
+}
 
 // The surface where it is asked for: reference depth, blend, contour. Samples whose nearest layer
 // ends before them look again behind it; then the splash is drawn.
@@ -102,6 +156,15 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
         make_surface(device, view, pixel_grid(view), mesh, records, frame, params, clock);
     clock.start("download");
     result.image = download(device, image);
+  }
+  if (params.mesh) {
+    const SurfaceBuffers surface = make_surface(device, view, node_grid(view, params.grid.cell),
+                                                mesh, records, frame, params, clock);
+    clock.start("mesh");
+    const SurfaceMap nodes = download(device, surface);
+    const std::vector<SilhouetteEdge> edges =
+        cut_silhouettes(device, view, nodes, records, frame, params);
+    result.mesh = make_mesh(view, nodes, edges, params.grid);
   }
   clock.stop();
 

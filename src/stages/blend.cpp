@@ -35,6 +35,12 @@ Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGri
           std::max(0, sample(v0, grid.ny)), std::min(grid.ny - 1, sample(v1, grid.ny) + 1)};
 }
 
+// Where normals are the same sheet and what share counts as another one, as the kernels take it.
+cl_float4 sheets_of(const BlendParams& params) {
+  return {{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
+           static_cast<float>(params.other_share), 0.0f}};
+}
+
 }  // namespace
 
 GroupRecords make_records(const Groups& groups, const Quadrics& quadrics,
@@ -98,12 +104,23 @@ void blend_groups(Device& device, const View& view, const Buffer<float>& records
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const Range range{static_cast<std::size_t>(tiles.nx) * kTile / width,
                     static_cast<std::size_t>(tiles.ny) * kTile, kTile / width, kTile};
-  const cl_float4 sheets{{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
-                          static_cast<float>(params.other_share), 0.0f}};
   launch(device, "blend.cl", "blend_groups", range, width_option(static_cast<int>(width)),
          reference, records, upload(device, tiles.start), upload(device, tiles.group),
          surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets,
+         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
+         sheets_of(params), static_cast<cl_float>(params.crease));
+}
+
+void blend_points(Device& device, const View& view, const Buffer<float>& records,
+                  const TileLists& tiles, const SampleGrid& grid, const Buffer<float>& points,
+                  const Buffer<float>& reference, const SurfaceBuffers& surface,
+                  const BlendParams& params) {
+  const std::size_t n = surface.grid.size();
+  launch(device, "blend.cl", "blend_points", {n}, width_option(1), reference, points, records,
+         upload(device, tiles.start), upload(device, tiles.group), surface.depth, surface.normal,
+         surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
+         grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
+         static_cast<cl_float>(params.d_max), sheets_of(params),
          static_cast<cl_float>(params.crease));
 }
 

@@ -38,4 +38,13 @@ void blend_groups(Device& device, const View& view, const Buffer<float>& records
                   const TileLists& tiles, const Buffer<float>& reference,
                   const SurfaceBuffers& surface, const BlendParams& params);
 
+/// The same at a list of points (kernel blend_points), with the lists of `tiles` on `grid`.
+///
+///   points  [2][n] u then v, pixels
+///   surface  receives the n samples; its grid is n x 1
+void blend_points(Device& device, const View& view, const Buffer<float>& records,
+                  const TileLists& tiles, const SampleGrid& grid, const Buffer<float>& points,
+                  const Buffer<float>& reference, const SurfaceBuffers& surface,
+                  const BlendParams& params);
+
 }  // namespace meniscus

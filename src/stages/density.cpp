@@ -12,6 +12,11 @@ constexpr float kTriangleReach = 3;
 constexpr float kSearch = 2;
 constexpr float kFarSearch = 100;
 
+cl_float4 limits_of(const RegionParams& params) {
+  return {{static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
+           kTriangleReach, kSearch}};
+}
+
 Range tiles(const SampleGrid& grid) {
   return {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
 }
@@ -64,14 +69,25 @@ Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells
                              bool last_layer) {
   const SampleGrid& grid = surface.grid;
   const auto behind = allocate<float>(device, grid.size());
-  const cl_float4 limits{{static_cast<float>(params.contour_density),
-                          static_cast<float>(params.blob_density), kTriangleReach, kSearch}};
   launch(device, "density.cl", "settle_samples", tiles(grid), "", triangle_depth, reference, core,
          surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, cells.x,
          cells.y, cells.z, cells.weight, levelled.weight, cells.start, cells.inverse_cell,
-         cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view), limits,
-         static_cast<cl_float>(last_layer ? kFarSearch : 2 * kSearch));
+         cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         limits_of(params), static_cast<cl_float>(last_layer ? kFarSearch : 2 * kSearch));
   return behind;
+}
+
+void settle_points(Device& device, const View& view, const DeviceCells& cells,
+                   const DeviceCells& levelled, const Buffer<float>& points,
+                   const Buffer<float>& reference, const SurfaceBuffers& surface,
+                   const RegionParams& params) {
+  const std::size_t n = surface.grid.size();
+  const auto no_triangle = filled<float>(device, n, kNoSurface);
+  const auto behind = allocate<float>(device, n);
+  launch(device, "density.cl", "settle_points", {n}, "", no_triangle, reference, reference,
+         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, points,
+         cells.x, cells.y, cells.z, cells.weight, levelled.weight, cells.start, cells.inverse_cell,
+         cells.mask, static_cast<cl_int>(n), kernel_rays(view), limits_of(params), kSearch);
 }
 
 void draw_splash(Device& device, const View& view, const DeviceCells& levelled,

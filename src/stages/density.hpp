@@ -49,6 +49,13 @@ Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells
                              const SurfaceBuffers& surface, const RegionParams& params,
                              bool last_layer);
 
+/// The same at a list of points (pixels, [2][n] u then v) whose samples `surface` holds, on a grid
+/// of n x 1: what lies near each point's reference depth, without triangles that vouch.
+void settle_points(Device& device, const View& view, const DeviceCells& cells,
+                   const DeviceCells& levelled, const Buffer<float>& points,
+                   const Buffer<float>& reference, const SurfaceBuffers& surface,
+                   const RegionParams& params);
+
 /// Draws the first crossing of the levelled field around `splash` particles where it lies in front
 /// of the surface. Changes the surface. Does not wait.
 void draw_splash(Device& device, const View& view, const DeviceCells& levelled,
