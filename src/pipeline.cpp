@@ -10,6 +10,8 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
   switch (params.method) {
     case Method::paper:
       return run_paper(device, view, particles, params, timings);
+    case Method::ssm:
+      return run_ssm(device, view, particles, params, timings);
     default:
       return run_fit(device, view, particles, params, timings);
   }

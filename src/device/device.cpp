@@ -8,9 +8,14 @@
 namespace meniscus {
 namespace {
 
-// No float contraction, no relaxed maths: the same bits on every device, and INFINITY means "no
-// surface".
-constexpr const char* kCompilerOptions = "-cl-std=CL1.2 ";
+// No relaxed maths: the same bits on every device, and INFINITY means "no surface". Division and
+// square root are exact on CPUs and where a GPU is asked for it.
+std::string compiler_options(const cl::Device& device) {
+  std::string options = "-cl-std=CL1.2 ";
+  if (device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)
+    options += "-cl-fp32-correctly-rounded-divide-sqrt ";
+  return options;
+}
 
 // Vector loads may reach past the last value by up to one vector of sixteen.
 constexpr std::size_t kPadding = 64 * 16;
@@ -63,7 +68,7 @@ cl::Kernel& Device::State::kernel(const std::string& file, const std::string& na
     try {
       cl::Program built(context, source);
       try {
-        built.build(info.handle, (kCompilerOptions + options).c_str());
+        built.build(info.handle, (compiler_options(info.handle) + options).c_str());
       } catch (const cl::Error&) {
         throw DeviceError(file + " did not build on \"" + info.name + "\": " +
                           first_error(built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(info.handle)));

@@ -10,4 +10,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 Extraction run_paper(Device& device, const View& view, const WorldParticles& particles,
                      const Parameters& params, std::vector<StageTime>* timings);
 
+Extraction run_ssm(Device& device, const View& view, const WorldParticles& particles,
+                   const Parameters& params, std::vector<StageTime>* timings);
+
 }  // namespace meniscus
