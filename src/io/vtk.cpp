@@ -109,13 +109,19 @@ class VtkReader {
     }
   }
 
-  /// A block that ends with an empty line.
+  /// A block about the array before it that ends with an empty line. The names of its components
+  /// come first, where there are any, and may be empty lines themselves.
   void skip_metadata() {
     cursor_.next_line();
-    for (;;) {
+    for (std::size_t names = 0;;) {
       const auto line = cursor_.next_line();
       if (!line) fail_here("the file ends inside METADATA, wanted an empty line (truncated?)");
-      if (line->find_first_not_of(" \t") == std::string_view::npos) return;
+      if (names > 0)
+        --names;
+      else if (line->starts_with("COMPONENT_NAMES"))
+        names = components_;
+      else if (line->find_first_not_of(" \t") == std::string_view::npos)
+        return;
     }
   }
 
@@ -216,6 +222,7 @@ class VtkReader {
 
   void skip(const std::string& name, const std::string& type, std::size_t tuples,
             std::size_t components) {
+    components_ = components;
     if (type == "string") {
       skip_strings(name, product(name, tuples, components));
     } else if (!binary_) {
@@ -260,6 +267,7 @@ class VtkReader {
   template <class T>
   std::vector<T> read_values(const std::string& name, Scalar type, std::size_t tuples,
                              std::size_t components) {
+    components_ = components;
     const std::size_t size = size_of(type);
     if (binary_) begin_binary(name);
     const std::size_t count = checked_count(name, tuples, components, binary_ ? size : 2);
@@ -340,7 +348,8 @@ class VtkReader {
   bool binary_ = false;
   bool has_points_ = false;
   Section section_ = Section::dataset;
-  std::size_t tuples_ = 0;  // of the arrays in this section
+  std::size_t tuples_ = 0;      // of the arrays in this section
+  std::size_t components_ = 0;  // of the array read last
   Particles particles_;
 };
 

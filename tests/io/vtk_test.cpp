@@ -103,7 +103,8 @@ VtkBytes modern(bool binary) {
   file.add("POINT_DATA 3\n").may_end();
   file.add("GLOBAL_IDS GlobalIds vtkIdType\n").values<std::int32_t>({3, 4, 5}).may_end();
   file.add("FIELD FieldData 2\nv 3 3 double\n").values<double>({1, 2, 3, 4, 5, 6, 7, 8, 9});
-  file.add(metadata + "inside 1 3 bit\n");
+  // Components without a name are empty lines.
+  file.add("METADATA\nCOMPONENT_NAMES\nX\n\n\nINFORMATION 0\n\ninside 1 3 bit\n");
   if (binary)
     file.values<std::uint8_t>({0xa0}).may_end();
   else
