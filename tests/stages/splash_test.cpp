@@ -1,0 +1,119 @@
+// Which particles are splash, against plain loops over all pairs.
+#include "stages/splash.hpp"
+
+#include <algorithm>
+
+#include "stages/cells.hpp"
+#include "stages/paper.hpp"
+#include "stages/stage_test_support.hpp"
+
+namespace meniscus {
+namespace {
+
+Projected scattered(std::size_t n, double side, unsigned seed) {
+  Random random(seed);
+  Projected p;
+  for (std::size_t i = 0; i < n; ++i) {
+    p.x.push_back(static_cast<float>(random(-side, side)));
+    p.y.push_back(static_cast<float>(random(-side, side)));
+    p.z.push_back(static_cast<float>(random(-side, side)));
+  }
+  return p;
+}
+
+bool linked(const Projected& p, std::size_t a, std::size_t b, double link) {
+  const float dx = p.x[a] - p.x[b], dy = p.y[a] - p.y[b], dz = p.z[a] - p.z[b];
+  const float l = static_cast<float>(link);
+  return dx * dx + dy * dy + dz * dz < l * l;
+}
+
+// Size of each particle's connected piece, by relaxing labels until nothing changes.
+std::vector<std::size_t> piece_sizes(const Projected& p, double link) {
+  std::vector<std::size_t> label(p.size()), size(p.size(), 0);
+  for (std::size_t i = 0; i < p.size(); ++i) label[i] = i;
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t a = 0; a < p.size(); ++a)
+      for (std::size_t b = 0; b < p.size(); ++b)
+        if (label[b] < label[a] && linked(p, a, b, link)) {
+          label[a] = label[b];
+          changed = true;
+        }
+  }
+  for (std::size_t i = 0; i < p.size(); ++i)
+    size[i] = static_cast<std::size_t>(std::count(label.begin(), label.end(), label[i]));
+  return size;
+}
+
+TEST(SplitSplash, TakesTheSmallPieces) {
+  for (const auto& [side, pieces] : {std::pair{14.0, 6}, {9.0, 6}, {20.0, 1}, {14.0, 0}}) {
+    const Projected p = scattered(400, side, 3);
+    SplashParams params;
+    params.pieces = pieces;
+    const SplashSplit split = split_splash(p, params);
+    const auto size = piece_sizes(p, params.link);
+    std::vector<std::int32_t> body, splash;
+    for (std::size_t i = 0; i < p.size(); ++i)
+      (size[i] <= static_cast<std::size_t>(pieces) ? splash : body)
+          .push_back(static_cast<std::int32_t>(i));
+    EXPECT_EQ(split.body, body);
+    EXPECT_EQ(split.splash, splash);
+  }
+}
+
+TEST(SplitSplash, TheLinkItselfIsTooFar) {
+  Projected p;
+  p.x = {0, 3.2f, 20, 23.1f};
+  p.y = p.z = {0, 0, 0, 0};
+  SplashParams params;
+  params.pieces = 1;
+  const SplashSplit split = split_splash(p, params);
+  EXPECT_EQ(split.splash, (std::vector<std::int32_t>{0, 1}));
+  EXPECT_EQ(split.body, (std::vector<std::int32_t>{2, 3}));
+}
+
+TEST(SplitSplash, NoParticles) {
+  const SplashSplit split = split_splash({}, {});
+  EXPECT_TRUE(split.body.empty());
+  EXPECT_TRUE(split.splash.empty());
+}
+
+TEST(SplitByNeighbours, TakesThoseWithFewerThanThree) {
+  const Projected p = scattered(400, 11, 5);
+  const SplashParams params;
+  const SplashSplit split = split_by_neighbours(p, params);
+  std::vector<std::int32_t> body, splash;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    int neighbours = 0;
+    for (std::size_t j = 0; j < p.size(); ++j) neighbours += j != i && linked(p, i, j, params.link);
+    (neighbours < 3 ? splash : body).push_back(static_cast<std::int32_t>(i));
+  }
+  EXPECT_GT(body.size(), 20u);
+  EXPECT_GT(splash.size(), 20u);
+  EXPECT_EQ(split.body, body);
+  EXPECT_EQ(split.splash, splash);
+}
+
+TEST(Cells, VisitsEveryPointWithinACellOnce) {
+  const Projected p = scattered(300, 12, 7);
+  const float cell = 3.5f;
+  const Cells cells = make_cells(p.x, p.y, p.z, cell);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    std::vector<int> visits(p.size(), 0);
+    visit_near(cells, p.x[i], p.y[i], p.z[i], [&](std::int32_t k) {
+      const std::size_t j = static_cast<std::size_t>(cells.item[k]);
+      EXPECT_EQ(cells.x[k], p.x[j]);
+      ++visits[j];
+      return true;
+    });
+    for (std::size_t j = 0; j < p.size(); ++j) {
+      EXPECT_LE(visits[j], 1);
+      if (linked(p, i, j, cell)) {
+        EXPECT_EQ(visits[j], 1);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace meniscus

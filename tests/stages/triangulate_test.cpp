@@ -1,0 +1,205 @@
+// Delaunay on exact properties, and which triangles are dropped or ghosts.
+#include "stages/triangulate.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <set>
+
+#include "stages/mesh_by_hand.hpp"
+
+namespace meniscus {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// Points have small whole coordinates, so that these determinants are exact.
+using Whole = std::pair<std::int64_t, std::int64_t>;
+
+std::vector<ScreenPoint> points_of(const std::vector<Whole>& whole) {
+  std::vector<ScreenPoint> points;
+  for (const auto& [u, v] : whole)
+    points.push_back({static_cast<double>(u), static_cast<double>(v)});
+  return points;
+}
+
+std::int64_t turn(const Whole& a, const Whole& b, const Whole& c) {
+  return (b.first - a.first) * (c.second - a.second) - (b.second - a.second) * (c.first - a.first);
+}
+
+// Positive when d lies inside the circle through a, b, c, which turn positively.
+std::int64_t in_circle(const Whole& a, const Whole& b, const Whole& c, const Whole& d) {
+  const auto row = [&](const Whole& p) {
+    const std::int64_t x = p.first - d.first, y = p.second - d.second;
+    return std::array<std::int64_t, 3>{x, y, x * x + y * y};
+  };
+  const auto p = row(a), q = row(b), r = row(c);
+  return p[0] * (q[1] * r[2] - q[2] * r[1]) - p[1] * (q[0] * r[2] - q[2] * r[0]) +
+         p[2] * (q[0] * r[1] - q[1] * r[0]);
+}
+
+// Twice the area of the convex hull (Andrew's monotone chain).
+std::int64_t doubled_hull(std::vector<Whole> points) {
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  std::vector<Whole> hull;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t first = hull.size();
+    for (const Whole& p : points) {
+      while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0)
+        hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  std::int64_t area = 0;
+  for (std::size_t k = 0; k < hull.size(); ++k)
+    area += turn({0, 0}, hull[k], hull[(k + 1) % hull.size()]);
+  return area;
+}
+
+void expect_delaunay(const std::vector<Whole>& points) {
+  const auto triangles = delaunay(points_of(points));
+  std::int64_t area = 0, winding = 0;
+  std::set<Whole> used;
+  for (const auto& t : triangles) {
+    Whole a = points[t[0]], b = points[t[1]], c = points[t[2]];
+    const std::int64_t doubled = turn(a, b, c);
+    ASSERT_NE(doubled, 0);
+    if (winding == 0) winding = doubled > 0 ? 1 : -1;
+    EXPECT_GT(doubled * winding, 0) << "all wound the same way";
+    area += std::abs(doubled);
+    if (doubled < 0) std::swap(b, c);
+    for (const Whole& p : points) EXPECT_LE(in_circle(a, b, c, p), 0);
+    used.insert({a, b, c});
+    EXPECT_LT(t[0], t[1]);
+    EXPECT_LT(t[0], t[2]);
+  }
+  EXPECT_TRUE(std::is_sorted(triangles.begin(), triangles.end()));
+  EXPECT_EQ(area, doubled_hull(points)) << "the triangles cover the hull once";
+  EXPECT_EQ(used, std::set<Whole>(points.begin(), points.end())) << "every point is a vertex";
+}
+
+// The triangles as places, so that sets in another order can be compared.
+std::set<std::set<Whole>> places(const std::vector<Whole>& points) {
+  std::set<std::set<Whole>> result;
+  for (const auto& t : delaunay(points_of(points)))
+    result.insert({points[t[0]], points[t[1]], points[t[2]]});
+  return result;
+}
+
+std::vector<Whole> random_points(std::size_t n, std::int64_t range, unsigned seed) {
+  Random random(seed);
+  std::vector<Whole> points;
+  for (std::size_t k = 0; k < n; ++k)
+    points.emplace_back(static_cast<std::int64_t>(random(0, static_cast<double>(range))),
+                        static_cast<std::int64_t>(random(0, static_cast<double>(range))));
+  return points;
+}
+
+std::vector<Whole> lattice(std::int64_t nu, std::int64_t nv, std::int64_t step) {
+  std::vector<Whole> points;
+  for (std::int64_t j = 0; j < nv; ++j)
+    for (std::int64_t i = 0; i < nu; ++i) points.emplace_back(i * step, j * step);
+  return points;
+}
+
+TEST(Delaunay, NoPointLiesInACircumcircle) {
+  expect_delaunay(random_points(3, 100, 1));
+  expect_delaunay(random_points(120, 1000, 2));
+  expect_delaunay(random_points(120, 12, 3));  // many on one place, many cocircular
+  expect_delaunay(lattice(9, 7, 10));
+}
+
+TEST(Delaunay, DoesNotDependOnTheOrder) {
+  for (std::vector<Whole> points :
+       {random_points(150, 1000, 4), lattice(9, 8, 3), random_points(150, 14, 5)}) {
+    const auto expected = places(points);
+    std::mt19937 random(6);
+    for (int k = 0; k < 5; ++k) {
+      for (std::size_t i = points.size() - 1; i > 0; --i)
+        std::swap(points[i], points[random() % (i + 1)]);
+      EXPECT_EQ(places(points), expected);
+    }
+    std::reverse(points.begin(), points.end());
+    EXPECT_EQ(places(points), expected);
+  }
+}
+
+TEST(Delaunay, OfEqualPointsTheFirstIsUsed) {
+  const auto triangles = delaunay(points_of({{0, 0}, {4, 0}, {0, 0}, {0, 4}, {4, 0}, {0, 4}}));
+  ASSERT_EQ(triangles.size(), 1u);
+  std::array<std::int32_t, 3> corners = triangles[0];
+  std::sort(corners.begin(), corners.end());
+  EXPECT_THAT(corners, ElementsAre(0, 1, 3));
+}
+
+TEST(Delaunay, FewOrCollinearPointsGiveNoTriangle) {
+  EXPECT_THAT(delaunay({}), IsEmpty());
+  EXPECT_THAT(delaunay(points_of({{1, 2}})), IsEmpty());
+  EXPECT_THAT(delaunay(points_of({{1, 2}, {3, 4}})), IsEmpty());
+  EXPECT_THAT(delaunay(points_of({{1, 2}, {1, 2}, {1, 2}, {1, 2}})), IsEmpty());
+  EXPECT_THAT(delaunay(points_of({{0, 0}, {5, 5}, {1, 1}, {3, 3}, {2, 2}})), IsEmpty());
+  EXPECT_THAT(delaunay(points_of({{7, 0}, {7, 9}, {7, 3}})), IsEmpty());
+}
+
+// Rules of 2.2, step 2, on one triangle: defaults are max_edge 5.2 and d_max 6.
+std::vector<TriangleKind> kinds(const std::vector<Vec3d>& uvt) {
+  return triangulated(place(uvt)).kind;
+}
+
+TEST(Triangulate, KeepsGhostsAndDropsByEdgeAndDepthRange) {
+  EXPECT_THAT(kinds({{10, 10, 20}, {15, 10, 20}, {10, 11, 20}}), ElementsAre(TriangleKind::kept));
+  EXPECT_THAT(kinds({{10, 10, 20}, {15.3, 10, 20}, {10, 11, 20}}), IsEmpty());
+  EXPECT_THAT(kinds({{10, 10, 20}, {12, 10, 25.9}, {10, 12, 22}}), ElementsAre(TriangleKind::kept));
+  EXPECT_THAT(kinds({{10, 10, 20}, {12, 10, 26.1}, {10, 12, 22}}),
+              ElementsAre(TriangleKind::ghost));
+  // The edge's length is that on the screen: depth does not add to it, and the rule comes first.
+  EXPECT_THAT(kinds({{10, 10, 20}, {15.3, 10, 40}, {10, 11, 20}}), IsEmpty());
+}
+
+TEST(Triangulate, EdgesAreMeasuredInCommonRadii) {
+  // Particles of half the common radius span half the pixels; their neighbourhood is not stretched.
+  Projected p = place({{10, 10, 20}, {15, 10, 20}, {10, 11, 20}});
+  for (std::size_t i = 0; i < 3; ++i) p.ku[i] = p.kv[i] = p.scale[i] = 0.5f;
+  EXPECT_THAT(triangulated(p).kind, ElementsAre(TriangleKind::kept));
+}
+
+TEST(Triangulate, NormalsFaceTheCameraAndAreasAreThoseInSpace) {
+  // Eye space: (0, 0, -20), (3, 0, -20), (0, -4, -23).
+  const Triangulation mesh = triangulated(place({{50, 50, 20}, {53, 50, 20}, {50, 54, 23}}));
+  ASSERT_EQ(mesh.triangle.size(), 1u);
+  EXPECT_DOUBLE_EQ(mesh.area[0], 0.5 * 3 * 5);
+  EXPECT_NEAR(length(mesh.normal[0] - Vec3d{0, -0.6, 0.8}), 0, 1e-12);
+}
+
+TEST(Triangulate, FansListTheKeptTrianglesAroundEachVertex) {
+  Random random(9);
+  const Projected p = field(9, 8, [&](double, double) { return random(20, 28); });
+  const Triangulation mesh = triangulated(p);
+  EXPECT_TRUE(std::count(mesh.kind.begin(), mesh.kind.end(), TriangleKind::ghost) > 0);
+  ASSERT_EQ(mesh.fan_start.size(), mesh.position.size() + 1);
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    std::vector<std::int32_t> expected;
+    for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+      if (mesh.kind[t] == TriangleKind::kept &&
+          std::count(mesh.triangle[t].begin(), mesh.triangle[t].end(), static_cast<int>(v)))
+        expected.push_back(static_cast<std::int32_t>(t));
+    EXPECT_EQ(std::vector<std::int32_t>(mesh.fan.begin() + mesh.fan_start[v],
+                                        mesh.fan.begin() + mesh.fan_start[v + 1]),
+              expected);
+  }
+}
+
+TEST(Triangulate, FewParticlesGiveNothing) {
+  EXPECT_THAT(kinds({}), IsEmpty());
+  EXPECT_THAT(kinds({{10, 10, 20}}), IsEmpty());
+  EXPECT_THAT(kinds({{10, 10, 20}, {12, 10, 20}}), IsEmpty());
+  EXPECT_THAT(kinds({{10, 10, 20}, {10, 10, 21}, {10, 10, 22}}), IsEmpty());
+  EXPECT_THAT(kinds({{10, 10, 20}, {12, 12, 21}, {14, 14, 22}}), IsEmpty());
+}
+
+}  // namespace
+}  // namespace meniscus
