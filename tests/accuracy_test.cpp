@@ -55,12 +55,13 @@ class SsmAccuracy : public testing::TestWithParam<Bounds> {};
 
 // A baseline that was made weak would prove nothing: at most a quarter above what an independent
 // program with spheres of 0.75 s and a Gaussian of 0.5 s, the best found, makes of the same
-// particles.
+// particles. Half of its distance error is what only a fit reaches: then another method ran.
 TEST_P(SsmAccuracy, IsNearTheBestBaseline) {
   const Bounds& best = GetParam();
   const Figures f = figures_of(best.scene, Method::ssm);
   EXPECT_LE(f.normal_rms, 1.25 * best.normal_rms);
   EXPECT_LE(f.slope_median, 1.25 * best.angle);
+  EXPECT_GE(f.normal_rms, 0.5 * best.normal_rms);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SsmAccuracy,
