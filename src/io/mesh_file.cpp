@@ -22,8 +22,9 @@ void check(const Mesh& mesh) {
                                               " vertices, wanted one each");
   for (std::size_t k = 0; k < mesh.triangle.size(); ++k)
     for (const std::uint32_t corner : mesh.triangle[k])
-      require(corner < vertices, "write_mesh: triangle " + std::to_string(k) + " names vertex " +
-                                     std::to_string(corner) + " of " + std::to_string(vertices));
+      if (corner >= vertices)
+        throw InvalidArgument("write_mesh: triangle " + std::to_string(k) + " names vertex " +
+                              std::to_string(corner) + " of " + std::to_string(vertices));
 }
 
 void write_ply(OutputFile& file, const Mesh& mesh) {

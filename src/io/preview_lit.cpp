@@ -64,7 +64,7 @@ float tone(float x) {
 }
 
 // One point of the surface; `lit` says how near it lies to the key light, 0 to 1.
-Color water(const Vec3& n, const Vec3& v, const Relief& relief, float lit, bool splash) {
+Color water(const Vec3& n, const Vec3& v, const Relief& relief, float lit) {
   // Below 0.2 the reflection would flicker from pixel to pixel along silhouettes.
   const float facing = std::clamp(dot(n, v), 0.2f, 1.0f);
   const float away = 1 - facing;
@@ -79,11 +79,11 @@ Color water(const Vec3& n, const Vec3& v, const Relief& relief, float lit, bool 
   const Color lens = studio(behind) * Color{0.50f, 0.68f, 0.72f};
 
   // What the water itself sends back: more and greener where light enters and where it is thin.
-  const float bulge = relief.bulge + (splash ? 0.05f : 0.0f);
+  const float bulge = relief.bulge;
   const float wrap = 0.5f + 0.5f * dot(n, kKey);
   const Color depths =
       mix(kDeep, kShallow,
-          0.60f * wrap * wrap * wrap + 0.16f * lit + 0.24f * smoothstep(0.1f, 0.8f, bulge));
+          0.57f * wrap * wrap * wrap + 0.22f * lit + 0.24f * smoothstep(0.1f, 0.8f, bulge));
   const float clear = 0.65f * smoothstep(0.40f, 0.86f, bulge);
   const Color body = mix(depths, lens, clear);
   return mix(body * open, studio(reflected) * (0.4f + 0.6f * open), fresnel);
@@ -148,8 +148,7 @@ Picture draw_lit(const Scene& scene) {
       const std::size_t k = scene.at(column, row);
       Color color;
       if (scene.covered(k)) {
-        color = water(scene.normal[k], scene.to_eye(column, row), relief[k], lit[k],
-                      scene.surface.kind[k] == Kind::splash);
+        color = water(scene.normal[k], scene.to_eye(column, row), relief[k], lit[k]);
       } else {
         color = backdrop((2 * static_cast<float>(column) + 1) / static_cast<float>(scene.width) - 1,
                          1 - (2 * static_cast<float>(row) + 1) / static_cast<float>(scene.height));
