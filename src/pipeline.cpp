@@ -12,6 +12,8 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
       return run_paper(device, view, particles, params, timings);
     case Method::ssm:
       return run_ssm(device, view, particles, params, timings);
+    case Method::stable:
+      return run_stable(device, view, particles, params, timings);
     default:
       return run_fit(device, view, particles, params, timings);
   }

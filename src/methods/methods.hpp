@@ -9,6 +9,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
                    const Parameters& params, std::vector<StageTime>* timings);
 Extraction run_paper(Device& device, const View& view, const WorldParticles& particles,
                      const Parameters& params, std::vector<StageTime>* timings);
+Extraction run_stable(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings);
 
 Extraction run_ssm(Device& device, const View& view, const WorldParticles& particles,
                    const Parameters& params, std::vector<StageTime>* timings);

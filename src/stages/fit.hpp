@@ -33,6 +33,34 @@ struct FitProblem {
   std::vector<FitPoint> points;
 };
 
+/// How kernel fit_groups takes many problems: in batches of eight lanes, those of like size
+/// together. Point k of lane l lies in slot first[l / 8] + l % 8 + 8 k.
+struct FitBatches {
+  std::vector<std::int32_t> order;    // [problems] problem of each lane
+  std::vector<cl_int> first, length;  // [batches] first slot; slots a lane
+  std::size_t lanes = 0, slots = 0;   // in all
+  std::size_t first_slot(std::size_t lane) const {
+    return static_cast<std::size_t>(first[lane / 8]) + lane % 8;
+  }
+};
+
+/// Batches for problems of the given numbers of points. Throws InvalidArgument when there are too
+/// many for 32-bit indices.
+FitBatches make_batches(const std::vector<std::size_t>& points);
+
+/// Batches on the device.
+struct DeviceFits {
+  Buffer<float> points;          // [7][slots] x, y, z over the scale; normal; weight
+  Buffer<cl_int> first, length;  // [batches]
+  Buffer<float> scale, hermite;  // [lanes] particle radii; 1: Hermite rows
+  Buffer<float> quadric;         // [10][lanes] out
+  Buffer<float> quality;         // [2][lanes] out: residual, negative without a fit; |grad f|
+  std::size_t lanes = 0, slots = 0;
+};
+
+/// Launches kernel fit_groups. Does not wait.
+void fit_batches(Device& device, const DeviceFits& fits, const FitParams& params);
+
 /// Fits all problems on the device (kernel fit_groups). Problems with fewer than eight points get
 /// Hermite rows, those with fewer than three no fit. Waits. Throws DeviceError.
 Quadrics fit_quadrics(Device& device, const std::vector<FitProblem>& problems,

@@ -1,0 +1,81 @@
+// Method stable: a quadric around every visible particle. Nothing is merged, so nothing changes
+// abruptly from frame to frame.
+#include "stages/stable.hpp"
+
+#include "methods/methods.hpp"
+#include "stage_clock.hpp"
+#include "stages/density.hpp"
+#include "stages/group.hpp"
+#include "stages/mesh.hpp"
+#include "stages/particle_fit.hpp"
+#include "stages/splash.hpp"
+#include "stages/triangulate.hpp"
+#include "stages/visible.hpp"
+
+namespace meniscus {
+
+Extraction run_stable(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings) {
+  Extraction result;
+  StageClock clock(device, timings);
+  clock.start("project");
+  const double margin = std::max(params.stable.capsule, params.visible.footprint) + kDensitySupport;
+  const Projected projected = project_particles(device, view, particles, margin);
+  clock.start("split");
+  const SplashSplit split = split_splash(projected, params.splash);
+  clock.start("visible");
+  const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
+                                      std::min(kLeastFitted, params.visible.owned));
+  clock.start("triangulate");
+  const Triangulation mesh =
+      triangulate(view, projected, more_visible(fitted, params.visible.owned), params.triangle);
+  clock.start("fit");
+  const std::vector<Vec3d> normals = first_normals(
+      view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
+  const ParticleFits fits =
+      fit_particles(device, projected, fitted, normals, params.fit, params.stable);
+  const GroupRecords records = particle_records(fits, params.stable);
+  const Buffer<float> device_records = upload(device, records.values);
+
+  clock.start("upload");
+  const SplatParticles splash = upload_splats(device, projected, split.splash);
+  const DeviceCells levelled = level_cells(
+      device,
+      upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport)),
+      params.region);
+
+  const auto make_surface = [&](const SampleGrid& grid) {
+    clock.start("region");
+    const StableRegion region =
+        draw_stable_region(device, view, mesh, fitted, fits, device_records, grid, params);
+    clock.start("blend");
+    const SurfaceBuffers surface = blend_particles(device, view, region, device_records,
+                                                   list_tiles(view, records, grid), params.blend);
+    clock.start("splash");
+    draw_splash(device, view, levelled, splash, surface, params.region);
+    return surface;
+  };
+  if (params.image) {
+    const SurfaceBuffers image = make_surface(pixel_grid(view));
+    clock.start("download");
+    result.image = download(device, image);
+  }
+  if (params.mesh) {
+    const SurfaceBuffers surface = make_surface(node_grid(view, params.grid.cell));
+    clock.start("mesh");
+    const SurfaceMap nodes = download(device, surface);
+    result.mesh =
+        make_mesh(view, nodes, find_silhouette_edges(nodes, params.grid.z_max), params.grid);
+  }
+  clock.stop();
+
+  result.residual = fits.residual;
+  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
+                   {"in view", static_cast<std::int64_t>(projected.size())},
+                   {"splash", static_cast<std::int64_t>(split.splash.size())},
+                   {"visible", static_cast<std::int64_t>(fitted.index.size())},
+                   {"triangles", static_cast<std::int64_t>(mesh.triangle.size())}};
+  return result;
+}
+
+}  // namespace meniscus
