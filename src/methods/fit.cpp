@@ -126,9 +126,11 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   clock.start("split");
   const SplashSplit split = split_splash(projected, params.splash);
   clock.start("visible");
-  const Visible visible =
+  const Visible seen =
       find_visible(device, view, projected, split.body, params.visible, params.visible.owned);
   clock.start("triangulate");
+  const Visible visible =
+      without_pits(view, triangulate(view, projected, seen, params.triangle), seen);
   const Triangulation mesh = triangulate(view, projected, visible, params.triangle);
   clock.start("group");
   const std::vector<Vec3d> normals = smooth_normals(mesh, params.merge.smoothing_rounds);

@@ -1,5 +1,6 @@
 #include "stages/triangulate.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 namespace meniscus {
@@ -66,6 +67,44 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
       for (const std::int32_t v : mesh.triangle[t])
         mesh.fan[next[v]++] = static_cast<std::int32_t>(t);
   return mesh;
+}
+
+Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible) {
+  constexpr double kDepth = 0.9;  // particle radii
+  Visible kept;
+  std::vector<std::int32_t> ring;
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    ring.clear();
+    for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
+      for (const std::int32_t w : mesh.triangle[mesh.fan[f]])
+        if (w != static_cast<std::int32_t>(v)) ring.push_back(w);
+    std::sort(ring.begin(), ring.end());
+    ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+    bool pit = false;
+    if (ring.size() >= 4) {
+      Vec3d middle;
+      for (const std::int32_t w : ring) middle += mesh.position[w];
+      middle = middle / static_cast<double>(ring.size());
+      Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+      for (const std::int32_t w : ring) {
+        const Vec3d d = mesh.position[w] - middle;
+        const double c[3] = {d.x, d.y, d.z};
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) spread(i, j) += c[i] * c[j];
+      }
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+      Vec3d normal{axes.eigenvectors()(0, 0), axes.eigenvectors()(1, 0), axes.eigenvectors()(2, 0)};
+      if (dot(normal, ray_direction(view, mesh.screen[v].u, mesh.screen[v].v)) > 0)
+        normal = -normal;
+      const double rms =
+          std::sqrt(std::max(0.0, axes.eigenvalues()[0]) / static_cast<double>(ring.size()));
+      pit = dot(mesh.position[v] - middle, normal) < -kDepth - rms;
+    }
+    if (pit) continue;
+    kept.index.push_back(visible.index[v]);
+    kept.owned.push_back(visible.owned[v]);
+  }
+  return kept;
 }
 
 }  // namespace meniscus

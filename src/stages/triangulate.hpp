@@ -48,4 +48,9 @@ struct Triangulation {
 Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
                           const TriangleParams& params);
 
+/// The visible particles without those of the layer below that show through a gap of the surface:
+/// vertices more than 0.9 particle radii plus the ring's own RMS distance behind the plane through
+/// their ring of at least four neighbours.
+Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible);
+
 }  // namespace meniscus
