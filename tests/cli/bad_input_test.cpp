@@ -25,6 +25,8 @@ struct BadFile {
   std::vector<std::string> message;
 };
 
+void PrintTo(const BadFile& file, std::ostream* out) { *out << file.name; }
+
 class ProgramBadFile : public Program, public testing::WithParamInterface<BadFile> {};
 
 TEST_P(ProgramBadFile, IsOneLineAndNoOutput) {
@@ -111,6 +113,8 @@ struct BadCamera {
   std::string json;
 };
 
+void PrintTo(const BadCamera& camera, std::ostream* out) { *out << camera.name; }
+
 class ProgramBadCamera : public Program, public testing::WithParamInterface<BadCamera> {};
 
 TEST_P(ProgramBadCamera, IsOneLineThatNamesTheFile) {
@@ -172,24 +176,25 @@ TEST_F(ProgramBadInput, FolderThatCannotBeWritten) {
   expect_error(run({"extract", "in.ply", "-o", "/proc/a.png"}), 1, {"/proc/a.png"});
 }
 
-TEST_F(ProgramBadInput, DiskFullLeavesNothingBehind) {
+// The mesh is far below 4 MiB, the EXR has 640 * 480 * 11 * 4 bytes = 13.5 MB.
+const std::vector<std::string> kSmallAndLarge{
+    "extract", "in.ply", "--compression", "none", "--cell", "16", "--size",
+    "640x480", "-o",     "a.obj",         "-o",   "a.exr"};
+const Conditions kDiskFull{{}, 4 << 20};
+
+TEST_F(ProgramBadInput, DiskFullLeavesEarlierOutputsAsTheyWere) {
   write_particles("in.ply", block(6));
-  const std::vector<std::string> words{"extract", "in.ply", "--compression", "none", "--size",
-                                       "640x480", "-o",     "a.obj",         "-o",   "a.exr"};
-  ASSERT_EQ(run(words).exit_code, 0);  // also fills PoCL's cache
-  const std::string kept = read("a.obj");
-  std::filesystem::remove(path("a.exr"));
-  // The EXR has 640 * 480 * 11 * 4 bytes = 13.5 MB uncompressed.
-  expect_error(run(words, {{}, 4 << 20}), 1, {"a.exr", "large"});
-  EXPECT_THAT(files(), ElementsAre("a.obj", "in.ply"));
-  EXPECT_EQ(read("a.obj"), kept);  // what an earlier run had left is as it was
+  ASSERT_EQ(run(kSmallAndLarge).exit_code, 0);
+  const std::string obj = read("a.obj"), exr = read("a.exr");
+  write_particles("in.ply", block(5));
+  expect_error(run(kSmallAndLarge, kDiskFull), 1, {"a.exr", "large"});
+  EXPECT_THAT(files(), ElementsAre("a.exr", "a.obj", "in.ply"));
+  EXPECT_TRUE(read("a.obj") == obj && read("a.exr") == exr);
 }
 
 TEST_F(ProgramBadInput, NoOutputAppearsUnlessAllAreComplete) {
   write_particles("in.ply", block(6));
-  const std::vector<std::string> words{"extract", "in.ply", "--compression", "none", "--size",
-                                       "640x480", "-o",     "a.obj",         "-o",   "a.exr"};
-  expect_error(run(words, {{}, 4 << 20}), 1, {"a.exr"});
+  expect_error(run(kSmallAndLarge, kDiskFull), 1, {"a.exr"});
   EXPECT_THAT(files(), ElementsAre("in.ply"));
 }
 

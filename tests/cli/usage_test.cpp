@@ -73,6 +73,8 @@ struct WrongUsage {
   std::vector<std::string> message;
 };
 
+void PrintTo(const WrongUsage& usage, std::ostream* out) { *out << usage.name; }
+
 class ProgramWrongUsage : public Program, public testing::WithParamInterface<WrongUsage> {};
 
 TEST_P(ProgramWrongUsage, IsOneLineAndExitCodeTwo) {
