@@ -176,11 +176,15 @@ def check_mesh(path, eye):
     a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
     facing = np.cross(b - a, c - a)
     against = np.count_nonzero(np.sum(facing * normals[faces].sum(1), -1) < 0)
-    check("normals point to the faces' outside", against <= 0.001 * len(faces),
+    # A face that bridges a small step between two sheets is seen almost edge-on and need not agree
+    # with the sheets' normals; they are few.
+    check("normals point to the faces' outside", against <= 0.01 * len(faces),
           f"{against} faces do not")
     if eye is not None:
         away = np.count_nonzero(np.sum(facing * (eye - a), -1) < 0)
-        check("faces look at the eye", away <= 0.001 * len(faces), f"{away} do not")
+        check("faces look at the eye", away == 0, f"{away} do not")
+        away = np.count_nonzero(np.sum(normals * (eye - points), -1) < 0)
+        check("normals point towards the eye", away <= 0.001 * len(points), f"{away} do not")
 
 
 def main(paths):
