@@ -150,13 +150,15 @@ inline void settle(const int s, const int n, const float u, const float v,
                    global const float* core, global const float* trust, global float* depth,
                    global float* normal, global int* group, global uchar* kind,
                    global float* behind, const Cells plain, const Cells field, const float16 rays,
-                   const float4 limits, const float beyond) {
+                   const float4 limits, const float beyond,
+                   const int only_gaps) {
   behind[s] = INFINITY;
   const float t0 = reference[s];
   if (!(t0 < INFINITY)) return;
   const Ray r = ray_at(rays, u, v);
   const float t = depth[s];
   const int met = t < INFINITY;
+  if (met && only_gaps) return;
 
   // The blend's share: its trust, or nothing outside the fluid. With less trust the contour draws
   // in to where the field has its own.
@@ -168,6 +170,12 @@ inline void settle(const int s, const int n, const float u, const float v,
     share = trusted < 1.0f ? trusted * clamp(20.0f * inside, 0.0f, 1.0f) : inside < 0.0f ? 0.0f : 1.0f;
   }
   if (share >= 1.0f) return;
+  // A trusted surface that has ended lets what lies behind it be seen.
+  if (trusted >= 1.0f && share <= 0.0f) {
+    depth[s] = INFINITY;
+    behind[s] = t0;
+    return;
+  }
 
   const float from = fmax(fmin(t, t0) - limits.w, 1e-3f);
   Crossing c = {INFINITY, 0.0f, 0.0f, 0.0f};
@@ -215,14 +223,15 @@ kernel void settle_samples(global const float* triangle,   // [samples] depth of
                            const float first, const float step, const float16 rays,
                            const float4 limits,  // contour density; level of the field; a triangle
                                                  // this near vouches, radii; search before, radii
-                           const float beyond) {  // search behind, particle radii
+                           const float beyond,    // search behind, particle radii
+                           const int only_gaps) {  // 1: samples that show something stay as they are
   const int i = get_global_id(0), j = get_global_id(1);
   if (i >= samples.x || j >= samples.y) return;
   const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
   const Cells field = {cell_x, cell_y, cell_z, level_weight, cell_start, inverse_cell, mask};
   settle(j * samples.x + i, samples.x * samples.y, first + step * (float)i,
          first + step * (float)j, triangle, reference, core, trust, depth, normal, group, kind,
-         behind, plain, field, rays, limits, beyond);
+         behind, plain, field, rays, limits, beyond, only_gaps);
 }
 
 // The same at a list of positions. One work-item per point.
@@ -235,13 +244,14 @@ kernel void settle_points(global const float* triangle, global const float* refe
                           global const float* cell_z, global const float* cell_weight,
                           global const float* level_weight, global const int* cell_start,
                           const float inverse_cell, const uint mask, const int n,
-                          const float16 rays, const float4 limits, const float beyond) {
+                          const float16 rays, const float4 limits, const float beyond,
+                   const int only_gaps) {
   const int p = get_global_id(0);
   if (p >= n) return;
   const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
   const Cells field = {cell_x, cell_y, cell_z, level_weight, cell_start, inverse_cell, mask};
   settle(p, n, points[p], points[n + p], triangle, reference, core, trust, depth, normal, group,
-         kind, behind, plain, field, rays, limits, beyond);
+         kind, behind, plain, field, rays, limits, beyond, 0);
 }
 
 // The splash: the levelled field's first crossing between the splash particles' fronts and backs,

@@ -90,23 +90,28 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid);
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-  Buffer<float> reference = splat_depth(device, frame.body, grid, footprint, bulge);
-  Buffer<float> core = splat_depth(device, frame.body, grid, kCoreFootprint);
+  const Buffer<float> front = splat_depth(device, frame.body, grid, footprint, bulge);
+  const Buffer<float> front_core = splat_depth(device, frame.body, grid, kCoreFootprint);
   const TileLists tiles = list_tiles(view, records, grid);
 
   constexpr int kLayers = 3;
   constexpr double kLayerGap = 3;  // particle radii
+  Buffer<float> reference = front, core = front_core;
+  const auto settle = [&](bool only_gaps) {
+    clock.start("settle");
+    return settle_samples(device, view, frame.cells, frame.levelled, triangles, reference, core,
+                          surface, params.region, only_gaps);
+  };
   for (int layer = 0; layer < kLayers; ++layer) {
     clock.start("blend");
     blend_groups(device, view, frame.records, tiles, reference, surface, params.blend);
-    clock.start("settle");
-    const Buffer<float> behind =
-        settle_samples(device, view, frame.cells, frame.levelled, triangles, reference, core,
-                       surface, params.region, layer + 1 == kLayers);
-    if (layer + 1 == kLayers) break;
+    const Buffer<float> behind = settle(false);
     core = splat_depth(device, frame.hidden, grid, kCoreFootprint, 1, &behind, kLayerGap);
     reference = core;
   }
+  reference = front;
+  core = front_core;
+  settle(true);
   clock.start("splash");
   draw_splash(device, view, frame.levelled, frame.splash, surface, params.region);
   return surface;

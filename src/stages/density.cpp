@@ -8,7 +8,7 @@ namespace {
 constexpr float kTriangleReach = 3;
 
 // The density field is sought this many particle radii before and twice as many behind the blend or
-// the reference depth; in the last layer, which has nothing behind it, farther.
+// the reference depth; in gaps, which have nothing behind them, farther.
 constexpr float kSearch = 2;
 constexpr float kFarSearch = 100;
 
@@ -66,14 +66,15 @@ Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells
                              const DeviceCells& levelled, const Buffer<float>& triangle_depth,
                              const Buffer<float>& reference, const Buffer<float>& core,
                              const SurfaceBuffers& surface, const RegionParams& params,
-                             bool last_layer) {
+                             bool only_gaps) {
   const SampleGrid& grid = surface.grid;
   const auto behind = allocate<float>(device, grid.size());
   launch(device, "density.cl", "settle_samples", tiles(grid), "", triangle_depth, reference, core,
          surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, cells.x,
          cells.y, cells.z, cells.weight, levelled.weight, cells.start, cells.inverse_cell,
          cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         limits_of(params), static_cast<cl_float>(last_layer ? kFarSearch : 2 * kSearch));
+         limits_of(params), static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch),
+         static_cast<cl_int>(only_gaps));
   return behind;
 }
 

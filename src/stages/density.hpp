@@ -47,7 +47,7 @@ Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells
                              const DeviceCells& levelled, const Buffer<float>& triangle_depth,
                              const Buffer<float>& reference, const Buffer<float>& core,
                              const SurfaceBuffers& surface, const RegionParams& params,
-                             bool last_layer);
+                             bool only_gaps);
 
 /// The same at a list of points (pixels, [2][n] u then v) whose samples `surface` holds, on a grid
 /// of n x 1: what lies near each point's reference depth, without triangles that vouch.
