@@ -36,7 +36,7 @@ struct TriangleParams {
 struct MergeParams {
   double cosine = 0.95;      // two groups merge when their normals' dot product exceeds this
   double cap = 4;            // largest bounding radius of a group
-  int smoothing_rounds = 2;  // bilateral smoothing of the triangle normals
+  int smoothing_rounds = 4;  // bilateral smoothing of the triangle normals
 };
 
 /// The weighted fit of each group (paper 2.3, Eq. 2).

@@ -131,12 +131,17 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   clock.start("split");
   const SplashSplit split = split_splash(projected, params.splash);
   clock.start("visible");
-  const Visible seen =
+  Visible visible =
       find_visible(device, view, projected, split.body, params.visible, params.visible.owned);
   clock.start("triangulate");
-  const Visible visible =
-      without_pits(view, triangulate(view, projected, seen, params.triangle), seen);
-  const Triangulation mesh = triangulate(view, projected, visible, params.triangle);
+  Triangulation mesh = triangulate(view, projected, visible, params.triangle);
+  constexpr int kPitRounds = 3;  // particles side by side in a pit go one after the other
+  for (int round = 0; round < kPitRounds; ++round) {
+    Visible rest = without_pits(view, mesh, visible);
+    if (rest.index.size() == visible.index.size()) break;
+    visible = std::move(rest);
+    mesh = triangulate(view, projected, visible, params.triangle);
+  }
   clock.start("group");
   const std::vector<Vec3d> normals = smooth_normals(mesh, params.merge.smoothing_rounds);
   const Groups groups = merge_groups(mesh, normals, params.merge, params.fit);
