@@ -150,7 +150,7 @@ kernel void fit_groups(
                              // ridge and lambda; robust passes
   const int item = get_global_id(0) * WIDTH;
   if (item >= lanes) return;
-  const int batch = item / 8, lane = item % 8;
+  const int batch = item >> 3, lane = item & 7;  // eight lanes a batch
   const int begin = first[batch] + lane, count = length[batch];
   const floatv R = LOADF(scale + item), few = LOADF(hermite + item);
   const floatv many = 1.0f - few;

@@ -1,0 +1,115 @@
+// Runs every kernel of every method on a tiny frame, in every vector width, in buffers that hold
+// nonsense at first: what oclgrind is set to watch. Exits with 1 when a kernel was not run, a frame
+// came out empty, or a result depends on the width or on the nonsense.
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <regex>
+#include <set>
+
+#include "device/device.hpp"
+#include "device/kernel_sources.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace {
+
+unsigned char nonsense_byte;  // what new buffers are full of
+
+}  // namespace
+
+// The linker sends the library's calls here.
+extern "C" cl_mem __real_clCreateBuffer(cl_context, cl_mem_flags, size_t, void*, cl_int*);
+extern "C" cl_mem __wrap_clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void*,
+                                        cl_int* error) {
+  const std::vector<unsigned char> bytes(size, nonsense_byte);
+  return __real_clCreateBuffer(context, flags | CL_MEM_COPY_HOST_PTR, size,
+                               const_cast<unsigned char*>(bytes.data()), error);
+}
+
+namespace {
+
+using namespace meniscus;
+
+// A jittered block of 7 x 7 x 2 particles, a lower step beside it, and two pieces of splash.
+Particles tiny_frame() {
+  Particles particles;
+  particles.particle_radius = 0.5;
+  const auto add = [&](double x, double y, double z) {
+    particles.x.push_back(static_cast<float>(x));
+    particles.y.push_back(static_cast<float>(y));
+    particles.z.push_back(static_cast<float>(z));
+  };
+  for (int k = 0; k < 2; ++k)
+    for (int j = 0; j < 7; ++j)
+      for (int i = 0; i < 7; ++i)
+        add(i + 0.11 * std::sin(3 * i + 7 * j + k), j + 0.13 * std::cos(5 * i + j - k),
+            (i < 4 ? 0 : -5) - k + 0.2 * std::sin(i + 2 * j));
+  add(8.4, 3.1, 0.5);
+  add(1.2, 8.4, 2.1);
+  add(1.9, 8.9, 2.2);
+  return particles;
+}
+
+std::set<std::string> embedded_kernels() {
+  std::set<std::string> names;
+  const std::regex head("kernel\\s+void\\s+(\\w+)");
+  for (const KernelSource& source : kernel_sources()) {
+    const std::string text(source.text);
+    for (std::sregex_iterator match(text.begin(), text.end(), head), end; match != end; ++match)
+      names.insert(std::string(source.file) + " " + (*match)[1].str());
+  }
+  return names;
+}
+
+// Depths and normals are compared bit by bit.
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+bool same(const Surface& a, const Surface& b) {
+  return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
+         same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
+         same_bits(a.residual, b.residual) && same_bits(a.mesh.position, b.mesh.position) &&
+         same_bits(a.mesh.normal, b.mesh.normal) && same_bits(a.mesh.triangle, b.mesh.triangle);
+}
+
+}  // namespace
+
+int main() try {
+  const Particles particles = tiny_frame();
+  const Camera camera = look_at({9, 10, 11}, {3.2, 3.6, -1}, {0, 1, 0}, 42, 24, 17);
+  std::set<std::string> missing = embedded_kernels();
+  bool good = true;
+  std::map<Method, Surface> first;
+  for (const int width : {1, 8}) {
+    nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
+    Device device;
+    device.state().vector_width = width;
+    for (const Method method : {Method::fit, Method::stable, Method::paper, Method::ssm}) {
+      const std::string name = to_string(method);
+      Parameters parameters;
+      parameters.method = method;
+      parameters.fit.robust_passes = 1;
+      parameters.grid.cell = 3;
+      const Surface surface = extract(device, particles, camera, parameters);
+      std::size_t covered = 0;
+      for (const float depth : surface.depth) covered += std::isfinite(depth);
+      std::printf("%s, width %d: %zu pixels, %zu triangles\n", name.c_str(), width, covered,
+                  surface.mesh.triangle.size());
+      good = good && covered > 0 && !surface.mesh.triangle.empty();
+      if (!first.count(method)) first[method] = surface;
+      if (!same(first[method], surface)) {
+        std::printf("%s: the result depends on the width or on unwritten memory\n", name.c_str());
+        good = false;
+      }
+    }
+    for (const auto& [key, kernel] : device.state().kernels)
+      missing.erase(key.substr(0, key.find(' ')) + key.substr(key.rfind(' ')));
+  }
+  for (const std::string& name : missing) std::printf("not run: %s\n", name.c_str());
+  return good && missing.empty() ? 0 : 1;
+} catch (const std::exception& error) {
+  std::printf("%s\n", error.what());
+  return 1;
+}
