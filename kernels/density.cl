@@ -244,8 +244,7 @@ kernel void settle_points(global const float* triangle, global const float* refe
                           global const float* cell_z, global const float* cell_weight,
                           global const float* level_weight, global const int* cell_start,
                           const float inverse_cell, const uint mask, const int n,
-                          const float16 rays, const float4 limits, const float beyond,
-                   const int only_gaps) {
+                          const float16 rays, const float4 limits, const float beyond) {
   const int p = get_global_id(0);
   if (p >= n) return;
   const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
