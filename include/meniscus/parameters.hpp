@@ -66,7 +66,7 @@ struct BlendParams {
   double same_low = 0.7;      // normals whose dot product is below this are another sheet
   double same_high = 0.9;     // ... and above this the same sheet
   double other_share = 0.05;  // the other sheet counts from this share of the first one's weight
-  double crease = 2.4;        // largest distance of two sheets that meet in a crease
+  double crease = 5;          // largest distance of two sheets that meet in a crease
 };
 
 /// One fit per visible particle (docs/method.md).
