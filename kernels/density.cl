@@ -109,28 +109,38 @@ inline Crossing first_crossing(const Cells cells, const Ray r, const float from,
                                const float level) {
   Crossing crossing = {INFINITY, 0.0f, 0.0f, 0.0f};
   const float unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);  // a particle radius along the ray
-  float t = from, before = from;
+  float t = from, low = from, short_of = -level;  // the last point below the level, and how far
   for (int k = 0; k < 1000 && t <= to; ++k) {
     const float c = density_at(cells, r.ox + t * r.dx, r.oy + t * r.dy, -t).w;
     if (c < level) {
       // The field of a lone particle falls below 0.35 levels at two radii and below 0.1 at three,
       // so that these steps do not pass over one.
-      before = t;
+      low = t;
+      short_of = c - level;
       t += unit * (c < 0.1f * level ? 1.0f : c < 0.35f * level ? 0.6f : 0.3f);
       continue;
     }
     if (k == 0) return crossing;
-    float low = before, high = t;
-    for (int bisection = 0; bisection < 10; ++bisection) {
-      const float middle = 0.5f * (low + high);
-      const float there = density_at(cells, r.ox + middle * r.dx, r.oy + middle * r.dy, -middle).w;
-      if (there < level) low = middle;
-      else high = middle;
+    // False position with the Illinois rule; as exact as ten bisections at half the cost.
+    float high = t, over = c - level, middle = t;
+    for (int step = 0; step < 5; ++step) {
+      middle = low + (high - low) * (short_of / (short_of - over));
+      const float there =
+          density_at(cells, r.ox + middle * r.dx, r.oy + middle * r.dy, -middle).w - level;
+      if (there < 0.0f) {
+        low = middle;
+        short_of = there;
+        over *= 0.5f;
+      } else {
+        high = middle;
+        over = there;
+        short_of *= 0.5f;
+      }
     }
-    const float4 g = density_at(cells, r.ox + high * r.dx, r.oy + high * r.dy, -high);
+    const float4 g = density_at(cells, r.ox + middle * r.dx, r.oy + middle * r.dy, -middle);
     const float size = sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
     if (!(size > 0.0f)) return crossing;
-    crossing.depth = high;
+    crossing.depth = middle;
     crossing.nx = -g.x / size;
     crossing.ny = -g.y / size;
     crossing.nz = -g.z / size;
