@@ -267,11 +267,61 @@ kernel void fill_gaps(global float* depth, global int* owner, global float* fron
 
 // --- Blend ---------------------------------------------------------------------------------------
 
+#define CACHED 32  // hits kept between the passes over a tile's list; later ones are found again
+
+typedef struct {
+  floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
+  floatv dx, dy;     // direction (dx, dy, -1)
+} Sample;
+
+typedef struct {
+  floatv tau;         // depth behind the reference depth, particle radii
+  floatv weight;      // 0: no hit
+  floatv gx, gy, gz;  // unit gradient there
+} Hit;
+
+inline Hit hit_particle(global const float* g, const Sample s, const float d_max) {
+  const floatv none = (floatv)(0.0f);
+  const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  floatv gx = g[7] + 2.0f * g[10] * x + g[13] * y + g[15] * z;
+  floatv gy = g[8] + 2.0f * g[11] * y + g[13] * x + g[14] * z;
+  floatv gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
+  const floatv C = g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z);
+  const floatv B = gx * s.dx + gy * s.dy - gz;
+  const floatv A = (g[10] * s.dx + g[13] * s.dy - g[15]) * s.dx + (g[11] * s.dy - g[14]) * s.dy +
+                   g[12];
+  const floatv D = B * B - 4.0f * A * C;
+  const floatv root = sqrt(fmax(D, none));
+  // Where the ray enters, in the stable form of the root: f falls there.
+  const floatv bent = SELECT((floatv)(1.0f), A, fabs(A) > 1e-12f);
+  floatv tau = SELECT(-(B + root) / (2.0f * bent), 2.0f * C / (root - B), B < 0.0f);
+  const intv met = (D >= 0.0f) & (fabs(tau) <= d_max) & ((B < 0.0f) | (fabs(A) > 1e-12f));
+  tau = SELECT(none, tau, met);
+  const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
+  const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
+  const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
+  const floatv d = sqrt(fmin(squared, (floatv)(1.0f)));
+  const floatv q = (1.0f - d) * (1.0f - d);
+  gx = g[7] + 2.0f * g[10] * px + g[13] * py + g[15] * pz;
+  gy = g[8] + 2.0f * g[11] * py + g[13] * px + g[14] * pz;
+  gz = g[9] + 2.0f * g[12] * pz + g[14] * py + g[15] * px;
+  const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
+  Hit hit;
+  hit.tau = tau;
+  hit.weight = SELECT(none, q * q * (4.0f * d + 1.0f) * g[18], met);
+  hit.gx = gx * slope;
+  hit.gy = gy * slope;
+  hit.gz = gz * slope;
+  return hit;
+}
+
 // Every ray meets the quadrics near it (X: the entering hit, within d_max of the reference depth)
-// with weights w = e v (1 - D)^4 (4 D + 1), D = |X - foot| / blend radius. Hits whose gradient is
-// like the owner's, sigma = smoothstep(n.n_A), are sheet A, the others B. Where B weighs enough the
-// surface goes over to the intersection of both sheets: the farther on a convex crease, the nearer
-// on a concave one. One work-item per WIDTH samples of a row; a work-group is a tile of 16x16.
+// with weights w = e v (1 - D)^4 (4 D + 1), D = |X - foot| / blend radius. n_A is the gradient of
+// the heaviest hit, shifted to the mean of those like it; hits whose gradient is near it, sigma =
+// smoothstep(n.n_A), are sheet A, the others B. Where B weighs enough the surface goes over to the
+// intersection of both sheets: the farther on a convex crease, the nearer on a concave one. Where
+// no hit counts, the region's own depth and the owner's normal are shown.
+// One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples.
 kernel void blend_particles(
     global const float* reference,  // [samples] depth; +inf: leave the sample
     global const float* front,      // [samples] depth where no fit is met
@@ -291,109 +341,98 @@ kernel void blend_particles(
   if (j >= samples.y || i >= samples.x) return;
   const int at = j * samples.x + i, n = samples.x * samples.y;
 
-  // The owner's gradient at its own hit, sample by sample.
+  // The last item of a row may reach past it.
   float part_t[WIDTH], part_front[WIDTH], part_x[WIDTH], part_y[WIDTH], part_z[WIDTH];
   int part_owner[WIDTH];
   int covered = 0;
   for (int k = 0; k < WIDTH; ++k) {
     const int inside = i + k < samples.x;
-    const float t = inside ? reference[at + k] : INFINITY;
-    part_t[k] = t;
+    part_t[k] = inside ? reference[at + k] : INFINITY;
     part_front[k] = inside ? front[at + k] : INFINITY;
     part_owner[k] = inside ? owner[at + k] : -1;
     part_x[k] = part_y[k] = 0.0f;
     part_z[k] = 1.0f;
-    if (!(t < INFINITY)) continue;
+    if (!(part_t[k] < INFINITY)) continue;
     covered = 1;
     global const float* g = records + part_owner[k] * RECORD;
     part_x[k] = g[3];
     part_y[k] = g[4];
     part_z[k] = g[5];
-    if (g[18] == 0.0f) continue;
-    const Ray r = ray_at(rays, first + step * (float)(i + k), first + step * (float)j);
-    const Entry entry = enter(g, r, t);
-    const float slope = sqrt(entry.gx * entry.gx + entry.gy * entry.gy + entry.gz * entry.gz);
-    if (!(fabs(entry.t - t) <= d_max) || !(slope > 1e-12f)) continue;
-    part_x[k] = entry.gx / slope;
-    part_y[k] = entry.gy / slope;
-    part_z[k] = entry.gz / slope;
   }
   if (!covered) return;
-  floatv t = LOADF(part_t);
-  const intv wanted = t < INFINITY;
-  t = SELECT((floatv)(1.0f), t, wanted);
-  const floatv ax = LOADF(part_x), ay = LOADF(part_y), az = LOADF(part_z);
-
+  Sample s;
+  s.t = LOADF(part_t);
+  const intv wanted = s.t < INFINITY;
+  s.t = SELECT((floatv)(1.0f), s.t, wanted);
+  const floatv t = s.t;
+  floatv ax = LOADF(part_x), ay = LOADF(part_y), az = LOADF(part_z);
   const floatv u = first + step * ((float)i + LANES);
   const float v = first + step * (float)j;
-  const floatv dx = rays.s6 + rays.s7 * u + rays.s8 * v, dy = rays.s9 + rays.sa * u + rays.sb * v;
-  const floatv sx = rays.s0 + rays.s1 * u + rays.s2 * v + t * dx;
-  const floatv sy = rays.s3 + rays.s4 * u + rays.s5 * v + t * dy;
+  s.dx = rays.s6 + rays.s7 * u + rays.s8 * v;
+  s.dy = rays.s9 + rays.sa * u + rays.sb * v;
+  s.sx = rays.s0 + rays.s1 * u + rays.s2 * v + t * s.dx;
+  s.sy = rays.s3 + rays.s4 * u + rays.s5 * v + t * s.dy;
 
+  Hit cache[CACHED];
+  int cached_id[CACHED];
+  int kept = 0;    // hits in the cache
+  int rest = end;  // first listed particle that did not fit into it
   floatv best = (floatv)(0.0f);
   intv best_group = LOADI(part_owner);
-  floatv wa = (floatv)(0.0f), ta = wa, cax = wa, cay = wa, caz = wa, nax = wa, nay = wa, naz = wa;
-  floatv wb = wa, tb = wa, cbx = wa, cby = wa, cbz = wa, nbx = wa, nby = wa, nbz = wa;
   for (int k = begin; k < end; ++k) {
     const int id = tile_group[k];
-    global const float* g = records + id * RECORD;
-    const floatv x = sx - g[0], y = sy - g[1], z = -t - g[2];
-    floatv gx = g[7] + 2.0f * g[10] * x + g[13] * y + g[15] * z;
-    floatv gy = g[8] + 2.0f * g[11] * y + g[13] * x + g[14] * z;
-    floatv gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
-    const floatv C = g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z);
-    const floatv B = gx * dx + gy * dy - gz;
-    const floatv A = (g[10] * dx + g[13] * dy - g[15]) * dx + (g[11] * dy - g[14]) * dy + g[12];
-    const floatv D = B * B - 4.0f * A * C;
-    const floatv root = sqrt(fmax(D, (floatv)(0.0f)));
-    const floatv small = SELECT((floatv)(1.0f), A, fabs(A) > 1e-12f);
-    const floatv far = SELECT((floatv)(INFINITY), -(B + root) / (2.0f * small), fabs(A) > 1e-12f);
-    const floatv tau = SELECT(far, 2.0f * C / (root - B), B < 0.0f);
-    const intv met = (D >= 0.0f) & (fabs(tau) <= d_max) & wanted;
-    if (!ANY(met)) continue;
-    const floatv px = x + tau * dx, py = y + tau * dy, pz = z - tau;
-    const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
-    const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
-    const intv counts = met & (squared < 1.0f);
-    if (!ANY(counts)) continue;
-    const floatv d = sqrt(fmin(squared, (floatv)(1.0f)));
-    const floatv q = (1.0f - d) * (1.0f - d);
-    const floatv w =
-        SELECT((floatv)(0.0f), q * q * (4.0f * d + 1.0f) * g[18], counts);
-    gx = g[7] + 2.0f * g[10] * px + g[13] * py + g[15] * pz;
-    gy = g[8] + 2.0f * g[11] * py + g[13] * px + g[14] * pz;
-    gz = g[9] + 2.0f * g[12] * pz + g[14] * py + g[15] * px;
-    const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
-    gx *= slope;
-    gy *= slope;
-    gz *= slope;
-    const floatv same = smooth_step(sheets.x, sheets.y, gx * ax + gy * ay + gz * az);
-    // Where the ray does not enter, tau may be infinite: it must not meet a weight of zero.
-    const floatv depth_behind = SELECT((floatv)(0.0f), tau, counts);
-    const floatv a = SELECT((floatv)(0.0f), w * same, counts);
-    const floatv b = SELECT((floatv)(0.0f), w - w * same, counts);
-    gx = SELECT((floatv)(0.0f), gx, counts);
-    gy = SELECT((floatv)(0.0f), gy, counts);
-    gz = SELECT((floatv)(0.0f), gz, counts);
-    wa += a;
-    ta += a * depth_behind;
-    cax += a * g[19];
-    cay += a * g[20];
-    caz += a * g[21];
-    nax += a * gx;
-    nay += a * gy;
-    naz += a * gz;
-    wb += b;
-    tb += b * depth_behind;
-    cbx += b * g[19];
-    cby += b * g[20];
-    cbz += b * g[21];
-    nbx += b * gx;
-    nby += b * gy;
-    nbz += b * gz;
-    const intv better = w > best;
-    best = SELECT(best, w, better);
+    const Hit hit = hit_particle(records + id * RECORD, s, d_max);
+    if (!ANY(hit.weight > 0.0f)) continue;
+    if (kept < CACHED) {
+      cache[kept] = hit;
+      cached_id[kept++] = id;
+    } else {
+      rest = min(rest, k);
+    }
+    const intv better = hit.weight > best;
+    best = SELECT(best, hit.weight, better);
     best_group = SELECT(best_group, (intv)(id), better);
+    ax = SELECT(ax, hit.gx, better);
+    ay = SELECT(ay, hit.gy, better);
+    az = SELECT(az, hit.gz, better);
+  }
+
+  // Two rounds of mean shift to the gradient that dominates; then the sums of both sheets.
+  floatv wa, ta, cax, cay, caz, nax, nay, naz;
+  floatv wb, tb, cbx, cby, cbz, nbx, nby, nbz;
+  for (int round = 0; round < 3; ++round) {
+    wa = ta = cax = cay = caz = nax = nay = naz = (floatv)(0.0f);
+    wb = tb = cbx = cby = cbz = nbx = nby = nbz = (floatv)(0.0f);
+    for (int k = 0; k < kept + (end - rest); ++k) {
+      const int id = k < kept ? cached_id[k] : tile_group[rest + k - kept];
+      global const float* g = records + id * RECORD;
+      const Hit hit = k < kept ? cache[k] : hit_particle(g, s, d_max);
+      const floatv same = smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
+      const floatv a = hit.weight * same, b = hit.weight - a;
+      nax += a * hit.gx;
+      nay += a * hit.gy;
+      naz += a * hit.gz;
+      if (round < 2) continue;
+      wa += a;
+      ta += a * hit.tau;
+      cax += a * g[19];
+      cay += a * g[20];
+      caz += a * g[21];
+      wb += b;
+      tb += b * hit.tau;
+      cbx += b * g[19];
+      cby += b * g[20];
+      cbz += b * g[21];
+      nbx += b * hit.gx;
+      nby += b * hit.gy;
+      nbz += b * hit.gz;
+    }
+    const floatv size = nax * nax + nay * nay + naz * naz;
+    if (round == 2) break;
+    const floatv scale = 1.0f / sqrt(fmax(size, (floatv)(1e-30f)));
+    ax = SELECT(ax, nax * scale, size > 1e-30f);
+    ay = SELECT(ay, nay * scale, size > 1e-30f);
+    az = SELECT(az, naz * scale, size > 1e-30f);
   }
 
   const floatv tiny = (floatv)(1e-30f);
