@@ -52,6 +52,21 @@ INSTANTIATE_TEST_SUITE_P(Scenes, FitAccuracy,
                                          Bounds{"box", 0.035, 1.5}),
                          name_of);
 
+class StableAccuracy : public testing::TestWithParam<Bounds> {};
+
+TEST_P(StableAccuracy, IsWithinTheBoundsOfFit) {
+  const Bounds& bounds = GetParam();
+  const Figures f = figures_of(bounds.scene, Method::stable);
+  EXPECT_LE(f.normal_rms, bounds.normal_rms);
+  EXPECT_LE(f.slope_median, bounds.angle);
+  EXPECT_LE(f.angle_median, bounds.angle);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, StableAccuracy,
+                         testing::Values(Bounds{"sphere", 0.035, 1.5}, Bounds{"waves", 0.05, 2.2},
+                                         Bounds{"box", 0.035, 1.5}),
+                         name_of);
+
 class SsmAccuracy : public testing::TestWithParam<Bounds> {};
 
 // A baseline that was made weak would prove nothing: at most a quarter above what an independent

@@ -1,0 +1,400 @@
+// Method stable's kernels against double-precision loops, on every device.
+#include "stages/stable.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "meniscus/meniscus.hpp"
+#include "reference/stable.hpp"
+#include "stages/fit_check.hpp"
+#include "stages/group.hpp"
+#include "stages/mesh_by_hand.hpp"
+
+namespace meniscus {
+namespace {
+
+using Stable = OnDevice;
+
+double hills(double u, double v) { return 30 + 2 * std::sin(0.3 * u) + std::cos(0.25 * v); }
+double roof(double u, double) { return 30 + 0.8 * std::abs(u - 21); }
+double flat(double, double) { return 30; }
+
+// Fits of a field of particles, and what they were made from.
+struct Fitted {
+  Projected projected;
+  Visible visible;
+  Triangulation mesh;
+  std::vector<Vec3d> normals;
+};
+
+Fitted prepare(const Projected& projected) {
+  Fitted f{projected, all_visible(projected), triangulated(projected), {}};
+  Random random(3);
+  for (float& owned : f.visible.owned) owned = static_cast<float>(random(0.02, 0.12));
+  f.normals = first_normals(plain_view(), f.projected, f.visible, f.mesh, f.mesh.normal);
+  return f;
+}
+
+ParticleFits fit(Device& device, const Fitted& f, const StableParams& params) {
+  return fit_particles(device, f.projected, f.visible, f.normals, FitParams{}, params);
+}
+
+// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and 20
+// epsilon for all but the last factor. That is exp(-x^2), whose slope is 0.86 at most, with x = h /
+// 0.6 in the first pass, h good to 6 epsilon of a distance of rho; and later f / tau, f good to 10
+// epsilon of its terms, which add up to 1.5 rho.
+double weight_error(const StableParams& params, const FitParams& fit) {
+  const double x = params.passes == 1 ? 6 * params.support / 0.6 : 15 * params.support / fit.tau;
+  return kEpsilon * (12 / (params.normal_sigma * params.normal_sigma) + 0.86 * x + 20);
+}
+
+TEST_P(Stable, FitsSolveTheirNormalEquations) {
+  for (const auto& surface : {hills, roof}) {
+    const Fitted f = prepare(field(11, 2, surface));
+    const FitParams fit_params;
+    StableParams params;
+    ParticleFits before;
+    for (params.passes = 1; params.passes <= 3; ++params.passes) {
+      const ParticleFits after = fit(device_, f, params);
+      const std::vector<Vec3d>& normals = params.passes == 1 ? f.normals : before.normal;
+      for (std::size_t i = 0; i < after.size(); ++i) {
+        FitProblem problem;
+        problem.centre = after.position[i];
+        problem.scale = params.support;
+        std::vector<double> weights;
+        for (std::size_t j = 0; j < after.size(); ++j) {
+          const Vec3d x = after.position[j] - problem.centre;
+          if (length(x) >= params.support) continue;
+          // A full weight of 1, so that weight_error is in units of it.
+          problem.points.push_back({after.position[j], normals[j], 1});
+          const double w =
+              reference::common_weight(x, normals[i], normals[j], after.visible[j], params);
+          weights.push_back(
+              w * (params.passes == 1
+                       ? reference::flatness(x, normals[i])
+                       : reference::robustness(-value_at(before.quadric[i], x) - fit_params.offset,
+                                               fit_params.tau)));
+        }
+        ASSERT_GE(after.residual[i], 0);
+        expect_solves(problem, after.quadric[i], fit_params.offset, weights, fit_params,
+                      weight_error(params, fit_params));
+      }
+      before = after;
+    }
+  }
+}
+
+TEST_P(Stable, EdgeFactorsMatchTheReference) {
+  const Fitted f = prepare(field(12, 4, roof));
+  const ParticleFits fits = fit(device_, f, {});
+  double least = 1, most = 0;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    // kappa is a sum of n terms with a few roundings each; smoothstep's slope is 1.5 / 0.08 at
+    // most.
+    const double bound = (static_cast<double>(fits.size()) + 20) * kEpsilon * 1.5 / 0.08;
+    EXPECT_NEAR(fits.edge[i], reference::edge_factor(fits, i), bound) << i;
+    least = std::min(least, fits.edge[i]);
+    most = std::max(most, fits.edge[i]);
+  }
+  EXPECT_LT(least, 0.1);  // on the ridge
+  EXPECT_EQ(most, 1);
+}
+
+// The sphere's own f = (x^2 - R^2) / 2R, at rest, misses the rows f(q +- delta n) = +-delta by
+// delta^2 / 2R and pays the ridge on three coefficients of rho / 2R. The fit's sum of squares is
+// not larger, and the points' share of it not either.
+TEST_P(Stable, ASphereStaysASphere) {
+  constexpr double kRadius = 60;
+  const Fitted f = prepare(field(12, 5, [](double u, double v) {
+    return 90 - std::sqrt(kRadius * kRadius - (u - 21) * (u - 21) - (v - 21) * (v - 21));
+  }));
+  const Vec3d middle = point_at(plain_view(), 21, 21, 90);
+  StableParams params;
+  const FitParams fit_params;
+  const ParticleFits fits = fit(device_, f, params);
+  const double bulge = std::pow(fit_params.off_surface, 2) / (2 * kRadius);
+  const double bent = params.support / (2 * kRadius);
+  const double bound =
+      std::sqrt(2 * bulge * bulge + 3 * fit_params.ridge * std::pow(bent * params.support, 2));
+  ASSERT_LT(bound, 0.2);
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    EXPECT_GE(fits.residual[i], 0);
+    EXPECT_LT(fits.residual[i], bound);
+    EXPECT_NEAR(length(fits.foot[i] - middle), kRadius + fit_params.offset, 2 * bound);
+  }
+}
+
+// Hand-made fits at the vertices of a mesh: tangent quadrics of `depth`, curved by up to `bend`.
+template <class Depth>
+ParticleFits made_by_hand(const Triangulation& mesh, Depth&& depth, double bend, unsigned seed) {
+  Random random(seed);
+  ParticleFits fits;
+  for (std::size_t k = 0; k < mesh.position.size(); ++k) {
+    const double u = mesh.screen[k].u, v = mesh.screen[k].v, step = 1e-3;
+    // Eye x runs with u, y against v, and z against the depth.
+    const double du = (depth(u + step, v) - depth(u - step, v)) / (2 * step);
+    const double dv = (depth(u, v + step) - depth(u, v - step)) / (2 * step);
+    const Vec3d n = normalized({du, -dv, 1});
+    fits.position.push_back(mesh.position[k]);
+    fits.normal.push_back(Vec3d(Vec3(n)));
+    fits.visible.push_back(random(0.1, 1));
+    fits.edge.push_back(random(0.005, 1));
+    fits.foot.push_back(mesh.position[k] + n);
+    std::array<float, 10> c{};
+    const double linear[4] = {-1, n.x, n.y, n.z};
+    for (int q = 0; q < 4; ++q) c[q] = static_cast<float>(linear[q]);
+    for (int q = 4; q < 10; ++q) c[q] = static_cast<float>(random(-bend, bend));
+    fits.quadric.push_back(c);
+    fits.residual.push_back(0);
+  }
+  return fits;
+}
+
+struct Drawn {
+  StableRegion region;
+  SurfaceBuffers surface;
+};
+
+Drawn draw(Device& device, const Projected& projected, const Triangulation& mesh,
+           const ParticleFits& fits, const SampleGrid& grid, const Parameters& params) {
+  const GroupRecords records = particle_records(fits, params.stable);
+  const auto device_records = upload(device, records.values);
+  StableRegion region = draw_stable_region(device, plain_view(), mesh, all_visible(projected), fits,
+                                           device_records, grid, params);
+  const SurfaceBuffers surface =
+      blend_particles(device, plain_view(), region, device_records,
+                      list_tiles(plain_view(), records, grid), params.blend);
+  return {std::move(region), surface};
+}
+
+// Triangles alone.
+Parameters bare() {
+  Parameters params;
+  params.stable.capsule = 0;
+  params.stable.closing = 0;
+  return params;
+}
+
+const SampleGrid kGrids[] = {{75, 70, 6, 0.4f}, {100, 100, 0.5f, 1}, {17, 9, 10, 2}, {1, 1, 20, 1}};
+
+TEST_P(Stable, TrianglesBelongToTheCornerThatCountsMost) {
+  for (const SampleGrid& grid : kGrids) {
+    const Projected p = field(12, 7, hills);
+    const Triangulation mesh = triangulated(p);
+    const ParticleFits fits = made_by_hand(mesh, hills, 0, 8);
+    const StableRegion region = draw(device_, p, mesh, fits, grid, bare()).region;
+    const auto depth = download(device_, region.reference);
+    const auto owner = download(device_, region.owner);
+    std::size_t decided = 0;
+    for (int j = 0; j < grid.ny; ++j)
+      for (int i = 0; i < grid.nx; ++i) {
+        const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
+        const auto expected = reference::owned_at(
+            plain_view(), mesh, fits, grid.first + grid.step * i, grid.first + grid.step * j);
+        // Barycentric coordinates are products of differences below 6, over an area of 1 or more:
+        // 40 roundings of 36 are safe.
+        if (expected.margin < 40 * 36 * kEpsilon) continue;
+        ++decided;
+        ASSERT_EQ(owner[s], expected.owner) << i << " " << j;
+        if (expected.owner < 0)
+          EXPECT_EQ(depth[s], kNoSurface);
+        else
+          // Three depths of 33 at most, whose coordinates have that error each.
+          EXPECT_NEAR(depth[s], expected.depth, 33 * 3 * 40 * 36 * kEpsilon);
+      }
+    EXPECT_GT(decided, grid.size() * 9 / 10);
+  }
+}
+
+// Without fits, and with fits that face the camera, a capsule is a stadium of one particle radius.
+TEST_P(Stable, CapsulesSurroundTheContour) {
+  const Projected p = place({{40, 40, 30}, {44, 40.5, 30}, {41.5, 43.5, 30}, {60, 50, 25}});
+  const Triangulation mesh = triangulated(p);
+  ASSERT_EQ(mesh.triangle.size(), 1u);
+  ParticleFits fits = made_by_hand(mesh, flat, 0, 1);
+  const SampleGrid grid{110, 70, 36, 0.25f};
+  Parameters params;
+  params.stable.closing = 0;
+  for (const float residual : {0.0f, -1.0f}) {
+    fits.residual.assign(fits.size(), residual);
+    const StableRegion region = draw(device_, p, mesh, fits, grid, params).region;
+    const auto front = download(device_, region.front);
+    const auto owner = download(device_, region.owner);
+    for (int j = 0; j < grid.ny; ++j)
+      for (int i = 0; i < grid.nx; ++i) {
+        const Vec3d at{grid.first + grid.step * i, grid.first + grid.step * j, 0};
+        double nearest = 1e9;  // distance to the triangle's outline or the lone particle
+        const auto corner = [&](int k) { return Vec3d{mesh.screen[k].u, mesh.screen[k].v, 0}; };
+        for (int k = 0; k < 4; ++k) {
+          const Vec3d a = corner(k), b = corner(k < 3 ? (k + 1) % 3 : 3), along = b - a;
+          const double squared = dot(along, along);
+          const double f = squared > 0 ? std::clamp(dot(at - a, along) / squared, 0.0, 1.0) : 0;
+          nearest = std::min(nearest, length(at - a - along * f));
+        }
+        const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
+        const bool inside = reference::owned_at(plain_view(), mesh, fits, at.x, at.y).owner >= 0;
+        // Screen coordinates below 64 rounded a few times decide nothing farther away than this.
+        if (std::abs(nearest - 1) < 1e-4 || (nearest < 1e-4)) continue;
+        ASSERT_EQ(owner[s] >= 0, inside || nearest < 1) << at.x << " " << at.y;
+        if (inside || nearest > 1) continue;
+        // 30 - sqrt(1 - d^2): d is good to 1e-5, and the root's slope below 1 / sqrt(2e-4).
+        const double depth = at.x > 50 ? 25 : 30;
+        EXPECT_NEAR(front[s], depth - std::sqrt(1 - nearest * nearest), 1e-3);
+      }
+  }
+}
+
+// Closing by a disc: a sample is filled when every disc that holds it meets the region.
+TEST_P(Stable, ClosingFillsWhatNoDiscFitsInto) {
+  const Projected all = field(14, 9, flat);
+  std::vector<Vec3d> uvt;
+  Random random(10);
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (random(0, 1) < 0.7) uvt.push_back({all.u[k], all.v[k], -all.z[k]});
+  const Projected p = place(uvt);
+  const Triangulation mesh = triangulated(p);
+  const ParticleFits fits = made_by_hand(mesh, flat, 0, 11);
+  for (const SampleGrid& grid : kGrids) {
+    Parameters params = bare();
+    const StableRegion open = draw(device_, p, mesh, fits, grid, params).region;
+    params.stable.closing = 1.7;
+    const StableRegion closed = draw(device_, p, mesh, fits, grid, params).region;
+    const auto before = download(device_, open.reference),
+               after = download(device_, closed.reference);
+    const auto owner_before = download(device_, open.owner),
+               owner = download(device_, closed.owner);
+    const double radius = params.stable.closing / grid.step;  // a pixel is a particle radius
+    const int reach = static_cast<int>(radius);
+    const auto near = [&](int s,
+                          auto&& visit) {  // samples within the radius, with squared distance
+      const int i = s % grid.nx, j = s / grid.nx;
+      for (int y = std::max(0, j - reach); y <= std::min(grid.ny - 1, j + reach); ++y)
+        for (int x = std::max(0, i - reach); x <= std::min(grid.nx - 1, i + reach); ++x) {
+          const int squared = (x - i) * (x - i) + (y - j) * (y - j);
+          if (squared <= radius * radius) visit(y * grid.nx + x, squared);
+        }
+    };
+    const int n = static_cast<int>(grid.size());
+    std::vector<char> wide(n, 0);
+    for (int s = 0; s < n; ++s) near(s, [&](int o, int) { wide[s] |= owner_before[o] >= 0; });
+    for (int s = 0; s < n; ++s) {
+      bool fill = true;
+      int nearest = INT_MAX;
+      near(s, [&](int o, int squared) {
+        fill &= wide[o];
+        if (owner_before[o] >= 0) nearest = std::min(nearest, squared);
+      });
+      ASSERT_EQ(owner[s] >= 0, owner_before[s] >= 0 || (fill && nearest < INT_MAX)) << s;
+      if (owner[s] < 0 || owner_before[s] >= 0) continue;
+      bool found = false;
+      near(s, [&](int o, int squared) {
+        found |= squared == nearest && before[o] == after[s] && owner_before[o] == owner[s];
+      });
+      EXPECT_TRUE(found) << s;
+    }
+  }
+}
+
+TEST_P(Stable, BlendMatchesTheReference) {
+  for (const auto& surface : {hills, roof})
+    for (const SampleGrid& grid : kGrids) {
+      const Projected p = field(12, 13, surface);
+      const Triangulation mesh = triangulated(p);
+      const ParticleFits fits = made_by_hand(mesh, surface, 0.02, 14);
+      const Parameters params = bare();
+      const Drawn drawn = draw(device_, p, mesh, fits, grid, params);
+      const auto reference_depth = download(device_, drawn.region.reference);
+      const SurfaceMap map = download(device_, drawn.surface);
+      std::size_t decided = 0, covered = 0;
+      for (std::size_t s = 0; s < grid.size(); ++s) {
+        ASSERT_EQ(std::isfinite(map.depth[s]), std::isfinite(reference_depth[s]));
+        if (!std::isfinite(map.depth[s])) continue;
+        ++covered;
+        const double u = grid.first + grid.step * static_cast<double>(s % grid.nx);
+        const double v = grid.first + grid.step * static_cast<double>(s / grid.nx);
+        const auto expected = reference::blend_at(plain_view(), fits, u, v, reference_depth[s],
+                                                  params.blend, params.stable.blend);
+        if (expected.margin < 1e-2 || !std::isfinite(expected.depth)) continue;
+        ++decided;
+        // A root is good to 20 roundings of its terms, at most 40, over the slope along the ray,
+        // 0.4 or more. A weight moves by 2.1 / 3 of that (Wendland's steepest slope), which moves
+        // the mean of hits within 2 of each other; sigma moves by 7.5 times the gradient's error,
+        // bend times the root's; and as much again for what the rounds of mean shift hand on.
+        const double root = 20 * 40 * kEpsilon / 0.4;
+        EXPECT_NEAR(map.depth[s], expected.depth, 4 * root) << u << " " << v;
+        EXPECT_LT(length(Vec3d(map.normal[s]) - expected.normal), 4 * root) << u << " " << v;
+      }
+      EXPECT_GT(decided, covered * 8 / 10);
+    }
+}
+
+// Fits that are one plane blend into it, whatever their weights.
+TEST_P(Stable, APlaneStaysAPlane) {
+  const auto plane = [](double u, double v) { return 30 + 0.3 * u - 0.2 * v; };
+  const Projected p = field(12, 15, plane);
+  const Triangulation mesh = triangulated(p);
+  const Parameters params;
+  const Vec3d n = normalized({0.3, 0.2, 1});
+  for (const SampleGrid& grid : kGrids) {
+    const SurfaceMap map = download(
+        device_, draw(device_, p, mesh, made_by_hand(mesh, plane, 0, 16), grid, params).surface);
+    for (std::size_t s = 0; s < grid.size(); ++s) {
+      if (!(map.group[s] >= 0)) continue;
+      const double u = grid.first + grid.step * static_cast<double>(s % grid.nx);
+      const double v = grid.first + grid.step * static_cast<double>(s / grid.nx);
+      // Offset by one radius along the normal. Coordinates below 64 are rounded when stored, twice
+      // in the ray and in the sums of f, over a slope along the ray of at least 0.9.
+      EXPECT_NEAR(map.depth[s], plane(u, v) - 1 / n.z, 16 * 64 * kEpsilon);
+      // Gradients are equal to one rounding a coordinate; what the weights add is f = 0.
+      EXPECT_LT(length(Vec3d(map.normal[s]) - n), 16 * 64 * kEpsilon);
+    }
+  }
+}
+
+TEST_P(Stable, VectorsOfAnyWidthGiveTheSameBits) {
+  const Projected p = field(12, 17, roof);
+  const Triangulation mesh = triangulated(p);
+  for (const SampleGrid& grid : kGrids) {
+    const ParticleFits fits = made_by_hand(mesh, roof, 0.05, 18);
+    use_width(1);
+    const SurfaceMap one = download(device_, draw(device_, p, mesh, fits, grid, {}).surface);
+    use_width(8);
+    const SurfaceMap eight = download(device_, draw(device_, p, mesh, fits, grid, {}).surface);
+    EXPECT_EQ(one.depth, eight.depth);
+    EXPECT_EQ(one.group, eight.group);
+    for (std::size_t s = 0; s < grid.size(); ++s)
+      EXPECT_EQ(Vec3d(one.normal[s]), Vec3d(eight.normal[s]));
+  }
+}
+
+TEST_P(Stable, TheOrderOfTheParticlesDoesNotMatter) {
+  Particles particles = read_particles(MENISCUS_TEST_DATA "/dam_4913.ply");
+  const Camera camera = frame_particles(particles, 200, 150);
+  Parameters params;
+  params.method = Method::stable;
+  const Surface first = extract(device_, particles, camera, params);
+  EXPECT_GT(std::count_if(first.depth.begin(), first.depth.end(),
+                          [](float depth) { return std::isfinite(depth); }),
+            1000);
+  std::reverse(particles.x.begin(), particles.x.end());
+  std::reverse(particles.y.begin(), particles.y.end());
+  std::reverse(particles.z.begin(), particles.z.end());
+  const Surface second = extract(device_, particles, camera, params);
+  EXPECT_EQ(first.depth, second.depth);
+  ASSERT_EQ(first.mesh.position.size(), second.mesh.position.size());
+}
+
+TEST_P(Stable, NothingInViewIsAnEmptySurface) {
+  Particles particles;
+  Parameters params;
+  params.method = Method::stable;
+  const Surface surface = extract(device_, particles, frame_particles(particles, 40, 30), params);
+  for (const float depth : surface.depth) EXPECT_EQ(depth, kNoSurface);
+  EXPECT_TRUE(surface.mesh.triangle.empty());
+}
+
+MENISCUS_ON_EVERY_DEVICE(Stable);
+
+}  // namespace
+}  // namespace meniscus
