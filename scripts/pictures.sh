@@ -12,7 +12,7 @@ picture() {  # NAME FRAME OPTION...
 
 dam=dam/frame_015.ply
 cube=cube_drop/frame_007.ply
-spheres=(--method ssm --ssm-filter 0 --ssm-footprint 1)
+spheres=(--method ssm --ssm-sigma 0 --ssm-footprint 1)
 
 picture dam_particles "$dam" "${spheres[@]}"
 picture dam_surface "$dam"
@@ -20,4 +20,7 @@ picture dam_normals "$dam" --preview normal
 picture dam_groups "$dam" --preview groups
 picture cube_particles "$cube" "${spheres[@]}"
 picture cube_surface "$cube"
+picture dam_ssm "$dam" --method ssm
+picture dam_paper "$dam" --method paper
+picture dam_stable "$dam" --method stable
 ls -l docs/images
