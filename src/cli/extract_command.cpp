@@ -262,9 +262,8 @@ void run_extract(ExtractOptions options) {
     (kind_of(path) == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
 
   const Talk say(options.quiet);
-  Particles particles = read_particles(options.input);
+  const Particles particles = read_particles(options.input, options.particle_radius.value_or(0));
   say("particles", options.input + ": " + grouped(static_cast<std::int64_t>(particles.size())));
-  if (options.particle_radius) particles.particle_radius = *options.particle_radius;
   const auto [camera, origin] = choose_camera(options, particles);
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
   std::string why;
