@@ -92,6 +92,7 @@ int main() try {
       parameters.method = method;
       parameters.fit.robust_passes = 1;
       parameters.grid.cell = 3;
+      parameters.region.sigma_s = 0.3;  // the image is a few cells wide
       const Surface surface = extract(device, particles, camera, parameters);
       std::size_t covered = 0;
       for (const float depth : surface.depth) covered += std::isfinite(depth);

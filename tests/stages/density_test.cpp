@@ -1,0 +1,131 @@
+// The density field against a loop over all particles, and the blobs it draws, on every device.
+#include "stages/density.hpp"
+
+#include "reference/density.hpp"
+#include "stages/stage_test_support.hpp"
+
+namespace meniscus {
+namespace {
+
+using Density = OnDevice;
+
+Projected scattered(std::size_t n, double side, unsigned seed) {
+  Random random(seed);
+  Projected p;
+  for (std::size_t i = 0; i < n; ++i) {
+    p.x.push_back(static_cast<float>(random(-side, side)));
+    p.y.push_back(static_cast<float>(random(-side, side)));
+    p.z.push_back(static_cast<float>(random(-side, side) - 20));
+  }
+  return p;
+}
+
+DeviceCells cells_of(Device& device, const Projected& p) {
+  return upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport));
+}
+
+TEST_P(Density, MatchesTheReference) {
+  for (const std::size_t n : {1, 65, 700}) {
+    const Projected p = scattered(n, 8, static_cast<unsigned>(n));
+    std::vector<Vec3d> points;
+    Random random(2);
+    for (int k = 0; k < 333; ++k)
+      points.push_back(
+          Vec3d(Vec3{static_cast<float>(random(-10, 10)), static_cast<float>(random(-10, 10)),
+                     static_cast<float>(random(-30, -10))}));
+    for (std::size_t i = 0; i < n; ++i) points.push_back(p.eye(i));
+    const auto actual = measure_density(device_, cells_of(device_, p), points);
+    ASSERT_EQ(actual.size(), points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double expected = reference::density(p, points[k]);
+      double near = 0;  // particles in reach
+      for (std::size_t i = 0; i < n; ++i) near += length(points[k] - p.eye(i)) < 4.001;
+      // A share's terms are at most 1.5 / pi in size and its argument carries 4 epsilon, which the
+      // spline's slope (at most 1) passes on: 16 epsilon / pi for each particle in reach; the sum
+      // and the norm round once a particle and once more.
+      EXPECT_NEAR(actual[k], expected,
+                  kEpsilon * (16 / std::numbers::pi * near + (near + 2) * expected));
+    }
+  }
+}
+
+TEST_P(Density, LevelledWeightsAreOneForALoneParticleAndFallInsideTheFluid) {
+  Projected p = scattered(1, 1, 3);
+  RegionParams params;
+  EXPECT_EQ(download(device_, level_cells(device_, cells_of(device_, p), params).weight)[0], 1.0f);
+  // A lattice of spacing two radii has the density 1 inside: the weight is level / 0.45.
+  p = {};
+  for (int k = 0; k < 7; ++k)
+    for (int j = 0; j < 7; ++j)
+      for (int i = 0; i < 7; ++i) {
+        p.x.push_back(static_cast<float>(2 * i));
+        p.y.push_back(static_cast<float>(2 * j));
+        p.z.push_back(static_cast<float>(-20 - 2 * k));
+      }
+  const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
+  const auto weight =
+      download(device_, level_cells(device_, upload_cells(device_, cells), params).weight);
+  for (std::size_t k = 0; k < weight.size(); ++k)
+    if (cells.item[k] == 3 + 7 * (3 + 7 * 3)) {  // the middle
+      ASSERT_GT(reference::density(p, p.eye(cells.item[k])), 0.85);
+      // One quotient of sums of two: four roundings.
+      EXPECT_NEAR(weight[k], params.blob_density / 0.45, 4 * kEpsilon);
+    }
+}
+
+TEST_P(Density, ALoneParticleIsDrawnAsASphere) {
+  const Camera camera = perspective_camera(61, 47);
+  const View view = make_view(camera, 0.5, {0, 0, 0});
+  const Vec3d at = point_at(view, 30, 24, 19);
+  Projected p;
+  p.x = {static_cast<float>(at.x)};
+  p.y = {static_cast<float>(at.y)};
+  p.z = {static_cast<float>(at.z)};
+  const PixelPosition screen = project(view, p.eye(0));
+  p.u = {static_cast<float>(screen.u)};
+  p.v = {static_cast<float>(screen.v)};
+  p.ku = {static_cast<float>(view.u_scale / screen.w)};
+  p.kv = {static_cast<float>(view.v_scale / screen.w)};
+  p.scale = {1};
+  const RegionParams params;
+  // The level's radius: where the reference's share falls to it.
+  double low = 0, high = 2;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = (low + high) / 2;
+    (reference::share(middle / 2) > params.blob_density ? low : high) = middle;
+  }
+  EXPECT_NEAR(low, 1, 0.01) << "the default draws a sphere of the particle's radius";
+  const SurfaceBuffers surface = empty_surface(device_, pixel_grid(view));
+  draw_splash(device_, view, level_cells(device_, cells_of(device_, p), params),
+              upload_splats(device_, p, {0}), surface, params);
+  const SurfaceMap map = download(device_, surface);
+  std::size_t drawn = 0;
+  for (int j = 0; j < map.grid.ny; ++j)
+    for (int i = 0; i < map.grid.nx; ++i) {
+      const std::size_t s = static_cast<std::size_t>(j) * map.grid.nx + i;
+      const Vec3d direction = ray_direction(view, i + 0.5, j + 0.5);
+      const Vec3d from = point_at(view, i + 0.5, j + 0.5, 0) - p.eye(0);
+      const double a = dot(direction, direction), b = dot(direction, from);
+      const double root = b * b - a * (dot(from, from) - low * low);
+      // A ray that passes within 5 % of the limb may slip between two steps of the march.
+      if (root < -0.05 * a) {
+        EXPECT_EQ(map.depth[s], kNoSurface);
+      } else if (root > 0.3 * a) {
+        ++drawn;
+        ASSERT_LT(map.depth[s], kNoSurface);
+        // The crossing is bisected ten times between steps of at most one radius.
+        const double t = (-b - std::sqrt(root)) / a;
+        EXPECT_NEAR(map.depth[s], t, 2.0 / 1024);
+        EXPECT_EQ(map.kind[s], Kind::splash);
+        const Vec3d outward = normalized(point_at(view, i + 0.5, j + 0.5, map.depth[s]) - p.eye(0));
+        // The gradient points along the difference of positions near 20, whose rounding is 2e-6.
+        EXPECT_NEAR(length(Vec3d(map.normal[s]) - outward), 0, 1e-5);
+      }
+    }
+  EXPECT_GT(drawn, 10u);
+}
+
+MENISCUS_ON_EVERY_DEVICE(Density);
+
+}  // namespace
+}  // namespace meniscus
