@@ -55,8 +55,11 @@ inline Hit hit_group(global const float* g, const Sample s, const float d_max) {
   const floatv edge = fmax(1.0f - squared * g[16], (floatv)(0.0f));
   const floatv beta = exp_negative(-squared * g[17]) * edge * edge * g[18];
   Hit hit;
-  hit.tau = tau;
-  hit.weight = SELECT((floatv)(0.0f), beta, (D >= 0.0f) & (B < 0.0f) & (fabs(tau) <= d_max));
+  // Squares of smaller weights would vanish. A miss has depth 0: it may be infinite, and other
+  // lanes' hits still add it, times its weight of 0.
+  const intv met = (D >= 0.0f) & (B < 0.0f) & (fabs(tau) <= d_max) & (beta > 1e-12f);
+  hit.tau = SELECT((floatv)(0.0f), tau, met);
+  hit.weight = SELECT((floatv)(0.0f), beta, met);
   return hit;
 }
 
