@@ -38,3 +38,63 @@ kernel void draw_triangles(global const float* corners,  // [9][stride] u, v, t 
       if (d > 0.0f) atomic_min(depth + j * samples.x + i, as_uint(d));
     }
 }
+
+// Closes pinholes and removes specks: a sample without surface, one of the surface that stands more
+// than `jump` before or behind all four neighbours, or one whose normal stands alone among
+// neighbours that agree (where two sheets graze each other), takes the mean of its eight neighbours
+// where at least six of them show one layer. Splash is left alone: a droplet may be one sample.
+// One work-item per sample; the border is copied.
+kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
+                         global const float* normal,  // [3][ny*nx]
+                         global const int* group, global const uchar* kind,
+                         global float* closed_depth, global float* closed_normal,
+                         global int* closed_group, global uchar* closed_kind, const int2 samples,
+                         const float jump) {  // particle radii
+  const int i = get_global_id(0), j = get_global_id(1);
+  if (i >= samples.x || j >= samples.y) return;
+  const int s = j * samples.x + i, n = samples.x * samples.y;
+  const float t = depth[s];
+  float nx = normal[s], ny = normal[n + s], nz = normal[2 * n + s];
+  float result = t;
+  int id = group[s];
+  uchar what = kind[s];
+  const int inside = i > 0 && j > 0 && i < samples.x - 1 && j < samples.y - 1;
+  const int empty = !(t < INFINITY);
+  if (inside && (empty || what != 2)) {
+    float near = INFINITY, far = 0.0f, sum = 0.0f, sx = 0.0f, sy = 0.0f, sz = 0.0f;
+    int count = 0, joined = 0, first = s;
+    for (int b = -1; b <= 1; ++b)
+      for (int a = -1; a <= 1; ++a) {
+        const int k = s + b * samples.x + a;
+        const float d = depth[k];
+        if (k == s || !(d < INFINITY)) continue;
+        if (count == 0) first = k;
+        ++count;
+        near = fmin(near, d);
+        far = fmax(far, d);
+        sum += d;
+        sx += normal[k];
+        sy += normal[n + k];
+        sz += normal[2 * n + k];
+        joined |= (a == 0 || b == 0) && fabs(d - t) <= jump;
+      }
+    const float size = sqrt(sx * sx + sy * sy + sz * sz);
+    const float along = nx * sx + ny * sy + nz * sz;
+    const float agreement = size / (float)max(count, 1);  // 1: all neighbours' normals are the same
+    const int alone = agreement > 0.93f && along < (agreement - 0.03f) * size;
+    if (count >= 6 && far - near < jump && size > 0.0f && (empty || !joined || alone)) {
+      result = sum / (float)count;
+      nx = sx / size;
+      ny = sy / size;
+      nz = sz / size;
+      id = group[first];
+      what = kind[first];
+    }
+  }
+  closed_depth[s] = result;
+  closed_normal[s] = nx;
+  closed_normal[n + s] = ny;
+  closed_normal[2 * n + s] = nz;
+  closed_group[s] = id;
+  closed_kind[s] = what;
+}

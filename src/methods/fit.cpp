@@ -114,7 +114,8 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   settle(true);
   clock.start("splash");
   draw_splash(device, view, frame.levelled, frame.splash, surface, params.region);
-  return surface;
+  clock.start("specks");
+  return close_specks(device, surface);
 }
 
 }  // namespace

@@ -23,4 +23,21 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
   return depth;
 }
 
+SurfaceBuffers close_specks(Device& device, const SurfaceBuffers& surface) {
+  constexpr int kRounds = 2;
+  constexpr float kJump = 3;  // particle radii
+  const SampleGrid& grid = surface.grid;
+  const Range range{static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
+  SurfaceBuffers current = surface;
+  for (int round = 0; round < kRounds; ++round) {
+    SurfaceBuffers closed = empty_surface(device, grid);
+    closed.trust = current.trust;
+    launch(device, "region.cl", "close_specks", range, "", current.depth, current.normal,
+           current.group, current.kind, closed.depth, closed.normal, closed.group, closed.kind,
+           cl_int2{{grid.nx, grid.ny}}, kJump);
+    current = closed;
+  }
+  return current;
+}
+
 }  // namespace meniscus
