@@ -1,0 +1,335 @@
+// The stages of the method paper against loops in double precision, on every device.
+#include "stages/paper.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <set>
+
+#include "reference/paper.hpp"
+#include "stages/mesh_by_hand.hpp"
+
+namespace meniscus {
+namespace {
+
+using Paper = OnDevice;
+
+TEST(GhostParticles, ReplaceTheNearCornersOfADeletedTriangle) {
+  const View view = plain_view();
+  // Two triangles at depth 20, a jump to 30 at u = 14, two triangles there.
+  const Triangulation mesh = triangulated(place({{10, 10, 20},
+                                                 {10, 12.1, 20},
+                                                 {12, 10, 20},
+                                                 {12, 12.1, 20},
+                                                 {14, 10, 30},
+                                                 {14, 12.1, 30},
+                                                 {16, 10, 30},
+                                                 {16, 12.1, 30}}));
+  ASSERT_EQ(std::count(mesh.kind.begin(), mesh.kind.end(), TriangleKind::ghost), 2);
+  const Triangulation patched = add_ghost_particles(view, mesh, 6);
+  EXPECT_EQ(patched.triangle.size(), mesh.triangle.size());
+  EXPECT_EQ(std::count(patched.kind.begin(), patched.kind.end(), TriangleKind::kept), 6);
+  ASSERT_EQ(patched.position.size(), 10u) << "a ghost is shared by the triangles around it";
+  for (std::size_t v = 8; v < 10; ++v) {
+    const std::size_t of = static_cast<std::size_t>(patched.particle[v]);
+    EXPECT_DOUBLE_EQ(patched.screen[v].u, mesh.screen[of].u);
+    EXPECT_DOUBLE_EQ(patched.screen[v].u, 12);
+    EXPECT_DOUBLE_EQ(patched.position[v].z, -30);
+    EXPECT_NEAR(patched.position[v].x, mesh.position[of].x, 1e-6);  // the particle's is a float
+  }
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    if (mesh.kind[t] == TriangleKind::ghost) {
+      EXPECT_NEAR(length(patched.normal[t] - Vec3d{0, 0, 1}), 0, 1e-12);
+    } else {
+      EXPECT_EQ(patched.triangle[t], mesh.triangle[t]);
+    }
+  // The deep plane and its ghosts merge; the near plane stays apart.
+  FitParams fit;
+  fit.rings = 0;
+  MergeParams merge;
+  merge.cap = 1e9;
+  EXPECT_EQ(merge_groups(patched, patched.normal, merge, fit).size(), 2u);
+  EXPECT_TRUE(particles_without_group(patched, 8).empty());
+}
+
+TEST(GhostParticles, AParticleOfWhichNoTriangleIsLeftHasNoGroup) {
+  const Triangulation mesh = triangulated(place(
+      {{10, 10, 40}, {14, 10, 40}, {10, 14, 40}, {14, 14.1, 40}, {12, 12, 20}, {40, 40, 30}}));
+  const Triangulation patched = add_ghost_particles(plain_view(), mesh, 6);
+  EXPECT_EQ(particles_without_group(patched, 6), (std::vector<std::int32_t>{4, 5}));
+}
+
+// A group of n particles whose normal is the eye's z axis.
+Triangulation bumps(std::size_t n, unsigned seed) {
+  Random random(seed);
+  Triangulation mesh;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double x = random(-4, 4), y = random(-4, 4);
+    mesh.position.push_back({x, y, -20 + 0.1 * x * x - 0.2 * x * y + 0.3 * y + random(-0.2, 0.2)});
+  }
+  return mesh;
+}
+
+TEST_P(Paper, HeightsSolveTheNormalEquations) {
+  for (const std::size_t n : {3, 7, 8, 40}) {
+    const Triangulation mesh = bumps(n, static_cast<unsigned>(n));
+    Groups groups;
+    groups.centre = {{0.2, -0.1, -20}};
+    groups.normal = {{0, 0, 1}};
+    double radius = 0;
+    for (const Vec3d& p : mesh.position) radius = std::max(radius, length(p - groups.centre[0]));
+    groups.radius = {radius};
+    groups.triangles = {1};
+    groups.members = {static_cast<std::int32_t>(n)};
+    groups.start = {0, static_cast<std::int32_t>(n)};
+    for (std::size_t k = 0; k < n; ++k) groups.point.push_back(static_cast<std::int32_t>(k));
+    const FitParams params;
+    const Quadrics quadrics = fit_heights(device_, mesh, groups, params);
+    const auto& c = quadrics.coefficient[0];
+    EXPECT_EQ(c[3], 1);
+    EXPECT_EQ(c[6], 0);
+    EXPECT_EQ(c[8], 0);
+    EXPECT_EQ(c[9], 0);
+
+    const double R = 1.3 * radius;
+    const int terms = n < 8 ? 3 : 6;
+    using Vector = Eigen::Matrix<double, 6, 1>;
+    Vector a;
+    a << -c[0] / R, -c[1], -c[2], -c[4] * R, -c[7] * R, -c[5] * R;
+    Eigen::Matrix<double, 6, 6> A = A.Zero(), A_size = A.Zero();
+    Vector b = b.Zero(), b_size = b.Zero();
+    double total = 0, squares = 0;
+    for (const Vec3d& p : mesh.position) {
+      const Vec3d q = (p - groups.centre[0]) / R;
+      const double w = reference::slim_weight(length(q));
+      Vector f;
+      f << 1, q.x, q.y, q.x * q.x, q.x * q.y, q.y * q.y;
+      A += w * f * f.transpose();
+      A_size += w * f.cwiseAbs() * f.cwiseAbs().transpose();
+      b += w * q.z * f;
+      b_size += w * std::abs(q.z) * f.cwiseAbs();
+      total += w;
+      squares += w * std::pow(f.head(terms).dot(a.head(terms)) - q.z, 2);
+    }
+    for (int k = 1; k < 6; ++k) A(k, k) += total * (k < 3 ? 1e-6 : params.ridge);
+    for (int k = terms; k < 6; ++k) EXPECT_EQ(a[k], 0) << "few points make a plane";
+    // As in fit_test: sums of n rows of products of five factors, Cholesky's backward error of
+    // 7 |L| |L'| for the factor and each substitution, and four roundings on the way back.
+    const Vector pivots = A.diagonal().cwiseSqrt();
+    const double rows = static_cast<double>(n);
+    const Vector error = A * a - b;
+    const Vector bound = kEpsilon * ((rows + 12) * (A_size * a.cwiseAbs() + b_size) +
+                                     21 * pivots * pivots.dot(a.cwiseAbs()));
+    for (int k = 0; k < terms; ++k) EXPECT_LE(std::abs(error[k]), bound[k]) << n << " " << k;
+    // h - z is off by some 12 epsilon of terms whose sizes add up to less than 6.
+    EXPECT_NEAR(quadrics.residual[0], R * std::sqrt(squares / total), R * 72 * kEpsilon);
+  }
+}
+
+TEST_P(Paper, TheRegionIsTheTrianglesWithTheirGroupsAndDepths) {
+  const View view = plain_view();
+  // A plane: whichever triangle owns a sample, its depth is the plane's.
+  const Triangulation mesh =
+      triangulated(field(8, 2, [](double u, double v) { return 20 + 0.25 * u - 0.125 * v; }));
+  Groups groups;
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    groups.group_of_triangle.push_back(static_cast<std::int32_t>(t));
+  const SampleGrid grid{67, 55, 0.25f, 0.5f};
+  const PaperRegion region = draw_region(device_, view, mesh, groups, grid);
+  const auto group = download(device_, region.group);
+  const auto depth = download(device_, region.depth);
+  std::size_t inside = 0;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
+      const double u = 0.25 + 0.5 * i, v = 0.25 + 0.5 * j;
+      std::set<int> sure, possible;
+      for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+        const ScreenPoint &a = mesh.screen[mesh.triangle[t][0]],
+                          &b = mesh.screen[mesh.triangle[t][1]],
+                          &c = mesh.screen[mesh.triangle[t][2]];
+        const double doubled = (b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v);
+        const double l1 = ((u - a.u) * (c.v - a.v) - (c.u - a.u) * (v - a.v)) / doubled;
+        const double l2 = ((b.u - a.u) * (v - a.v) - (u - a.u) * (b.v - a.v)) / doubled;
+        const double least = std::min({1 - l1 - l2, l1, l2});
+        // Sides are at most 5 and areas at least 0.2: 1e-5 is twice the coordinates' rounding.
+        if (least > 1e-5) sure.insert(static_cast<int>(t));
+        if (least > -3e-5) possible.insert(static_cast<int>(t));
+      }
+      if (possible.empty()) {
+        EXPECT_EQ(group[s], -1);
+        EXPECT_EQ(depth[s], kNoSurface);
+      } else if (!sure.empty()) {
+        ++inside;
+        EXPECT_TRUE(possible.count(group[s]));
+        // Screen positions and depths are floats near 30 (2e-6 each); the coordinates' error of
+        // 1e-5 moves the depth by the triangle's range, at most 2.
+        EXPECT_NEAR(depth[s], 20 + 0.25 * u - 0.125 * v, 4e-5);
+      }
+    }
+  EXPECT_GT(inside, 300u);
+}
+
+TEST_P(Paper, ContourFilterMatchesTheReference) {
+  const int nx = 41, ny = 29;
+  const SampleGrid grid{nx, ny, 0.5f, 1};
+  Groups groups;
+  groups.centre.resize(3);
+  groups.normal = {{0, 0, 1}, normalized({0.2, 0, 1}), normalized({1, 0, 1})};
+  std::vector<int> group;
+  std::vector<float> depth;
+  Random random(7);
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      const double wave = std::sin(0.4 * i) + std::cos(0.5 * j) + random(-0.4, 0.4);
+      group.push_back(wave < -0.2 ? -1 : i < 15 ? 0 : j < 14 ? 1 : 2);
+      depth.push_back(group.back() < 0 ? kNoSurface : 20 + static_cast<float>(random(0, 1)));
+    }
+  RegionParams params;
+  params.sigma_s = 0.9;
+  const double cell = 2, sigma = params.sigma_s * cell;
+  const PaperRegion region{grid, upload(device_, group), upload(device_, depth)};
+  const PaperRegion smoothed = smooth_contour(device_, region, groups, params, cell);
+  const auto actual = download(device_, smoothed.group);
+  const auto actual_depth = download(device_, smoothed.depth);
+  const double terms = std::pow(2 * std::ceil(3 * sigma) + 1, 2);
+  std::size_t left = 0, entered = 0;
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      const std::size_t s = static_cast<std::size_t>(j) * nx + i;
+      const auto expected =
+          reference::filter_contour(group, nx, ny, i, j, groups.normal, sigma, params.sigma_n);
+      // Each term carries some 16 epsilon (the own exponential 4), each sum one more a term.
+      if (expected.doubt < (terms + 16) * kEpsilon) continue;
+      EXPECT_EQ(actual[s] >= 0, expected.inside);
+      EXPECT_EQ(actual_depth[s] < kNoSurface, expected.inside);
+      left += group[s] >= 0 && !expected.inside;
+      if (!expected.inside) continue;
+      if (group[s] >= 0) {
+        EXPECT_EQ(actual[s], group[s]);
+        EXPECT_EQ(actual_depth[s], depth[s]);
+        continue;
+      }
+      ++entered;
+      int least = 1 << 30;  // squared distance to the region
+      std::set<std::pair<int, float>> nearest;
+      for (int y = 0; y < ny; ++y)
+        for (int x = 0; x < nx; ++x) {
+          const std::size_t k = static_cast<std::size_t>(y) * nx + x;
+          const int squared = (x - i) * (x - i) + (y - j) * (y - j);
+          if (group[k] < 0 || squared > least) continue;
+          if (squared < least) nearest.clear();
+          least = squared;
+          nearest.insert({group[k], depth[k]});
+        }
+      EXPECT_TRUE(nearest.count({actual[s], actual_depth[s]}));
+    }
+  EXPECT_GT(left, 0u);
+  EXPECT_GT(entered, 0u);
+}
+
+TEST_P(Paper, BlendMatchesTheReference) {
+  const View view = make_view(perspective_camera(53, 37), 0.25, {0, 0, 0});
+  const SampleGrid grid = pixel_grid(view);
+  Random random(9);
+  Groups groups;
+  Quadrics quadrics;
+  for (int k = 0; k < 12; ++k) {
+    groups.centre.push_back(point_at(view, random(5, 48), random(5, 32), random(37, 39)));
+    groups.normal.push_back(normalized({random(-0.5, 0.5), random(-0.5, 0.5), 1}));
+    groups.radius.push_back(random(3, 6));
+    const Vec3d& n = groups.normal.back();
+    quadrics.coefficient.push_back({0, static_cast<float>(n.x), static_cast<float>(n.y),
+                                    static_cast<float>(n.z), 0, 0, 0, 0, 0, 0});
+    quadrics.residual.push_back(0);
+  }
+  const BlendParams params;
+  std::vector<int> owner;
+  for (std::size_t s = 0; s < grid.size(); ++s) owner.push_back(static_cast<int>(s % 13) - 1);
+  const PaperRegion region{grid, upload(device_, owner), filled<float>(device_, grid.size(), 38)};
+  const SurfaceMap map =
+      download(device_, blend_printed(device_, view, region,
+                                      printed_records(view, groups, quadrics, params), params));
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
+      if (owner[s] < 0) {
+        EXPECT_EQ(map.depth[s], kNoSurface);
+        continue;
+      }
+      // Whether a group counts must not hang on rounding: the reference with reach and d_max a
+      // little smaller and larger.
+      double low = INFINITY, high = -INFINITY;
+      for (const double slack : {-1e-3, 0.0, 1e-3}) {
+        const double t = reference::blend_planes(view, groups, owner[s], 38, i + 0.5, j + 0.5,
+                                                 params.reach + slack, params.d_max + slack);
+        low = std::min(low, t);
+        high = std::max(high, t);
+      }
+      // A plane's depth: C is a sum of three products of numbers up to 45 with eight roundings,
+      // over a slope of at least 0.5. The weights' exponents, up to 87, carry 20 epsilon of
+      // themselves, but those that matter (within 1e-7 of the largest) at most 16: 320 epsilon of
+      // the depths' spread, at most 2 d_max; and sums of twelve.
+      const double error = kEpsilon * (3 * 45 * 8 / 0.5 + 4 * 38 + (320 + 12) * 2 * params.d_max);
+      EXPECT_GE(map.depth[s], low - error);
+      EXPECT_LE(map.depth[s], high + error);
+    }
+}
+
+TEST_P(Paper, SplashIsDrawnAsSpheres) {
+  // Orthographic, one pixel a tenth of a radius.
+  Camera camera;
+  camera.width = camera.height = 45;
+  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  camera.projection = {20 / 45.0, 0, 0, 0, 0, 20 / 45.0, 0, 0, 0, 0, -0.01, -1, 0, 0, 0, 1};
+  const View view = make_view(camera, 1, {0, 0, 0});
+  Projected p;
+  const Vec3d centre[2] = {{0.25, 0.5, -20}, {-0.5, 0.25, -20.5}};
+  for (const Vec3d& c : centre) {
+    const PixelPosition at = project(view, c);
+    p.x.push_back(static_cast<float>(c.x));
+    p.y.push_back(static_cast<float>(c.y));
+    p.z.push_back(static_cast<float>(c.z));
+    p.u.push_back(static_cast<float>(at.u));
+    p.v.push_back(static_cast<float>(at.v));
+    p.ku.push_back(static_cast<float>(view.u_scale));
+    p.kv.push_back(static_cast<float>(view.v_scale));
+    p.scale.push_back(1);
+  }
+  SurfaceBuffers surface = empty_surface(device_, pixel_grid(view));
+  // A surface at depth 19.4 hides what lies behind it.
+  surface.depth = filled<float>(device_, surface.grid.size(), 19.4f);
+  draw_spheres(device_, view, p, {0, 1}, surface);
+  const SurfaceMap map = download(device_, surface);
+  std::size_t drawn = 0;
+  for (int j = 0; j < 45; ++j)
+    for (int i = 0; i < 45; ++i) {
+      const std::size_t s = static_cast<std::size_t>(j) * 45 + i;
+      double depth = 19.4;
+      Vec3d normal;
+      for (const Vec3d& c : centre) {
+        const Vec3d at = point_at(view, i + 0.5, j + 0.5, 0) - Vec3d{c.x, c.y, 0};
+        const double q = 1 - at.x * at.x - at.y * at.y;
+        if (q <= 0 || -c.z - std::sqrt(q) >= depth) continue;
+        depth = -c.z - std::sqrt(q);
+        normal = {at.x, at.y, std::sqrt(q)};
+      }
+      // Screen positions near 30 pixels are off by 2e-6, a tenth of that in radii; where a sphere
+      // shows, q > 0.36, so that its root passes on less than twice that; depths near 20 are off by
+      // 1e-6 a rounding.
+      EXPECT_NEAR(map.depth[s], depth, 1e-5);
+      if (depth < 19.4 - 1e-5) {
+        ++drawn;
+        EXPECT_EQ(map.kind[s], Kind::splash);
+        // Three such errors over the radius of 1.
+        EXPECT_NEAR(length(Vec3d(map.normal[s]) - normal), 0, 3e-5);
+      } else {
+        EXPECT_EQ(map.kind[s], Kind::surface);
+      }
+    }
+  EXPECT_GT(drawn, 100u);
+}
+
+MENISCUS_ON_EVERY_DEVICE(Paper);
+
+}  // namespace
+}  // namespace meniscus
