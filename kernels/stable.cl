@@ -267,7 +267,7 @@ kernel void fill_gaps(global float* depth, global int* owner, global float* fron
 
 // --- Blend ---------------------------------------------------------------------------------------
 
-#define CACHED 32  // hits kept between the passes over a tile's list; later ones are found again
+#define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
 
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)

@@ -72,7 +72,7 @@ struct BlendParams {
 /// One fit per visible particle (docs/method.md).
 struct StableParams {
   double support = 10;       // radius of a fit's support
-  double blend = 3;          // radius of a fit's weight in the blend
+  double blend = 5;          // radius of a fit's weight in the blend
   double normal_sigma = .5;  // unitless
   int passes = 3;
   double closing = 0.7;  // radius of the disc that closes the region

@@ -318,7 +318,7 @@ TEST_P(Stable, BlendMatchesTheReference) {
         if (expected.margin < 1e-2 || !std::isfinite(expected.depth)) continue;
         ++decided;
         // A root is good to 20 roundings of its terms, at most 40, over the slope along the ray,
-        // 0.4 or more. A weight moves by 2.1 / 3 of that (Wendland's steepest slope), which moves
+        // 0.4 or more. A weight moves by 2.1 / 5 of that (Wendland's steepest slope), which moves
         // the mean of hits within 2 of each other; sigma moves by 7.5 times the gradient's error,
         // bend times the root's; and as much again for what the rounds of mean shift hand on.
         const double root = 20 * 40 * kEpsilon / 0.4;
