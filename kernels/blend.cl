@@ -7,8 +7,8 @@
 // two sheets meet in the curve where they intersect (docs/method.md).
 //
 // A group's record is 24 floats: 0-2 centre, 3-5 normal, 6-15 quadric (see fit.hpp), 16 one over
-// the reach squared, 17 one over 2 b^2, 18 weight factor, 19-21 centre raised to the surface, 22 one over the trust that is part of
-// the weight factor (trust.hpp).
+// the reach squared, 17 one over 2 b^2, 18 weight factor, 19-21 centre raised to the surface, 22
+// one over the trust that is part of the weight factor (trust.hpp).
 // Groups are listed by tile of 16x16 samples.
 
 #define RECORD 24
@@ -194,10 +194,10 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   const intv take_b = convex | concave;
   out.depth = SELECT((floatv)(INFINITY), s.t + SELECT(za, zb, take_b), best > 0.0f);
   // The normal is the gradient of sum(beta f) / sum(beta) at the blended point X:
-  // sum(beta grad f + f grad beta), with f(X) = (depth - t_k) (grad f . d) to first order. The whole
-  // second term carries the fits' noise into the normal, without it waves look too flat: half of it
-  // has the smallest error (median .92 degrees over seven scenes; 0: .93, all: .99; waves 1.8, 2.5,
-  // 1.6).
+  // sum(beta grad f + f grad beta), with f(X) = (depth - t_k) (grad f . d) to first order. The
+  // whole second term carries the fits' noise into the normal, without it waves look too flat: half
+  // of it has the smallest error (median .92 degrees over seven scenes; 0: .93, all: .99; waves
+  // 1.8, 2.5, 1.6).
   const floatv gx = SELECT(gax + (za * vax - uax), gbx + (zb * vbx - ubx), take_b);
   const floatv gy = SELECT(gay + (za * vay - uay), gby + (zb * vby - uby), take_b);
   const floatv gz = SELECT(gaz + (za * vaz - uaz), gbz + (zb * vbz - ubz), take_b);

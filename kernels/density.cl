@@ -88,8 +88,9 @@ kernel void measure_density(global const float* x, global const float* y, global
 }
 
 // Turns densities at the particles' own positions into the weights with which the field's level is
-// even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of the
-// particle's radius and the field's face lies where the fitted one does. One work-item per particle.
+// even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
+// the particle's radius and the field's face lies where the fitted one does.
+// One work-item per particle.
 kernel void level_weights(global const float* density,  // [n]
                           global float* weight,         // [n]
                           const float level, const int n) {
@@ -108,7 +109,8 @@ typedef struct {
 inline Crossing first_crossing(const Cells cells, const Ray r, const float from, const float to,
                                const float level) {
   Crossing crossing = {INFINITY, 0.0f, 0.0f, 0.0f};
-  const float unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);  // a particle radius along the ray
+  // Depth of one particle radius along the ray.
+  const float unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);
   float t = from, low = from, short_of = -level;  // the last point below the level, and how far
   for (int k = 0; k < 1000 && t <= to; ++k) {
     const float c = density_at(cells, r.ox + t * r.dx, r.oy + t * r.dy, -t).w;
@@ -177,7 +179,9 @@ inline void settle(const int s, const int n, const float u, const float v,
   if (met && (trusted < 1.0f || fabs(t - triangle[s]) >= limits.z)) {
     const float density = density_at(plain, r.ox + t * r.dx, r.oy + t * r.dy, -t).w;
     const float inside = density - limits.x - 0.1f * (1.0f - trusted);
-    share = trusted < 1.0f ? trusted * clamp(20.0f * inside, 0.0f, 1.0f) : inside < 0.0f ? 0.0f : 1.0f;
+    share = trusted < 1.0f  ? trusted * clamp(20.0f * inside, 0.0f, 1.0f)
+            : inside < 0.0f ? 0.0f
+                            : 1.0f;
   }
   if (share >= 1.0f) return;
   // A trusted surface that has ended lets what lies behind it be seen.
@@ -192,8 +196,10 @@ inline void settle(const int s, const int n, const float u, const float v,
   if (core[s] < INFINITY) c = first_crossing(field, r, from, (met ? t : t0) + beyond, limits.y);
   // What is not fully trusted gives way where it disagrees with the field.
   const float apart = met ? fabs(c.depth - t) : INFINITY;
-  if (apart < limits.w) share = fmax(share - (1.0f - share) * 2.0f * fmax(apart - 0.5f, 0.0f), 0.0f);
-  else share = share > 0.5f ? 1.0f : 0.0f;
+  if (apart < limits.w)
+    share = fmax(share - (1.0f - share) * 2.0f * fmax(apart - 0.5f, 0.0f), 0.0f);
+  else
+    share = share > 0.5f ? 1.0f : 0.0f;
   if (share >= 1.0f) return;
   if (!(c.depth < INFINITY)) {
     depth[s] = INFINITY;
@@ -234,7 +240,7 @@ kernel void settle_samples(global const float* triangle,   // [samples] depth of
                            const float4 limits,  // contour density; level of the field; a triangle
                                                  // this near vouches, radii; search before, radii
                            const float beyond,    // search behind, particle radii
-                           const int only_gaps) {  // 1: samples that show something stay as they are
+                           const int only_gaps) {  // 1: samples that show something stay
   const int i = get_global_id(0), j = get_global_id(1);
   if (i >= samples.x || j >= samples.y) return;
   const Cells plain = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};

@@ -141,8 +141,8 @@ kernel void fit_groups(
     global const int* length,     // [batches] slots a lane
     global const float* scale,    // [batches * 8] R, particle radii
     global const float* hermite,  // [batches * 8] 1: few points, Hermite rows; else 0
-    global float* quadric,        // [10][batches * 8] f in particle radii from the centre, eye axes,
-                                  // divided by |grad f(centre)|, offset subtracted
+    global float* quadric,        // [10][batches * 8] f in particle radii from the centre, eye
+                                  // axes, divided by |grad f(centre)|, offset subtracted
     global float* quality,        // [2][batches * 8] RMS residual, particle radii, negative where
                                   // there is no fit; |grad f(centre)|
     const int slots, const int lanes,
