@@ -280,6 +280,7 @@ typedef struct {
   floatv gx, gy, gz;  // unit gradient there
 } Hit;
 
+// Where the ray passes the fluid by, the hit is where it comes nearest, and its weight negative.
 inline Hit hit_particle(global const float* g, const Sample s, const float d_max) {
   const floatv none = (floatv)(0.0f);
   const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
@@ -294,8 +295,9 @@ inline Hit hit_particle(global const float* g, const Sample s, const float d_max
   const floatv root = sqrt(fmax(D, none));
   // Where the ray enters, in the stable form of the root: f falls there.
   const floatv bent = SELECT((floatv)(1.0f), A, fabs(A) > 1e-12f);
-  floatv tau = SELECT(-(B + root) / (2.0f * bent), 2.0f * C / (root - B), B < 0.0f);
-  const intv met = (D >= 0.0f) & (fabs(tau) <= d_max) & ((B < 0.0f) | (fabs(A) > 1e-12f));
+  const intv passes = D < 0.0f;
+  floatv tau = SELECT(-(B + root) / (2.0f * bent), 2.0f * C / (root - B), (B < 0.0f) & !passes);
+  intv met = (fabs(tau) <= 4.0f * d_max) & ((B < 0.0f) | (fabs(A) > 1e-12f));
   tau = SELECT(none, tau, met);
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
@@ -308,19 +310,23 @@ inline Hit hit_particle(global const float* g, const Sample s, const float d_max
   const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
   Hit hit;
   hit.tau = tau;
-  hit.weight = SELECT(none, q * q * (4.0f * d + 1.0f) * g[18], met);
+  // A grazing ray enters far before the reference, which lies inside: there depths count less.
+  const floatv facing = fabs(gx * s.dx + gy * s.dy - gz) * slope;
+  met &= fabs(tau) * fmin(2.0f * facing, (floatv)(1.0f)) <= d_max;
+  const floatv weight = SELECT(none, q * q * (4.0f * d + 1.0f) * g[18], met);
+  hit.weight = SELECT(weight, -weight, passes);
   hit.gx = gx * slope;
   hit.gy = gy * slope;
   hit.gz = gz * slope;
   return hit;
 }
 
-// Every ray meets the quadrics near it (X: the entering hit, within d_max of the reference depth)
+// Every ray meets the quadrics near it (X: the entering hit, near the reference depth)
 // with weights w = e v (1 - D)^4 (4 D + 1), D = |X - foot| / blend radius. n_A is the gradient of
 // the heaviest hit, shifted to the mean of those like it; hits whose gradient is near it, sigma =
 // smoothstep(n.n_A), are sheet A, the others B. Where B weighs enough the surface goes over to the
 // intersection of both sheets: the farther on a convex crease, the nearer on a concave one. Where
-// no hit counts, the region's own depth and the owner's normal are shown.
+// the ray meets no fit, the place where the fits come nearest to it is shown.
 // One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples.
 kernel void blend_particles(
     global const float* reference,  // [samples] depth; +inf: leave the sample
@@ -378,10 +384,17 @@ kernel void blend_particles(
   int kept = 0;    // hits in the cache
   int rest = end;  // first listed particle that did not fit into it
   floatv best = (floatv)(0.0f);
+  floatv wm = best, tm = best, nmx = best, nmy = best, nmz = best;  // of the fits passed by
   intv best_group = LOADI(part_owner);
   for (int k = begin; k < end; ++k) {
     const int id = tile_group[k];
     const Hit hit = hit_particle(records + id * RECORD, s, d_max);
+    const floatv passed = fmax(-hit.weight, (floatv)(0.0f));
+    wm += passed;
+    tm += passed * hit.tau;
+    nmx += passed * hit.gx;
+    nmy += passed * hit.gy;
+    nmz += passed * hit.gz;
     if (!ANY(hit.weight > 0.0f)) continue;
     if (kept < CACHED) {
       cache[kept] = hit;
@@ -410,7 +423,7 @@ kernel void blend_particles(
       global const float* g = records + id * RECORD;
       const Hit hit = k < kept ? cache[k] : hit_particle(g, s, d_max);
       const floatv same = smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
-      const floatv a = hit.weight * same, b = hit.weight - a;
+      const floatv w = fmax(hit.weight, (floatv)(0.0f)), a = w * same, b = w - a;
       nax += a * hit.gx;
       nay += a * hit.gy;
       naz += a * hit.gz;
@@ -482,11 +495,14 @@ kernel void blend_particles(
   const floatv la = none / sqrt(fmax(gax * gax + gay * gay + gaz * gaz, tiny));
   const floatv lb = share / sqrt(fmax(gbx * gbx + gby * gby + gbz * gbz, tiny));
   floatv nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
-  nx = SELECT(ax, nx, met);
-  ny = SELECT(ay, ny, met);
-  nz = SELECT(az, nz, met);
+  // No hit: where the fits come nearest to the ray; no fit at all: the region's own depth.
+  const intv near = wm > 1e-9f;
+  nx = SELECT(SELECT(ax, nmx, near), nx, met);
+  ny = SELECT(SELECT(ay, nmy, near), ny, met);
+  nz = SELECT(SELECT(az, nmz, near), nz, met);
   const floatv size = 1.0f / sqrt(fmax(nx * nx + ny * ny + nz * nz, tiny));
-  const floatv shown = SELECT(LOADF(part_front), t + za * none + zb * share, met);
+  const floatv nearest = SELECT(LOADF(part_front), t + tm / fmax(wm, tiny), near);
+  const floatv shown = SELECT(nearest, t + za * none + zb * share, met);
 
   float out_t[WIDTH], out_x[WIDTH], out_y[WIDTH], out_z[WIDTH];
   int out_group[WIDTH];

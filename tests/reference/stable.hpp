@@ -99,7 +99,8 @@ struct Blend {
   double margin = 1e9;  // how near a decision was: weights, depths and heights
 };
 
-/// Blends the fits met by the ray of (u, v) within d_max of `reference`: n_A is the gradient of the
+/// Blends the fits met by the ray of (u, v) where tau, the depth behind `reference`, has |tau| <=
+/// 4 d_max and |tau| min(1, 2 |grad f . d|) <= d_max: n_A is the gradient of the
 /// heaviest hit after two rounds of mean shift; sheet A has the weights w sigma, sheet B the rest.
 inline Blend blend_at(const View& view, const ParticleFits& fits, double u, double v,
                       double reference, const BlendParams& params, double radius) {
@@ -125,10 +126,12 @@ inline Blend blend_at(const View& view, const ParticleFits& fits, double u, doub
     if (D < 0) continue;
     // The smaller root where A > 0, the larger where A < 0: there f falls.
     const double tau = B < 0 ? 2 * C / (std::sqrt(D) - B) : -(B + std::sqrt(D)) / (2 * A);
-    if (!(std::abs(tau) <= params.d_max)) continue;
+    const Vec3d gradient = normalized(slope(x + d * tau));
+    if (!(std::abs(tau) <= 4 * params.d_max)) continue;
+    if (!(std::abs(tau) * std::min(1.0, 2 * std::abs(dot(gradient, d))) <= params.d_max)) continue;
     const Vec3d q = start + d * tau - fits.foot[k];
     const double w = wendland(length(q) / radius) * fits.edge[k] * fits.visible[k];
-    if (w > 0) hits.push_back({tau, w, normalized(slope(x + d * tau)), fits.foot[k], q});
+    if (w > 0) hits.push_back({tau, w, gradient, fits.foot[k], q});
   }
   if (hits.empty()) return out;
   std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.w > b.w; });
