@@ -178,7 +178,7 @@ def check_mesh(path, eye):
     against = np.count_nonzero(np.sum(facing * normals[faces].sum(1), -1) < 0)
     # A face that bridges a small step between two sheets is seen almost edge-on and need not agree
     # with the sheets' normals; they are few.
-    check("normals point to the faces' outside", against <= 0.01 * len(faces),
+    check("normals point to the faces' outside", against <= 0.001 * len(faces),
           f"{against} faces do not")
     if eye is not None:
         away = np.count_nonzero(np.sum(facing * (eye - a), -1) < 0)

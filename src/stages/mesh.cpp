@@ -389,6 +389,7 @@ Mesh Mesher::unprojected() const {
   // Right and down on the screen are right and down in eye space, unless the camera mirrors.
   const bool mirrored = view_.u_row[0] * view_.v_row[1] - view_.u_row[1] * view_.v_row[0] > 0;
   std::vector<Vec3d> eye, area(vertices_.size());
+  std::vector<char> bridging(vertices_.size(), 0);
   for (const Vertex& vertex : vertices_)
     eye.push_back(point_at(view_, vertex.at.u, vertex.at.v, depth_of(vertex.at.q)));
   Mesh mesh;
@@ -401,10 +402,13 @@ Mesh Mesher::unprojected() const {
                              static_cast<std::uint32_t>(t[2])});
     const Vec3d normal = cross(eye[t[1]] - eye[t[0]], eye[t[2]] - eye[t[0]]);
     for (const int vertex : t) area[vertex] += normal;
+    // A steep triangle that bridges a step of the depth map is seen by neither side's normal.
+    for (const int vertex : t)
+      if (dot(Vec3d(vertices_[vertex].normal), normal) < 0) bridging[vertex] = 1;
   }
   for (std::size_t k = 0; k < vertices_.size(); ++k) {
     const Vec3d known(vertices_[k].normal);
-    const Vec3d normal = normalized(length(known) > 0.5 ? known : area[k]);
+    const Vec3d normal = normalized(length(known) > 0.5 && !bridging[k] ? known : area[k]);
     mesh.position.push_back(Vec3(world_from_eye(view_, eye[k])));
     mesh.normal.push_back(Vec3(world_direction(view_, normal)));
   }

@@ -28,12 +28,12 @@ std::vector<SilhouetteEdge> find_silhouette_edges(const SurfaceMap& nodes, doubl
 ///           its front node is replaced by the front layer, extrapolated
 ///   params  silhouette_rounds; z_max in particle radii as the edges were found
 ///
-/// Returns positions in world units, normals from the maps where they have one and else the sum of
-/// the adjacent triangles' normals by area. Every triangle is counter-clockwise seen from the
-/// camera, every vertex is used, its triangles hang together, no edge has more than two triangles,
-/// and inside a layer every edge has two.
-/// Throws InvalidArgument when an edge does not join neighbours, has a cut outside [0, 1] or no
-/// surface in front, or when an edge between surface and none is missing.
+/// Returns positions in world units, normals from the maps where they have one that no adjacent
+/// triangle turns its back to, and else the sum of the adjacent triangles' normals by area. Every
+/// triangle is counter-clockwise seen from the camera, every vertex is used, its triangles hang
+/// together, no edge has more than two triangles, and inside a layer every edge has two. Throws
+/// InvalidArgument when an edge does not join neighbours, has a cut outside [0, 1] or no surface in
+/// front, or when an edge between surface and none is missing.
 Mesh make_mesh(const View& view, const SurfaceMap& nodes, const std::vector<SilhouetteEdge>& edges,
                const MeshParams& params);
 
