@@ -321,6 +321,15 @@ inline Hit hit_particle(global const float* g, const Sample s, const float d_max
   return hit;
 }
 
+// Whether any ray passes a particle's foot within the blend radius. A hundredth more is let through,
+// so that rounding, which depends on no width, never decides about a hit with weight.
+inline int in_reach(global const float* g, const Sample s) {
+  const floatv x = s.sx - g[19], y = s.sy - g[20], z = -s.t - g[21];
+  const floatv along = x * s.dx + y * s.dy - z, squared = s.dx * s.dx + s.dy * s.dy + 1.0f;
+  const floatv apart = (x * x + y * y + z * z) * squared - along * along;
+  return ANY(apart * g[16] < 1.01f * squared);
+}
+
 // Every ray meets the quadrics near it (X: the entering hit, near the reference depth)
 // with weights w = e v (1 - D)^4 (4 D + 1), D = |X - foot| / blend radius. n_A is the gradient of
 // the heaviest hit, shifted to the mean of those like it; hits whose gradient is near it, sigma =
@@ -388,6 +397,7 @@ kernel void blend_particles(
   intv best_group = LOADI(part_owner);
   for (int k = begin; k < end; ++k) {
     const int id = tile_group[k];
+    if (!in_reach(records + id * RECORD, s)) continue;
     const Hit hit = hit_particle(records + id * RECORD, s, d_max);
     const floatv passed = fmax(-hit.weight, (floatv)(0.0f));
     wm += passed;
