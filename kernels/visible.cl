@@ -21,6 +21,29 @@ inline Box nodes_under(const float u, const float v, const float ru, const float
   return box;
 }
 
+// A particle's ellipse on the screen.
+typedef struct {
+  float t, bulge;              // particle radii
+  float u, v;                  // pixels
+  float inverse_u, inverse_v;  // one over the half axes, 1 / pixels
+  Box box;
+} Splat;
+
+inline Splat load_splat(global const float* particles, const int p, const int stride,
+                        const int2 nodes, const float2 origin, const float2 sphere) {
+  Splat s;
+  s.t = particles[p];
+  s.u = particles[stride + p];
+  s.v = particles[2 * stride + p];
+  const float ru = sphere.x * particles[3 * stride + p];
+  const float rv = sphere.x * particles[4 * stride + p];
+  s.bulge = sphere.x * sphere.y * particles[5 * stride + p];
+  s.inverse_u = 1.0f / ru;
+  s.inverse_v = 1.0f / rv;
+  s.box = nodes_under(s.u, s.v, ru, rv, nodes.x, nodes.y, origin.x, origin.y);
+  return s;
+}
+
 // Depth of the front at a node, or a negative number outside the ellipse.
 inline float front_at(const float t, const float bulge, const float du, const float dv) {
   const float q = 1.0f - (du * du + dv * dv);
@@ -40,16 +63,12 @@ kernel void splat_depth(global const float* particles,  // [6][stride] t, u, v, 
                         const float gap) {     // particle radii
   const int p = get_global_id(0);
   if (p >= n) return;
-  const float t = particles[p], u = particles[stride + p], v = particles[2 * stride + p];
-  const float ru = sphere.x * particles[3 * stride + p], rv = sphere.x * particles[4 * stride + p];
-  const float bulge = sphere.x * sphere.y * particles[5 * stride + p];
-  const Box box = nodes_under(u, v, ru, rv, nodes.x, nodes.y, origin.x, origin.y);
-  const float inverse_u = 1.0f / ru, inverse_v = 1.0f / rv;
-  for (int j = box.j0; j <= box.j1; ++j) {
-    const float dv = (origin.x + step * (float)j - v) * inverse_v;
-    for (int i = box.i0; i <= box.i1; ++i) {
-      const float du = (origin.x + step * (float)i - u) * inverse_u;
-      const float front = front_at(t, bulge, du, dv);
+  const Splat s = load_splat(particles, p, stride, nodes, origin, sphere);
+  for (int j = s.box.j0; j <= s.box.j1; ++j) {
+    const float dv = (origin.x + step * (float)j - s.v) * s.inverse_v;
+    for (int i = s.box.i0; i <= s.box.i1; ++i) {
+      const float du = (origin.x + step * (float)i - s.u) * s.inverse_u;
+      const float front = front_at(s.t, s.bulge, du, dv);
       const int node = j * nodes.x + i;
       if (front > 0.0f && front > behind[node] + gap) atomic_min(depth + node, as_uint(front));
     }
@@ -63,16 +82,12 @@ kernel void splat_index(global const float* particles, global const uint* depth,
                         const float step, const float2 sphere) {
   const int p = get_global_id(0);
   if (p >= n) return;
-  const float t = particles[p], u = particles[stride + p], v = particles[2 * stride + p];
-  const float ru = sphere.x * particles[3 * stride + p], rv = sphere.x * particles[4 * stride + p];
-  const float bulge = sphere.x * sphere.y * particles[5 * stride + p];
-  const Box box = nodes_under(u, v, ru, rv, nodes.x, nodes.y, origin.x, origin.y);
-  const float inverse_u = 1.0f / ru, inverse_v = 1.0f / rv;
-  for (int j = box.j0; j <= box.j1; ++j) {
-    const float dv = (origin.x + step * (float)j - v) * inverse_v;
-    for (int i = box.i0; i <= box.i1; ++i) {
-      const float du = (origin.x + step * (float)i - u) * inverse_u;
-      const float front = front_at(t, bulge, du, dv);
+  const Splat s = load_splat(particles, p, stride, nodes, origin, sphere);
+  for (int j = s.box.j0; j <= s.box.j1; ++j) {
+    const float dv = (origin.x + step * (float)j - s.v) * s.inverse_v;
+    for (int i = s.box.i0; i <= s.box.i1; ++i) {
+      const float du = (origin.x + step * (float)i - s.u) * s.inverse_u;
+      const float front = front_at(s.t, s.bulge, du, dv);
       const int node = j * nodes.x + i;
       if (front > 0.0f && as_uint(front) == depth[node]) atomic_min(owner + node, p);
     }
@@ -86,12 +101,10 @@ kernel void count_owned(global const float* particles, global const int* owner,
                         const float2 sphere) {
   const int p = get_global_id(0);
   if (p >= n) return;
-  const float u = particles[stride + p], v = particles[2 * stride + p];
-  const float ru = sphere.x * particles[3 * stride + p], rv = sphere.x * particles[4 * stride + p];
-  const Box box = nodes_under(u, v, ru, rv, nodes.x, nodes.y, origin.x, origin.y);
+  const Splat s = load_splat(particles, p, stride, nodes, origin, sphere);
   int count = 0;
-  for (int j = box.j0; j <= box.j1; ++j)
-    for (int i = box.i0; i <= box.i1; ++i) count += owner[j * nodes.x + i] == p;
+  for (int j = s.box.j0; j <= s.box.j1; ++j)
+    for (int i = s.box.i0; i <= s.box.i1; ++i) count += owner[j * nodes.x + i] == p;
   owned[p] = count;
 }
 
@@ -101,17 +114,13 @@ kernel void splat_far(global const float* particles, global uint* depth,  // [ny
                       const float step, const float2 sphere) {
   const int p = get_global_id(0);
   if (p >= n) return;
-  const float t = particles[p], u = particles[stride + p], v = particles[2 * stride + p];
-  const float ru = sphere.x * particles[3 * stride + p], rv = sphere.x * particles[4 * stride + p];
-  const float bulge = sphere.x * sphere.y * particles[5 * stride + p];
-  const Box box = nodes_under(u, v, ru, rv, nodes.x, nodes.y, origin.x, origin.y);
-  const float inverse_u = 1.0f / ru, inverse_v = 1.0f / rv;
-  for (int j = box.j0; j <= box.j1; ++j) {
-    const float dv = (origin.x + step * (float)j - v) * inverse_v;
-    for (int i = box.i0; i <= box.i1; ++i) {
-      const float du = (origin.x + step * (float)i - u) * inverse_u;
+  const Splat s = load_splat(particles, p, stride, nodes, origin, sphere);
+  for (int j = s.box.j0; j <= s.box.j1; ++j) {
+    const float dv = (origin.x + step * (float)j - s.v) * s.inverse_v;
+    for (int i = s.box.i0; i <= s.box.i1; ++i) {
+      const float du = (origin.x + step * (float)i - s.u) * s.inverse_u;
       const float q = 1.0f - (du * du + dv * dv);
-      if (q >= 0.0f) atomic_max(depth + j * nodes.x + i, as_uint(t + bulge * sqrt(q)));
+      if (q >= 0.0f) atomic_max(depth + j * nodes.x + i, as_uint(s.t + s.bulge * sqrt(q)));
     }
   }
 }
