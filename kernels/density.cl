@@ -60,20 +60,6 @@ inline float4 density_at(const Cells cells, const float x, const float y, const 
   return (float4)(gx * (0.25f * norm), gy * (0.25f * norm), gz * (0.25f * norm), c * norm);
 }
 
-// The rays of the samples: eye point (o + t d, -t), affine in the pixel coordinates.
-typedef struct {
-  float ox, oy, dx, dy;
-} Ray;
-
-inline Ray ray_at(const float16 ray, const float u, const float v) {
-  Ray r;
-  r.ox = ray.s0 + ray.s1 * u + ray.s2 * v;
-  r.oy = ray.s3 + ray.s4 * u + ray.s5 * v;
-  r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
-  r.dy = ray.s9 + ray.sa * u + ray.sb * v;
-  return r;
-}
-
 // The density at points of the surface: .w of density_at. One work-item per point.
 kernel void measure_density(global const float* x, global const float* y, global const float* z,
                             global float* density,  // [n]

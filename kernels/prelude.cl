@@ -63,3 +63,17 @@ inline floatv smooth_step(const float low, const float high, const floatv x) {
   const floatv t = fmin(fmax((x - low) * (1.0f / (high - low)), (floatv)(0.0f)), (floatv)(1.0f));
   return t * t * (3.0f - 2.0f * t);
 }
+
+// The ray of pixel (u, v): eye point (o + t d, -t) at depth t, affine in the pixel coordinates.
+typedef struct {
+  float ox, oy, dx, dy;
+} Ray;
+
+inline Ray ray_at(const float16 ray, const float u, const float v) {
+  Ray r;
+  r.ox = ray.s0 + ray.s1 * u + ray.s2 * v;
+  r.oy = ray.s3 + ray.s4 * u + ray.s5 * v;
+  r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
+  r.dy = ray.s9 + ray.sa * u + ray.sb * v;
+  return r;
+}

@@ -14,19 +14,6 @@
 
 // --- Region --------------------------------------------------------------------------------------
 
-typedef struct {
-  float ox, oy, dx, dy;  // ray: eye point (o + t d, -t)
-} Ray;
-
-inline Ray ray_at(const float16 ray, const float u, const float v) {
-  Ray r;
-  r.ox = ray.s0 + ray.s1 * u + ray.s2 * v;
-  r.oy = ray.s3 + ray.s4 * u + ray.s5 * v;
-  r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
-  r.dy = ray.s9 + ray.sa * u + ray.sb * v;
-  return r;
-}
-
 // Samples between two pixel coordinates: first and last, clamped to the grid.
 inline int2 samples_between(const float low, const float high, const float first, const float step,
                             const int n) {
