@@ -398,6 +398,14 @@ TEST_P(Settle, SamplesShowTheBlendTheFieldOrTheirMixture) {
       EXPECT_NEAR(after.depth[s], share * t + (1 - share) * c,
                   (1 - share) * off + share_off * std::abs(c - t) + 4 * kEpsilon * t);
       EXPECT_EQ(after.behind[s], kNoSurface);
+      // The field's normal turns by its bend, 3 / (4 pi) at most a particle, over its slope on the
+      // way that the crossing is off; the share's error counts by the normals' difference.
+      const Vec3d g = field_.gradient(at(s, c));
+      const Vec3d mixed = share * before.normal_at(s) + (1 - share) * normalized(-g);
+      const double moved = off * speed(s) + ray_rounding(view_, u(s), v(s), c);
+      const double turned = 2 * in_reach(at(s, c)) * 0.75 / std::numbers::pi * moved / length(g);
+      EXPECT_NEAR(length(after.normal_at(s) - normalized(mixed)), 0,
+                  2 * ((1 - share) * turned + 2 * share_off) / length(mixed) + 8 * kEpsilon);
       EXPECT_NEAR(length(after.normal_at(s)), 1, 4 * kEpsilon);
       if (std::abs(share - 0.5) <= share_off) continue;
       EXPECT_EQ(after.group[s], share > 0.5 ? 7 : -1);
