@@ -109,8 +109,9 @@ inline Crossing first_crossing(const Cells cells, const Ray r, const float from,
       continue;
     }
     if (k == 0) return crossing;
-    // False position with the Illinois rule; as exact as ten bisections at half the cost.
+    // False position with the Illinois rule: the value of an end that stays twice is halved.
     float high = t, over = c - level, middle = t;
+    int side = 0;  // the end that moved last: -1 low, 1 high
     for (int step = 0; step < 5; ++step) {
       middle = low + (high - low) * (short_of / (short_of - over));
       const float there =
@@ -118,11 +119,13 @@ inline Crossing first_crossing(const Cells cells, const Ray r, const float from,
       if (there < 0.0f) {
         low = middle;
         short_of = there;
-        over *= 0.5f;
+        if (side < 0) over *= 0.5f;
+        side = -1;
       } else {
         high = middle;
         over = there;
-        short_of *= 0.5f;
+        if (side > 0) short_of *= 0.5f;
+        side = 1;
       }
     }
     const float4 g = density_at(cells, r.ox + middle * r.dx, r.oy + middle * r.dy, -middle);
