@@ -109,7 +109,8 @@ inline Crossing first_crossing(const Cells cells, const Ray r, const float from,
       continue;
     }
     if (k == 0) return crossing;
-    // False position with the Illinois rule: the value of an end that stays twice is halved.
+    // False position with the Illinois rule (the value of an end that stays twice is halved): five
+    // steps come within the 1/1024 radii that ten bisections would.
     float high = t, over = c - level, middle = t;
     int side = 0;  // the end that moved last: -1 low, 1 high
     for (int step = 0; step < 5; ++step) {

@@ -95,21 +95,11 @@ class Settle : public OnDevice {
     return false;
   }
 
-  // How far a crossing may be off, in depth: false position errs by e in the bracket that the march
-  // comes with, wherever that begins. The field is nearly straight over 2 e, and with the kept
-  // end's value halved in each of the four steps that follow the errors there are -e, e/3, -e/5 and
-  // e/11. The field's rounding moves the crossing on top.
+  // How far a crossing may be off, in depth: the 1/1024 radii along the ray that the kernel
+  // promises; the field's rounding moves the crossing on top.
   double depth_tolerance(std::size_t s, double t) const {
-    const double level = kParams.blob_density;
-    double off = 0;
-    for (double back = 1.0 / 256; back <= 1; back += 1.0 / 256) {
-      const double low = t - back / speed(s), step = march_step(s, low) / speed(s);
-      const double short_of = field_(at(s, low)) - level, over = field_(at(s, low + step)) - level;
-      if (low + step < t || over < 0) continue;
-      off = std::max(off, std::abs(low + step * short_of / (short_of - over) - t));
-    }
     const double slope = -dot(field_.gradient(at(s, t)), ray_direction(view_, u(s), v(s)));
-    return off / 11 + 2 * field_rounding(s, t) / std::abs(slope) + 2 * kEpsilon * t;
+    return 1.0 / 1024 / speed(s) + 2 * field_rounding(s, t) / std::abs(slope) + 2 * kEpsilon * t;
   }
 
   // The steepest the field gets on the way between two depths, per depth.
