@@ -76,7 +76,9 @@ bool same(const Surface& a, const Surface& b) {
 
 }  // namespace
 
-int main() try {
+int main(int argc, char** argv) try {
+  // With --no-comparison, the two widths are run but their bits are not compared.
+  const bool compare = !(argc > 1 && std::strcmp(argv[1], "--no-comparison") == 0);
   const Particles particles = tiny_frame();
   const Camera camera = look_at({9, 10, 11}, {3.2, 3.6, -1}, {0, 1, 0}, 42, 24, 17);
   std::set<std::string> missing = embedded_kernels();
@@ -100,7 +102,7 @@ int main() try {
                   surface.mesh.triangle.size());
       good = good && covered > 0 && !surface.mesh.triangle.empty();
       if (!first.count(method)) first[method] = surface;
-      if (!same(first[method], surface)) {
+      if (compare && !same(first[method], surface)) {
         std::printf("%s: the result depends on the width or on unwritten memory\n", name.c_str());
         good = false;
       }
