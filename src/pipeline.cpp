@@ -19,4 +19,16 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
   }
 }
 
+std::vector<std::pair<std::string, std::int64_t>> count_particles(const WorldParticles& particles,
+                                                                  const Projected& projected,
+                                                                  const SplashSplit& split,
+                                                                  const Visible& visible,
+                                                                  const Triangulation& mesh) {
+  return {{"particles", static_cast<std::int64_t>(particles.x.size())},
+          {"in view", static_cast<std::int64_t>(projected.size())},
+          {"splash", static_cast<std::int64_t>(split.splash.size())},
+          {"visible", static_cast<std::int64_t>(visible.index.size())},
+          {"triangles", static_cast<std::int64_t>(mesh.triangle.size())}};
+}
+
 }  // namespace meniscus

@@ -106,6 +106,7 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
     clock.start("blend");
     blend_groups(device, view, frame.records, tiles, reference, surface, params.blend);
     const Buffer<float> behind = settle(false);
+    if (layer + 1 == kLayers) break;
     core = splat_depth(device, frame.hidden, grid, kCoreFootprint, 1, &behind, kLayerGap);
     reference = core;
   }
@@ -182,12 +183,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   clock.stop();
 
   result.residual = quadrics.residual;
-  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
-                   {"in view", static_cast<std::int64_t>(projected.size())},
-                   {"splash", static_cast<std::int64_t>(split.splash.size())},
-                   {"visible", static_cast<std::int64_t>(visible.index.size())},
-                   {"triangles", static_cast<std::int64_t>(mesh.triangle.size())},
-                   {"groups", static_cast<std::int64_t>(groups.size())}};
+  result.counts = count_particles(particles, projected, split, visible, mesh);
+  result.counts.emplace_back("groups", static_cast<std::int64_t>(groups.size()));
   return result;
 }
 

@@ -71,12 +71,8 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
   clock.stop();
 
   result.residual = quadrics.residual;
-  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
-                   {"in view", static_cast<std::int64_t>(projected.size())},
-                   {"splash", static_cast<std::int64_t>(split.splash.size())},
-                   {"visible", static_cast<std::int64_t>(visible.index.size())},
-                   {"triangles", static_cast<std::int64_t>(patched.triangle.size())},
-                   {"groups", static_cast<std::int64_t>(groups.size())}};
+  result.counts = count_particles(particles, projected, split, visible, patched);
+  result.counts.emplace_back("groups", static_cast<std::int64_t>(groups.size()));
   return result;
 }
 

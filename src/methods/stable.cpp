@@ -70,11 +70,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   clock.stop();
 
   result.residual = fits.residual;
-  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
-                   {"in view", static_cast<std::int64_t>(projected.size())},
-                   {"splash", static_cast<std::int64_t>(split.splash.size())},
-                   {"visible", static_cast<std::int64_t>(fitted.index.size())},
-                   {"triangles", static_cast<std::int64_t>(mesh.triangle.size())}};
+  result.counts = count_particles(particles, projected, split, fitted, mesh);
   return result;
 }
 
