@@ -16,6 +16,9 @@ namespace meniscus {
 
 enum class DeviceKind { cpu, gpu, accelerator, other };
 
+/// "CPU", "GPU", "accelerator" or "other".
+const char* to_string(DeviceKind kind);
+
 /// What `meniscus devices` shows of one OpenCL device.
 struct DeviceInfo {
   int index = 0;  // position in list_devices()

@@ -27,20 +27,6 @@ std::string bytes(std::uint64_t number) {
   return text;
 }
 
-const char* to_string(DeviceKind kind) {
-  switch (kind) {
-    case DeviceKind::cpu:
-      return "CPU";
-    case DeviceKind::gpu:
-      return "GPU";
-    case DeviceKind::accelerator:
-      return "accelerator";
-    case DeviceKind::other:
-      break;
-  }
-  return "other";
-}
-
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
   std::string line;
   for (const auto& [name, count] : counts)

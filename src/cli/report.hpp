@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus::cli {
@@ -16,9 +15,6 @@ std::string grouped(std::int64_t number);
 
 /// 1.5e9 -> "1.4 GiB".
 std::string bytes(std::uint64_t number);
-
-/// "CPU", "GPU", "accelerator" or "other".
-const char* to_string(DeviceKind kind);
 
 /// "35,937 particles, 3,125 visible, ...": all counts in one line.
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts);

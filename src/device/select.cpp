@@ -55,19 +55,6 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-const char* word(DeviceKind kind) {
-  switch (kind) {
-    case DeviceKind::cpu:
-      return "CPU";
-    case DeviceKind::gpu:
-      return "GPU";
-    case DeviceKind::accelerator:
-      return "accelerator";
-    default:
-      return "device";
-  }
-}
-
 DeviceInfo describe(const cl::Device& handle, const cl::Platform& platform) {
   DeviceInfo info;
   info.handle = handle;
@@ -110,6 +97,20 @@ std::string names(const std::vector<DeviceInfo>& devices) {
 }
 
 }  // namespace
+
+const char* to_string(DeviceKind kind) {
+  switch (kind) {
+    case DeviceKind::cpu:
+      return "CPU";
+    case DeviceKind::gpu:
+      return "GPU";
+    case DeviceKind::accelerator:
+      return "accelerator";
+    case DeviceKind::other:
+      break;
+  }
+  return "other";
+}
 
 std::vector<DeviceInfo> list_devices() {
   give_pocl_a_cache();
@@ -173,7 +174,7 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
                                         : "no usable OpenCL device matches \"" + selector + "\"") +
                       std::string("; there are: ") + names(devices));
   if (why)
-    *why = selector.empty() ? std::string("fastest kind found (") + word(best->kind) + ", " +
+    *why = selector.empty() ? std::string("fastest kind found (") + to_string(best->kind) + ", " +
                                   std::to_string(best->compute_units) + " compute units)"
                             : "matches \"" + selector + "\"";
   return *best;
