@@ -211,6 +211,7 @@ Figures compare(const Truth& truth, const Map& map) {
       case PixelClass::silhouette:
         outline_depth.add(clamped(error));
         break;
+      case PixelClass::splash:
       case PixelClass::none:
         break;
     }

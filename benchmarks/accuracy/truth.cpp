@@ -78,7 +78,7 @@ Truth trace(const Scene& scene, const Lens& lens) {
   const int width = lens.width, height = lens.height;
   const std::size_t pixels = static_cast<std::size_t>(width) * height;
   Truth truth{lens, std::vector<double>(pixels, kInfinity), std::vector<Vec3d>(pixels),
-              std::vector<PixelClass>(pixels, PixelClass::none)};
+              std::vector<PixelClass>(pixels, PixelClass::none), std::vector<int>(pixels, -1)};
   for_each_index(height, [&](int j) {
     for (int i = 0; i < width; ++i) {
       const std::size_t p = static_cast<std::size_t>(j) * width + i;

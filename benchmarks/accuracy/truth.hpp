@@ -13,6 +13,7 @@ enum class PixelClass : std::uint8_t {
   interior,    // all else
   crease,      // within 1.5 s of a crease: neighbours whose normals' dot product is below 0.95
   silhouette,  // within 1.5 s of an outline: the end of the surface, or a depth jump over s
+  splash,      // a lone particle or a small cluster in the air, up to its outline
 };
 
 struct Truth {
@@ -20,6 +21,8 @@ struct Truth {
   std::vector<double> depth;         // [height*width] s; +infinity where there is no surface
   std::vector<Vec3d> normal;         // [height*width] unit, outward, world axes; zero where none
   std::vector<PixelClass> class_of;  // [height*width]
+  std::vector<int> piece;            // [height*width] which piece of splash; -1: bulk or nothing
+  int splash_pieces = 0;             // of the scene, whether the camera sees them or not
 
   bool covered(std::size_t pixel) const { return class_of[pixel] != PixelClass::none; }
   /// Mean over the covered pixels of what one s spans, pixels; 0: nothing is covered.
