@@ -8,18 +8,29 @@
 
 namespace meniscus {
 
+const std::vector<MethodEntry>& method_list() {
+  static const std::vector<MethodEntry> all{
+      {Method::fit, "fit", "merged groups and sharp creases"},
+      {Method::stable, "stable", "one fit a particle, for animation"},
+      {Method::paper, "paper", "the paper as printed"},
+      {Method::ssm, "ssm", "Screen Space Meshes"},
+  };
+  return all;
+}
+
 std::string to_string(Method method) {
-  switch (method) {
-    case Method::fit:
-      return "fit";
-    case Method::stable:
-      return "stable";
-    case Method::paper:
-      return "paper";
-    case Method::ssm:
-      return "ssm";
-  }
+  for (const MethodEntry& entry : method_list())
+    if (entry.method == method) return entry.name;
   return "unknown";
+}
+
+Method method_named(const std::string& name) {
+  std::string names;
+  for (const MethodEntry& entry : method_list()) {
+    if (entry.name == name) return entry.method;
+    names += (names.empty() ? "" : ", ") + entry.name;
+  }
+  throw InvalidArgument("--method is " + name + ", must be one of " + names);
 }
 
 std::string describe(const Parameters& parameters) {

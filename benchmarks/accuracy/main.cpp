@@ -18,7 +18,7 @@ namespace meniscus::accuracy {
 namespace {
 
 struct Options {
-  std::vector<std::string> methods{"fit", "stable", "paper", "ssm"};
+  std::vector<std::string> methods;
   std::vector<std::string> scenes;
   std::vector<std::uint64_t> seeds{1};
   std::vector<std::string> settings;
@@ -32,12 +32,6 @@ struct Row {
   Figures figures;
   double seconds = 0;
 };
-
-Method method_named(const std::string& name) {
-  for (const Method method : {Method::fit, Method::stable, Method::paper, Method::ssm})
-    if (to_string(method) == name) return method;
-  throw InvalidArgument("--method is " + name + ", must be fit, stable, paper or ssm");
-}
 
 /// Applies name=value; the names are those of parameter_list.
 void apply(const std::string& setting, Parameters& parameters) {
@@ -174,6 +168,7 @@ void run(const Options& options) {
 int main(int argc, char** argv) {
   using namespace meniscus;
   accuracy::Options options;
+  for (const MethodEntry& entry : method_list()) options.methods.push_back(entry.name);
   for (const accuracy::Scene& scene : accuracy::scenes()) options.scenes.push_back(scene.name);
   CLI::App app{
       "Extracts analytic scenes and prints how far the maps are from the truth. Lengths are in s, "

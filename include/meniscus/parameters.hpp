@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace meniscus {
 
@@ -112,8 +113,21 @@ struct Parameters {
   SsmParams ssm;
 };
 
-/// "fit", "stable", "paper" or "ssm".
+/// A method's name on the command line, and what it is in one line.
+struct MethodEntry {
+  Method method;
+  std::string name;
+  std::string what;
+};
+
+/// Every method once, the default first: the one list behind --method, its help and the studies.
+const std::vector<MethodEntry>& method_list();
+
+/// The method's name in method_list().
 std::string to_string(Method method);
+
+/// The method of that name. Throws InvalidArgument, with the names there are.
+Method method_named(const std::string& name);
 
 /// All parameters as "name=value" lines in a fixed order: what the EXR header carries.
 std::string describe(const Parameters& parameters);

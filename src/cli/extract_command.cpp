@@ -324,13 +324,14 @@ void add_extract_command(CLI::App& program) {
           "radius of the particles in world units, half their spacing (default: the file's, "
           "else estimated from the spacing)")
       ->type_name("R");
-  add_choice<Method>(command, "--method", o.parameters.method,
-                     {{"fit", Method::fit},
-                      {"stable", Method::stable},
-                      {"paper", Method::paper},
-                      {"ssm", Method::ssm}},
-                     "fit: merged groups and sharp creases (default); stable: one fit a particle, "
-                     "for animation; paper: the paper as printed; ssm: Screen Space Meshes");
+  Choices<Method> choices;
+  std::string explained;
+  for (const MethodEntry& entry : method_list()) {
+    choices.emplace_back(entry.name, entry.method);
+    explained += (explained.empty() ? "" : "; ") + entry.name + ": " + entry.what +
+                 (entry.method == o.parameters.method ? " (default)" : "");
+  }
+  add_choice<Method>(command, "--method", o.parameters.method, choices, explained);
   command
       .add_option("--device", o.device,
                   "OpenCL device: a number, a part of a name, cpu or gpu (default: the fastest "

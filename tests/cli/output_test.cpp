@@ -11,6 +11,7 @@
 
 #include "cli/program.hpp"
 #include "meniscus/io.hpp"
+#include "meniscus/parameters.hpp"
 
 namespace meniscus::test {
 namespace {
@@ -19,7 +20,11 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::vector<std::string> kMethods{"fit", "stable", "paper", "ssm"};
+const std::vector<std::string> kMethods = [] {
+  std::vector<std::string> names;
+  for (const MethodEntry& entry : method_list()) names.push_back(entry.name);
+  return names;
+}();
 
 class ProgramOutput : public Program {
  protected:

@@ -88,8 +88,7 @@ int main(int argc, char** argv) try {
     nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
     Device device;
     device.state().vector_width = width;
-    for (const Method method : {Method::fit, Method::stable, Method::paper, Method::ssm}) {
-      const std::string name = to_string(method);
+    for (const auto& [method, name, what] : method_list()) {
       Parameters parameters;
       parameters.method = method;
       parameters.fit.robust_passes = 1;
