@@ -1,15 +1,18 @@
 // meniscus-accuracy: extracts the analytic scenes and prints how far the maps are from the truth.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "accuracy/error_map.hpp"
+#include "accuracy/series.hpp"
 #include "accuracy/study.hpp"
 #include "meniscus/device.hpp"
 #include "parameter_list.hpp"
@@ -20,7 +23,8 @@ namespace {
 struct Options {
   std::vector<std::string> methods;
   std::vector<std::string> scenes;
-  std::vector<std::uint64_t> seeds{1};
+  std::vector<std::string> series{"main"};
+  std::vector<std::string> seeds{"1"};
   std::vector<std::string> settings;
   Setup setup;
   std::string device, json, pictures;
@@ -28,7 +32,8 @@ struct Options {
 
 /// One line of the table: the mean over the seeds, or over the scenes.
 struct Row {
-  std::string scene, method;
+  std::string series, setting, scene, method;
+  bool smooth = false;  // as the scene is
   Figures figures;
   double seconds = 0;
 };
@@ -51,22 +56,24 @@ void apply(const std::string& setting, Parameters& parameters) {
                         ", must be name=value with a name from meniscus extract --help");
 }
 
-void print_header() {
-  std::printf("%-9s %-7s", "", "");
+void print_header(const Series& series, const Setting& setting) {
+  std::printf("\nseries %s, setting %s: %s\n", series.name.c_str(), setting.name.c_str(),
+              series.what.c_str());
+  std::printf("%-12s %-14s", "", "");
   for (const FigureField& field : figure_fields())
     std::printf(" %8s", field.name.substr(0, field.name.find('_')).c_str());
-  std::printf("\n%-9s %-7s", "scene", "method");
+  std::printf("\n%-12s %-14s", "scene", "method");
   for (const FigureField& field : figure_fields()) {
     const auto split = field.name.find('_');
     std::printf(" %8s", split == std::string::npos ? "" : field.name.substr(split + 1).c_str());
   }
-  std::printf(" %8s\n%-9s %-7s", "time", "", "");
+  std::printf(" %8s\n%-12s %-14s", "time", "", "");
   for (const FigureField& field : figure_fields()) std::printf(" %8s", field.unit.c_str());
   std::printf(" %8s\n", "ms");
 }
 
 void print(const Row& row) {
-  std::printf("%-9s %-7s", row.scene.c_str(), row.method.c_str());
+  std::printf("%-12s %-14s", row.scene.c_str(), row.method.c_str());
   for (const FigureField& field : figure_fields()) {
     const double value = row.figures.*field.value;
     if (std::isnan(value))
@@ -84,17 +91,15 @@ nlohmann::json to_json(const Row& row) {
     const double value = row.figures.*field.value;
     figures[field.name] = std::isnan(value) ? nlohmann::json() : nlohmann::json(value);
   }
-  return {{"scene", row.scene},
-          {"method", row.method},
-          {"seconds", row.seconds},
-          {"figures", std::move(figures)}};
+  return {{"series", row.series}, {"setting", row.setting}, {"scene", row.scene},
+          {"method", row.method}, {"seconds", row.seconds}, {"figures", std::move(figures)}};
 }
 
 void write_json(const Options& options, const std::vector<Row>& rows, const std::string& device) {
   nlohmann::json document{{"version", version()},
                           {"device", device},
                           {"noise", options.setup.noise},
-                          {"seeds", options.seeds},
+                          {"seeds", seeds_named(options.seeds)},
                           {"orthographic", options.setup.orthographic},
                           {"settings", options.settings}};
   for (const Row& row : rows) document["rows"].push_back(to_json(row));
@@ -104,19 +109,21 @@ void write_json(const Options& options, const std::vector<Row>& rows, const std:
   if (!file) throw OutputError(options.json + ": cannot be written");
 }
 
-void write_pictures(const std::string& folder, const Case& scene_case, const std::string& method,
+void write_pictures(const std::string& folder, const Row& row, const Case& scene_case,
                     const Surface& surface) {
-  const std::string stem = (std::filesystem::path(folder) / (scene_case.scene->name + "_" + method +
-                                                             "_" + std::to_string(scene_case.seed)))
-                               .string();
+  const std::string name = row.scene + "_" + row.method + "_" + std::to_string(scene_case.seed);
+  std::string prefix = row.series == "main" ? "" : row.series + "_" + row.setting + "_";
+  std::replace(prefix.begin(), prefix.end(), ' ', '_');
+  const std::string stem = (std::filesystem::path(folder) / (prefix + name)).string();
   write_png(stem + "_lit.png", surface, Preview::lit);
   write_png(stem + "_normal.png", surface, Preview::normal);
   write_png(stem + "_groups.png", surface, Preview::groups);
   write_error_map(stem + "_error.png", scene_case.truths[0], {surface.depth, surface.normal});
 }
 
-Row mean_of(const std::vector<Row>& rows, std::string scene, std::string method) {
-  Row result{std::move(scene), std::move(method), {}, 0};
+/// All rows are of one setting and method.
+Row mean_of(const std::vector<Row>& rows, const std::string& scene) {
+  Row result{rows[0].series, rows[0].setting, scene, rows[0].method, rows[0].smooth, {}, 0};
   std::vector<Figures> figures;
   for (const Row& row : rows) {
     figures.push_back(row.figures);
@@ -124,6 +131,46 @@ Row mean_of(const std::vector<Row>& rows, std::string scene, std::string method)
   }
   result.figures = mean(figures);
   return result;
+}
+
+/// Rows of every scene with every method, then the means over the scenes. Only one scene's cases
+/// are in memory at a time.
+std::vector<Row> measure_setting(Device& device, const std::vector<Parameters>& methods,
+                                 const Options& options, const Series& series,
+                                 const Setting& setting) {
+  Setup setup = options.setup;
+  setting.change(setup);
+  print_header(series, setting);
+  std::vector<std::vector<Row>> of_method(methods.size());
+  for (const std::string& scene : options.scenes) {
+    const std::vector<Case> cases = make_cases({scene}, seeds_named(options.seeds), setup);
+    for (std::size_t k = 0; k < methods.size(); ++k) {
+      std::vector<Row> of_seed;
+      for (const Case& c : cases) {
+        const Measurement m = measure(device, c, methods[k]);
+        of_seed.push_back({series.name, setting.name, scene, to_string(methods[k].method),
+                           c.scene->smooth, m.figures, m.seconds});
+        if (!options.pictures.empty())
+          write_pictures(options.pictures, of_seed.back(), c, m.surface);
+      }
+      of_method[k].push_back(mean_of(of_seed, scene));
+      print(of_method[k].back());
+    }
+  }
+
+  std::vector<Row> rows;
+  for (const std::vector<Row>& all : of_method) {
+    rows.insert(rows.end(), all.begin(), all.end());
+    std::vector<Row> smooth;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(smooth),
+                 [](const Row& row) { return row.smooth; });
+    rows.push_back(mean_of(all, "mean"));
+    print(rows.back());
+    if (smooth.empty()) continue;
+    rows.push_back(mean_of(smooth, "smooth mean"));
+    print(rows.back());
+  }
+  return rows;
 }
 
 void run(const Options& options) {
@@ -138,27 +185,13 @@ void run(const Options& options) {
   }
   Device device(options.device);
   if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
-  const std::vector<Case> cases = make_cases(options.scenes, options.seeds, options.setup);
 
   std::vector<Row> rows;
-  print_header();
-  for (const Parameters& parameters : methods) {
-    const std::string method = to_string(parameters.method);
-    std::vector<Row> of_method;
-    for (auto c = cases.begin(); c != cases.end();) {
-      std::vector<Row> of_scene;
-      for (const Scene* scene = c->scene; c != cases.end() && c->scene == scene; ++c) {
-        const Measurement m = measure(device, *c, parameters);
-        of_scene.push_back({scene->name, method, m.figures, m.seconds});
-        if (!options.pictures.empty()) write_pictures(options.pictures, *c, method, m.surface);
-      }
-      of_method.push_back(mean_of(of_scene, of_scene[0].scene, method));
-      print(of_method.back());
+  for (const Series& series : series_named(options.series))
+    for (const Setting& setting : series.settings) {
+      const auto of_setting = measure_setting(device, methods, options, series, setting);
+      rows.insert(rows.end(), of_setting.begin(), of_setting.end());
     }
-    rows.insert(rows.end(), of_method.begin(), of_method.end());
-    rows.push_back(mean_of(of_method, "mean", method));
-    print(rows.back());
-  }
   if (!options.json.empty()) write_json(options, rows, device.info().name);
 }
 
@@ -175,7 +208,15 @@ int main(int argc, char** argv) {
       "the particle spacing (two particle radii)."};
   app.add_option("--method", options.methods, "Methods")->delimiter(',')->capture_default_str();
   app.add_option("--scene", options.scenes, "Scenes")->delimiter(',')->capture_default_str();
-  app.add_option("--seeds", options.seeds, "Seeds of the particles; a row is the mean over them")
+  app.add_option("--series", options.series,
+                 "What is varied: main, noise, lattice, spacing, orthographic, wide, narrow, "
+                 "jitter or all of them")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--seeds", options.seeds,
+                 "Seeds of the particles and the camera's place; a row is the mean over them. "
+                 "tuning (1,2,3), reporting (1001,1002,1003) or numbers: 1 to 99 for choosing "
+                 "constants, 1001 and above for reporting")
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--noise", options.setup.noise, "Standard deviation of the positions, s")

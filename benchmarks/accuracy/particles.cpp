@@ -4,44 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "accuracy/random.hpp"
+
 namespace meniscus::accuracy {
 namespace {
 
 constexpr double kDepth = 0.5;     // s; no centre is nearer to the surface
 constexpr double kSpacing = 1.12;  // s; nearest neighbours in the densest packing of one per s^3
 constexpr int kRounds = 60;
-
-/// SplitMix64 (Steele, Lea, Flood 2014), and what is drawn from it. The standard library's
-/// distributions differ from one library to the next.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-
-  /// In [low, high).
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(next() >> 11) * 0x1p-53);
-  }
-  Vec3d in_box(const Vec3d& low, const Vec3d& high) {
-    const double x = uniform(low.x, high.x), y = uniform(low.y, high.y);
-    return {x, y, uniform(low.z, high.z)};
-  }
-  /// Standard normal, by the polar method.
-  double normal() {
-    for (;;) {
-      const double a = uniform(-1, 1), b = uniform(-1, 1), q = a * a + b * b;
-      if (q > 0 && q < 1) return a * std::sqrt(-2 * std::log(q) / q);
-    }
-  }
-
- private:
-  std::uint64_t next() {
-    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  std::uint64_t state_;
-};
 
 /// Points in cells of side kSpacing, so that neighbours lie in the 27 cells around.
 class Cells {
@@ -145,6 +115,17 @@ std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed) {
   return points;
 }
 
+std::vector<Vec3d> lattice(const Scene& scene, double depth, std::uint64_t seed) {
+  Random random(seed);
+  const Vec3d first = scene.low - random.in_box({0, 0, 0}, {1, 1, 1});
+  std::vector<Vec3d> points;
+  for (double z = first.z; z <= scene.high.z; ++z)
+    for (double y = first.y; y <= scene.high.y; ++y)
+      for (double x = first.x; x <= scene.high.x; ++x)
+        if (scene.distance({x, y, z}) <= -depth) points.push_back({x, y, z});
+  return points;
+}
+
 void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed) {
   Random random(~seed);  // another stream than the filling's
   for (Vec3d& p : points) {
@@ -154,8 +135,10 @@ void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed) {
   }
 }
 
-Particles make_particles(const Scene& scene, double noise, std::uint64_t seed) {
-  std::vector<Vec3d> points = fill(scene, seed);
+Particles make_particles(const Scene& scene, double noise, std::uint64_t seed, Filling filling) {
+  std::vector<Vec3d> points = filling == Filling::relaxed
+                                  ? fill(scene, seed)
+                                  : lattice(scene, filling == Filling::lattice ? 0 : kDepth, seed);
   if (noise > 0) add_noise(points, noise, seed);
   Particles particles;
   for (const Vec3d& p : points) {
@@ -164,6 +147,13 @@ Particles make_particles(const Scene& scene, double noise, std::uint64_t seed) {
     particles.z.push_back(static_cast<float>(p.z));
   }
   particles.particle_radius = kParticleRadius;
+  return particles;
+}
+
+Particles jittered(Particles particles, double sigma, std::uint64_t seed, int frame) {
+  Random random(~seed * 5 + static_cast<std::uint64_t>(frame));  // a stream a frame
+  for (auto* coordinate : {&particles.x, &particles.y, &particles.z})
+    for (float& value : *coordinate) value += static_cast<float>(sigma * random.normal());
   return particles;
 }
 

@@ -13,10 +13,25 @@ namespace meniscus::accuracy {
 /// filled up at random where the shell next to the surface has taken room away, then relaxed.
 std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed);
 
+/// How a solid is filled.
+enum class Filling {
+  relaxed,       // fill
+  lattice,       // the cells of a cubic lattice whose centres lie inside: the mass is right
+  deep_lattice,  // those whose centres lie s/2 deep: the layer next to the surface is missing
+};
+
+/// Corners of a cubic lattice of spacing s that lie at least `depth` (s) inside, unrelaxed and
+/// without jitter. The seed decides where the lattice's origin lies; its axes are the world's.
+std::vector<Vec3d> lattice(const Scene& scene, double depth, std::uint64_t seed);
+
 /// Adds a Gaussian of standard deviation `sigma` (s) to each coordinate.
 void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed);
 
-/// fill and add_noise, as the library takes particles; particle_radius is s/2.
-Particles make_particles(const Scene& scene, double noise, std::uint64_t seed);
+/// The filled solid with noise added, as the library takes particles; particle_radius is s/2.
+Particles make_particles(const Scene& scene, double noise, std::uint64_t seed,
+                         Filling filling = Filling::relaxed);
+
+/// The particles with a Gaussian of `sigma` (s) added anew in each frame.
+Particles jittered(Particles particles, double sigma, std::uint64_t seed, int frame);
 
 }  // namespace meniscus::accuracy

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "accuracy/random.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::accuracy {
@@ -53,26 +54,36 @@ std::vector<Scene> make_scenes() {
   std::vector<Scene> all;
   const auto add = [&](const char* name, std::function<double(const Vec3d&)> distance, Vec3d low,
                        Vec3d high, Vec3d eye, double focal) -> Scene& {
-    all.push_back({name, std::move(distance), 1, low, high, eye, {0, 0, 0}, focal});
-    return all.back();
+    Scene& scene = all.emplace_back();
+    scene.name = name;
+    scene.distance = std::move(distance);
+    scene.low = low;
+    scene.high = high;
+    scene.eye = eye;
+    scene.focal = focal;
+    return scene;
   };
   add(
       "sphere", [](const Vec3d& p) { return length(p) - 12; }, {-12, -12, -12}, {12, 12, 12},
-      {30, -50, 25}, 900);
+      {30, -50, 25}, 900)
+      .smooth = true;
   add(
       "torus",
       [r = Rotation(0.9, 0.3, 0)](const Vec3d& p) {
         const Vec3d q = r.local(p);
         return std::hypot(std::hypot(q.x, q.y) - 14, q.z) - 5;
       },
-      {-20, -20, -20}, {20, 20, 20}, {10, -60, 20}, 800);
+      {-20, -20, -20}, {20, 20, 20}, {10, -60, 20}, 800)
+      .smooth = true;
   add(
       "plane",
       [r = Rotation(0.12, -0.17, 0.3)](const Vec3d& p) {
         return box_distance(r.local(p), {26, 26, 3});
       },
       {-40, -40, -14}, {40, 40, 14}, {10, -60, 42}, 780);
-  add("waves", waves_distance, {-26, -26, -6}, {26, 26, 6}, {10, -60, 42}, 780).safe_step = 0.7;
+  Scene& waves = add("waves", waves_distance, {-26, -26, -6}, {26, 26, 6}, {10, -60, 42}, 780);
+  waves.safe_step = 0.7;
+  waves.smooth = true;
   add(
       "box",
       [r = Rotation(0.6, 0.5, 0.35)](const Vec3d& p) {
@@ -128,6 +139,36 @@ const Scene& find_scene(const std::string& name) {
   throw InvalidArgument("scene: no scene is called '" + name + "', there are " + names);
 }
 
+Scene posed(Scene scene, std::uint64_t seed) {
+  if (seed == 1) return scene;
+  constexpr double kTurn = std::numbers::pi / 6, kRise = std::numbers::pi / 36;
+  Random random(~seed * 3);  // another stream than the filling's and the noise's
+  const double turn = random.uniform(-kTurn, kTurn), rise = random.uniform(-kRise, kRise);
+  const Vec3d arm = scene.eye - scene.target;
+  const double flat = std::hypot(arm.x, arm.y), distance = length(arm);
+  const double heading = std::atan2(arm.y, arm.x) + turn, height = std::atan2(arm.z, flat) + rise;
+  scene.eye =
+      scene.target + distance * Vec3d{std::cos(height) * std::cos(heading),
+                                      std::cos(height) * std::sin(heading), std::sin(height)};
+  return scene;
+}
+
+Scene scaled(Scene scene, double scale) {
+  constexpr int kWidest = 960;  // pixels
+  const double factor = scale * length(scene.eye - scene.target) / scene.focal;
+  scene.focal *= factor;
+  // Multiples of four keep the shape of 4 : 3 exactly.
+  scene.width = 4 * static_cast<int>(std::lround(std::min(factor * scene.width, 1. * kWidest) / 4));
+  scene.height = scene.width * 3 / 4;
+  return scene;
+}
+
+Scene moved_back(Scene scene, double factor) {
+  scene.eye = scene.target + factor * (scene.eye - scene.target);
+  scene.focal *= factor;
+  return scene;
+}
+
 Vec3d outward(const Scene& scene, const Vec3d& p) {
   constexpr double h = 1e-4;  // s; differences are then good to about 1e-8
   const auto& f = scene.distance;
@@ -157,6 +198,8 @@ Vec3d Lens::direction(int i, int j) const {
 
 Lens lens_of(const Scene& scene, bool orthographic, double shift) {
   Lens lens;
+  lens.width = scene.width;
+  lens.height = scene.height;
   const double distance = length(scene.target - scene.eye);
   lens.forward = (scene.target - scene.eye) / distance;
   lens.right = normalized(cross(lens.forward, {0, 0, 1}));

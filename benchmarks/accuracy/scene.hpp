@@ -2,6 +2,7 @@
 // length is s, the particle spacing; one world unit is one s, and a particle's radius is 0.5.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -16,10 +17,12 @@ inline constexpr double kParticleRadius = 0.5;  // s
 struct Scene {
   std::string name;
   std::function<double(const Vec3d&)> distance;  // s; to the surface, negative inside
-  double safe_step = 1;  // this share of `distance` never reaches beyond the surface
-  Vec3d low, high;       // s; the solid lies in this box
-  Vec3d eye, target;     // s; the camera, z is up
-  double focal = 0;      // pixels
+  double safe_step = 1;           // this share of `distance` never reaches beyond the surface
+  Vec3d low, high;                // s; the solid lies in this box
+  Vec3d eye, target;              // s; the camera, z is up
+  double focal = 0;               // pixels
+  bool smooth = false;            // no crease worth measuring
+  int width = 640, height = 480;  // pixels
 };
 
 /// Sphere, torus, plane (a tilted slab), waves, box (rotated), boxpool (a box in a pool) and
@@ -28,6 +31,17 @@ const std::vector<Scene>& scenes();
 
 /// Throws InvalidArgument, with the names there are.
 const Scene& find_scene(const std::string& name);
+
+/// The scene from where seed `seed` sees it: the eye turns about the vertical through the target by
+/// up to 30 degrees and rises or sinks by up to 5. Seed 1 has the scene's own camera.
+Scene posed(Scene scene, std::uint64_t seed);
+
+/// The scene with a focal length that shows one s at the target as `scale` pixels. The image grows
+/// and shrinks with it, but stays within 960 x 720: fine scales show the middle.
+Scene scaled(Scene scene, double scale);
+
+/// The scene from `factor` times as far, the target as large as before.
+Scene moved_back(Scene scene, double factor);
 
 /// Outward unit normal at a point near the surface.
 Vec3d outward(const Scene& scene, const Vec3d& point);
@@ -40,7 +54,7 @@ double volume(const Scene& scene);
 /// Pixel (i, j) has its centre at (i + 0.5, j + 0.5), row 0 on top. Depth is the distance along
 /// the camera axis, as in Surface.
 struct Lens {
-  int width = 640, height = 480;
+  int width = 0, height = 0;
   bool orthographic = false;
   double focal = 0;  // pixels; for an orthographic camera pixels per s
   Vec3d eye, right, down, forward;

@@ -3,7 +3,6 @@
 #include <chrono>
 
 #include "accuracy/parallel.hpp"
-#include "accuracy/particles.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -11,20 +10,30 @@ namespace {
 constexpr double kStep = 0.3;  // pixels that the camera moves from frame to frame
 constexpr int kMovingFrames = 4;
 
+/// The scene as the setup and the seed show it.
+Scene shown(const Scene& scene, const Setup& setup, std::uint64_t seed) {
+  const Scene turned = moved_back(posed(scene, seed), setup.distance);
+  return setup.scale > 0 ? scaled(turned, setup.scale) : turned;
+}
+
 }  // namespace
 
 std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
                              const std::vector<std::uint64_t>& seeds, const Setup& setup) {
   std::vector<Case> cases;
   for (const std::string& name : scene_names)
-    for (const std::uint64_t seed : seeds) cases.push_back({&find_scene(name), seed, {}, {}});
+    for (const std::uint64_t seed : seeds)
+      cases.push_back({&find_scene(name), seed, {}, {}, setup.jitter});
   for_each_index(static_cast<int>(cases.size()), [&](int k) {
     Case& c = cases[k];
-    c.particles = make_particles(*c.scene, setup.noise, c.seed);
-    c.truths.push_back(trace(*c.scene, lens_of(*c.scene, setup.orthographic)));
-    const double step = kStep / c.truths[0].mean_scale();
-    for (int frame = 1; setup.moving && frame < kMovingFrames; ++frame)
-      c.truths.push_back(trace(*c.scene, lens_of(*c.scene, setup.orthographic, frame * step)));
+    const Scene scene = shown(*c.scene, setup, c.seed);
+    c.particles = make_particles(scene, setup.noise, c.seed, setup.filling);
+    c.truths.push_back(trace(scene, lens_of(scene, setup.orthographic)));
+    if (!setup.moving && setup.jitter == 0) return;
+    const double step = setup.moving ? kStep / c.truths[0].mean_scale() : 0;
+    for (int frame = 1; frame < kMovingFrames; ++frame)
+      c.truths.push_back(step > 0 ? trace(scene, lens_of(scene, setup.orthographic, frame * step))
+                                  : c.truths[0]);
   });
   return cases;
 }
@@ -34,8 +43,12 @@ Measurement measure(Device& device, const Case& scene_case, Parameters parameter
   Measurement result;
   std::vector<Map> maps;
   for (const Truth& truth : scene_case.truths) {
+    const int frame = static_cast<int>(maps.size());
+    const Particles particles =
+        frame > 0 ? jittered(scene_case.particles, scene_case.jitter, scene_case.seed, frame)
+                  : scene_case.particles;
     const auto start = std::chrono::steady_clock::now();
-    Surface surface = extract(device, scene_case.particles, camera_of(truth.lens), parameters);
+    Surface surface = extract(device, particles, camera_of(truth.lens), parameters);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     maps.push_back({surface.depth, surface.normal});
     if (maps.size() > 1) continue;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "accuracy/figures.hpp"
+#include "accuracy/particles.hpp"
 #include "accuracy/scene.hpp"
 #include "accuracy/truth.hpp"
 #include "meniscus/meniscus.hpp"
@@ -15,8 +16,13 @@ namespace meniscus::accuracy {
 /// What all cases of a study share.
 struct Setup {
   double noise = 0.05;  // s; standard deviation of each coordinate
+  Filling filling = Filling::relaxed;
   bool orthographic = false;
-  bool moving = false;  // three more frames, the camera a further 0.3 pixels to the right in each
+  double scale = 0;     // pixels that one s spans at the target; 0: the scene's own, 8 to 20
+  double distance = 1;  // times as far away as the scene has it, the target as large as before
+  // Each of these adds three more frames, whose flicker is measured.
+  bool moving = false;  // the camera moves by 0.3 pixels to the right from frame to frame
+  double jitter = 0;    // s; standard deviation of what moves each coordinate, anew in each frame
 };
 
 /// One scene, filled with particles and traced.
@@ -25,6 +31,7 @@ struct Case {
   std::uint64_t seed = 0;
   Particles particles;
   std::vector<Truth> truths;  // one a frame
+  double jitter = 0;          // s; of the particles in all frames but the first
 };
 
 /// All scenes with all seeds, scene by scene. The same on any number of processors.

@@ -1,0 +1,108 @@
+#include "accuracy/series.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "meniscus/error.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+/// Settings of one number each, named with it.
+template <class Change>
+std::vector<Setting> each_of(const std::vector<std::string>& values, const std::string& unit,
+                             const Change& change) {
+  std::vector<Setting> settings;
+  for (const std::string& value : values)
+    settings.push_back({value + " " + unit, [change, number = std::stod(value)](Setup& setup) {
+                          change(setup, number);
+                        }});
+  return settings;
+}
+
+std::vector<Series> make_series() {
+  return {
+      {"main",
+       "relaxed, perspective, the scenes' own 8 to 20 pixels per s; noise .05 s unless --noise "
+       "says "
+       "otherwise",
+       {{"main", [](Setup&) {}}}},
+      {"noise", "noise of each coordinate",
+       each_of({"0", ".05", ".12"}, "s", [](Setup& s, double noise) { s.noise = noise; })},
+      {"lattice",
+       "unrelaxed: cells of a cubic lattice whose centres lie inside, which has the right mass, or "
+       "s/2 deep",
+       {{"inside", [](Setup& s) { s.filling = Filling::lattice; }},
+        {"deep", [](Setup& s) { s.filling = Filling::deep_lattice; }}}},
+      {"spacing", "pixels per s at the target",
+       each_of({"3", "5", "8", "12", "20", "40"}, "pixels",
+               [](Setup& s, double scale) { s.scale = scale; })},
+      {"orthographic",
+       "orthographic cameras",
+       {{"orthographic", [](Setup& s) { s.orthographic = true; }}}},
+      {"wide",
+       "a wide field of view (about 65 degrees): the eye nearer, the target as large as before",
+       {{"65 degrees", [](Setup& s) { s.distance = 0.6; }}}},
+      {"narrow",
+       "a narrow field of view (about 12 degrees): the eye farther, the target as large as before",
+       {{"12 degrees", [](Setup& s) { s.distance = 4; }}}},
+      {"jitter", "particles jittered anew in each frame, whose flicker is measured",
+       each_of({".01"}, "s", [](Setup& s, double jitter) { s.jitter = jitter; })},
+  };
+}
+
+constexpr std::uint64_t kLastTuning = 99, kFirstReporting = 1001;
+
+std::uint64_t number_in(const std::string& word) {
+  std::uint64_t number = 0;
+  const char* const end = word.data() + word.size();
+  const auto [at, error] = std::from_chars(word.data(), end, number);
+  const bool known = (number >= 1 && number <= kLastTuning) || number >= kFirstReporting;
+  require(error == std::errc() && at == end && known,
+          "--seeds has '" + word +
+              "', must be tuning, reporting, numbers from 1 to 99 (tuning) or from 1001 "
+              "(reporting)");
+  return number;
+}
+
+}  // namespace
+
+const std::vector<Series>& all_series() {
+  static const std::vector<Series> all = make_series();
+  return all;
+}
+
+std::vector<Series> series_named(const std::vector<std::string>& names) {
+  std::vector<Series> chosen;
+  std::string known = "all";
+  for (const Series& series : all_series()) known += ", " + series.name;
+  for (const std::string& name : names) {
+    if (name == "all") return all_series();
+    const auto found = std::find_if(all_series().begin(), all_series().end(),
+                                    [&](const Series& series) { return series.name == name; });
+    require(found != all_series().end(),
+            "series: no series is called '" + name + "', there are " + known);
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+std::vector<std::uint64_t> seeds_named(const std::vector<std::string>& words) {
+  std::vector<std::uint64_t> seeds;
+  for (const std::string& word : words) {
+    if (word == "tuning")
+      seeds.insert(seeds.end(), {1, 2, 3});
+    else if (word == "reporting")
+      seeds.insert(seeds.end(), {kFirstReporting, kFirstReporting + 1, kFirstReporting + 2});
+    else
+      seeds.push_back(number_in(word));
+  }
+  const auto reports = [](std::uint64_t seed) { return seed >= kFirstReporting; };
+  require(std::none_of(seeds.begin(), seeds.end(), reports) ||
+              std::all_of(seeds.begin(), seeds.end(), reports),
+          "--seeds mixes seeds for tuning (1 to 99) with seeds for reporting (from 1001), must be "
+          "of one kind");
+  return seeds;
+}
+
+}  // namespace meniscus::accuracy
