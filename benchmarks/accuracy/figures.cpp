@@ -2,93 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <string>
 
+#include "accuracy/figures/lines.hpp"
+#include "accuracy/figures/pieces.hpp"
+#include "accuracy/figures/splash.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::accuracy {
 namespace {
-
-constexpr double kClamp = 2;     // s; larger errors count as this
-constexpr double kJump = 1;      // s; neighbours whose depths differ by more are two layers
-constexpr int kSpeckPixels = 8;  // a piece of at most this many pixels is a speck
-
-bool finite(double depth) { return depth < std::numeric_limits<double>::infinity(); }
-
-double clamped(double error) { return std::clamp(error, -kClamp, kClamp); }
-
-/// The value below which `share` of the values lie; NaN: there are none.
-double percentile(std::vector<double>& values, double share) {
-  if (values.empty()) return Figures::kNone;
-  const auto k = std::min(values.size() - 1, static_cast<std::size_t>(share * values.size()));
-  std::nth_element(values.begin(), values.begin() + k, values.end());
-  return values[k];
-}
-
-/// Root of the mean square and mean of what was added.
-struct Moments {
-  double square = 0, sum = 0, count = 0;
-  void add(double value) {
-    square += value * value;
-    sum += value;
-    ++count;
-  }
-  double rms() const { return count > 0 ? std::sqrt(square / count) : Figures::kNone; }
-  double mean() const { return count > 0 ? sum / count : Figures::kNone; }
-};
-
-/// Degrees; exact for small angles, where an arc cosine is not.
-double angle_between(const Vec3d& a, const Vec3d& b) {
-  return std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
-}
-
-/// Pieces of pixels that hang together.
-struct Pieces {
-  std::vector<int> label;  // [pixel] index into `size`
-  std::vector<int> size;   // [piece] pixels
-  std::vector<bool> at_border;
-};
-
-/// `joined(p, q)`: whether the neighbours p and q belong to one piece.
-template <class Joined>
-Pieces find_pieces(int width, int height, const Joined& joined) {
-  const int pixels = width * height;
-  Pieces pieces;
-  pieces.label.assign(pixels, -1);
-  std::vector<int> open;
-  for (int seed = 0; seed < pixels; ++seed) {
-    if (pieces.label[seed] >= 0) continue;
-    const int piece = static_cast<int>(pieces.size.size());
-    pieces.size.push_back(0);
-    pieces.at_border.push_back(false);
-    pieces.label[seed] = piece;
-    open.assign(1, seed);
-    while (!open.empty()) {
-      const int p = open.back(), x = p % width, y = p / width;
-      open.pop_back();
-      ++pieces.size[piece];
-      if (x == 0 || y == 0 || x == width - 1 || y == height - 1) pieces.at_border[piece] = true;
-      const auto visit = [&](int q) {
-        if (pieces.label[q] >= 0 || !joined(p, q)) return;
-        pieces.label[q] = piece;
-        open.push_back(q);
-      };
-      if (x > 0) visit(p - 1);
-      if (x < width - 1) visit(p + 1);
-      if (y > 0) visit(p - width);
-      if (y < height - 1) visit(p + width);
-    }
-  }
-  return pieces;
-}
-
-template <class Depth>
-Pieces find_layers(const Lens& lens, const Depth& depth) {
-  return find_pieces(lens.width, lens.height, [&](int p, int q) {
-    const bool a = finite(depth[p]), b = finite(depth[q]);
-    return a == b && (!a || std::abs(static_cast<double>(depth[p]) - depth[q]) <= kJump);
-  });
-}
 
 int count_holes(const Truth& truth, const std::vector<bool>& covered) {
   const Pieces pieces = find_pieces(truth.lens.width, truth.lens.height,
@@ -129,6 +51,26 @@ double outline_distance(const Truth& truth, const std::vector<bool>& covered) {
   return distance.mean() / truth.mean_scale();
 }
 
+/// 99.9th percentile of the angle between the normals of neighbouring interior pixels, less the
+/// angle that the truth has there.
+double normal_jump(const Truth& truth, const Map& map) {
+  if (map.normal.empty()) return kNone;
+  const int width = truth.lens.width;
+  std::vector<double> jumps;
+  for (std::size_t p = 0; p < map.depth.size(); ++p)
+    for (const std::size_t q : {p + 1, p + width}) {
+      if (q >= map.depth.size() || (q == p + 1 && q % width == 0)) continue;
+      if (truth.class_of[p] != PixelClass::interior || truth.class_of[q] != PixelClass::interior ||
+          map.normal[p] == Vec3{} || map.normal[q] == Vec3{})
+        continue;
+      jumps.push_back(std::max(0.0, angle_between(Vec3d(map.normal[p]), Vec3d(map.normal[q])) -
+                                        angle_between(truth.normal[p], truth.normal[q])));
+    }
+  return percentile(jumps, 0.999);
+}
+
+}  // namespace
+
 void require_same_size(const Truth& truth, const Map& map) {
   require(map.depth.size() == truth.depth.size() &&
               (map.normal.empty() || map.normal.size() == truth.depth.size()),
@@ -136,8 +78,6 @@ void require_same_size(const Truth& truth, const Map& map) {
               std::to_string(map.normal.size()) + " normals, the truth has " +
               std::to_string(truth.depth.size()) + " pixels");
 }
-
-}  // namespace
 
 std::vector<Vec3d> normals_of_depth(const Lens& lens, const std::vector<float>& depth) {
   std::vector<Vec3d> normals(depth.size());
@@ -222,7 +162,7 @@ Figures compare(const Truth& truth, const Map& map) {
   f.normal_p95 = percentile(along_normal_sizes, 0.95);
   f.normal_bias = along_normal.mean();
   f.depth_rms = depth.rms();
-  f.outliers = depth.count > 0 ? 100 * outliers / depth.count : Figures::kNone;
+  f.outliers = depth.count > 0 ? 100 * outliers / depth.count : kNone;
   f.angle_median = percentile(angles, 0.5);
   f.angle_p95 = percentile(angles, 0.95);
   f.slope_median = percentile(slope_angles, 0.5);
@@ -232,54 +172,22 @@ Figures compare(const Truth& truth, const Map& map) {
   f.crease_slope = percentile(crease_slopes, 0.5);
   f.outline_rms = outline_depth.rms();
   f.outline_miss = outline_distance(truth, covered);
-  f.iou = either > 0 ? both / either : Figures::kNone;
+  f.iou = either > 0 ? both / either : kNone;
   f.holes = count_holes(truth, covered);
   f.specks = 1e6 * count_specks(truth, map) / static_cast<double>(map.depth.size());
+  f.jump_p999 = normal_jump(truth, map);
+  const Straightness outline = outline_straightness(truth, map);
+  f.outline_jag = outline.jag;
+  f.outline_lost = outline.lost;
+  const Straightness crease = crease_straightness(truth, map);
+  f.crease_jag = crease.jag;
+  f.crease_lost = crease.lost;
+  const Splash splash = splash_figures(truth, map);
+  f.splash_covered = splash.covered;
+  f.splash_missing = splash.missing;
+  f.splash_doubled = splash.doubled;
+  f.splash_closed = splash.closed;
   return f;
-}
-
-double flicker(std::span<const Truth> truths, std::span<const Map> maps) {
-  require(truths.size() == maps.size(), "flicker: " + std::to_string(maps.size()) + " maps for " +
-                                            std::to_string(truths.size()) + " truths");
-  Moments change;
-  for (std::size_t k = 0; k + 1 < maps.size(); ++k) {
-    require_same_size(truths[k], maps[k]);
-    require_same_size(truths[k + 1], maps[k + 1]);
-    for (std::size_t p = 0; p < truths[k].depth.size(); ++p) {
-      if (truths[k].class_of[p] != PixelClass::interior ||
-          truths[k + 1].class_of[p] != PixelClass::interior || !finite(maps[k].depth[p]) ||
-          !finite(maps[k + 1].depth[p]))
-        continue;
-      const double before = maps[k].depth[p] - truths[k].depth[p];
-      const double after = maps[k + 1].depth[p] - truths[k + 1].depth[p];
-      change.add(clamped(after - before));
-    }
-  }
-  return change.rms();
-}
-
-const std::vector<FigureField>& figure_fields() {
-  static const std::vector<FigureField> fields{
-      {"normal_rms", "s", &Figures::normal_rms, 4},
-      {"normal_p95", "s", &Figures::normal_p95, 4},
-      {"normal_bias", "s", &Figures::normal_bias, 4},
-      {"depth_rms", "s", &Figures::depth_rms, 4},
-      {"outliers", "%", &Figures::outliers, 2},
-      {"angle_median", "deg", &Figures::angle_median, 2},
-      {"angle_p95", "deg", &Figures::angle_p95, 2},
-      {"slope_median", "deg", &Figures::slope_median, 2},
-      {"slope_p95", "deg", &Figures::slope_p95, 2},
-      {"crease_rms", "s", &Figures::crease_rms, 3},
-      {"crease_angle", "deg", &Figures::crease_angle, 2},
-      {"crease_slope", "deg", &Figures::crease_slope, 2},
-      {"outline_rms", "s", &Figures::outline_rms, 3},
-      {"outline_miss", "s", &Figures::outline_miss, 3},
-      {"iou", "", &Figures::iou, 4},
-      {"holes", "", &Figures::holes, 1},
-      {"specks", "per Mpixel", &Figures::specks, 1},
-      {"flicker", "s", &Figures::flicker, 4},
-  };
-  return fields;
 }
 
 Figures mean(std::span<const Figures> figures) {

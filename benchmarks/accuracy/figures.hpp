@@ -2,29 +2,22 @@
 // has nothing to measure (no crease, no flicker run) is NaN.
 #pragma once
 
-#include <limits>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "accuracy/figures/statistics.hpp"
+#include "accuracy/map.hpp"
 #include "accuracy/truth.hpp"
 #include "meniscus/types.hpp"
 
 namespace meniscus::accuracy {
-
-/// A map as the library returns it: depth in world units (+infinity: none), normals in world axes
-/// (zero or missing: none).
-struct Map {
-  std::vector<float> depth;
-  std::vector<Vec3> normal;
-};
 
 /// Errors are positive where the map lies behind the truth. Depth errors and errors along the
 /// normal are clamped to +-2 s, so that a single wrong layer does not hide all else. Angles are
 /// between the truth's normal and, for `angle`, the map's own, for `slope`, the one that the map's
 /// depths have by differences.
 struct Figures {
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   // Interior pixels (see PixelClass)
   double normal_rms = kNone;   // error along the normal
   double normal_p95 = kNone;   // ... 95th percentile of its absolute value
@@ -33,21 +26,31 @@ struct Figures {
   double outliers = kNone;  // percent of the pixels whose depth is wrong by more than s
   double angle_median = kNone, angle_p95 = kNone;
   double slope_median = kNone, slope_p95 = kNone;
+  double jump_p999 = kNone;  // angle between neighbouring pixels' normals, less the truth's own
   // Pixels near creases
   double crease_rms = kNone;                          // depth
   double crease_angle = kNone, crease_slope = kNone;  // medians
+  double crease_jag = kNone, crease_lost = kNone;     // see figures/lines.hpp
   // Pixels near outlines
   double outline_rms = kNone;   // depth
   double outline_miss = kNone;  // mean distance between the outlines, both ways
+  double outline_jag = kNone, outline_lost = kNone;
   // The whole mask
   double iou = kNone;     // intersection over union
   double holes = kNone;   // enclosed gaps that mostly lie on the truth's surface
   double specks = kNone;  // per megapixel: see count_specks
-  // Moving camera
-  double flicker = kNone;  // RMS change of the depth error for a step of 0.3 pixels
+  // Pieces of splash: see figures/splash.hpp
+  double splash_covered = kNone, splash_missing = kNone;
+  double splash_doubled = kNone, splash_closed = kNone;
+  // Change of the depth error from frame to frame: see figures/flicker.hpp
+  double flicker = kNone, flicker_p999 = kNone;  // the camera moves 0.3 pixels
+  double jitter = kNone, jitter_p999 = kNone;    // the particles move 0.01 s
+  // The mesh: see figures/mesh_distance.hpp
+  double mesh_rms = kNone, mesh_p95 = kNone, mesh_p999 = kNone, mesh_outline = kNone;
 };
 
-/// Throws InvalidArgument when the map has another size than the truth.
+/// All but flicker and mesh, which need more than one map. Throws InvalidArgument when the
+/// map has another size than the truth.
 Figures compare(const Truth& truth, const Map& map);
 
 /// Pieces of at most 8 pixels, where neighbouring pixels hang together unless their depths differ
@@ -55,19 +58,23 @@ Figures compare(const Truth& truth, const Map& map);
 /// count.
 int count_specks(const Truth& truth, const Map& map);
 
-/// RMS change of the depth error from each frame to the next, over pixels that are interior in
-/// both. The frames are of one scene whose camera moves.
-double flicker(std::span<const Truth> truths, std::span<const Map> maps);
+/// Throws InvalidArgument when the map has another size than the truth.
+void require_same_size(const Truth& truth, const Map& map);
 
 /// Unit normals (world axes) of a depth map by differences across each pixel, zero where there are
 /// none.
 std::vector<Vec3d> normals_of_depth(const Lens& lens, const std::vector<float>& depth);
+
+/// Which values of a figure are good.
+enum class Better { low, high, near_zero };
 
 /// Name, unit and place of each figure, in the order of the tables.
 struct FigureField {
   std::string name, unit;
   double Figures::*value;
   int digits;  // behind the point
+  Better better;
+  std::string meaning;  // a plain sentence
 };
 const std::vector<FigureField>& figure_fields();
 

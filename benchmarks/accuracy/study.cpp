@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "accuracy/figures/flicker.hpp"
+#include "accuracy/figures/mesh_distance.hpp"
 #include "accuracy/parallel.hpp"
 
 namespace meniscus::accuracy {
@@ -56,7 +58,20 @@ Measurement measure(Device& device, const Case& scene_case, Parameters parameter
     result.surface = std::move(surface);
   }
   result.figures = compare(scene_case.truths[0], maps[0]);
-  if (maps.size() > 1) result.figures.flicker = flicker(scene_case.truths, maps);
+  if (maps.size() > 1) {
+    const Flicker change = flicker(scene_case.truths, maps);
+    const bool jittered = scene_case.jitter > 0;
+    (jittered ? result.figures.jitter : result.figures.flicker) = change.rms;
+    (jittered ? result.figures.jitter_p999 : result.figures.flicker_p999) = change.p999;
+  }
+  if (parameters.mesh) {
+    const MeshDistance mesh =
+        mesh_distance(*scene_case.scene, scene_case.truths[0], result.surface.mesh);
+    result.figures.mesh_rms = mesh.rms;
+    result.figures.mesh_p95 = mesh.p95;
+    result.figures.mesh_p999 = mesh.p999;
+    result.figures.mesh_outline = mesh.outline_rms;
+  }
   return result;
 }
 

@@ -1,0 +1,62 @@
+#include "accuracy/figures/flicker.hpp"
+
+#include <string>
+
+#include "accuracy/figures.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+Flicker flicker_of(const std::vector<double>& changes) {
+  Moments moments;
+  for (const double change : changes) moments.add(change);
+  std::vector<double> sizes;
+  for (const double change : changes) sizes.push_back(std::abs(change));
+  return {moments.rms(), percentile(sizes, 0.999)};
+}
+
+}  // namespace
+
+Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps) {
+  require(truths.size() == maps.size() || truths.size() == 1,
+          "flicker: " + std::to_string(maps.size()) + " maps for " + std::to_string(truths.size()) +
+              " truths, wanted as many, or one truth");
+  const auto truth_of = [&](std::size_t k) -> const Truth& {
+    return truths[truths.size() == 1 ? 0 : k];
+  };
+  std::vector<double> changes;
+  for (std::size_t k = 0; k + 1 < maps.size(); ++k) {
+    const Truth &first = truth_of(k), &second = truth_of(k + 1);
+    require_same_size(first, maps[k]);
+    require_same_size(second, maps[k + 1]);
+    for (std::size_t p = 0; p < first.depth.size(); ++p) {
+      if (first.class_of[p] != PixelClass::interior || second.class_of[p] != PixelClass::interior ||
+          !finite(maps[k].depth[p]) || !finite(maps[k + 1].depth[p]))
+        continue;
+      const double before = maps[k].depth[p] - first.depth[p];
+      const double after = maps[k + 1].depth[p] - second.depth[p];
+      changes.push_back(clamped(after - before));
+    }
+  }
+  return flicker_of(changes);
+}
+
+Flicker second_difference(std::span<const Map> maps) {
+  std::vector<double> changes;
+  for (std::size_t k = 0; k + 2 < maps.size(); ++k) {
+    const auto &first = maps[k].depth, &middle = maps[k + 1].depth, &last = maps[k + 2].depth;
+    require(first.size() == middle.size() && middle.size() == last.size(),
+            "second_difference: frames " + std::to_string(k) + " to " + std::to_string(k + 2) +
+                " differ in size");
+    for (std::size_t p = 0; p < first.size(); ++p) {
+      if (!finite(first[p]) || !finite(middle[p]) || !finite(last[p])) continue;
+      const double before = static_cast<double>(middle[p]) - first[p];
+      const double after = static_cast<double>(last[p]) - middle[p];
+      if (std::abs(before) <= kJump && std::abs(after) <= kJump) changes.push_back(after - before);
+    }
+  }
+  return flicker_of(changes);
+}
+
+}  // namespace meniscus::accuracy

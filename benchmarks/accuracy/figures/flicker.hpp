@@ -1,0 +1,27 @@
+// How steady maps are from frame to frame.
+#pragma once
+
+#include <span>
+
+#include "accuracy/figures/statistics.hpp"
+#include "accuracy/map.hpp"
+#include "accuracy/truth.hpp"
+
+namespace meniscus::accuracy {
+
+/// RMS and 99.9th percentile of a change, s.
+struct Flicker {
+  double rms = kNone, p999 = kNone;
+};
+
+/// The change of the depth error from each frame to the next, over pixels that are interior in
+/// both, clamped to 2 s. One truth a frame (a camera that moves), or one for all (particles that
+/// move). Throws InvalidArgument when there are other numbers of truths and maps.
+Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps);
+
+/// |z0 - 2 z1 + z2| of the depths, over pixels that are covered in three successive frames, their
+/// depths at most s apart: what is left of a real motion when its velocity is taken out. Depths in
+/// s. Throws InvalidArgument when the maps' sizes differ.
+Flicker second_difference(std::span<const Map> maps);
+
+}  // namespace meniscus::accuracy

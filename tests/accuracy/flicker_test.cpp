@@ -1,0 +1,73 @@
+// Steadiness from frame to frame.
+#include "accuracy/figures/flicker.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cfloat>
+#include <cmath>
+#include <vector>
+
+#include "accuracy/synthetic.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+// A float holds a depth below 16 s to half of 2^-20 s; a change has two of them.
+constexpr double kFloat = 16 * FLT_EPSILON;
+
+Truth whole_wall() {
+  return wall([](int, int) { return true; }, PixelClass::interior);
+}
+
+Map at_depth(double depth) {
+  Map map = map_of(whole_wall());
+  for (float& d : map.depth) d = static_cast<float>(depth);
+  return map;
+}
+
+TEST(Flicker, IsTheChangeOfTheError) {
+  const std::vector<Truth> truths(3, whole_wall());
+  EXPECT_EQ(flicker(truths, std::vector<Map>(3, at_depth(kWall + 0.25))).rms, 0);
+  const std::vector<Map> maps{at_depth(kWall), at_depth(kWall + 0.125), at_depth(kWall)};
+  EXPECT_NEAR(flicker(truths, maps).rms, 0.125, kFloat);
+  EXPECT_NEAR(flicker(truths, maps).p999, 0.125, kFloat);
+}
+
+TEST(Flicker, OneTruthHoldsForAllFrames) {
+  const std::vector<Truth> truth{whole_wall()};
+  const std::vector<Map> maps{at_depth(kWall), at_depth(kWall + 0.5), at_depth(kWall + 0.5)};
+  EXPECT_NEAR(flicker(truth, maps).rms, 0.5 / std::sqrt(2), kFloat) << "one of two steps";
+  EXPECT_THROW(flicker(std::vector<Truth>(2, whole_wall()), maps), InvalidArgument);
+}
+
+TEST(Flicker, PopsShowInThePercentile) {
+  const std::vector<Truth> truth{whole_wall()};
+  std::vector<Map> maps(2, at_depth(kWall));
+  // 50 of 32,000 pixels are more than one in a thousand; 20 are fewer.
+  for (int k = 0; k < 20; ++k) maps[1].depth[7 * k] += 1;
+  EXPECT_EQ(flicker(truth, maps).p999, 0);
+  for (int k = 0; k < 50; ++k) maps[1].depth[7 * k] = kWall + 1;
+  EXPECT_EQ(flicker(truth, maps).p999, 1);
+}
+
+TEST(SecondDifference, VelocityDoesNotCountAndAccelerationDoes) {
+  EXPECT_NEAR(second_difference(std::vector<Map>{at_depth(9), at_depth(9.25), at_depth(9.5)}).rms,
+              0, 0);
+  const std::vector<Map> maps{at_depth(9), at_depth(9.25), at_depth(9.625), at_depth(9.875)};
+  EXPECT_NEAR(second_difference(maps).rms, 0.125, kFloat);
+  EXPECT_NEAR(second_difference(maps).p999, 0.125, kFloat);
+}
+
+TEST(SecondDifference, OtherLayersAndGapsDoNotCount) {
+  std::vector<Map> maps{at_depth(9), at_depth(9), at_depth(9)};
+  maps[1].depth[5] = 12;
+  maps[2].depth[6] = static_cast<float>(kNothing);
+  EXPECT_EQ(second_difference(maps).rms, 0);
+  EXPECT_TRUE(std::isnan(second_difference(std::vector<Map>(2, at_depth(9))).rms));
+  maps[0].depth.pop_back();
+  EXPECT_THROW(second_difference(maps), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace meniscus::accuracy
