@@ -27,6 +27,8 @@ struct Options {
   std::vector<std::string> seeds{"1"};
   std::vector<std::string> settings;
   Setup setup;
+  bool mesh = false;
+  std::string splashsurf = "pysplashsurf";  // program
   std::string device, json, pictures;
 };
 
@@ -135,21 +137,20 @@ Row mean_of(const std::vector<Row>& rows, const std::string& scene) {
 
 /// Rows of every scene with every method, then the means over the scenes. Only one scene's cases
 /// are in memory at a time.
-std::vector<Row> measure_setting(Device& device, const std::vector<Parameters>& methods,
-                                 const Options& options, const Series& series,
-                                 const Setting& setting) {
+std::vector<Row> measure_setting(const std::vector<Contender>& contenders, const Options& options,
+                                 const Series& series, const Setting& setting) {
   Setup setup = options.setup;
   setting.change(setup);
   print_header(series, setting);
-  std::vector<std::vector<Row>> of_method(methods.size());
+  std::vector<std::vector<Row>> of_method(contenders.size());
   for (const std::string& scene : options.scenes) {
     const std::vector<Case> cases = make_cases({scene}, seeds_named(options.seeds), setup);
-    for (std::size_t k = 0; k < methods.size(); ++k) {
+    for (std::size_t k = 0; k < contenders.size(); ++k) {
       std::vector<Row> of_seed;
       for (const Case& c : cases) {
-        const Measurement m = measure(device, c, methods[k]);
-        of_seed.push_back({series.name, setting.name, scene, to_string(methods[k].method),
-                           c.scene->smooth, m.figures, m.seconds});
+        const Measurement m = measure(contenders[k].extract, c);
+        of_seed.push_back({series.name, setting.name, scene, contenders[k].name, c.scene->smooth,
+                           m.figures, m.seconds});
         if (!options.pictures.empty())
           write_pictures(options.pictures, of_seed.back(), c, m.surface);
       }
@@ -173,23 +174,33 @@ std::vector<Row> measure_setting(Device& device, const std::vector<Parameters>& 
   return rows;
 }
 
-void run(const Options& options) {
-  std::vector<Parameters> methods;
+std::vector<Contender> contenders_of(const Options& options, Device& device) {
+  std::vector<Contender> contenders;
   for (const std::string& name : options.methods) {
+    if (name == "splashsurf") {
+      contenders.push_back(splashsurf(options.splashsurf));
+      continue;
+    }
     Parameters parameters;
     parameters.method = method_named(name);
-    parameters.mesh = false;
+    parameters.mesh = options.mesh;
+    parameters.particle_radius = kParticleRadius;
     for (const std::string& setting : options.settings) apply(setting, parameters);
     check(parameters);
-    methods.push_back(parameters);
+    contenders.push_back(library_method(device, parameters));
   }
+  return contenders;
+}
+
+void run(const Options& options) {
   Device device(options.device);
+  const std::vector<Contender> contenders = contenders_of(options, device);
   if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
 
   std::vector<Row> rows;
   for (const Series& series : series_named(options.series))
     for (const Setting& setting : series.settings) {
-      const auto of_setting = measure_setting(device, methods, options, series, setting);
+      const auto of_setting = measure_setting(contenders, options, series, setting);
       rows.insert(rows.end(), of_setting.begin(), of_setting.end());
     }
   if (!options.json.empty()) write_json(options, rows, device.info().name);
@@ -206,7 +217,9 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Extracts analytic scenes and prints how far the maps are from the truth. Lengths are in s, "
       "the particle spacing (two particle radii)."};
-  app.add_option("--method", options.methods, "Methods")->delimiter(',')->capture_default_str();
+  app.add_option("--method", options.methods, "Methods; beside the library's also splashsurf")
+      ->delimiter(',')
+      ->capture_default_str();
   app.add_option("--scene", options.scenes, "Scenes")->delimiter(',')->capture_default_str();
   app.add_option("--series", options.series,
                  "What is varied: main, noise, lattice, spacing, orthographic, wide, narrow, "
@@ -225,6 +238,9 @@ int main(int argc, char** argv) {
   app.add_flag("--ortho", options.setup.orthographic, "Orthographic cameras");
   app.add_flag("--flicker", options.setup.moving,
                "Move the camera by 0.3 pixels three times and measure the change of the error");
+  app.add_flag("--mesh", options.mesh, "Make the meshes, too, and measure their vertices");
+  app.add_option("--splashsurf", options.splashsurf, "The program of method splashsurf")
+      ->capture_default_str();
   app.add_option("--set", options.settings,
                  "name=value: any length or number of meniscus extract --help");
   app.add_option("--device", options.device, "OpenCL device: index, part of a name, cpu or gpu");

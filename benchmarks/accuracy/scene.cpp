@@ -196,6 +196,16 @@ Vec3d Lens::direction(int i, int j) const {
          down * ((j + 0.5 - 0.5 * height) / focal);
 }
 
+std::optional<std::size_t> Lens::pixel(const Vec3d& point) const {
+  const Vec3d from_eye = point - eye;
+  const double depth = dot(from_eye, forward);
+  if (!(depth > 0)) return std::nullopt;
+  const double x = std::floor(0.5 * width + dot(from_eye, right) * scale(depth));
+  const double y = std::floor(0.5 * height + dot(from_eye, down) * scale(depth));
+  if (!(x >= 0 && y >= 0 && x < width && y < height)) return std::nullopt;
+  return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
+}
+
 Lens lens_of(const Scene& scene, bool orthographic, double shift) {
   Lens lens;
   lens.width = scene.width;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,8 @@ struct Lens {
   /// d(point) / d(depth); not of unit length.
   Vec3d direction(int i, int j) const;
   Vec3d point(int i, int j, double depth) const { return origin(i, j) + depth * direction(i, j); }
+  /// Index of the pixel that shows the point; none: it is outside the image or behind the eye.
+  std::optional<std::size_t> pixel(const Vec3d& point) const;
 };
 
 /// The camera of `scene`, its eye moved to the right by `shift` (s), its axes unchanged.

@@ -40,8 +40,11 @@ std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
   return cases;
 }
 
-Measurement measure(Device& device, const Case& scene_case, Parameters parameters) {
-  parameters.particle_radius = kParticleRadius;
+Measurement measure(Device& device, const Case& scene_case, const Parameters& parameters) {
+  return measure(library_method(device, parameters).extract, scene_case);
+}
+
+Measurement measure(const Extractor& extract, const Case& scene_case) {
   Measurement result;
   std::vector<Map> maps;
   for (const Truth& truth : scene_case.truths) {
@@ -50,7 +53,7 @@ Measurement measure(Device& device, const Case& scene_case, Parameters parameter
         frame > 0 ? jittered(scene_case.particles, scene_case.jitter, scene_case.seed, frame)
                   : scene_case.particles;
     const auto start = std::chrono::steady_clock::now();
-    Surface surface = extract(device, particles, camera_of(truth.lens), parameters);
+    Surface surface = extract(particles, truth.lens);
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     maps.push_back({surface.depth, surface.normal});
     if (maps.size() > 1) continue;
@@ -64,7 +67,7 @@ Measurement measure(Device& device, const Case& scene_case, Parameters parameter
     (jittered ? result.figures.jitter : result.figures.flicker) = change.rms;
     (jittered ? result.figures.jitter_p999 : result.figures.flicker_p999) = change.p999;
   }
-  if (parameters.mesh) {
+  if (!result.surface.mesh.position.empty()) {
     const MeshDistance mesh =
         mesh_distance(*scene_case.scene, scene_case.truths[0], result.surface.mesh);
     result.figures.mesh_rms = mesh.rms;

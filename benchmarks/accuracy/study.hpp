@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/contenders.hpp"
 #include "accuracy/figures.hpp"
 #include "accuracy/particles.hpp"
 #include "accuracy/scene.hpp"
@@ -44,8 +45,11 @@ struct Measurement {
   double seconds = 0;  // wall time of extracting the first frame
 };
 
-/// Extracts every frame of the case and compares the first one with its truth. The particle radius
-/// is s/2, whatever the parameters say.
-Measurement measure(Device& device, const Case& scene_case, Parameters parameters);
+/// Extracts every frame of the case and compares the first one with its truth; its mesh, too, when
+/// it has one.
+Measurement measure(const Extractor& extract, const Case& scene_case);
+
+/// The same for a method of the library.
+Measurement measure(Device& device, const Case& scene_case, const Parameters& parameters);
 
 }  // namespace meniscus::accuracy
