@@ -14,6 +14,10 @@ const std::vector<MethodEntry>& method_list() {
       {Method::stable, "stable", "one fit a particle, for animation"},
       {Method::paper, "paper", "the paper as printed"},
       {Method::ssm, "ssm", "Screen Space Meshes"},
+      {Method::spheres, "spheres", "the particles as spheres"},
+      {Method::bilateral, "bilateral", "bilateral filter on the spheres' depth"},
+      {Method::narrow_range, "narrow-range", "narrow-range filter on the spheres' depth"},
+      {Method::curvature_flow, "curvature-flow", "mean curvature flow of the spheres' depth"},
   };
   return all;
 }

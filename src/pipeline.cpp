@@ -12,6 +12,14 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
       return run_paper(device, view, particles, params, timings);
     case Method::ssm:
       return run_ssm(device, view, particles, params, timings);
+    case Method::spheres:
+      return run_spheres(device, view, particles, params, timings);
+    case Method::bilateral:
+      return run_bilateral(device, view, particles, params, timings);
+    case Method::narrow_range:
+      return run_narrow_range(device, view, particles, params, timings);
+    case Method::curvature_flow:
+      return run_curvature_flow(device, view, particles, params, timings);
     case Method::stable:
       return run_stable(device, view, particles, params, timings);
     default:

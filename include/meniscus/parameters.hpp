@@ -9,10 +9,14 @@ namespace meniscus {
 
 /// How the surface is made from the visible particles.
 enum class Method {
-  fit,     // merged groups, off-surface quadrics, two-sheet blend: the default
-  stable,  // one fit per visible particle, for animation
-  paper,   // the paper as printed, to reproduce its figures
-  ssm,     // Screen Space Meshes (Mueller et al. 2007), the paper's baseline
+  fit,             // merged groups, off-surface quadrics, two-sheet blend: the default
+  stable,          // one fit per visible particle, for animation
+  paper,           // the paper as printed, to reproduce its figures
+  ssm,             // Screen Space Meshes (Mueller et al. 2007), the paper's baseline
+  spheres,         // the particles as spheres
+  bilateral,       // bilateral filter on the spheres' depth
+  narrow_range,    // Truong and Yuksel 2018
+  curvature_flow,  // van der Laan, Green and Sainz 2009
 };
 
 /// Which particles are seen (paper 2.1).
@@ -95,6 +99,39 @@ struct SsmParams {
   int filter = 0;          // its half width in nodes, as printed; 0: from sigma, by perspective
 };
 
+/// The particles as they are.
+struct SphereParams {
+  double footprint = 1;  // radius of the spheres
+};
+
+/// Bilateral filter on the depth map of the spheres (Green 2010).
+struct BilateralParams {
+  double footprint = 1.5;  // radius of the spheres
+  double sigma = 1;        // of the Gaussian on the screen
+  double range = 1;        // of the one over the difference in depth
+  int iterations = 1;
+  int separable = 0;  // 1: rows, then columns; 0: in two dimensions
+};
+
+/// Narrow-range filter on the depth map of the spheres (Truong and Yuksel 2018).
+struct NarrowRangeParams {
+  double footprint = 1.5;  // radius of the spheres
+  double sigma = 1;        // of the Gaussian on the screen
+  double delta = 3;        // samples this much nearer do not count, as much farther are clamped
+  double mu = 1;           // clamped samples count as this much behind the centre
+  int iterations = 1;
+  int separable = 0;  // 1: rows, then columns; 0: in two dimensions
+  int cleanup = 2;    // half width of the last pass, samples
+};
+
+/// Screen-space mean curvature flow (van der Laan et al. 2009).
+struct CurvatureFlowParams {
+  double footprint = 1.5;  // radius of the spheres
+  double time = 1;         // of the flow, radii^2
+  double step = 0.5;       // of the longest stable step
+  double z_max = 3;        // a depth jump that is a silhouette
+};
+
 struct Parameters {
   Method method = Method::fit;
   double particle_radius = 0;  // world units; 0: the file's, else estimated
@@ -111,6 +148,10 @@ struct Parameters {
   StableParams stable;
   MeshParams grid;
   SsmParams ssm;
+  SphereParams spheres;
+  BilateralParams bilateral;
+  NarrowRangeParams narrow_range;
+  CurvatureFlowParams curvature_flow;
 };
 
 /// A method's name on the command line, and what it is in one line.

@@ -59,27 +59,10 @@ Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float
   return normals;
 }
 
-SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& spheres,
-                       const SampleGrid& grid, const SsmParams& params, double cell) {
-  const auto depth = smooth_depth(device, view, spheres, grid, params, cell);
-  const auto normals = depth_normals(device, view, depth, grid, params.z_max);
-
-  SurfaceMap map;
-  map.grid = grid;
-  map.depth = download(device, depth);
-  const std::vector<float> n = download(device, normals);
-  const std::size_t size = grid.size();
-  map.group.assign(size, -1);
-  for (std::size_t k = 0; k < size; ++k) {
-    map.normal.push_back({n[k], n[size + k], n[2 * size + k]});
-    map.kind.push_back(std::isfinite(map.depth[k]) ? Kind::surface : Kind::none);
-  }
-  return map;
-}
-
 std::vector<SilhouetteEdge> place_circle_cuts(const SurfaceMap& nodes,
                                               std::vector<SilhouetteEdge> edges,
-                                              const Projected& particles, const SsmParams& params) {
+                                              const Projected& particles, double footprint,
+                                              double z_max) {
   const SampleGrid& grid = nodes.grid;
   // The silhouette edge from each node to the right (axis 0) and down (axis 1), or -1.
   std::array<std::vector<int>, 2> edge_after;
@@ -94,8 +77,7 @@ std::vector<SilhouetteEdge> place_circle_cuts(const SurfaceMap& nodes,
   for (std::size_t p = 0; p < particles.size(); ++p) {
     const double surface = -double{particles.z[p]} - particles.scale[p];
     const double centre[2] = {particles.u[p], particles.v[p]};
-    const double radius[2] = {params.footprint * particles.ku[p],
-                              params.footprint * particles.kv[p]};
+    const double radius[2] = {footprint * particles.ku[p], footprint * particles.kv[p]};
     // The circle crosses each grid line of an axis twice: at the centre -+ half.
     for (int axis = 0; axis < 2; ++axis) {
       const int other = 1 - axis;
@@ -117,8 +99,7 @@ std::vector<SilhouetteEdge> place_circle_cuts(const SurfaceMap& nodes,
           // The circle ends towards the back node, or it is not what ends here.
           if (e < 0 || (edges[e].front == node) != (sign > 0)) continue;
           const double behind = surface - nodes.depth[edges[e].front];
-          if (behind > params.z_max ||
-              std::abs(behind) >= std::abs(surface - nodes.depth[edges[e].back]))
+          if (behind > z_max || std::abs(behind) >= std::abs(surface - nodes.depth[edges[e].back]))
             continue;
           const double share = sign > 0 ? crossing - cell : 1 - (crossing - cell);
           farthest[e] = std::max(farthest[e], share);

@@ -11,26 +11,21 @@
 
 namespace meniscus {
 
-/// Smooths the depth map of the particles' spheres (Mueller et al. 3.3) and takes its normals.
-///
-///   spheres  [ny*nx] depth, particle radii; kNoSurface where there is none
-///   params   sigma and z_max in particle radii; filter in cells of the node grid
-///   cell     the node grid's cell size, pixels
-///
-/// The filter is as wide on the screen whatever the grid's step is. Returns depths and unit normals
-/// towards the camera, without groups; samples without surface stay so. Waits.
-/// Throws InvalidArgument when the map's size is not its grid's, DeviceError.
-SurfaceMap ssm_surface(Device& device, const View& view, const Buffer<float>& spheres,
-                       const SampleGrid& grid, const SsmParams& params, double cell);
-
 /// Normals of a depth map by differences: [3][ny*nx], unit, towards the camera, eye axes; zero
 /// where there is no surface. Neighbours farther than z_max (particle radii) in depth are another
 /// layer. Does not wait.
 Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float>& depth,
                             const SampleGrid& grid, double z_max);
 
-/// The smoothing alone: a separable binomial filter whose window grows while both its ends lie
-/// within z_max of its centre. Does not wait. Throws as above.
+/// Smooths the depth map of the particles' spheres (Mueller et al. 3.3).
+///
+///   depth   [ny*nx] particle radii; kNoSurface where there is none, and there it stays
+///   params  sigma and z_max in particle radii; filter in cells of the node grid
+///   cell    the node grid's cell size, pixels
+///
+/// A separable binomial filter whose window grows while both its ends lie within z_max of its
+/// centre, as wide on the screen whatever the grid's step is. Does not wait.
+/// Throws InvalidArgument when the map's size is not its grid's, DeviceError.
 Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>& depth,
                            const SampleGrid& grid, const SsmParams& params, double cell);
 
@@ -38,14 +33,14 @@ Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>
 /// farthest from its front node, of the circles of particles on the front node's layer.
 ///
 ///   nodes      the smoothed node map that `edges` were found in
-///   particles  those whose spheres were splatted
-///   params     footprint and z_max
+///   particles  those whose spheres were drawn, with `footprint`
 ///
 /// Returns the edges with their cuts; one that no such circle crosses keeps its own. A particle is
 /// on the layer when its own surface, a radius before its centre, is within z_max of the front
 /// node's depth and nearer to it than to the back node's.
 std::vector<SilhouetteEdge> place_circle_cuts(const SurfaceMap& nodes,
                                               std::vector<SilhouetteEdge> edges,
-                                              const Projected& particles, const SsmParams& params);
+                                              const Projected& particles, double footprint,
+                                              double z_max);
 
 }  // namespace meniscus

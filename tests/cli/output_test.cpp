@@ -213,7 +213,11 @@ TEST_P(ProgramSameBytes, InEveryRunWithAnyThreadsAndAnyOrderOfParticles) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, ProgramSameBytes, testing::ValuesIn(kMethods),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& info) {
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace meniscus::test

@@ -109,7 +109,9 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"OutputIsInput", {"extract", "in.ply", "-o", "./in.ply"}, {"input"}},
         WrongUsage{"Method",
                    extract_with({"--method", "magic"}),
-                   {"--method is magic", "fit, stable, paper, ssm"}},
+                   {"--method is magic",
+                    "fit, stable, paper, ssm, spheres, bilateral, "
+                    "narrow-range, curvature-flow"}},
         WrongUsage{"Preview",
                    extract_with({"--preview", "x"}),
                    {"--preview is x", "lit, normal, depth, groups"}},

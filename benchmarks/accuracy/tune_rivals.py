@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""Searches the best settings of the rivals on the tuning seeds (docs/rivals.md).
+
+    benchmarks/accuracy/tune_rivals.py --program build/release/meniscus-accuracy [METHOD ...]
+
+One option is varied at a time over its candidates, round after round, until a round changes
+nothing. The score is the mean over the scenes of the error along the normal (RMS, s) plus a
+fiftieth of the median normal error (degrees): 1 degree counts like 0.02 s. Seeds 1 to 3 are for
+tuning; the figures of docs/rivals.md are of other seeds.
+"""
+import argparse
+import json
+import subprocess
+import tempfile
+
+FOOTPRINT = [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7]
+SIGMA = [0.5, 0.7, 1, 1.3, 1.6, 2]
+
+# The candidates of every option, in the order in which they are varied.
+SEARCHED = {
+    "ssm": {"ssm-footprint": FOOTPRINT, "ssm-sigma": SIGMA, "ssm-z-max": [1.5, 2, 3, 4.5]},
+    "spheres": {"spheres-footprint": FOOTPRINT},
+    "bilateral": {
+        "bilateral-footprint": FOOTPRINT,
+        "bilateral-sigma": SIGMA,
+        "bilateral-range": [0.5, 0.7, 1, 1.4, 2, 3],
+        "bilateral-iterations": [1, 2, 3],
+        "bilateral-separable": [0, 1],
+    },
+    "narrow-range": {
+        "narrow-footprint": FOOTPRINT,
+        "narrow-sigma": SIGMA,
+        "narrow-delta": [0.5, 1, 2, 3, 5],
+        "narrow-mu": [0, 0.25, 0.5, 1, 2],
+        "narrow-iterations": [1, 2, 3],
+        "narrow-separable": [0, 1],
+        "narrow-cleanup": [0, 2, 4],
+    },
+    "curvature-flow": {
+        "flow-footprint": FOOTPRINT,
+        "flow-time": [0.5, 0.8, 1.2, 1.8, 2.7, 4],
+        "flow-z-max": [1, 2, 3, 4.5],
+    },
+    "anisotropic": {
+        "anisotropic-level": [0.2, 0.3, 0.4, 0.5, 0.6],
+        "anisotropic-h": [1.5, 2, 2.5, 3],
+        "anisotropic-lambda": [0.5, 0.8, 0.9, 0.95],
+        "anisotropic-kr": [2, 4, 8],
+        "anisotropic-ks": [0.8, 1, 1.25],
+    },
+}
+
+
+def measure(args, method, settings):
+    """The figures of the mean over the scenes, each a mean over the seeds."""
+    with tempfile.NamedTemporaryFile(suffix=".json") as file:
+        command = [args.program, "--method", method, "--seeds", args.seeds, "--json", file.name]
+        if args.scenes:
+            command += ["--scene", args.scenes]
+        for name, value in settings.items():
+            command += ["--set", f"{name}={value}"]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        rows = json.load(file)["rows"]
+    return next(row["figures"] for row in rows if row["scene"] == "mean")
+
+
+def score(figures):
+    return figures["normal_rms"] + figures["angle_median"] / 50
+
+
+def search(args, method):
+    options = SEARCHED[method]
+    known = {}
+
+    def evaluate(settings):
+        key = tuple(sorted(settings.items()))
+        if key not in known:
+            figures = measure(args, method, settings)
+            known[key] = score(figures)
+            print(f"{known[key]:.5f}  {figures['normal_rms']:.4f} s {figures['normal_bias']:+.4f} s "
+                  f"{figures['angle_median']:5.2f} deg  crease {figures['crease_rms']:.3f} s "
+                  f"{figures['crease_angle']:.1f} deg  {method} {settings}", flush=True)
+        return known[key]
+
+    best = {}  # what is not in it has its default
+    changed = True
+    while changed:
+        changed = False
+        for name, candidates in options.items():
+            for value in candidates:
+                trial = {**best, name: value}
+                if evaluate(trial) < evaluate(best) - 1e-5:
+                    best, changed = trial, True
+    print(f"best of {method}: {evaluate(best):.5f} {best}", flush=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", default="build/release/meniscus-accuracy")
+    parser.add_argument("--seeds", default="1,2,3")
+    parser.add_argument("--scenes", default="", help="all unless given")
+    parser.add_argument("methods", nargs="*", metavar="METHOD", default=list(SEARCHED))
+    args = parser.parse_args()
+    for method in args.methods:
+        search(args, method)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,19 @@
+// Method bilateral: a bilateral filter on the depth map of the spheres (Green 2010).
+#include "methods/methods.hpp"
+#include "stages/filter.hpp"
+#include "stages/ssm.hpp"
+
+namespace meniscus {
+
+Extraction run_bilateral(Device& device, const View& view, const WorldParticles& particles,
+                         const Parameters& params, std::vector<StageTime>* timings) {
+  return run_on_spheres(
+      device, view, particles, params, timings, params.bilateral.footprint, params.grid.z_max,
+      [&](const DeviceSpheres& spheres, const SampleGrid& grid) {
+        const auto spheres_depth = cast_spheres(device, view, spheres, grid);
+        const auto depth = filter_bilateral(device, view, spheres_depth, grid, params.bilateral);
+        return DepthAndNormals{depth, depth_normals(device, view, depth, grid, params.grid.z_max)};
+      });
+}
+
+}  // namespace meniscus

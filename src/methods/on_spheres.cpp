@@ -1,0 +1,43 @@
+// What every method shares that smooths the depth map of the particles' spheres.
+#include "methods/methods.hpp"
+#include "stage_clock.hpp"
+#include "stages/mesh.hpp"
+#include "stages/ssm.hpp"
+#include "stages/surface_buffers.hpp"
+
+namespace meniscus {
+
+Extraction run_on_spheres(Device& device, const View& view, const WorldParticles& particles,
+                          const Parameters& params, std::vector<StageTime>* timings,
+                          double footprint, double z_max, const SphereFilter& filter) {
+  Extraction result;
+  StageClock clock(device, timings);
+  clock.start("project");
+  const Projected projected = project_particles(device, view, particles, footprint);
+  const DeviceSpheres spheres = upload_spheres(device, view, projected, footprint);
+
+  const auto make_surface = [&](const SampleGrid& grid) {
+    clock.start("filter");
+    SurfaceBuffers surface = empty_surface(device, grid);
+    const DepthAndNormals filtered = filter(spheres, grid);
+    surface.depth = filtered.depth;
+    surface.normal = filtered.normal;
+    return download(device, surface);
+  };
+  if (params.image) result.image = make_surface(pixel_grid(view));
+  if (params.mesh) {
+    const SurfaceMap nodes = make_surface(node_grid(view, params.grid.cell));
+    clock.start("mesh");
+    MeshParams mesh = params.grid;
+    mesh.z_max = z_max;
+    const std::vector<SilhouetteEdge> edges =
+        place_circle_cuts(nodes, find_silhouette_edges(nodes, z_max), projected, footprint, z_max);
+    result.mesh = make_mesh(view, nodes, edges, mesh);
+  }
+  clock.stop();
+  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
+                   {"in view", static_cast<std::int64_t>(projected.size())}};
+  return result;
+}
+
+}  // namespace meniscus
