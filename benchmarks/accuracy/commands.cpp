@@ -1,0 +1,61 @@
+#include "accuracy/commands.hpp"
+
+#include <charconv>
+
+#include "io/preview.hpp"
+#include "parameter_list.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+/// Applies name=value; the names are those of parameter_list.
+void apply(const std::string& setting, Parameters& parameters) {
+  const auto equals = setting.find('=');
+  const std::string name = setting.substr(0, equals);
+  for (const ParameterEntry& entry : parameter_list(parameters)) {
+    if (entry.name != name || equals == std::string::npos) continue;
+    const char* const end = setting.data() + setting.size();
+    const auto read = [&](auto* value) {
+      const auto [at, error] = std::from_chars(setting.data() + equals + 1, end, *value);
+      return error == std::errc() && at == end;
+    };
+    if (std::visit(read, entry.value)) return;
+    break;
+  }
+  throw InvalidArgument("--set is " + setting +
+                        ", must be name=value with a name from meniscus extract --help");
+}
+
+}  // namespace
+
+std::vector<Contender> contenders_of(const CommonOptions& options, Device& device) {
+  std::vector<Contender> contenders;
+  for (const std::string& name : options.methods) {
+    if (name == "splashsurf") {
+      contenders.push_back(splashsurf(options.splashsurf));
+      continue;
+    }
+    Parameters parameters;
+    parameters.method = method_named(name);
+    parameters.mesh = options.mesh;
+    for (const std::string& setting : options.settings) apply(setting, parameters);
+    check(parameters);
+    contenders.push_back(library_method(device, parameters));
+  }
+  return contenders;
+}
+
+Bytes picture_of(const Surface& surface, Preview preview) {
+  return encode_png(surface.camera.width, surface.camera.height, draw_preview(surface, preview));
+}
+
+void write_results(const CommonOptions& options, const std::string& json, const Report& report) {
+  const auto write = [](const std::string& path, const std::string& text) {
+    if (!path.empty()) write_file(path, text.data(), text.size());
+  };
+  write(options.json, json);
+  if (!options.html.empty()) write(options.html, html(report));
+  write(options.markdown, markdown(report));
+}
+
+}  // namespace meniscus::accuracy

@@ -1,0 +1,54 @@
+// The program's two commands, and what they share.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "accuracy/contenders.hpp"
+#include "accuracy/report.hpp"
+#include "accuracy/study.hpp"
+
+namespace meniscus::accuracy {
+
+struct CommonOptions {
+  std::vector<std::string> methods;
+  std::vector<std::string> settings;        // name=value
+  bool mesh = false;                        // make the meshes, too
+  std::string splashsurf = "pysplashsurf";  // program
+  std::string device;
+  std::string json, html, markdown, pictures;  // what to write; empty: nothing
+};
+
+struct ScenesOptions {
+  std::vector<std::string> scenes;
+  std::vector<std::string> series{"main"};
+  std::vector<std::string> seeds{"1"};
+  Setup setup;
+};
+
+struct RealOptions {
+  std::vector<std::string> inputs;                        // frames, or folders that hold a sequence
+  std::string camera;                                     // file
+  std::vector<double> eye, target{0, 0, 0}, up{0, 1, 0};  // world units; eye empty: none
+  double fov = 40;                                        // degrees
+  int width = 1024, height = 768;                         // pixels
+  double particle_radius = 0;                             // world units; 0: the file's
+  std::string reference;                                  // mesh file; empty: splashsurf's
+};
+
+/// Measures the analytic scenes.
+void run_scenes(const CommonOptions& common, const ScenesOptions& options);
+
+/// Measures real frames and sequences.
+void run_real(const CommonOptions& common, const RealOptions& options);
+
+/// The methods in their order. Throws InvalidArgument for an unknown name or setting.
+std::vector<Contender> contenders_of(const CommonOptions& options, Device& device);
+
+/// A picture of the surface for people, as PNG.
+Bytes picture_of(const Surface& surface, Preview preview);
+
+/// Writes JSON, HTML and Markdown where they are wanted.
+void write_results(const CommonOptions& options, const std::string& json, const Report& report);
+
+}  // namespace meniscus::accuracy

@@ -1,0 +1,34 @@
+// What the scenes gave, as rows, JSON and a report.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "accuracy/figures.hpp"
+#include "accuracy/report.hpp"
+
+namespace meniscus::accuracy {
+
+/// The figures of one method on one scene, or a mean.
+struct Row {
+  std::string series, setting, scene, method;
+  bool smooth = false;  // as the scene is
+  Figures figures;
+  double seconds = 0;
+};
+
+/// The mean of rows of one setting and method, as the row of `scene`.
+Row mean_of(const std::vector<Row>& rows, const std::string& scene);
+
+nlohmann::json to_json(const Row& row);
+
+inline constexpr char kMean[] = "mean", kSmoothMean[] = "smooth mean";  // scenes of mean rows
+
+/// The tables of a report: the means of the first setting, its key figures scene by scene and,
+/// where there are several settings, the key figures over the settings; all else as details. Rows
+/// come setting by setting and, in each, with the methods in one order.
+void add_tables(const std::vector<Row>& rows, Report& report);
+
+}  // namespace meniscus::accuracy
