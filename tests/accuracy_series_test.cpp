@@ -111,7 +111,9 @@ TEST(AccuracyCamera, ScaleAndDistanceAreKeptAtTheTarget) {
     EXPECT_EQ(lens.width * 3, lens.height * 4);
     EXPECT_LE(lens.width, 960);
     // The whole image shows as much of the scene as before, to the rounding of its sides.
-    if (lens.width < 960) EXPECT_NEAR(lens.width / lens.focal, 640 / scene.focal, 2 / lens.focal);
+    if (lens.width < 960) {
+      EXPECT_NEAR(lens.width / lens.focal, 640 / scene.focal, 2 / lens.focal);
+    }
   }
 }
 

@@ -57,10 +57,10 @@ class Cells {
 };
 
 Vec3d pushed_inside(const Scene& scene, Vec3d p) {
-  for (int k = 0; k < 20; ++k) {
+  for (int k = 0; k < 40; ++k) {
     const double excess = scene.distance(p) + kDepth;
     if (excess <= 0) break;
-    p = p - (excess + 1e-9) * outward(scene, p);
+    p = p - (excess + 1e-9) * outward(scene.distance, p);
   }
   return p;
 }
@@ -95,8 +95,6 @@ std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed) {
   Random random(seed);
   const Vec3d centre = (scene.low + scene.high) / 2 + random.in_box({-.5, -.5, -.5}, {.5, .5, .5});
   const int reach = static_cast<int>(length(scene.high - scene.low) / 2) + 2;
-  const auto inside = [&](const Vec3d& p) { return scene.distance(p) <= -kDepth; };
-
   std::vector<Vec3d> points;
   for (int k = -reach; k <= reach; ++k)
     for (int j = -reach; j <= reach; ++j)
@@ -104,12 +102,20 @@ std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed) {
         const Vec3d jitter =
             random.in_box({-kJitter, -kJitter, -kJitter}, {kJitter, kJitter, kJitter});
         const Vec3d p = centre + i * a + j * b + k * c + jitter;
-        if (inside(p)) points.push_back(p);
+        if (scene.distance(p) <= -kDepth) points.push_back(p);
       }
+  // What the shell would hold finds room near by, so that thin parts get their mass too.
   const auto wanted = static_cast<std::size_t>(std::llround(volume(scene)));
+  constexpr double kNearBy = 4;  // s; half the side of a cube
   while (points.size() < wanted) {
     const Vec3d p = random.in_box(scene.low, scene.high);
-    if (inside(p)) points.push_back(p);
+    const double depth = -scene.distance(p);
+    if (depth < 0 || depth >= kDepth) continue;
+    Vec3d q;
+    do {
+      q = p + random.in_box({-kNearBy, -kNearBy, -kNearBy}, {kNearBy, kNearBy, kNearBy});
+    } while (scene.distance(q) > -kDepth);
+    points.push_back(q);
   }
   for (int round = 0; round < kRounds; ++round) relax(scene, points);
   return points;
@@ -140,6 +146,7 @@ Particles make_particles(const Scene& scene, double noise, std::uint64_t seed, F
                                   ? fill(scene, seed)
                                   : lattice(scene, filling == Filling::lattice ? 0 : kDepth, seed);
   if (noise > 0) add_noise(points, noise, seed);
+  for (const Piece& piece : scene.splash) points.insert(points.end(), piece.begin(), piece.end());
   Particles particles;
   for (const Vec3d& p : points) {
     particles.x.push_back(static_cast<float>(p.x));

@@ -9,8 +9,8 @@
 
 namespace meniscus::accuracy {
 
-/// volume(scene) particles (rounded) at a depth of at least s/2: a jittered, rotated lattice,
-/// filled up at random where the shell next to the surface has taken room away, then relaxed.
+/// volume(scene) particles (rounded) at a depth of at least s/2: a jittered, rotated lattice of the
+/// right mass everywhere, thin parts too, whose outer shell is pushed in, then relaxed.
 std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed);
 
 /// How a solid is filled.
@@ -27,7 +27,8 @@ std::vector<Vec3d> lattice(const Scene& scene, double depth, std::uint64_t seed)
 /// Adds a Gaussian of standard deviation `sigma` (s) to each coordinate.
 void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed);
 
-/// The filled solid with noise added, as the library takes particles; particle_radius is s/2.
+/// The filled solid with noise added and the splash as it is, because its truth is made from it, as
+/// the library takes particles; particle_radius is s/2.
 Particles make_particles(const Scene& scene, double noise, std::uint64_t seed,
                          Filling filling = Filling::relaxed);
 

@@ -10,104 +10,6 @@
 namespace meniscus::accuracy {
 namespace {
 
-/// Rotation by angles about x, then y, then z (radians); rows are the rotated axes.
-struct Rotation {
-  Vec3d x, y, z;
-  Rotation(double about_x, double about_y, double about_z) {
-    const auto turned = [&](Vec3d v) {
-      const double cx = std::cos(about_x), sx = std::sin(about_x);
-      v = {v.x, cx * v.y - sx * v.z, sx * v.y + cx * v.z};
-      const double cy = std::cos(about_y), sy = std::sin(about_y);
-      v = {cy * v.x + sy * v.z, v.y, cy * v.z - sy * v.x};
-      const double cz = std::cos(about_z), sz = std::sin(about_z);
-      return Vec3d{cz * v.x - sz * v.y, sz * v.x + cz * v.y, v.z};
-    };
-    x = turned({1, 0, 0});
-    y = turned({0, 1, 0});
-    z = turned({0, 0, 1});
-  }
-  /// World -> the rotated body's own axes.
-  Vec3d local(const Vec3d& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
-};
-
-double box_distance(const Vec3d& p, const Vec3d& half) {
-  const Vec3d q{std::abs(p.x) - half.x, std::abs(p.y) - half.y, std::abs(p.z) - half.z};
-  const Vec3d outside{std::max(q.x, 0.0), std::max(q.y, 0.0), std::max(q.z, 0.0)};
-  return length(outside) + std::min(std::max({q.x, q.y, q.z}), 0.0);
-}
-
-/// Two crossing waves above a box. The height over the surface is divided by the slope there,
-/// which is a distance to first order.
-double waves_distance(const Vec3d& p) {
-  constexpr double kLong = 1.3, kShort = 0.7;  // amplitudes, s
-  constexpr double kx = 2 * std::numbers::pi / 12, ky = 2 * std::numbers::pi / 17;
-  const double a = kx * p.x + 0.5 * std::sin(0.1 * p.y), b = ky * p.y + 0.3 * p.x;
-  const double height = kLong * std::sin(a) + kShort * std::sin(b);
-  const double slope_x = kLong * kx * std::cos(a) + 0.3 * kShort * std::cos(b);
-  const double slope_y =
-      kLong * std::cos(a) * 0.05 * std::cos(0.1 * p.y) + kShort * ky * std::cos(b);
-  const double above = (p.z - height) / std::sqrt(1 + slope_x * slope_x + slope_y * slope_y);
-  return std::max(above, box_distance(p, {26, 26, 6}));
-}
-
-std::vector<Scene> make_scenes() {
-  std::vector<Scene> all;
-  const auto add = [&](const char* name, std::function<double(const Vec3d&)> distance, Vec3d low,
-                       Vec3d high, Vec3d eye, double focal) -> Scene& {
-    Scene& scene = all.emplace_back();
-    scene.name = name;
-    scene.distance = std::move(distance);
-    scene.low = low;
-    scene.high = high;
-    scene.eye = eye;
-    scene.focal = focal;
-    return scene;
-  };
-  add(
-      "sphere", [](const Vec3d& p) { return length(p) - 12; }, {-12, -12, -12}, {12, 12, 12},
-      {30, -50, 25}, 900)
-      .smooth = true;
-  add(
-      "torus",
-      [r = Rotation(0.9, 0.3, 0)](const Vec3d& p) {
-        const Vec3d q = r.local(p);
-        return std::hypot(std::hypot(q.x, q.y) - 14, q.z) - 5;
-      },
-      {-20, -20, -20}, {20, 20, 20}, {10, -60, 20}, 800)
-      .smooth = true;
-  add(
-      "plane",
-      [r = Rotation(0.12, -0.17, 0.3)](const Vec3d& p) {
-        return box_distance(r.local(p), {26, 26, 3});
-      },
-      {-40, -40, -14}, {40, 40, 14}, {10, -60, 42}, 780);
-  Scene& waves = add("waves", waves_distance, {-26, -26, -6}, {26, 26, 6}, {10, -60, 42}, 780);
-  waves.safe_step = 0.7;
-  waves.smooth = true;
-  add(
-      "box",
-      [r = Rotation(0.6, 0.5, 0.35)](const Vec3d& p) {
-        return box_distance(r.local(p), {9, 9, 9});
-      },
-      {-16, -16, -16}, {16, 16, 16}, {30, -50, 25}, 850);
-  add(
-      "boxpool",
-      [r = Rotation(0.25, 0.15, 0.5)](const Vec3d& p) {
-        return std::min(box_distance(p - Vec3d{0, 0, -3}, {24, 24, 3}),
-                        box_distance(r.local(p - Vec3d{0, 0, 2}), {7, 7, 7}));
-      },
-      {-24, -24, -10}, {24, 24, 14}, {15, -55, 38}, 760);
-  add(
-      "twolayer",
-      [r = Rotation(0.5, -0.2, 0.4)](const Vec3d& p) {
-        return std::min(box_distance(p - Vec3d{0, 0, -2.5}, {24, 24, 2.5}),
-                        box_distance(r.local(p - Vec3d{3, -8, 14}), {10, 10, 1.5}));
-      },
-      {-24, -24, -5}, {24, 24, 26}, {15, -55, 38}, 740)
-      .target = {0, 0, 2};
-  return all;
-}
-
 /// Volume inside a cube: cubes that the surface cannot reach count whole or not at all, the others
 /// are split; the smallest count by the share that lies behind the tangent plane.
 double volume_in(const Scene& scene, const Vec3d& low, double side) {
@@ -124,20 +26,6 @@ double volume_in(const Scene& scene, const Vec3d& low, double side) {
 }
 
 }  // namespace
-
-const std::vector<Scene>& scenes() {
-  static const std::vector<Scene> all = make_scenes();
-  return all;
-}
-
-const Scene& find_scene(const std::string& name) {
-  std::string names;
-  for (const Scene& scene : scenes()) {
-    if (scene.name == name) return scene;
-    names += (names.empty() ? "" : ", ") + scene.name;
-  }
-  throw InvalidArgument("scene: no scene is called '" + name + "', there are " + names);
-}
 
 Scene posed(Scene scene, std::uint64_t seed) {
   if (seed == 1) return scene;
@@ -169,9 +57,8 @@ Scene moved_back(Scene scene, double factor) {
   return scene;
 }
 
-Vec3d outward(const Scene& scene, const Vec3d& p) {
+Vec3d outward(const std::function<double(const Vec3d&)>& f, const Vec3d& p) {
   constexpr double h = 1e-4;  // s; differences are then good to about 1e-8
-  const auto& f = scene.distance;
   return normalized({f(p + Vec3d{h, 0, 0}) - f(p - Vec3d{h, 0, 0}),
                      f(p + Vec3d{0, h, 0}) - f(p - Vec3d{0, h, 0}),
                      f(p + Vec3d{0, 0, h}) - f(p - Vec3d{0, 0, h})});

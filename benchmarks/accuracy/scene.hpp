@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/splash.hpp"
 #include "meniscus/types.hpp"
 #include "stages/vec.hpp"
 
@@ -19,6 +20,7 @@ struct Scene {
   std::string name;
   std::function<double(const Vec3d&)> distance;  // s; to the surface, negative inside
   double safe_step = 1;           // this share of `distance` never reaches beyond the surface
+  std::vector<Piece> splash;      // particles that hover about the solid and are no part of it
   Vec3d low, high;                // s; the solid lies in this box
   Vec3d eye, target;              // s; the camera, z is up
   double focal = 0;               // pixels
@@ -26,8 +28,12 @@ struct Scene {
   int width = 640, height = 480;  // pixels
 };
 
-/// Sphere, torus, plane (a tilted slab), waves, box (rotated), boxpool (a box in a pool) and
-/// twolayer (a plate over a pool).
+/// Smooth ones: sphere, ellipsoid, torus, bowl (half a shell), waves (bent), longwaves, shortwaves,
+/// mixedwaves and splash (a blob with spray about it). With creases: plane (a tilted slab), dam (a
+/// broken dam's front), box (rotated), notch (a cube without one octant: corners of three sheets),
+/// prism (convex creases of 30 to 90 degrees), capsules (concave ones of 30 to 120, with corners),
+/// boxpool (a box in a pool), twolayer (a plate over a pool) and sheet (one or two layers thick,
+/// before a pool).
 const std::vector<Scene>& scenes();
 
 /// Throws InvalidArgument, with the names there are.
@@ -44,8 +50,8 @@ Scene scaled(Scene scene, double scale);
 /// The scene from `factor` times as far, the target as large as before.
 Scene moved_back(Scene scene, double factor);
 
-/// Outward unit normal at a point near the surface.
-Vec3d outward(const Scene& scene, const Vec3d& point);
+/// Outward unit normal at a point near the surface that `distance` is zero on.
+Vec3d outward(const std::function<double(const Vec3d&)>& distance, const Vec3d& point);
 
 /// Volume of the solid, s^3. The error is about (h / 2R)^2 of it at a radius of curvature R, with
 /// h = 1/8 s.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "accuracy/parallel.hpp"
@@ -15,24 +16,42 @@ constexpr double kMargin = 1.5;        // s; how far a crease or an outline reac
 constexpr double kJump = 1.0;          // s; neighbours whose depths differ by more are two layers
 constexpr double kSameSurface = 0.95;  // dot product of neighbouring normals without a crease
 
+/// A solid in a ball; `distance` never reaches beyond its surface.
+struct Solid {
+  std::function<double(const Vec3d&)> distance;  // s
+  Vec3d centre;
+  double radius;  // s
+};
+
+Solid bulk_of(const Scene& scene) {
+  return {[&](const Vec3d& p) { return scene.safe_step * scene.distance(p); },
+          (scene.low + scene.high) / 2, length(scene.high - scene.low) / 2};
+}
+
+Solid solid_of(const Piece& piece) {
+  double reach = 0;
+  for (const Vec3d& p : piece) reach = std::max(reach, length(p - piece[0]));
+  // The field of a particle ends 2 s from it.
+  return {[&](const Vec3d& p) { return piece_distance(piece, p); }, piece[0], reach + 2};
+}
+
 /// Depth at which the ray of pixel (i, j) enters the solid (sphere tracing, Hart 1996).
-double hit_depth(const Scene& scene, const Lens& lens, int i, int j) {
+double hit_depth(const Solid& solid, const Lens& lens, int i, int j) {
   constexpr double kTouch = 1e-7;  // s
   constexpr int kLongest = 2000;
   const Vec3d origin = lens.origin(i, j), direction = lens.direction(i, j);
   const double per_depth = length(direction);
   const Vec3d ray = direction / per_depth;
-  const Vec3d to_centre = (scene.low + scene.high) / 2 - origin;
-  const double radius = length(scene.high - scene.low) / 2;
+  const Vec3d to_centre = solid.centre - origin;
   const double nearest = dot(to_centre, ray);
-  const double room = radius * radius - dot(to_centre, to_centre) + nearest * nearest;
+  const double room = solid.radius * solid.radius - dot(to_centre, to_centre) + nearest * nearest;
   if (room < 0) return kInfinity;
   double along = std::max(0.0, nearest - std::sqrt(room));
   const double last = nearest + std::sqrt(room);
   for (int step = 0; step < kLongest && along <= last; ++step) {
-    const double distance = scene.distance(origin + along * ray);
+    const double distance = solid.distance(origin + along * ray);
     if (distance < kTouch) return along / per_depth;
-    along += scene.safe_step * distance;
+    along += distance;
   }
   return kInfinity;
 }
@@ -79,12 +98,23 @@ Truth trace(const Scene& scene, const Lens& lens) {
   const std::size_t pixels = static_cast<std::size_t>(width) * height;
   Truth truth{lens, std::vector<double>(pixels, kInfinity), std::vector<Vec3d>(pixels),
               std::vector<PixelClass>(pixels, PixelClass::none), std::vector<int>(pixels, -1)};
+  truth.splash_pieces = static_cast<int>(scene.splash.size());
+  std::vector<Solid> solids;  // the pieces, then the bulk
+  for (const Piece& piece : scene.splash) solids.push_back(solid_of(piece));
+  solids.push_back(bulk_of(scene));
   for_each_index(height, [&](int j) {
     for (int i = 0; i < width; ++i) {
       const std::size_t p = static_cast<std::size_t>(j) * width + i;
-      truth.depth[p] = hit_depth(scene, lens, i, j);
-      if (truth.depth[p] < kInfinity)
-        truth.normal[p] = outward(scene, lens.point(i, j, truth.depth[p]));
+      int nearest = -1;
+      for (int k = 0; k <= truth.splash_pieces; ++k) {
+        const double depth = hit_depth(solids[k], lens, i, j);
+        if (depth >= truth.depth[p]) continue;
+        truth.depth[p] = depth;
+        nearest = k;
+      }
+      if (nearest < 0) continue;
+      truth.normal[p] = outward(solids[nearest].distance, lens.point(i, j, truth.depth[p]));
+      if (nearest < truth.splash_pieces) truth.piece[p] = nearest;
     }
   });
 
@@ -112,9 +142,10 @@ Truth trace(const Scene& scene, const Lens& lens) {
   for (std::size_t p = 0; p < pixels; ++p) {
     if (truth.depth[p] == kInfinity) continue;
     const double margin = kMargin * lens.scale(truth.depth[p]);
-    truth.class_of[p] = to_outline[p] < margin  ? PixelClass::silhouette
-                        : to_crease[p] < margin ? PixelClass::crease
-                                                : PixelClass::interior;
+    truth.class_of[p] = truth.piece[p] >= 0      ? PixelClass::splash
+                        : to_outline[p] < margin ? PixelClass::silhouette
+                        : to_crease[p] < margin  ? PixelClass::crease
+                                                 : PixelClass::interior;
   }
   return truth;
 }
