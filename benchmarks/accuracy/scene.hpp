@@ -31,7 +31,7 @@ struct Scene {
 /// Smooth ones: sphere, ellipsoid, torus, bowl (half a shell), waves (bent), longwaves, shortwaves,
 /// mixedwaves and splash (a blob with spray about it). With creases: plane (a tilted slab), dam (a
 /// broken dam's front), box (rotated), notch (a cube without one octant: corners of three sheets),
-/// prism (convex creases of 30 to 90 degrees), capsules (concave ones of 30 to 120, with corners),
+/// prism (convex creases of 30 to 90 degrees), capsules (concave ones of 30 to 105, with corners),
 /// boxpool (a box in a pool), twolayer (a plate over a pool) and sheet (one or two layers thick,
 /// before a pool).
 const std::vector<Scene>& scenes();

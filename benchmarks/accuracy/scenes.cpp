@@ -36,13 +36,13 @@ Level above_bent_waves(const Vec3d& p) {
            -kLong * std::cos(a) * 0.05 * std::cos(0.1 * p.y) - kShort * ky * std::cos(b), 1}};
 }
 
-/// Five capsules in a raft: side by side they meet in creases of 30, 60, 90 and 120 degrees. A
-/// sixth lies across them, so that there are corners where three sheets meet.
+/// Four capsules in a raft: side by side they meet in creases of 30, 60 and 105 degrees. A fifth
+/// lies across them, so that there are corners where three sheets meet.
 double raft_distance(const Vec3d& p) {
-  constexpr double kRadius = 5, kHalfLength = 10;  // s
-  double nearest = capsule_distance(p, {-13, -6, 3}, {13, 2, 3}, kRadius);
-  double x = -11.7;
-  for (const double crease : {30, 60, 90, 120, 0}) {
+  constexpr double kRadius = 7, kHalfLength = 9;  // s
+  double nearest = capsule_distance(p, {-14, -5, 4}, {14, 3, 4}, 6);
+  double x = -10.9;
+  for (const double crease : {30, 60, 105, 0}) {
     nearest =
         std::min(nearest, capsule_distance(p, {x, -kHalfLength, 0}, {x, kHalfLength, 0}, kRadius));
     x += 2 * kRadius * std::sin(crease / 2 * std::numbers::pi / 180);
@@ -166,7 +166,7 @@ std::vector<Scene> make_scenes() {
   add(
       "capsules",
       [r = Rotation(0.2, 0.1, 0.3)](const Vec3d& p) { return raft_distance(r.local(p)); },
-      {-26, -26, -12}, {26, 26, 14}, {10, -48, 44}, 850);
+      {-26, -26, -14}, {26, 26, 17}, {10, -48, 44}, 850);
   add(
       "boxpool",
       [r = Rotation(0.25, 0.15, 0.5)](const Vec3d& p) {

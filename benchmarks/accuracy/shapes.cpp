@@ -79,7 +79,7 @@ double prism_distance(const Vec3d& p, const std::vector<std::array<double, 2>>& 
 }
 
 double distance_to_zero(const Vec3d& p, const std::function<Level(const Vec3d&)>& level) {
-  constexpr double kNear = 1;  // s
+  constexpr double kNear = 1, kGoodEnough = 1e-9;  // s
   constexpr int kRounds = 4;
   Level at = level(p);
   double distance = at.value / std::max(length(at.gradient), 1.0);
@@ -89,7 +89,9 @@ double distance_to_zero(const Vec3d& p, const std::function<Level(const Vec3d&)>
     const Vec3d normal = at.gradient / length(at.gradient);
     const Vec3d foot = p - distance * normal;
     at = level(foot);
+    const double before = distance;
     distance = (dot(at.gradient, p - foot) + at.value) / length(at.gradient);
+    if (std::abs(distance - before) < kGoodEnough) break;
   }
   return distance;
 }
