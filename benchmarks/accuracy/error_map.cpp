@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "accuracy/figures/statistics.hpp"
+#include "accuracy/figures/flicker.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -47,6 +47,21 @@ Bytes error_map(const Truth& truth, const Map& map) {
         (map.depth[p] - truth.depth[p]) * std::abs(dot(truth.normal[p], lens.direction(i, j)));
     const double steps = std::clamp(error / kFullColor, -1., 1.) * kSteps;
     pixels[p] = static_cast<std::uint8_t>(kRight + std::lround(steps));
+  }
+  return encode_png(lens.width, lens.height, pixels, make_palette());
+}
+
+Bytes change_map(const Lens& lens, std::span<const Map> maps) {
+  Bytes pixels(static_cast<std::size_t>(lens.width) * lens.height, kBackground);
+  for (std::size_t p = 0; p < pixels.size(); ++p) {
+    double largest = -1;
+    for (std::size_t k = 0; k + 2 < maps.size(); ++k)
+      if (const auto change =
+              second_difference(maps[k].depth[p], maps[k + 1].depth[p], maps[k + 2].depth[p]))
+        largest = std::max(largest, std::abs(*change));
+    if (largest >= 0)
+      pixels[p] = static_cast<std::uint8_t>(
+          kRight - std::lround(std::min(largest / kFullColor, 1.) * kSteps));
   }
   return encode_png(lens.width, lens.height, pixels, make_palette());
 }

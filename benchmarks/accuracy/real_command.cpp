@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "accuracy/commands.hpp"
+#include "accuracy/error_map.hpp"
 #include "accuracy/figures/flicker.hpp"
 #include "accuracy/mesh_file.hpp"
 #include "accuracy/ray_cast.hpp"
@@ -123,15 +124,15 @@ Surface timed(const Contender& contender, const Frame& frame, double& seconds) {
   return surface;
 }
 
-Flicker drift_of(const Contender& contender, const Frame& frame, const Map& first) {
+/// Maps of the frame and of what it drifts to; only the first one where there are no velocities.
+std::vector<Map> drift_of(const Contender& contender, const Frame& frame, const Map& first) {
   const double speed = rms_speed(frame.particles);
-  if (!(speed > 0)) return {};
   std::vector<Map> maps{first};
-  for (int k = 1; k < kDriftFrames; ++k) {
+  for (int k = 1; k < kDriftFrames && speed > 0; ++k) {
     const Particles moved = drifted(frame.particles, k * kDriftStep / speed);
     maps.push_back(map_of(contender.extract(moved, frame.lens)));
   }
-  return second_difference(maps);
+  return maps;
 }
 
 struct Gathered {
@@ -163,7 +164,8 @@ void measure_frame(const std::vector<Contender>& contenders, const CommonOptions
     const bool is_reference = options.reference.empty() && contender.name == "splashsurf";
     if (!reference.depth.empty() && !is_reference)
       row.agreement = agreement(frame.lens, reference, map_of(surface));
-    row.drift = drift_of(contender, frame, map_of(surface));
+    const std::vector<Map> maps = drift_of(contender, frame, map_of(surface));
+    row.drift = second_difference(maps);
     gathered.rows.push_back(row);
     show(contender.name, surface);
     if (!common.pictures.empty()) {
@@ -172,6 +174,8 @@ void measure_frame(const std::vector<Contender>& contenders, const CommonOptions
                    '_');
       write_png(stem + "_lit.png", surface, Preview::lit);
       write_png(stem + "_normal.png", surface, Preview::normal);
+      const Bytes changes = change_map(frame.lens, maps);
+      write_file(stem + "_drift.png", changes.data(), changes.size());
     }
   }
   if (!reference.depth.empty() && (contenders.empty() || contenders.back().name != "splashsurf"))

@@ -42,6 +42,13 @@ Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps) {
   return flicker_of(changes);
 }
 
+std::optional<double> second_difference(double first, double middle, double last) {
+  if (!finite(first) || !finite(middle) || !finite(last)) return std::nullopt;
+  const double before = middle - first, after = last - middle;
+  if (std::abs(before) > kJump || std::abs(after) > kJump) return std::nullopt;
+  return after - before;
+}
+
 Flicker second_difference(std::span<const Map> maps) {
   std::vector<double> changes;
   for (std::size_t k = 0; k + 2 < maps.size(); ++k) {
@@ -49,12 +56,9 @@ Flicker second_difference(std::span<const Map> maps) {
     require(first.size() == middle.size() && middle.size() == last.size(),
             "second_difference: frames " + std::to_string(k) + " to " + std::to_string(k + 2) +
                 " differ in size");
-    for (std::size_t p = 0; p < first.size(); ++p) {
-      if (!finite(first[p]) || !finite(middle[p]) || !finite(last[p])) continue;
-      const double before = static_cast<double>(middle[p]) - first[p];
-      const double after = static_cast<double>(last[p]) - middle[p];
-      if (std::abs(before) <= kJump && std::abs(after) <= kJump) changes.push_back(after - before);
-    }
+    for (std::size_t p = 0; p < first.size(); ++p)
+      if (const auto change = second_difference(first[p], middle[p], last[p]))
+        changes.push_back(*change);
   }
   return flicker_of(changes);
 }

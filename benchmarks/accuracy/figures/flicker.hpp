@@ -1,6 +1,7 @@
 // How steady maps are from frame to frame.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "accuracy/figures/statistics.hpp"
@@ -18,6 +19,10 @@ struct Flicker {
 /// both, clamped to 2 s. One truth a frame (a camera that moves), or one for all (particles that
 /// move). Throws InvalidArgument when there are other numbers of truths and maps.
 Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps);
+
+/// The second difference of three depths (s) in time; nothing unless all are there and none is more
+/// than s from the next.
+std::optional<double> second_difference(double first, double middle, double last);
 
 /// |z0 - 2 z1 + z2| of the depths, over pixels that are covered in three successive frames, their
 /// depths at most s apart: what is left of a real motion when its velocity is taken out. Depths in
