@@ -83,6 +83,13 @@ int main(int argc, char** argv) {
       "the particle spacing (two particle radii)."};
   accuracy::add_common(app, common);
   accuracy::add_scenes(app, scenes);
+  app.add_flag_callback(
+      "--list-methods",
+      [] {
+        for (const MethodEntry& entry : method_list()) std::puts(entry.name.c_str());
+        throw CLI::Success();
+      },
+      "Print the names of the library's methods");
   CLI::App& real_command = *app.add_subcommand(
       "real", "Extracts real frames and compares them with a reference; takes the options above");
   real_command.fallthrough();

@@ -6,8 +6,9 @@
 namespace meniscus::accuracy {
 namespace {
 
-constexpr const char* kKeyFigures[] = {"normal_rms",   "angle_median", "crease_rms",
-                                       "crease_angle", "outline_miss", "iou"};
+constexpr const char* kKeyFigures[] = {"normal_rms",   "angle_median", "crease_rms", "crease_angle",
+                                       "outline_miss", "iou",          "holes",      "flicker",
+                                       "jitter",       "jitter_p999"};
 
 /// The rows that stand side by side in a table.
 using Group = std::vector<const Row*>;
@@ -40,9 +41,9 @@ Table all_figures(const Group& group, const std::string& title) {
 }
 
 /// One figure, a line for each group.
-Table one_figure(const FigureField& field, const std::vector<std::pair<std::string, Group>>& groups,
-                 const std::string& title) {
-  Table table{title, field.meaning, methods_of(groups[0].second), {}};
+Table one_figure(const FigureField& field,
+                 const std::vector<std::pair<std::string, Group>>& groups) {
+  Table table{field.name, field.meaning, methods_of(groups[0].second), {}};
   for (const auto& [name, group] : groups) {
     Table::Line line{{name, field.unit, field.digits, field.better, field.meaning}, {}};
     for (const Row* row : group) line.values.push_back(row->figures.*field.value);
@@ -107,27 +108,28 @@ void add_tables(const std::vector<Row>& rows, Report& report) {
     return scene == kMean || scene == kSmoothMean;
   };
 
-  const std::string& first = settings[0];
-  report.tables.push_back(all_figures(group(first, kMean), "Mean over the scenes (" + first + ")"));
-  if (const Group smooth = group(first, kSmoothMean); !smooth.empty())
-    report.tables.push_back(all_figures(smooth, "Mean over the smooth scenes (" + first + ")"));
-  std::vector<std::pair<std::string, Group>> by_scene, by_setting;
-  for (const std::string& scene : scenes)
-    if (!is_mean(scene)) by_scene.emplace_back(scene, group(first, scene));
-  for (const std::string& setting : settings)
-    by_setting.emplace_back(setting, group(setting, kMean));
-  for (const char* name : kKeyFigures) {
-    const FigureField& field = field_named(name);
-    if (by_scene.size() > 1)
-      report.tables.push_back(one_figure(field, by_scene, field.name + ", scene by scene"));
-    if (by_setting.size() > 1)
-      report.tables.push_back(one_figure(field, by_setting, field.name + ", series by series"));
+  // Lines are scenes where there is one setting, else settings.
+  const bool one_setting = settings.size() == 1;
+  std::vector<std::pair<std::string, Group>> lines;
+  if (one_setting) {
+    for (const char* scene : {kMean, kSmoothMean})
+      if (const Group found = group(settings[0], scene); !found.empty())
+        report.tables.push_back(all_figures(found, scene == std::string(kMean)
+                                                       ? "Mean over the scenes"
+                                                       : "Mean over the smooth scenes"));
+    for (const std::string& scene : scenes)
+      if (!is_mean(scene)) lines.emplace_back(scene, group(settings[0], scene));
+  } else {
+    for (const std::string& setting : settings) lines.emplace_back(setting, group(setting, kMean));
   }
-  std::erase_if(report.tables, [](const Table& table) { return table.lines.empty(); });
+  for (const char* name : kKeyFigures)
+    if (Table table = one_figure(field_named(name), lines);
+        lines.size() > 1 && !table.lines.empty())
+      report.tables.push_back(std::move(table));
   for (const std::string& setting : settings)
     for (const std::string& scene : scenes)
       if (const Group found = group(setting, scene);
-          !found.empty() && !(setting == first && is_mean(scene)))
+          !found.empty() && !(one_setting && is_mean(scene)))
         report.details.push_back(all_figures(found, setting + ": " + scene));
 }
 

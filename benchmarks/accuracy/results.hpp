@@ -26,9 +26,9 @@ nlohmann::json to_json(const Row& row);
 
 inline constexpr char kMean[] = "mean", kSmoothMean[] = "smooth mean";  // scenes of mean rows
 
-/// The tables of a report: the means of the first setting, its key figures scene by scene and,
-/// where there are several settings, the key figures over the settings; all else as details. Rows
-/// come setting by setting and, in each, with the methods in one order.
+/// The tables of a report. Of one setting: the means, and the key figures scene by scene; of
+/// several: the means of the key figures setting by setting. All else as details. Rows come setting
+/// by setting and, in each, with the methods in one order.
 void add_tables(const std::vector<Row>& rows, Report& report);
 
 }  // namespace meniscus::accuracy

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Makes every figure of docs/accuracy.md: builds, measures the scenes with the reporting seeds, all
+# series and the real frames, against splashsurf too, and puts the tables into the page.
+#   scripts/accuracy.sh            everything: an hour or two on two cores
+#   scripts/accuracy.sh --quick    a few scenes with one seed, the page left as it is: minutes
+# Results are in build/accuracy: main.html, series.html and real.html are to be looked at.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+quick=
+if [[ ${1:-} == --quick ]]; then
+  quick=1
+elif (($#)); then
+  sed -n '2,7s/^# //p' "$0" >&2
+  exit 2
+fi
+
+scripts/setup.sh
+cmake --preset release -DMENISCUS_BUILD_BENCHMARKS=ON
+cmake --build --preset release --target meniscus_accuracy_program
+splashsurf=$(benchmarks/peers/splashsurf.sh)
+
+out=build/accuracy
+mkdir -p "$out"
+program=build/release/meniscus-accuracy
+methods=$("$program" --list-methods | paste -sd,)
+
+measure() {  # NAME OPTION...
+  echo "accuracy: $1, see $out/$1.html when it is done"
+  "$program" "${@:2}" --json "$out/$1.json" --html "$out/$1.html" --markdown "$out/$1.md" \
+    > "$out/$1.txt"
+}
+
+main=(--seeds reporting)
+series=(--series noise,lattice,spacing,orthographic,wide,narrow,jitter --seeds 1001)
+if [[ $quick ]]; then
+  main=(--seeds 1001 --scene sphere,waves,box,boxpool)
+  series=(--series noise,wide,jitter --seeds 1001 --scene sphere,box)
+fi
+peers=(--method "$methods,splashsurf" --splashsurf "$splashsurf")
+
+measure main "${main[@]}" "${peers[@]}" --flicker --mesh
+measure series "${series[@]}" --method "$methods"
+frames=(examples/data/dam/frame_015.ply examples/data/cube_drop/frame_007.ply)
+[[ $quick ]] || frames+=(tests/data/splashsurf/dam_break_frame_9_6859_particles.bgeo
+                         examples/data/dam_sequence)
+measure real real "${frames[@]}" --particle-radius 0.025 "${peers[@]}"
+
+[[ $quick ]] && exit 0
+page=docs/accuracy.md
+for name in main series real; do  # what lies between the markers of that name
+  awk -v name="$name" -v tables="$out/$name.md" '
+    $0 == "<!-- begin " name " -->" { print; while ((getline line < tables) > 0) print line; skip = 1 }
+    $0 == "<!-- end " name " -->" { skip = 0 }
+    !skip' "$page" > "$out/page.md"
+  cp "$out/page.md" "$page"
+done
+echo "accuracy: $page has the new tables; look at $out/{main,series,real}.html"
