@@ -118,6 +118,20 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
        "share of the longest stable time step"},
       {"Method curvature-flow", "flow-z-max", &p.curvature_flow.z_max, r, 0, 100, true,
        "depth jump between samples that is a silhouette, where the flow ends"},
+      {"Method anisotropic", "anisotropic-h", &p.anisotropic.h, r, 0.5, 20, false,
+       "smoothing length of the kernels; larger is smoother and rounds off more"},
+      {"Method anisotropic", "anisotropic-lambda", &p.anisotropic.lambda, none, 0, 1, false,
+       "how far a kernel's centre moves to its neighbours' mean"},
+      {"Method anisotropic", "anisotropic-kr", &p.anisotropic.k_r, none, 1, 100, false,
+       "largest ratio of a kernel's axes"},
+      {"Method anisotropic", "anisotropic-ks", &p.anisotropic.k_s, none, 0.1, 10, false,
+       "size of the kernels; 1: the smoothing length in a full neighbourhood"},
+      {"Method anisotropic", "anisotropic-kn", &p.anisotropic.k_n, none, 0.1, 10, false,
+       "size of the kernels of particles with few neighbours"},
+      {"Method anisotropic", "anisotropic-few", &p.anisotropic.n_eps, "neighbours", 0, 1000, false,
+       "up to this many neighbours are few"},
+      {"Method anisotropic", "anisotropic-level", &p.anisotropic.level, none, 0, 10, true,
+       "level of the field at the surface; lower lies farther out"},
   };
 }
 

@@ -18,6 +18,7 @@ const std::vector<MethodEntry>& method_list() {
       {Method::bilateral, "bilateral", "bilateral filter on the spheres' depth"},
       {Method::narrow_range, "narrow-range", "narrow-range filter on the spheres' depth"},
       {Method::curvature_flow, "curvature-flow", "mean curvature flow of the spheres' depth"},
+      {Method::anisotropic, "anisotropic", "level set of anisotropic kernels"},
   };
   return all;
 }

@@ -20,6 +20,8 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
       return run_narrow_range(device, view, particles, params, timings);
     case Method::curvature_flow:
       return run_curvature_flow(device, view, particles, params, timings);
+    case Method::anisotropic:
+      return run_anisotropic(device, view, particles, params, timings);
     case Method::stable:
       return run_stable(device, view, particles, params, timings);
     default:

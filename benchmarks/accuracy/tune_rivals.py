@@ -42,11 +42,12 @@ SEARCHED = {
         "flow-z-max": [1, 2, 3, 4.5],
     },
     "anisotropic": {
-        "anisotropic-level": [0.2, 0.3, 0.4, 0.5, 0.6],
-        "anisotropic-h": [1.5, 2, 2.5, 3],
-        "anisotropic-lambda": [0.5, 0.8, 0.9, 0.95],
+        "anisotropic-ks": [1.25, 1.6, 2, 2.5],
+        "anisotropic-level": [0.2, 0.25, 0.3, 0.35, 0.4, 0.5],
+        "anisotropic-lambda": [0.5, 0.7, 0.9],
         "anisotropic-kr": [2, 4, 8],
-        "anisotropic-ks": [0.8, 1, 1.25],
+        "anisotropic-h": [1.5, 2, 2.5],
+        "anisotropic-few": [3, 6, 15],
     },
 }
 

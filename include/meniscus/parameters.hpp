@@ -17,6 +17,7 @@ enum class Method {
   bilateral,       // bilateral filter on the spheres' depth
   narrow_range,    // Truong and Yuksel 2018
   curvature_flow,  // van der Laan, Green and Sainz 2009
+  anisotropic,     // anisotropic kernels, Yu and Turk 2013
 };
 
 /// Which particles are seen (paper 2.1).
@@ -132,6 +133,17 @@ struct CurvatureFlowParams {
   double z_max = 3;        // a depth jump that is a silhouette
 };
 
+/// Level set of anisotropic kernels (Yu and Turk 2013).
+struct AnisotropicParams {
+  double h = 2;         // smoothing length; neighbours lie within 2 h
+  double lambda = 0.9;  // how far centres move to their neighbours' mean
+  double k_r = 4;       // largest ratio of a kernel's axes
+  double k_s = 2;       // size of the kernels; 1: h in a full neighbourhood
+  double k_n = 0.5;     // size of the kernels with few neighbours
+  int n_eps = 6;        // up to this many neighbours are few
+  double level = 0.3;   // of the field at the surface
+};
+
 struct Parameters {
   Method method = Method::fit;
   double particle_radius = 0;  // world units; 0: the file's, else estimated
@@ -152,6 +164,7 @@ struct Parameters {
   BilateralParams bilateral;
   NarrowRangeParams narrow_range;
   CurvatureFlowParams curvature_flow;
+  AnisotropicParams anisotropic;
 };
 
 /// A method's name on the command line, and what it is in one line.

@@ -27,6 +27,8 @@ Extraction run_narrow_range(Device& device, const View& view, const WorldParticl
                             const Parameters& params, std::vector<StageTime>* timings);
 Extraction run_curvature_flow(Device& device, const View& view, const WorldParticles& particles,
                               const Parameters& params, std::vector<StageTime>* timings);
+Extraction run_anisotropic(Device& device, const View& view, const WorldParticles& particles,
+                           const Parameters& params, std::vector<StageTime>* timings);
 
 /// What the methods that smooth the depth map of the particles' spheres share: the spheres of
 /// `footprint`, the depth and the normals that `surface` makes of them on a grid, the image, and a

@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
                    extract_with({"--method", "magic"}),
                    {"--method is magic",
                     "fit, stable, paper, ssm, spheres, bilateral, "
-                    "narrow-range, curvature-flow"}},
+                    "narrow-range, curvature-flow, anisotropic"}},
         WrongUsage{"Preview",
                    extract_with({"--preview", "x"}),
                    {"--preview is x", "lit, normal, depth, groups"}},

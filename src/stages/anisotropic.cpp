@@ -1,0 +1,77 @@
+#include "stages/anisotropic.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stages/cells.hpp"
+#include "stages/surface_buffers.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kRows = 11;  // of shapes
+
+}  // namespace
+
+double reach_of(const AnisotropicParams& params) {
+  return 2 * params.h * std::max(kMostStretch * params.k_s, params.k_n);
+}
+
+AnisotropicKernels shape_kernels(Device& device, const Projected& particles,
+                                 const AnisotropicParams& params) {
+  const std::size_t n = particles.size();
+  const Cells near =
+      make_cells(particles.x, particles.y, particles.z, static_cast<float>(2 * params.h));
+  const auto found = allocate<float>(device, kRows * n);
+  // The variance along an axis of a full ball of radius 2 h with the weights 1 - (d / 2h)^3.
+  const double full = 0.15 * std::pow(2 * params.h, 2);
+  launch(device, "anisotropic.cl", "shape_kernels", {n}, "", upload(device, near.x),
+         upload(device, near.y), upload(device, near.z), upload(device, near.start), found,
+         static_cast<cl_int>(n), near.inverse_cell, near.mask,
+         cl_float4{{static_cast<float>(params.h), static_cast<float>(params.lambda),
+                    static_cast<float>(params.k_s / full),
+                    static_cast<float>(kMostStretch * params.k_s)}},
+         cl_float4{{static_cast<float>(params.k_r), static_cast<float>(params.k_n),
+                    static_cast<float>(params.n_eps), 0.0f}});
+  const std::vector<float> shapes = download(device, found);
+
+  const auto row = [&](std::size_t r) {
+    const auto first = shapes.begin() + static_cast<std::ptrdiff_t>(r * n);
+    return std::vector<float>(first, first + static_cast<std::ptrdiff_t>(n));
+  };
+  const Cells cells = make_cells(row(0), row(1), row(2), static_cast<float>(reach_of(params)));
+  AnisotropicKernels kernels;
+  kernels.host_shapes.resize(kRows * n);
+  for (std::size_t r = 0; r < kRows; ++r)
+    for (std::size_t p = 0; p < n; ++p)
+      kernels.host_shapes[r * n + p] = shapes[r * n + static_cast<std::size_t>(cells.item[p])];
+  kernels.x = upload(device, cells.x);
+  kernels.y = upload(device, cells.y);
+  kernels.z = upload(device, cells.z);
+  kernels.start = upload(device, cells.start);
+  kernels.shapes = upload(device, kernels.host_shapes);
+  kernels.count = static_cast<int>(n);
+  kernels.inverse_cell = cells.inverse_cell;
+  kernels.mask = cells.mask;
+  return kernels;
+}
+
+std::vector<SurfaceSample> cast_field(Device& device, const View& view,
+                                      const AnisotropicKernels& kernels, const FieldRays& rays,
+                                      double level) {
+  const std::size_t n = rays.from.size;
+  require(rays.points.size() == 2 * n && rays.to.size == n,
+          "cast_field: points, from and to have different sizes");
+  const auto depth = allocate<float>(device, n);
+  const auto normal = allocate<float>(device, 3 * n);
+  launch(device, "anisotropic.cl", "cast_field", {n}, "", upload(device, rays.points), rays.from,
+         rays.to, depth, normal, kernels.x, kernels.y, kernels.z, kernels.start, kernels.shapes,
+         kernels.count, kernels.inverse_cell, kernels.mask, static_cast<cl_int>(n),
+         kernel_rays(view), static_cast<cl_float>(level));
+  const std::vector<float> t = download(device, depth), m = download(device, normal);
+  std::vector<SurfaceSample> samples(n);
+  for (std::size_t k = 0; k < n; ++k) samples[k] = {t[k], {m[k], m[n + k], m[2 * n + k]}};
+  return samples;
+}
+
+}  // namespace meniscus
