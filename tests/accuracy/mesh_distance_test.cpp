@@ -37,5 +37,27 @@ TEST(MeshDistance, IsThatOfTheVerticesInside) {
   EXPECT_TRUE(std::isnan(mesh_distance(scene, truth, {}).rms));
 }
 
+TEST(MeshDistance, LeavesOutTheSpray) {
+  const Scene& scene = find_scene("splash");
+  const Truth truth = trace(scene, lens_of(scene));
+  Mesh mesh;
+  for (const Piece& piece : scene.splash)
+    for (const Vec3d& p : piece) mesh.position.push_back(static_cast<Vec3>(p));
+  const MeshDistance spray = mesh_distance(scene, truth, mesh);
+  EXPECT_TRUE(std::isnan(spray.rms)) << "these lie 3 s and more before the solid";
+  EXPECT_TRUE(std::isnan(spray.outline_rms));
+  int solid = 0;
+  for (std::size_t p = 0; p < truth.depth.size(); p += 31) {
+    if (truth.class_of[p] != PixelClass::interior) continue;
+    const int i = static_cast<int>(p) % truth.lens.width,
+              j = static_cast<int>(p) / truth.lens.width;
+    mesh.position.push_back(static_cast<Vec3>(truth.lens.point(i, j, truth.depth[p])));
+    ++solid;
+  }
+  EXPECT_GT(solid, 1000);
+  // Coordinates below 16 as floats, and depths good to 1e-6.
+  EXPECT_LT(mesh_distance(scene, truth, mesh).p999, 3 * 16 * FLT_EPSILON + 1e-6);
+}
+
 }  // namespace
 }  // namespace meniscus::accuracy

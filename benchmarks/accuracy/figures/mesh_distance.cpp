@@ -1,13 +1,23 @@
 #include "accuracy/figures/mesh_distance.hpp"
 
+#include <algorithm>
+
 namespace meniscus::accuracy {
+namespace {
+
+bool is_spray(const Scene& scene, const Vec3d& vertex) {
+  return std::any_of(scene.splash.begin(), scene.splash.end(),
+                     [&](const Piece& piece) { return density(piece, vertex) > 0; });
+}
+
+}  // namespace
 
 MeshDistance mesh_distance(const Scene& scene, const Truth& truth, const Mesh& mesh) {
   Moments inside, outline;
   std::vector<double> sizes;
   for (const Vec3& vertex : mesh.position) {
     const auto pixel = truth.lens.pixel(Vec3d(vertex));
-    if (!pixel) continue;
+    if (!pixel || is_spray(scene, Vec3d(vertex))) continue;
     const double distance = clamped(scene.distance(Vec3d(vertex)));
     switch (truth.class_of[*pixel]) {
       case PixelClass::interior:

@@ -12,7 +12,8 @@ struct MeshDistance {
   double outline_rms = kNone;                     // s; vertices within 1.5 s of outlines, or beyond
 };
 
-/// Distances by the scene's distance function. A vertex outside the image does not count.
+/// Distances by the scene's distance function. A vertex outside the image does not count, nor one
+/// of the spray, which lies within reach of a piece's field, as no point of the solid does.
 MeshDistance mesh_distance(const Scene& scene, const Truth& truth, const Mesh& mesh);
 
 }  // namespace meniscus::accuracy
