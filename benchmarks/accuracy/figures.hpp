@@ -66,7 +66,7 @@ void require_same_size(const Truth& truth, const Map& map);
 std::vector<Vec3d> normals_of_depth(const Lens& lens, const std::vector<float>& depth);
 
 /// Which values of a figure are good.
-enum class Better { low, high, near_zero };
+enum class Better { low, high, near_zero, neither };
 
 /// Name, unit and place of each figure, in the order of the tables.
 struct FigureField {

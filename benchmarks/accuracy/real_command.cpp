@@ -55,9 +55,9 @@ const std::vector<std::pair<Quantity, double (*)(const RealRow&)>>& real_figures
         "99.9th "
         "percentile."},
        [](R row) { return row.agreement.jump_p999; }},
-      {{"smooth_share", "%", 1, Better::high, "Share of the compared pixels on smooth parts."},
+      {{"smooth_share", "%", 1, Better::neither, "Share of the compared pixels on smooth parts."},
        [](R row) { return row.agreement.smooth_share; }},
-      {{"iou", "", 4, Better::high,
+      {{"iou", "", 4, Better::neither,
         "Pixels covered in both over pixels covered in either; the reference is no truth, and "
         "shrinks "
         "outlines."},
@@ -216,7 +216,7 @@ std::vector<Table> tables_of(const std::vector<RealRow>& rows) {
   std::vector<Table> tables;
   for (const RealRow& row : rows) {
     if (tables.empty() || tables.back().title != row.input) {
-      tables.push_back({row.input, "", {}, {}});
+      tables.push_back({row.input, "", {}, {}, "figure"});
       for (const auto& [quantity, value] : real_figures())
         tables.back().lines.push_back({quantity, {}});
     }

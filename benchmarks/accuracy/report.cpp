@@ -33,6 +33,9 @@ std::vector<bool> best_of(const Table::Line& line) {
       case Better::near_zero:
         losses.push_back(std::abs(seen));
         break;
+      case Better::neither:
+        losses.push_back(kNone);
+        break;
     }
   }
   double best = kNone, worst = kNone;
@@ -52,7 +55,7 @@ std::string markdown(const Report& report) {
   for (const Table& table : report.tables) {
     text += "\n#### " + table.title + "\n\n";
     if (!table.note.empty()) text += table.note + "\n\n";
-    text += "| figure | unit |";
+    text += "| " + table.heading + " | unit |";
     for (const std::string& column : table.columns) text += " `" + column + "` |";
     text += "\n|---|---|" + [&] {
       std::string rule;

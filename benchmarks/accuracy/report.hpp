@@ -26,6 +26,7 @@ struct Table {
   std::string title, note;  // the note may be empty
   std::vector<std::string> columns;
   std::vector<Line> lines;
+  std::string heading = "figure";  // what the lines are
 };
 
 /// Pictures side by side: rows (scenes) down, columns (methods) across.

@@ -32,7 +32,7 @@ details { margin: .5rem 0; } summary { cursor: pointer; padding: .2rem 0; }
 .gallery th { vertical-align: middle; }
 .gallery td { padding: .35rem; text-align: center; vertical-align: top; }
 .breakout { width: calc(100vw - 4rem); margin-left: calc(50% - 50vw + 2rem); }
-.gallery img { width: clamp(110px, calc((100vw - 12rem) / var(--columns) - .9rem), 420px); display: block; cursor: zoom-in; background: #505050; }
+.gallery img { width: clamp(110px, calc((100vw - 15rem) / var(--columns) - .9rem), 420px); display: block; cursor: zoom-in; background: #505050; }
 .gallery .caption { font-size: 12px; color: var(--soft); padding-top: .2rem; }
 .legend { display: flex; flex-wrap: wrap; gap: .5rem 1.6rem; align-items: center; font-size: 13px;
   color: var(--soft); margin: .6rem 0 1rem; }
@@ -104,7 +104,7 @@ std::string element(const char* name, const std::string& content, const char* at
 }
 
 std::string table_of(const Table& table, bool with_meanings) {
-  std::string head = "<th>figure</th><th class=\"unit\">unit</th>";
+  std::string head = element("th", escaped(table.heading)) + "<th class=\"unit\">unit</th>";
   for (const std::string& column : table.columns) head += element("th", escaped(column));
   if (with_meanings) head += "<th class=\"unit\">what it says</th>";
   std::string rows;

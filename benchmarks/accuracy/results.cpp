@@ -26,7 +26,7 @@ bool any_measured(const Table::Line& line) {
 
 /// All figures of one scene, or mean.
 Table all_figures(const Group& group, const std::string& title) {
-  Table table{title, "", methods_of(group), {}};
+  Table table{title, "", methods_of(group), {}, "figure"};
   const auto add = [&](const Quantity& quantity, const auto& value_of) {
     Table::Line line{quantity, {}};
     for (const Row* row : group) line.values.push_back(value_of(*row));
@@ -41,9 +41,9 @@ Table all_figures(const Group& group, const std::string& title) {
 }
 
 /// One figure, a line for each group.
-Table one_figure(const FigureField& field,
-                 const std::vector<std::pair<std::string, Group>>& groups) {
-  Table table{field.name, field.meaning, methods_of(groups[0].second), {}};
+Table one_figure(const FigureField& field, const std::vector<std::pair<std::string, Group>>& groups,
+                 const std::string& heading) {
+  Table table{field.name, field.meaning, methods_of(groups[0].second), {}, heading};
   for (const auto& [name, group] : groups) {
     Table::Line line{{name, field.unit, field.digits, field.better, field.meaning}, {}};
     for (const Row* row : group) line.values.push_back(row->figures.*field.value);
@@ -123,7 +123,7 @@ void add_tables(const std::vector<Row>& rows, Report& report) {
     for (const std::string& setting : settings) lines.emplace_back(setting, group(setting, kMean));
   }
   for (const char* name : kKeyFigures)
-    if (Table table = one_figure(field_named(name), lines);
+    if (Table table = one_figure(field_named(name), lines, one_setting ? "scene" : "setting");
         lines.size() > 1 && !table.lines.empty())
       report.tables.push_back(std::move(table));
   for (const std::string& setting : settings)

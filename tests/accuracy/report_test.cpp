@@ -24,6 +24,7 @@ TEST(BestOf, FollowsWhatIsGood) {
   EXPECT_THAT(best_of(line(Better::low, {3, 1, 2})), ElementsAre(false, true, false));
   EXPECT_THAT(best_of(line(Better::high, {3, 1, 2})), ElementsAre(true, false, false));
   EXPECT_THAT(best_of(line(Better::near_zero, {-1, 2, -3})), ElementsAre(true, false, false));
+  EXPECT_THAT(best_of(line(Better::neither, {1, 2, 3})), ElementsAre(false, false, false));
 }
 
 TEST(BestOf, SeesWhatIsShown) {
@@ -37,7 +38,7 @@ Report small_report() {
   Report report;
   report.title = "A <title> & more";
   report.facts = {{"seeds", "1"}};
-  report.tables = {{"Mean", "", {"fit", "ssm"}, {line(Better::low, {1, kNone})}}};
+  report.tables = {{"Mean", "", {"fit", "ssm"}, {line(Better::low, {1, kNone})}, "figure"}};
   report.tables[0].lines.push_back(line(Better::low, {0.25, 0.5}));
   return report;
 }
