@@ -13,8 +13,8 @@ import json
 import subprocess
 import tempfile
 
-FOOTPRINT = [1, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7]
-SIGMA = [0.5, 0.7, 1, 1.3, 1.6, 2]
+FOOTPRINT = [1.2, 1.3, 1.4, 1.42, 1.43, 1.45, 1.5, 1.6]
+SIGMA = [0.7, 1, 1.3, 1.4, 1.45, 1.5, 1.6, 2]
 
 # The candidates of every option, in the order in which they are varied.
 SEARCHED = {
@@ -23,7 +23,7 @@ SEARCHED = {
     "bilateral": {
         "bilateral-footprint": FOOTPRINT,
         "bilateral-sigma": SIGMA,
-        "bilateral-range": [0.5, 0.7, 1, 1.4, 2, 3],
+        "bilateral-range": [2, 3, 5, 8, 10, 15],
         "bilateral-iterations": [1, 2, 3],
         "bilateral-separable": [0, 1],
     },
@@ -38,12 +38,12 @@ SEARCHED = {
     },
     "curvature-flow": {
         "flow-footprint": FOOTPRINT,
-        "flow-time": [0.5, 0.8, 1.2, 1.8, 2.7, 4],
-        "flow-z-max": [1, 2, 3, 4.5],
+        "flow-time": [0.8, 1.2, 1.8, 2.2, 2.7, 4],
+        "flow-z-max": [2, 3, 4.5, 7],
     },
     "anisotropic": {
         "anisotropic-ks": [1.25, 1.6, 2, 2.5],
-        "anisotropic-level": [0.2, 0.25, 0.3, 0.35, 0.4, 0.5],
+        "anisotropic-level": [0.2, 0.25, 0.3, 0.33, 0.36, 0.4],
         "anisotropic-lambda": [0.5, 0.7, 0.9],
         "anisotropic-kr": [2, 4, 8],
         "anisotropic-h": [1.5, 2, 2.5],

@@ -94,32 +94,32 @@ struct MeshParams {
 
 /// Depth of the baseline (Mueller et al. 2007).
 struct SsmParams {
-  double footprint = 1.5;  // radius of the spheres
-  double z_max = 3;        // depth difference that smoothing and mesh do not cross
-  double sigma = 1;        // standard deviation of the binomial filter
-  int filter = 0;          // its half width in nodes, as printed; 0: from sigma, by perspective
+  double footprint = 1.43;  // radius of the spheres
+  double z_max = 4.5;       // depth difference that smoothing and mesh do not cross
+  double sigma = 1.5;       // standard deviation of the binomial filter
+  int filter = 0;           // its half width in nodes, as printed; 0: from sigma, by perspective
 };
 
 /// The particles as they are.
 struct SphereParams {
-  double footprint = 1;  // radius of the spheres
+  double footprint = 1.5;  // radius of the spheres
 };
 
 /// Bilateral filter on the depth map of the spheres (Green 2010).
 struct BilateralParams {
-  double footprint = 1.5;  // radius of the spheres
-  double sigma = 1;        // of the Gaussian on the screen
-  double range = 1;        // of the one over the difference in depth
+  double footprint = 1.42;  // radius of the spheres
+  double sigma = 1.4;       // of the Gaussian on the screen
+  double range = 10;        // of the one over the difference in depth
   int iterations = 1;
   int separable = 0;  // 1: rows, then columns; 0: in two dimensions
 };
 
 /// Narrow-range filter on the depth map of the spheres (Truong and Yuksel 2018).
 struct NarrowRangeParams {
-  double footprint = 1.5;  // radius of the spheres
-  double sigma = 1;        // of the Gaussian on the screen
-  double delta = 3;        // samples this much nearer do not count, as much farther are clamped
-  double mu = 1;           // clamped samples count as this much behind the centre
+  double footprint = 1.43;  // radius of the spheres
+  double sigma = 1.45;      // of the Gaussian on the screen
+  double delta = 3;         // samples this much nearer do not count, as much farther are clamped
+  double mu = 0;            // clamped samples count as this much behind the centre
   int iterations = 1;
   int separable = 0;  // 1: rows, then columns; 0: in two dimensions
   int cleanup = 2;    // half width of the last pass, samples
@@ -127,10 +127,10 @@ struct NarrowRangeParams {
 
 /// Screen-space mean curvature flow (van der Laan et al. 2009).
 struct CurvatureFlowParams {
-  double footprint = 1.5;  // radius of the spheres
-  double time = 1;         // of the flow, radii^2
-  double step = 0.5;       // of the longest stable step
-  double z_max = 3;        // a depth jump that is a silhouette
+  double footprint = 1.42;  // radius of the spheres
+  double time = 2.2;        // of the flow, radii^2
+  double step = 0.5;        // of the longest stable step
+  double z_max = 4.5;       // a depth jump that is a silhouette
 };
 
 /// Level set of anisotropic kernels (Yu and Turk 2013).
@@ -141,7 +141,7 @@ struct AnisotropicParams {
   double k_s = 2;       // size of the kernels; 1: h in a full neighbourhood
   double k_n = 0.5;     // size of the kernels with few neighbours
   int n_eps = 6;        // up to this many neighbours are few
-  double level = 0.3;   // of the field at the surface
+  double level = 0.33;  // of the field at the surface
 };
 
 struct Parameters {

@@ -271,13 +271,17 @@ TEST_P(Filter, RampsStay) {
       map_of(grid, [](int i, int j) { return 16 + 0.25 * i + 0.125 * j + (i < 20 ? 0 : 40); });
   const View view = make_view(orthographic_camera(45, 27), 0.5, {0, 0, 0});
   NarrowRangeParams narrow;
+  narrow.sigma = 1;
   narrow.delta = 0.3125;
   narrow.mu = 0;
   const auto filtered = narrow_range(view, depth, grid, narrow);
   BilateralParams wide;
+  wide.sigma = 1;
   wide.range = 1;
   const auto smoothed = bilateral(view, depth, grid, wide);
-  const auto flowed = flow(view, depth, grid, {});
+  CurvatureFlowParams short_flow;
+  short_flow.time = 1;
+  const auto flowed = flow(view, depth, grid, short_flow);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
       const int k = j * grid.nx + i;
