@@ -1,6 +1,7 @@
 // anisotropic.cl: anisotropic kernels (Yu and Turk 2013) and the surface of their field as rays
 // meet it, which is the surface itself and not a splat of it.
-// Departures: a kernel is stretched at most 1.25 times as much as a full neighbourhood's, so that a hash grid finds all kernels
+// Departures: a kernel is stretched at most 1.25 times as much as a full neighbourhood's, so that a
+// hash grid finds all kernels
 // that reach a point; the authors' k_s is one over the variance of a full neighbourhood times ours.
 
 // A hash grid over points (cells.hpp); positions in bucket order.
@@ -50,7 +51,8 @@ inline void turn(float* pp, float* qq, float* pq, float* pr, float* qr, float* a
 
 // Centre, shape and volume of each particle's kernel (Yu and Turk, Eqs. 6 and 9 to 16), from its
 // neighbours within 2 h with the weights w = 1 - (d / 2h)^3. One work-item per particle.
-//   C = sum w (x_j - m)(x_j - m)^T / sum w,   m = sum w x_j / sum w;   centre (1 - lambda) x + lambda m
+//   C = sum w (x_j - m)(x_j - m)^T / sum w,   m = sum w x_j / sum w
+//   centre (1 - lambda) x + lambda m
 //   G = 1/h R diag(1 / s~_k) R^T,   s~_k = k_s max(s_k, s_1 / k_r), or k_n with N_eps or fewer
 //   V = 1 / sum_j W(x - x_j), the particle's mass over its density
 kernel void shape_kernels(global const float* x, global const float* y, global const float* z,
@@ -252,7 +254,8 @@ kernel void cast_field(global const float* points,  // [2][count] u, v, pixels
       side = 1;
     }
   }
-  const float4 g = field_at(grid, kernels, n, r.ox + middle * r.dx, r.oy + middle * r.dy, -middle, 1);
+  const float4 g =
+      field_at(grid, kernels, n, r.ox + middle * r.dx, r.oy + middle * r.dy, -middle, 1);
   const float size = sqrt(g.x * g.x + g.y * g.y + g.z * g.z);
   if (!(size > 0.0f)) return;
   depth[p] = middle;

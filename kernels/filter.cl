@@ -1,8 +1,8 @@
 // filter.cl: the screen-space filters that smooth the depth map of the particles' spheres:
 // bilateral (as in Green 2010), narrow-range (Truong and Yuksel 2018) and curvature flow (van der
 // Laan, Green and Sainz 2009).
-// Maps are padded here: sample (i, j) is stored at (j + pad) * stride + i + pad, with NaN around, so
-// that a window needs no tests for the image's ends, and what lies beyond them is not taken for
+// Maps are padded here: sample (i, j) is stored at (j + pad) * stride + i + pad, with NaN around,
+// so that a window needs no tests for the image's ends, and what lies beyond them is not taken for
 // background; stride >= nx + 2 pad + WIDTH.
 // One work-item per WIDTH neighbours of a row. A lane's window is its own: what its neighbours
 // need beside it has no weight in it, which gives every WIDTH the same bits.
@@ -97,7 +97,8 @@ typedef struct {
 } Span;
 
 // A pair of samples that lie opposite each other. One nearer than its span is another surface in
-// front, one outside the image is unknown: then neither counts, which keeps the window symmetric. One beyond its span counts as
+// front, one outside the image is unknown: then neither counts, which keeps the window symmetric.
+// One beyond its span counts as
 // mu behind the centre. One within it moves the span's ends to at least delta around it.
 inline void add_pair(const floatv a, const floatv b, const floatv weight, const intv open,
                      const floatv t, const float delta, const float mu, Span* sa, Span* sb,

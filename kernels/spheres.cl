@@ -5,7 +5,8 @@
 // same map whatever the order of the particles. Where two are equally near, the lower index wins.
 
 // A sphere: eye centre (x, y, -t) and radius, particle radii, and the samples it may cover, both
-// ends included. particles: [8][stride] x, y, t, radius; pixels u, v and half extents on the screen.
+// ends included. particles: [8][stride] x, y, t, radius; pixels u, v and half extents on the
+// screen.
 typedef struct {
   float x, y, t, radius;
   int i0, i1, j0, j1;
