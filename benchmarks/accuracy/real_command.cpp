@@ -75,7 +75,9 @@ const std::vector<std::pair<Quantity, double (*)(const RealRow&)>>& real_figures
        [](R row) { return row.sequence.rms; }},
       {{"sequence_p999", "s", 4, Better::low, "The same, 99.9th percentile."},
        [](R row) { return row.sequence.p999; }},
-      {{"time", "ms", 0, Better::low, "Wall time of extracting a frame, on this machine."},
+      {{"time", "ms", 0, Better::low,
+        "Wall time of extracting a frame, on this machine: the shortest of the drift's, the mean "
+        "over a sequence."},
        [](R row) { return 1000 * row.seconds; }},
   };
   return figures;
@@ -125,12 +127,16 @@ Surface timed(const Contender& contender, const Frame& frame, double& seconds) {
 }
 
 /// Maps of the frame and of what it drifts to; only the first one where there are no velocities.
-std::vector<Map> drift_of(const Contender& contender, const Frame& frame, const Map& first) {
+/// `seconds` is that of the first and becomes the shortest of all: the first loads the kernels.
+std::vector<Map> drift_of(const Contender& contender, const Frame& frame, const Map& first,
+                          double& seconds) {
   const double speed = rms_speed(frame.particles);
   std::vector<Map> maps{first};
   for (int k = 1; k < kDriftFrames && speed > 0; ++k) {
-    const Particles moved = drifted(frame.particles, k * kDriftStep / speed);
-    maps.push_back(map_of(contender.extract(moved, frame.lens)));
+    const Frame moved{drifted(frame.particles, k * kDriftStep / speed), frame.lens, frame.unit};
+    double taken = 0;
+    maps.push_back(map_of(timed(contender, moved, taken)));
+    seconds = std::min(seconds, taken);
   }
   return maps;
 }
@@ -164,7 +170,7 @@ void measure_frame(const std::vector<Contender>& contenders, const CommonOptions
     const bool is_reference = options.reference.empty() && contender.name == "splashsurf";
     if (!reference.depth.empty() && !is_reference)
       row.agreement = agreement(frame.lens, reference, map_of(surface));
-    const std::vector<Map> maps = drift_of(contender, frame, map_of(surface));
+    const std::vector<Map> maps = drift_of(contender, frame, map_of(surface), row.seconds);
     row.drift = second_difference(maps);
     gathered.rows.push_back(row);
     show(contender.name, surface);
