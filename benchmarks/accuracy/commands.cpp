@@ -22,8 +22,18 @@ void apply(const std::string& setting, Parameters& parameters) {
     if (std::visit(read, entry.value)) return;
     break;
   }
-  throw InvalidArgument("--set is " + setting +
+  throw InvalidArgument("a setting is " + setting +
                         ", must be name=value with a name from meniscus extract --help");
+}
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> words(1);
+  for (const char c : text)
+    if (c == at)
+      words.emplace_back();
+    else
+      words.back() += c;
+  return words;
 }
 
 }  // namespace
@@ -35,12 +45,15 @@ std::vector<Contender> contenders_of(const CommonOptions& options, Device& devic
       contenders.push_back(splashsurf(options.splashsurf));
       continue;
     }
+    const std::vector<std::string> words = split(name, '+');
     Parameters parameters;
-    parameters.method = method_named(name);
+    parameters.method = method_named(words[0]);
     parameters.mesh = options.mesh;
     for (const std::string& setting : options.settings) apply(setting, parameters);
+    for (std::size_t k = 1; k < words.size(); ++k) apply(words[k], parameters);
     check(parameters);
     contenders.push_back(library_method(device, parameters));
+    contenders.back().name = name;
   }
   return contenders;
 }

@@ -8,7 +8,9 @@ namespace meniscus::accuracy {
 namespace {
 
 void add_common(CLI::App& app, CommonOptions& options) {
-  app.add_option("--method", options.methods, "Methods; beside the library's also splashsurf")
+  app.add_option("--method", options.methods,
+                 "Methods; beside the library's also splashsurf. METHOD+name=value+... is one with "
+                 "settings of its own")
       ->delimiter(',')
       ->capture_default_str();
   app.add_flag("--mesh", options.mesh, "Make the meshes, too, and measure their vertices");

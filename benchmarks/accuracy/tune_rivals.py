@@ -10,6 +10,7 @@ tuning; the figures of docs/rivals.md are of other seeds.
 """
 import argparse
 import json
+import pathlib
 import subprocess
 import tempfile
 
@@ -52,17 +53,16 @@ SEARCHED = {
 }
 
 
-def measure(args, method, settings):
-    """The figures of the mean over the scenes, each a mean over the seeds."""
-    with tempfile.NamedTemporaryFile(suffix=".json") as file:
-        command = [args.program, "--method", method, "--seeds", args.seeds, "--json", file.name]
+def measure(args, variants):
+    """Of each METHOD+name=value+... the figures of the mean over the scenes and seeds."""
+    with tempfile.TemporaryDirectory() as folder:
+        results = pathlib.Path(folder, "results.json")
+        command = [args.program, "--method", ",".join(variants), "--seeds", args.seeds]
         if args.scenes:
             command += ["--scene", args.scenes]
-        for name, value in settings.items():
-            command += ["--set", f"{name}={value}"]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        rows = json.load(file)["rows"]
-    return next(row["figures"] for row in rows if row["scene"] == "mean")
+        subprocess.run(command + ["--json", results], check=True, stdout=subprocess.DEVNULL)
+        rows = json.loads(results.read_text())["rows"]
+    return {row["method"]: row["figures"] for row in rows if row["scene"] == "mean"}
 
 
 def score(figures):
@@ -70,29 +70,28 @@ def score(figures):
 
 
 def search(args, method):
-    options = SEARCHED[method]
     known = {}
 
-    def evaluate(settings):
-        key = tuple(sorted(settings.items()))
-        if key not in known:
-            figures = measure(args, method, settings)
-            known[key] = score(figures)
-            print(f"{known[key]:.5f}  {figures['normal_rms']:.4f} s {figures['normal_bias']:+.4f} s "
+    def name_of(settings):
+        return "+".join([method] + [f"{name}={value}" for name, value in sorted(settings.items())])
+
+    def evaluate(trials):
+        """The first of the best trials."""
+        new = [name for name in map(name_of, trials) if name not in known]
+        for name, figures in (measure(args, new) if new else {}).items():
+            known[name] = score(figures)
+            print(f"{known[name]:.5f}  {figures['normal_rms']:.4f} s {figures['normal_bias']:+.4f} s "
                   f"{figures['angle_median']:5.2f} deg  crease {figures['crease_rms']:.3f} s "
-                  f"{figures['crease_angle']:.1f} deg  {method} {settings}", flush=True)
-        return known[key]
+                  f"{figures['crease_angle']:.1f} deg  {name}", flush=True)
+        return min(trials, key=lambda settings: known[name_of(settings)])
 
     best = {}  # what is not in it has its default
-    changed = True
-    while changed:
-        changed = False
-        for name, candidates in options.items():
-            for value in candidates:
-                trial = {**best, name: value}
-                if evaluate(trial) < evaluate(best) - 1e-5:
-                    best, changed = trial, True
-    print(f"best of {method}: {evaluate(best):.5f} {best}", flush=True)
+    before = None
+    while best != before:
+        before = best
+        for name, candidates in SEARCHED[method].items():
+            best = evaluate([best] + [{**best, name: value} for value in candidates])
+    print(f"best of {method}: {known[name_of(best)]:.5f} {name_of(best)}", flush=True)
 
 
 def main():
