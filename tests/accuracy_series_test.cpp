@@ -45,6 +45,14 @@ TEST(AccuracySeries, EachSettingChangesWhatItIsNamedFor) {
   EXPECT_EQ(changed("jitter", 0).jitter, 0.01);
 }
 
+TEST(AccuracySeries, TheCameraMovesWithTheFirstSeedsOnly) {
+  const std::vector<Case> cases =
+      make_cases({"sphere"}, {1, 2}, {.moving = true, .moving_seeds = 1});
+  ASSERT_EQ(cases.size(), 2);
+  EXPECT_EQ(cases[0].truths.size(), 4);
+  EXPECT_EQ(cases[1].truths.size(), 1);
+}
+
 TEST(AccuracySeries, AllIsEverySeriesAndNamesAreTheirOwn) {
   const auto all = series_named({"all"});
   std::set<std::string> names;

@@ -31,8 +31,9 @@ std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
     const Scene scene = shown(*c.scene, setup, c.seed);
     c.particles = make_particles(scene, setup.noise, c.seed, setup.filling);
     c.truths.push_back(trace(scene, lens_of(scene, setup.orthographic)));
-    if (!setup.moving && setup.jitter == 0) return;
-    const double step = setup.moving ? kStep / c.truths[0].mean_scale() : 0;
+    const bool moving = setup.moving && k % seeds.size() < setup.moving_seeds;
+    if (!moving && setup.jitter == 0) return;
+    const double step = moving ? kStep / c.truths[0].mean_scale() : 0;
     for (int frame = 1; frame < kMovingFrames; ++frame)
       c.truths.push_back(step > 0 ? trace(scene, lens_of(scene, setup.orthographic, frame * step))
                                   : c.truths[0]);

@@ -1,6 +1,7 @@
 // Running the library on the scenes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -23,7 +24,8 @@ struct Setup {
   double distance = 1;  // times as far away as the scene has it, the target as large as before
   // Each of these adds three more frames, whose flicker is measured.
   bool moving = false;  // the camera moves by 0.3 pixels to the right from frame to frame
-  double jitter = 0;    // s; standard deviation of what moves each coordinate, anew in each frame
+  std::size_t moving_seeds = SIZE_MAX;  // it does so with the first so many seeds
+  double jitter = 0;  // s; standard deviation of what moves each coordinate, anew in each frame
 };
 
 /// One scene, filled with particles and traced.
