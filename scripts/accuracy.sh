@@ -30,7 +30,7 @@ measure() {  # NAME OPTION...
     > "$out/$1.txt"
 }
 
-scenes=sphere,waves,box,boxpool,capsules,sheet  # for what takes many settings
+scenes=sphere,waves,boxpool,capsules,sheet  # for what takes many settings
 main=(--seeds reporting)
 series=(--series noise,lattice,spacing,orthographic,wide,narrow,jitter --scene "$scenes")
 mesh=()
