@@ -6,7 +6,7 @@
 One option is varied at a time over its candidates, round after round, until a round changes
 nothing. The score is the mean over the scenes of the error along the normal (RMS, s) plus a
 fiftieth of the median normal error (degrees): 1 degree counts like 0.02 s. Seeds 1 to 3 are for
-tuning; the figures of docs/rivals.md are of other seeds.
+tuning; docs/accuracy.md reports others.
 """
 import argparse
 import json
@@ -24,7 +24,7 @@ SEARCHED = {
     "bilateral": {
         "bilateral-footprint": FOOTPRINT,
         "bilateral-sigma": SIGMA,
-        "bilateral-range": [2, 3, 5, 8, 10, 15],
+        "bilateral-range": [2, 5, 10, 15, 20],
         "bilateral-iterations": [1, 2, 3],
         "bilateral-separable": [0, 1],
     },

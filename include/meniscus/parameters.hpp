@@ -109,7 +109,7 @@ struct SphereParams {
 struct BilateralParams {
   double footprint = 1.42;  // radius of the spheres
   double sigma = 1.4;       // of the Gaussian on the screen
-  double range = 10;        // of the one over the difference in depth
+  double range = 15;        // of the one over the difference in depth
   int iterations = 1;
   int separable = 0;  // 1: rows, then columns; 0: in two dimensions
 };
