@@ -73,6 +73,23 @@ kernel void measure_density(global const float* x, global const float* y, global
   density[p] = density_at(cells, x[p], y[p], z[p]).w;
 }
 
+// The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
+// order. One work-item per particle.
+kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
+                              global const float* cell_x, global const float* cell_y,
+                              global const float* cell_z, global const float* cell_weight,
+                              global const int* cell_start, const float inverse_cell,
+                              const uint mask, const int n) {
+  const int p = get_global_id(0);
+  if (p >= n) return;
+  const Cells cells = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
+  const float4 g = density_at(cells, cell_x[p], cell_y[p], cell_z[p]);
+  result[p] = g.x;
+  result[n + p] = g.y;
+  result[2 * n + p] = g.z;
+  result[3 * n + p] = g.w;
+}
+
 // Turns densities at the particles' own positions into the weights with which the field's level is
 // even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
 // the particle's radius and the field's face lies where the fitted one does.
@@ -161,14 +178,23 @@ inline void settle(const int s, const int n, const float u, const float v,
   const float t = depth[s];
   const int met = t < INFINITY;
   if (met && only_gaps) return;
-
   // The blend's share: its trust, or nothing outside the fluid. With less trust the contour draws
   // in to where the field has its own.
-  const float trusted = met ? trust[s] : 0.0f;
+  const int on_triangle = fabs(t - triangle[s]) < limits.z;
+  // Blended samples carry where they lie with their trust (blend.cl): at a convex crease the sheets
+  // vouch for each other down to a third of the contour's density, beyond an edge nothing shows.
+  const float found = met ? trust[s] : 0.0f;
+  const int ended = found > 3.5f, on_edge = !ended && found > 1.5f;
+  const float trusted = found - (ended ? 4.0f : on_edge ? 2.0f : 0.0f);
+  if (ended && !on_triangle) {
+    depth[s] = INFINITY;
+    behind[s] = t0;
+    return;
+  }
   float share = trusted;
-  if (met && (trusted < 1.0f || fabs(t - triangle[s]) >= limits.z)) {
+  if (met && (trusted < 1.0f || !on_triangle)) {
     const float density = density_at(plain, r.ox + t * r.dx, r.oy + t * r.dy, -t).w;
-    const float inside = density - limits.x - 0.1f * (1.0f - trusted);
+    const float inside = density - (on_edge ? 0.3f : 1.0f) * limits.x - 0.1f * (1.0f - trusted);
     share = trusted < 1.0f  ? trusted * clamp(20.0f * inside, 0.0f, 1.0f)
             : inside < 0.0f ? 0.0f
                             : 1.0f;
@@ -216,7 +242,7 @@ kernel void settle_samples(global const float* triangle,   // [samples] depth of
                            global const float* core,       // [samples] finite where the ray comes
                                                            // near enough to a particle to meet the
                                                            // field's level
-                           global const float* trust,      // [samples] of the blend, 0 .. 1
+                           global const float* trust,      // [samples] of the blend (blend.cl)
                            global float* depth,            // [samples] in and out
                            global float* normal,           // [3][samples] in and out
                            global int* group,              // [samples] in and out

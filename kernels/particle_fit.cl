@@ -13,23 +13,23 @@ inline float spline(const float x) {
 }
 
 // Weight of neighbour j in the fit around particle i at distance l with normals n_i, n_j:
-//   v_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
+//   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // in the first pass, and where the last one gave no fit, m = exp(-h^2 / (h_0 + h_1 l^2)^2) with the
 // height h of j over i's tangent plane; later m = exp(-r^2 / tau^2) for a neighbour that lies r
 // behind the surface of the pass before. Fits of fewer than three neighbours get no weights.
 kernel void weigh_neighbours(
-    global const float* particles,  // [4][n] x, y, z (particle radii), v
+    global const float* particles,  // [4][n] x, y, z (particle radii), u
     global const float* normal,     // [3][n] unit
     global const int* particle,     // [lanes] centre of the lane's fit, -1: unused
     global const int* neighbour,    // [slots]
     global const int* first,        // [batches]
     global const int* length,       // [batches]
+    global const float* support,    // [lanes] rho, particle radii
     global const float* quadric,    // [10][lanes] of the pass before, through the particles
     global const float* quality,    // [2][lanes] negative: no fit
     global float* points,           // [7][slots] q = (x_j - x_i) / rho; n_j; weight
     const int n, const int slots, const int lanes, const int pass,
-    const float4 options,    // rho; 2 / sigma^2; tau; unused
-    const float2 flatness) { // h_0, particle radii; h_1, 1 / particle radii
+    const float4 options) {  // 2 / sigma^2; tau and h_0, particle radii; h_1, 1 / particle radii
   const int lane = get_global_id(0);
   if (lane >= lanes) return;
   const int i = particle[lane];
@@ -40,7 +40,7 @@ kernel void weigh_neighbours(
   float c[10];
 #pragma unroll
   for (int k = 0; k < 10; ++k) c[k] = refit ? quadric[k * lanes + lane] : 0.0f;
-  const float inverse_rho = 1.0f / options.x, inverse_tau = 1.0f / options.z;
+  const float inverse_rho = 1.0f / support[lane], inverse_tau = 1.0f / options.y;
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
   int used = 0;
   for (int k = 0; k < count; ++k) {
@@ -51,7 +51,7 @@ kernel void weigh_neighbours(
     const float mx = normal[j], my = normal[n + j], mz = normal[2 * n + j];
     const float squared = x * x + y * y + z * z;
     const float h = x * nx + y * ny + z * nz;
-    const float width = flatness.x + flatness.y * squared;
+    const float width = options.z + options.w * squared;
     const float flat = fmax(exp_negative(-(h * h) / (width * width)), 1e-5f);
     const float f = c[0] + (c[1] + c[4] * x + c[7] * y) * x + (c[2] + c[5] * y + c[8] * z) * y +
                     (c[3] + c[6] * z + c[9] * x) * z;
@@ -59,7 +59,7 @@ kernel void weigh_neighbours(
     const float robust = fmax(exp_negative(-behind * behind), 1e-4f);
     const float turned = fmin(nx * mx + ny * my + nz * mz - 1.0f, 0.0f);
     const float near = particles[3 * n + j] * spline(fmin(sqrt(squared) * inverse_rho, 1.0f)) *
-                       exp_negative(options.y * turned);
+                       exp_negative(options.x * turned);
     used += near >= 1e-6f;
     points[slot] = x * inverse_rho;
     points[slots + slot] = y * inverse_rho;
@@ -92,34 +92,56 @@ kernel void turn_normals(global const int* particle, global const float* quadric
   normal[2 * n + i] = z * scale;
 }
 
-// How much a particle's fit counts: kappa = |sum of q n_j| / sum of q with q = v_j W(l / reach),
-// W Wendland's function, is 1 on smooth surface and less near an edge.
-//   e = max(0.005, smoothstep(0.90, 0.98, kappa))
+// How far a fit can be relied on, three rows:
+// - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
+//   share of the neighbours whose normals agree,
+//     e = max(0.005, smoothstep(0.7, 1.0, sum of q smoothstep(0.85, 0.95, n_i.n_j) / sum of q);
+// - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
+//   but for the height;
+// - the number of its neighbours, each by its weight u.
 kernel void measure_edges(global const float* particles, global const float* normal,
                           global const int* particle, global const int* neighbour,
                           global const int* first, global const int* length,
-                          global float* edge,  // [n] e
-                          const int n, const int lanes, const float reach) {
+                          global const float* support,  // [lanes] rho, particle radii
+                          global const float* quadric,  // [10][lanes] through the particles
+                          global float* rows,           // [3][lanes] e; distance, radii; number
+                          const int n, const int lanes,
+                          const float falloff,  // 2 / sigma^2
+                          const float reach) {  // particle radii
   const int lane = get_global_id(0);
   if (lane >= lanes) return;
   const int i = particle[lane];
   if (i < 0) return;
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
-  float sum = 0.0f, sx = 0.0f, sy = 0.0f, sz = 0.0f;
+  const float inverse_rho = 1.0f / support[lane];
+  float c[10];
+#pragma unroll
+  for (int k = 0; k < 10; ++k) c[k] = quadric[k * lanes + lane];
+  float near = 0.0f, agree = 0.0f, weight = 0.0f, squares = 0.0f, number = 0.0f;
   for (int k = 0; k < count; ++k) {
     const int j = neighbour[begin + 8 * k];
     if (j < 0) break;
     const float x = particles[j] - particles[i], y = particles[n + j] - particles[n + i],
-                z = particles[2 * n + j] - particles[2 * n + i];
-    const float d = sqrt(x * x + y * y + z * z) / reach;
+                z = particles[2 * n + j] - particles[2 * n + i], u = particles[3 * n + j];
+    const float l = sqrt(x * x + y * y + z * z);
+    const float same = normal[i] * normal[j] + normal[n + i] * normal[n + j] +
+                       normal[2 * n + i] * normal[2 * n + j];
+    const float f = c[0] + (c[1] + c[4] * x + c[7] * y) * x + (c[2] + c[5] * y + c[8] * z) * y +
+                    (c[3] + c[6] * z + c[9] * x) * z;
+    const float apart = clamp(f, -2.0f, 2.0f);
+    const float w =
+        u * spline(fmin(l * inverse_rho, 1.0f)) * exp_negative(falloff * fmin(same - 1.0f, 0.0f));
+    weight += w;
+    squares += w * apart * apart;
+    number += u;
+    const float d = l / reach;
     if (d >= 1.0f) continue;
     const float r = (1.0f - d) * (1.0f - d);
-    const float q = particles[3 * n + j] * r * r * (4.0f * d + 1.0f);
-    sum += q;
-    sx += q * normal[j];
-    sy += q * normal[n + j];
-    sz += q * normal[2 * n + j];
+    const float q = u * r * r * (4.0f * d + 1.0f);
+    near += q;
+    agree += q * smooth_step(0.85f, 0.95f, same);
   }
-  const float kappa = sum > 0.0f ? sqrt(sx * sx + sy * sy + sz * sz) / sum : 1.0f;
-  edge[i] = fmax(0.005f, smooth_step(0.90f, 0.98f, kappa));
+  rows[lane] = near > 0.0f ? fmax(0.005f, smooth_step(0.7f, 1.0f, agree / near)) : 1.0f;
+  rows[lanes + lane] = weight > 0.0f ? sqrt(squares / weight) : 2.0f;
+  rows[2 * lanes + lane] = number;
 }

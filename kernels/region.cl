@@ -39,11 +39,13 @@ kernel void draw_triangles(global const float* corners,  // [9][stride] u, v, t 
     }
 }
 
-// Closes pinholes and removes specks: a sample without surface, one of the surface that stands more
-// than `jump` before or behind all four neighbours, or one whose normal stands alone among
-// neighbours that agree (where two sheets graze each other), takes the mean of its eight neighbours
-// where at least six of them show one layer. Splash is left alone: a droplet may be one sample.
-// One work-item per sample; the border is copied.
+// Closes pinholes and removes specks. A sample hangs together with those of its eight neighbours
+// whose depths differ by at most `jump`. One without surface takes the mean of their farthest layer
+// when at least six of them have surface, or 17 of the 24 around, as at the corner of a small hole.
+// One of the surface that hangs together with fewer than three is no surface where most neighbours
+// have none, else it takes the mean of their farthest layer; and so does one whose normal stands
+// alone among neighbours that agree (where two sheets graze each other). Splash is left alone: a
+// droplet may be one sample. One work-item per sample; the border is copied.
 kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
                          global const float* normal,  // [3][ny*nx]
                          global const int* group, global const uchar* kind,
@@ -61,28 +63,47 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   const int inside = i > 0 && j > 0 && i < samples.x - 1 && j < samples.y - 1;
   const int empty = !(t < INFINITY);
   if (inside && (empty || what != 2)) {
-    float near = INFINITY, far = 0.0f, sum = 0.0f, sx = 0.0f, sy = 0.0f, sz = 0.0f;
-    int count = 0, joined = 0, first = s;
-    for (int b = -1; b <= 1; ++b)
-      for (int a = -1; a <= 1; ++a) {
-        const int k = s + b * samples.x + a;
-        const float d = depth[k];
-        if (k == s || !(d < INFINITY)) continue;
-        if (count == 0) first = k;
-        ++count;
-        near = fmin(near, d);
-        far = fmax(far, d);
-        sum += d;
-        sx += normal[k];
-        sy += normal[n + k];
-        sz += normal[2 * n + k];
-        joined |= (a == 0 || b == 0) && fabs(d - t) <= jump;
-      }
+    float far = 0.0f;
+    int covered = 0, joined = 0;
+    for (int k = 0; k < 9; ++k) {
+      const float d = depth[s + (k / 3 - 1) * samples.x + k % 3 - 1];
+      if (k == 4 || !(d < INFINITY)) continue;
+      ++covered;
+      far = fmax(far, d);
+      joined += fabs(d - t) <= jump;
+    }
+    int around = 0;
+    if (empty && i > 1 && j > 1 && i < samples.x - 2 && j < samples.y - 2)
+      for (int k = 0; k < 25; ++k)
+        around += depth[s + (k / 5 - 2) * samples.x + k % 5 - 2] < INFINITY;
+    // The farthest layer, which for a sample of the surface is one that it does not belong to
+    // unless all neighbours do.
+    float sum = 0.0f, sx = 0.0f, sy = 0.0f, sz = 0.0f;
+    int count = 0, first = s;
+    for (int k = 0; k < 9; ++k) {
+      const int p = s + (k / 3 - 1) * samples.x + k % 3 - 1;
+      const float d = depth[p];
+      if (k == 4 || !(d < INFINITY) || far - d > jump) continue;
+      if (count == 0) first = p;
+      ++count;
+      sum += d;
+      sx += normal[p];
+      sy += normal[n + p];
+      sz += normal[2 * n + p];
+    }
     const float size = sqrt(sx * sx + sy * sy + sz * sz);
     const float along = nx * sx + ny * sy + nz * sz;
     const float agreement = size / (float)max(count, 1);  // 1: all neighbours' normals are the same
-    const int alone = agreement > 0.93f && along < (agreement - 0.03f) * size;
-    if (count >= 6 && far - near < jump && size > 0.0f && (empty || !joined || alone)) {
+    const int alone = count >= 6 && count == covered && agreement > 0.93f &&
+                      along < (agreement - 0.03f) * size;
+    const int speck = !empty && joined < 3;
+    if (speck && covered < 5) {
+      result = INFINITY;
+      nx = ny = nz = 0.0f;
+      id = -1;
+      what = 0;
+    } else if ((empty ? covered >= 6 || around >= 17 : speck || alone) && count >= (empty ? 1 : 3) &&
+               size > 0.0f) {
       result = sum / (float)count;
       nx = sx / size;
       ny = sy / size;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ostream>
 #include <string>
 
@@ -43,19 +44,84 @@ class FitAccuracy : public testing::TestWithParam<Bounds> {};
 TEST_P(FitAccuracy, IsWithinTheBounds) {
   const Bounds& bounds = GetParam();
   const Figures f = figures_of(bounds.scene, Method::fit);
+  EXPECT_EQ(f.holes, 0);
   EXPECT_LE(f.normal_rms, bounds.normal_rms);
   EXPECT_LE(f.slope_median, bounds.angle);
   EXPECT_LE(f.angle_median, bounds.angle);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FitAccuracy,
-                         testing::Values(Bounds{"sphere", 0.035, 1.5}, Bounds{"waves", 0.05, 2.2},
-                                         Bounds{"box", 0.035, 1.5}),
+                         testing::Values(Bounds{"sphere", 0.025, 1.0}, Bounds{"waves", 0.04, 2.2},
+                                         Bounds{"box", 0.02, 1.0}),
                          name_of);
+
+// What the project promises of fit in the mean over all scenes, of which a scene counts where it
+// has the figure.
+TEST(FitAccuracyOverAllScenes, IsAsPromised) {
+  Device device;
+  Parameters parameters;
+  parameters.mesh = false;
+  ASSERT_EQ(parameters.method, Method::fit);
+  std::vector<std::string> names;
+  for (const Scene& scene : scenes()) names.push_back(scene.name);
+  std::vector<Figures> all;
+  for (const Case& scene_case : make_cases(names, {1}, accuracy::Setup{})) {
+    all.push_back(measure(device, scene_case, parameters).figures);
+    // Splash: every particle is covered, none is missing or doubled, clusters are closed.
+    if (scene_case.scene->name == "splash") {
+      EXPECT_EQ(all.back().splash_covered, 100);
+      EXPECT_EQ(all.back().splash_missing, 0);
+      EXPECT_EQ(all.back().splash_doubled, 0);
+      EXPECT_EQ(all.back().splash_closed, 100);
+    }
+    if (scene_case.scene->name == "box") {
+      EXPECT_GE(all.back().iou, 0.98);
+    }
+  }
+  const auto mean = [&](double Figures::*figure) {
+    double sum = 0;
+    int count = 0;
+    for (const Figures& figures : all)
+      if (std::isfinite(figures.*figure)) {
+        sum += figures.*figure;
+        ++count;
+      }
+    return sum / count;
+  };
+  EXPECT_LE(mean(&Figures::normal_rms), 0.027);
+  EXPECT_LE(mean(&Figures::depth_rms), 0.040);
+  EXPECT_LE(mean(&Figures::angle_median), 1.0);
+  EXPECT_LE(mean(&Figures::angle_p95), 3.0);
+  EXPECT_LE(mean(&Figures::crease_rms), 0.13);
+  EXPECT_LE(mean(&Figures::crease_angle), 3.0);
+  EXPECT_LE(mean(&Figures::crease_jag), 0.1);
+  EXPECT_LE(mean(&Figures::outline_jag), 0.1);
+  EXPECT_LE(mean(&Figures::outline_miss), 0.11);
+  EXPECT_GE(mean(&Figures::iou), 0.989);
+}
+
+// While the camera moves by 0.3 pixels; the narrow-range filter is the steadiest of the rivals.
+TEST(FitFlicker, IsAsPromisedAndBelowTheNarrowRangeFilters) {
+  Device device;
+  accuracy::Setup moving;
+  moving.moving = true;
+  for (const Case& scene_case : make_cases({"sphere", "waves", "box"}, {1}, moving)) {
+    SCOPED_TRACE(scene_case.scene->name);
+    Parameters parameters;
+    parameters.mesh = false;
+    const Figures fit = measure(device, scene_case, parameters).figures;
+    parameters.method = Method::narrow_range;
+    const Figures filter = measure(device, scene_case, parameters).figures;
+    EXPECT_LE(fit.flicker, 0.003);
+    EXPECT_LE(fit.flicker_p999, 0.02);
+    EXPECT_LT(fit.flicker, filter.flicker);
+    EXPECT_LT(fit.flicker_p999, filter.flicker_p999);
+  }
+}
 
 class StableAccuracy : public testing::TestWithParam<Bounds> {};
 
-TEST_P(StableAccuracy, IsWithinTheBoundsOfFit) {
+TEST_P(StableAccuracy, IsWithinTheBounds) {
   const Bounds& bounds = GetParam();
   const Figures f = figures_of(bounds.scene, Method::stable);
   EXPECT_LE(f.normal_rms, bounds.normal_rms);

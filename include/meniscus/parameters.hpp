@@ -38,22 +38,22 @@ struct TriangleParams {
   double d_max = 6;       // largest depth range of a triangle; beyond it is a ghost
 };
 
-/// Groups of similar normal (paper 2.2).
+/// Normals of the triangles and groups of similar normal (paper 2.2).
 struct MergeParams {
-  double cosine = 0.95;      // two groups merge when their normals' dot product exceeds this
-  double cap = 4;            // largest bounding radius of a group
+  double cosine = 0.95;      // method paper: groups merge when their normals' product exceeds this
   int smoothing_rounds = 4;  // bilateral smoothing of the triangle normals
 };
 
-/// The weighted fit of each group (paper 2.3, Eq. 2).
+/// The weighted fit around each particle (paper 2.3, Eq. 2).
 struct FitParams {
-  int rings = 2;             // rings of neighbours beside the members
-  double ring_cosine = 0.8;  // a ring's triangle counts when its normal is this near the group's
-  double off_surface = 1;    // distance of the off-surface rows
-  double ridge = 1e-3;       // on the quadratic terms, times the sum of weights
-  double tau = 0.4;          // one-sided robust scale: points this far behind lose their weight
-  int robust_passes = 2;     // refits with robust weights
-  double offset = 1;         // the surface lies this far outside the particle centres
+  double support = 10;         // radius of a fit's support
+  double least_support = .55;  // share of it that is left where one quadric cannot follow
+  double normal_sigma = .5;    // normal difference that a fit crosses, unitless
+  int passes = 3;              // fits of each particle, the later ones with robust weights
+  double off_surface = 1;      // distance of the off-surface rows
+  double ridge = 1e-3;         // on the quadratic terms, times the sum of weights
+  double tau = 0.3;            // one-sided robust scale: points this far behind lose their weight
+  double offset = 1;           // the surface lies this far outside the particle centres
 };
 
 /// Where there is surface (paper 2.4.1).
@@ -67,20 +67,16 @@ struct RegionParams {
 
 /// The intersection and the blend of the groups a ray meets (paper 2.4.2, Eqs. 6 and 7).
 struct BlendParams {
-  double reach = 3;           // a billboard reaches this far beyond its group's radius
-  double d_max = 6;           // hits farther than this from the reference depth do not count
-  double same_low = 0.7;      // normals whose dot product is below this are another sheet
-  double same_high = 0.9;     // ... and above this the same sheet
-  double other_share = 0.05;  // the other sheet counts from this share of the first one's weight
-  double crease = 5;          // largest distance of two sheets that meet in a crease
+  double radius = 5;       // of a fit's weight
+  double reach = 3;        // method paper: a billboard reaches this far beyond its group's radius
+  double d_max = 6;        // hits farther than this from the reference depth do not count
+  double same_low = 0.7;   // normals whose dot product is below this are another sheet
+  double same_high = 0.9;  // ... and above this the same sheet
+  double crease = 5;       // largest distance of two sheets that meet in a crease
 };
 
 /// One fit per visible particle (docs/method.md).
 struct StableParams {
-  double support = 10;       // radius of a fit's support
-  double blend = 5;          // radius of a fit's weight in the blend
-  double normal_sigma = .5;  // unitless
-  int passes = 3;
   double closing = 0.7;  // radius of the disc that closes the region
   double capsule = 2.2;  // radius of the capsules along contour edges
 };

@@ -1,16 +1,14 @@
-// Method fit: groups of similar normal, a quadric each, blended in sheets; the density field where
-// no group can be trusted.
-#include "stages/fit.hpp"
-
-#include <cmath>
-
+// Method fit: a quadric around every particle of the surface near the visible ones, blended in
+// sheets; the density field where no fit can be trusted.
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
 #include "stages/blend.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"
+#include "stages/particle_fit.hpp"
 #include "stages/region.hpp"
+#include "stages/silhouettes.hpp"
 #include "stages/splash.hpp"
 #include "stages/triangulate.hpp"
 #include "stages/trust.hpp"
@@ -21,7 +19,7 @@ namespace {
 
 // What the blend needs of a frame, on the device.
 struct FittedFrame {
-  Buffer<float> records;  // of the groups
+  Buffer<float> records;  // of the fits
   SplatParticles body;    // visible particles
   SplatParticles hidden;  // body particles, visible or not: what shows behind a front layer
   SplatParticles splash;
@@ -29,56 +27,30 @@ struct FittedFrame {
   DeviceCells levelled;  // the same with even level
 };
 
-// Where the front layer ends between the two nodes of each silhouette edge: bisection on the region
-// itself. A point belongs to the layer when the blend, or the field where the layer is splash, goes
-// on there near the depth of the last point that did.
+// Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
+// layer when the blend, or the field where the layer is splash, goes on there.
 std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
                                             const SurfaceMap& nodes, const GroupRecords& records,
                                             const FittedFrame& frame, const Parameters& params) {
-  std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, params.grid.z_max);
-  const std::size_t n = edges.size();
-  if (n == 0) return edges;
-  const SampleGrid& grid = nodes.grid;
-  const TileLists tiles = list_tiles(view, records, grid);
-  const auto pixel = [&](std::int32_t node, bool vertical) {
-    return grid.first + grid.step * static_cast<float>(vertical ? node / grid.nx : node % grid.nx);
-  };
-  std::vector<float> inside(n, 0.0f), outside(n, 1.0f);
-  for (SilhouetteEdge& edge : edges)
-    edge.surface = {nodes.depth[edge.front], nodes.normal[edge.front]};
-
-  constexpr int kBisections = 6;
-  for (int round = 0; round < kBisections; ++round) {
-    std::vector<float> points(2 * n), met(n), field(n);
-    for (std::size_t e = 0; e < n; ++e) {
-      const float s = 0.5f * (inside[e] + outside[e]);
-      for (const bool vertical : {false, true}) {
-        const float from = pixel(edges[e].front, vertical), to = pixel(edges[e].back, vertical);
-        points[(vertical ? n : 0) + e] = from + s * (to - from);
-      }
-      const bool splash = nodes.kind[edges[e].front] == Kind::splash;
-      field[e] = edges[e].surface.depth;
-      met[e] = splash ? kNoSurface : field[e];
-    }
+  const std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, params.grid.z_max);
+  const TileLists tiles = list_tiles(view, records, nodes.grid);
+  const auto sample = [&](const std::vector<float>& points, const std::vector<float>& near) {
+    std::vector<float> blended = near;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+      if (nodes.kind[edges[e].front] == Kind::splash) blended[e] = kNoSurface;
     const Buffer<float> at = upload(device, points);
-    const SurfaceBuffers samples = empty_surface(device, {static_cast<int>(n), 1, 0.0f, 1.0f});
-    blend_points(device, view, frame.records, tiles, grid, at, upload(device, met), samples,
-                 params.blend);
-    settle_points(device, view, frame.cells, frame.levelled, at, upload(device, field), samples,
+    const SurfaceBuffers samples =
+        empty_surface(device, {static_cast<int>(near.size()), 1, 0.0f, 1.0f});
+    blend_points(device, view, frame.records, tiles, nodes.grid, at, upload(device, blended),
+                 samples, params.blend);
+    settle_points(device, view, frame.cells, frame.levelled, at, upload(device, near), samples,
                   params.region);
-    const SurfaceMap found = download(device, samples);
-    for (std::size_t e = 0; e < n; ++e) {
-      const float s = 0.5f * (inside[e] + outside[e]);
-      if (std::abs(found.depth[e] - edges[e].surface.depth) < params.grid.z_max) {
-        inside[e] = s;
-        edges[e].surface = {found.depth[e], found.normal[e]};
-      } else {
-        outside[e] = s;
-      }
-    }
-  }
-  for (std::size_t e = 0; e < n; ++e) edges[e].cut = inside[e];
-  return edges;
+    const SurfaceMap map = download(device, samples);
+    std::vector<SurfaceSample> found;
+    for (std::size_t e = 0; e < near.size(); ++e) found.push_back({map.depth[e], map.normal[e]});
+    return found;
+  };
+  return bisect_silhouettes(nodes, edges, params.grid.z_max, sample);
 }
 
 // The surface where it is asked for: reference depth, blend, contour. Samples whose nearest layer
@@ -133,9 +105,10 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   clock.start("split");
   const SplashSplit split = split_splash(projected, params.splash);
   clock.start("visible");
-  Visible visible =
-      find_visible(device, view, projected, split.body, params.visible, params.visible.owned);
+  const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
+                                      std::min(kLeastFitted, params.visible.owned));
   clock.start("triangulate");
+  Visible visible = more_visible(fitted, params.visible.owned);
   Triangulation mesh = triangulate(view, projected, visible, params.triangle);
   constexpr int kPitRounds = 3;  // particles side by side in a pit go one after the other
   for (int round = 0; round < kPitRounds; ++round) {
@@ -144,20 +117,20 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
     visible = std::move(rest);
     mesh = triangulate(view, projected, visible, params.triangle);
   }
-  clock.start("group");
-  const std::vector<Vec3d> normals = smooth_normals(mesh, params.merge.smoothing_rounds);
-  const Groups groups = merge_groups(mesh, normals, params.merge, params.fit);
-  clock.start("fit");
-  const std::vector<FitProblem> problems = group_problems(mesh, groups, vertex_normals(mesh));
-  const Quadrics quadrics = fit_quadrics(device, problems, params.fit);
-  clock.start("trust");
-  const DeviceCells cells =
-      upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport));
+  clock.start("surface");
+  const std::vector<Vec3d> normals = first_normals(
+      view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
+  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);
   const DeviceCells levelled = level_cells(device, cells, params.region);
-  const std::vector<double> trust =
-      measure_trust(device, mesh, groups, problems, quadrics, cells, params.fit.offset);
-  const GroupRecords records =
-      make_records(groups, quadrics, trust, params.blend, params.fit.offset);
+  const SurfaceParticles around =
+      find_surface(projected, fitted, normals, host_cells, measure_gradients(device, cells));
+  const Visible rim = with_rim(projected, fitted, around);
+  clock.start("fit");
+  const ParticleFits fits = fit_particles(device, projected, rim, around, params.fit);
+  clock.start("trust");
+  const std::vector<double> trust = measure_trust(device, fits, cells);
+  const GroupRecords records = make_records(fits, trust, params.fit, params.blend);
   const FittedFrame frame{upload(device, records.values),
                           upload_splats(device, projected, visible.index),
                           upload_splats(device, projected, split.body),
@@ -182,9 +155,9 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   }
   clock.stop();
 
-  result.residual = quadrics.residual;
+  result.residual = fits.residual;
   result.counts = count_particles(particles, projected, split, visible, mesh);
-  result.counts.emplace_back("groups", static_cast<std::int64_t>(groups.size()));
+  result.counts.emplace_back("fits", static_cast<std::int64_t>(fits.size()));
   return result;
 }
 

@@ -1,8 +1,6 @@
 // Method paper: the paper as printed, to reproduce its figures.
 #include "stages/paper.hpp"
 
-#include <limits>
-
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
 #include "stages/fit.hpp"
@@ -34,11 +32,7 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
   for (const std::int32_t i : particles_without_group(patched, visible.index.size()))
     split.splash.push_back(i);
   clock.start("group");
-  MergeParams uncapped = params.merge;
-  uncapped.cap = std::numeric_limits<double>::infinity();
-  FitParams members_only = params.fit;
-  members_only.rings = 0;
-  const Groups groups = merge_groups(patched, patched.normal, uncapped, members_only);
+  const Groups groups = merge_groups(patched, patched.normal, params.merge);
   clock.start("fit");
   const Quadrics quadrics = fit_heights(device, patched, groups, params.fit);
   const GroupRecords records = printed_records(view, groups, quadrics, params.blend);

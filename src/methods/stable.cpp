@@ -33,8 +33,9 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   const std::vector<Vec3d> normals = first_normals(
       view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
   const ParticleFits fits =
-      fit_particles(device, projected, fitted, normals, params.fit, params.stable);
-  const GroupRecords records = particle_records(fits, params.stable);
+      fit_particles(device, projected, fitted, seen_surface(fitted, normals), params.fit);
+  const GroupRecords records =
+      make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend);
   const Buffer<float> device_records = upload(device, records.values);
 
   clock.start("upload");

@@ -5,9 +5,11 @@
 namespace meniscus {
 namespace {
 
-constexpr int kRecord = 24;  // floats, as in blend.cl
-constexpr double kLeastTrust = 0.01;
-constexpr int kTile = 16;  // samples, as the work-group of blend_groups
+constexpr int kRecord = 24;           // floats, as in blend.cl
+constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
+constexpr double kSeen = 1e-3;        // those seen less are not met by rays, they only end sheets
+constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
+constexpr int kTile = 16;             // samples, as the work-group of blend_groups
 
 // Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
 struct Box {
@@ -35,38 +37,37 @@ Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGri
           std::max(0, sample(v0, grid.ny)), std::min(grid.ny - 1, sample(v1, grid.ny) + 1)};
 }
 
-// Where normals are the same sheet and what share counts as another one, as the kernels take it.
+// Where gradients are the same sheet, and how far sheets lie apart that meet, as kernels take it.
 cl_float4 sheets_of(const BlendParams& params) {
   return {{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
-           static_cast<float>(params.other_share), 0.0f}};
+           static_cast<float>(params.crease), 0.0f}};
 }
 
 }  // namespace
 
-GroupRecords make_records(const Groups& groups, const Quadrics& quadrics,
-                          const std::vector<double>& trust, const BlendParams& params,
-                          double offset) {
+GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
+                          const FitParams& fit, const BlendParams& params) {
   GroupRecords records;
-  records.values.assign(groups.size() * kRecord, 0.0f);
-  records.billboard.assign(groups.size(), 0.0);
-  records.centre.resize(groups.size());
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    records.centre[g] = groups.centre[g] + groups.normal[g] * offset;
-    if (quadrics.residual[g] < 0 || !(trust[g] > kLeastTrust)) continue;
-    const double reach = groups.radius[g] + params.reach, b = 0.5 * groups.radius[g] + 0.5;
-    records.billboard[g] = reach;
-    float* record = &records.values[g * kRecord];
-    const Vec3d &c = groups.centre[g], &n = groups.normal[g], &raised = records.centre[g];
-    const double head[6] = {c.x, c.y, c.z, n.x, n.y, n.z};
-    for (int k = 0; k < 6; ++k) record[k] = static_cast<float>(head[k]);
-    for (int k = 0; k < 10; ++k) record[6 + k] = quadrics.coefficient[g][k];
+  records.values.assign(fits.size() * kRecord, 0.0f);
+  records.billboard.assign(fits.size(), 0.0);
+  records.centre = fits.foot;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    float* record = &records.values[k * kRecord];
+    const Vec3d &p = fits.position[k], &n = fits.normal[k], &foot = fits.foot[k];
+    const double head[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+    for (int c = 0; c < 6; ++c) record[c] = static_cast<float>(head[c]);
+    if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) continue;
+    const double reach = params.radius * std::max(fits.support[k] / fit.support, kLeastReach);
+    records.billboard[k] = reach;
+    for (int c = 0; c < 10; ++c) record[6 + c] = fits.quadric[k][c];
+    const double weight = fits.edge[k] * trust[k];
     record[16] = static_cast<float>(1 / (reach * reach));
-    record[17] = static_cast<float>(1 / (2 * b * b));
-    record[18] = static_cast<float>(std::min(1.0, groups.triangles[g] / 6.0) * trust[g]);
-    record[19] = static_cast<float>(raised.x);
-    record[20] = static_cast<float>(raised.y);
-    record[21] = static_cast<float>(raised.z);
-    record[22] = static_cast<float>(1 / trust[g]);
+    record[17] = static_cast<float>(weight * fits.surface[k]);
+    record[18] = static_cast<float>(fits.visible[k] < kSeen ? 0 : weight * fits.visible[k]);
+    record[19] = static_cast<float>(foot.x);
+    record[20] = static_cast<float>(foot.y);
+    record[21] = static_cast<float>(foot.z);
+    record[22] = static_cast<float>(1 / trust[k]);
   }
   return records;
 }
@@ -108,7 +109,7 @@ void blend_groups(Device& device, const View& view, const Buffer<float>& records
          reference, records, upload(device, tiles.start), upload(device, tiles.group),
          surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
-         sheets_of(params), static_cast<cl_float>(params.crease));
+         sheets_of(params));
 }
 
 void blend_points(Device& device, const View& view, const Buffer<float>& records,
@@ -120,8 +121,7 @@ void blend_points(Device& device, const View& view, const Buffer<float>& records
          upload(device, tiles.start), upload(device, tiles.group), surface.depth, surface.normal,
          surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
          grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
-         static_cast<cl_float>(params.d_max), sheets_of(params),
-         static_cast<cl_float>(params.crease));
+         static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 
 }  // namespace meniscus

@@ -1,10 +1,10 @@
-// blend: the intersections of a ray with the groups it meets, blended (paper 2.4.2, Eqs. 6 and 7).
+// blend: the intersections of a ray with the fits it meets, blended (paper 2.4.2, Eqs. 6 and 7). A
+// fit is the group around its particle.
 #pragma once
 
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
-#include "stages/fit.hpp"
-#include "stages/group.hpp"
+#include "stages/particle_fit.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -17,11 +17,13 @@ struct GroupRecords {
   std::vector<Vec3d> centre;      // [groups] raised to the surface, eye space
 };
 
-/// The records of fitted groups: billboards of the group's radius plus params.reach, weights of
-/// Eq. 7 with b = radius / 2 + 1/2.
-GroupRecords make_records(const Groups& groups, const Quadrics& quadrics,
-                          const std::vector<double>& trust, const BlendParams& params,
-                          double offset);
+/// The records of fits. A fit's weight reaches params.radius times the share of the full support
+/// that its own has, but at least 0.7, and counts e v trust; where it tells that the fluid ends, e
+/// u trust (kernel blend_groups).
+///
+///   trust  [fits] 0 .. 1
+GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
+                          const FitParams& fit, const BlendParams& params);
 
 /// Which groups' billboards meet each tile of 16 x 16 samples.
 struct TileLists {

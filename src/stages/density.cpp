@@ -48,6 +48,14 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   return download(device, density);
 }
 
+std::vector<float> measure_gradients(Device& device, const DeviceCells& cells) {
+  const std::size_t n = cells.x.size;
+  const auto result = allocate<float>(device, 4 * n);
+  launch(device, "density.cl", "measure_gradients", {n}, "", result, cells.x, cells.y, cells.z,
+         cells.weight, cells.start, cells.inverse_cell, cells.mask, static_cast<cl_int>(n));
+  return download(device, result);
+}
+
 DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params) {
   const std::size_t n = cells.x.size;
   const auto density = allocate<float>(device, n);

@@ -34,6 +34,10 @@ DeviceCells upload_cells(Device& device, const Cells& cells);
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
+/// Gradient (1 / particle radii) and value of the field at the particles' own positions, [4][n] in
+/// bucket order: x, y, z, density. Waits.
+std::vector<float> measure_gradients(Device& device, const DeviceCells& cells);
+
 /// Cells whose weights even the field's level out: params.blob_density for a lone particle, 0.45
 /// inside the fluid. Does not wait.
 DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params);

@@ -6,7 +6,6 @@
 
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
-#include "stages/group.hpp"
 
 namespace meniscus {
 
@@ -17,20 +16,6 @@ struct Quadrics {
   std::vector<std::array<float, 10>> coefficient;  // [groups]
   std::vector<float> residual;  // [groups] weighted RMS of f at the points, particle radii;
                                 // negative where there is no fit
-};
-
-/// The points of one fit: what the kernel takes.
-struct FitPoint {
-  Vec3d position;  // eye space, particle radii
-  Vec3d normal;    // unit
-  double weight;   // >= 0
-};
-
-/// The problem of one group.
-struct FitProblem {
-  Vec3d centre;      // eye space
-  double scale = 1;  // R, particle radii: positions are divided by it
-  std::vector<FitPoint> points;
 };
 
 /// How kernel fit_groups takes many problems: in batches of eight lanes, those of like size
@@ -52,23 +37,14 @@ FitBatches make_batches(const std::vector<std::size_t>& points);
 struct DeviceFits {
   Buffer<float> points;          // [7][slots] x, y, z over the scale; normal; weight
   Buffer<cl_int> first, length;  // [batches]
-  Buffer<float> scale, hermite;  // [lanes] particle radii; 1: Hermite rows
+  Buffer<float> scale;           // [lanes] R, particle radii
   Buffer<float> quadric;         // [10][lanes] out
   Buffer<float> quality;         // [2][lanes] out: residual, negative without a fit; |grad f|
   std::size_t lanes = 0, slots = 0;
 };
 
-/// Launches kernel fit_groups. Does not wait.
+/// Launches kernel fit_groups: the quadric of each lane's points, through them (the offset is not
+/// part of it). Does not wait.
 void fit_batches(Device& device, const DeviceFits& fits, const FitParams& params);
-
-/// Fits all problems on the device (kernel fit_groups). Problems with fewer than eight points get
-/// Hermite rows, those with fewer than three no fit. Waits. Throws DeviceError.
-Quadrics fit_quadrics(Device& device, const std::vector<FitProblem>& problems,
-                      const FitParams& params);
-
-/// The problems of merged groups: members and rings, weighted by the quadratic B-spline of the
-/// distance from the centre over 1.05 times the farthest point's (paper 2.3 and [7]).
-std::vector<FitProblem> group_problems(const Triangulation& mesh, const Groups& groups,
-                                       const std::vector<Vec3d>& vertex_normal);
 
 }  // namespace meniscus

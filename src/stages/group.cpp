@@ -11,7 +11,6 @@ namespace {
 // A group while it grows.
 struct Growing {
   Vec3d normal_sum;  // area-weighted
-  Vec3d low, high;   // bounding box
 };
 
 struct Edge {
@@ -43,23 +42,13 @@ std::vector<Edge> neighbours(const Triangulation& mesh) {
   return edges;
 }
 
-Vec3d lower(const Vec3d& a, const Vec3d& b) {
-  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
-}
-Vec3d upper(const Vec3d& a, const Vec3d& b) {
-  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
-}
-
 // Label of the merged group of each triangle; ghosts keep their own.
 std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vector<Vec3d>& normals,
                                        const MergeParams& params) {
   const std::size_t n = mesh.triangle.size();
   std::vector<Growing> group(n);
   for (std::size_t t = 0; t < n; ++t) {
-    const auto& v = mesh.triangle[t];
     group[t].normal_sum = normals[t] * mesh.area[t];
-    group[t].low = lower(lower(mesh.position[v[0]], mesh.position[v[1]]), mesh.position[v[2]]);
-    group[t].high = upper(upper(mesh.position[v[0]], mesh.position[v[1]]), mesh.position[v[2]]);
   }
   std::vector<std::int32_t> label(n);
   std::iota(label.begin(), label.end(), 0);
@@ -69,13 +58,8 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
   for (;;) {
     std::fill(best.begin(), best.end(), -1);
     std::fill(cost.begin(), cost.end(), std::numeric_limits<double>::infinity());
-    std::vector<Edge> possible;
-    possible.reserve(edges.size());
     for (const Edge& edge : edges) {
       const Growing &a = group[edge.a], &b = group[edge.b];
-      // A union that is too large now stays too large: the edge is dropped for good.
-      if (length(upper(a.high, b.high) - lower(a.low, b.low)) / 2 > params.cap) continue;
-      possible.push_back(edge);
       const double k = 1 - dot(normalized(a.normal_sum), normalized(b.normal_sum));
       if (!(k < 1 - params.cosine)) continue;
       const auto offer = [&](std::int32_t to, std::int32_t other) {
@@ -89,21 +73,20 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
     }
     std::iota(into.begin(), into.end(), 0);
     bool merged = false;
-    for (const Edge& edge : possible) {
+    for (const Edge& edge : edges) {
       if (best[edge.a] != edge.b || best[edge.b] != edge.a || into[edge.b] != edge.b) continue;
       into[edge.b] = edge.a;
       group[edge.a].normal_sum += group[edge.b].normal_sum;
-      group[edge.a].low = lower(group[edge.a].low, group[edge.b].low);
-      group[edge.a].high = upper(group[edge.a].high, group[edge.b].high);
       merged = true;
     }
     if (!merged) return label;
     for (std::int32_t& l : label) l = into[l];
-    edges.clear();
-    for (const Edge& edge : possible) {
+    std::vector<Edge> left;
+    for (const Edge& edge : edges) {
       const std::int32_t a = into[edge.a], b = into[edge.b];
-      if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+      if (a != b) left.push_back({std::min(a, b), std::max(a, b)});
     }
+    edges.swap(left);
     std::sort(edges.begin(), edges.end());
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   }
@@ -134,18 +117,9 @@ std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
   return normals;
 }
 
-std::vector<Vec3d> vertex_normals(const Triangulation& mesh) {
-  std::vector<Vec3d> normals(mesh.position.size());
-  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
-    if (mesh.kind[t] == TriangleKind::kept)
-      for (const std::int32_t v : mesh.triangle[t]) normals[v] += mesh.normal[t] * mesh.area[t];
-  for (Vec3d& normal : normals) normal = normalized(normal, {0, 0, 0});
-  return normals;
-}
-
 Groups merge_groups(const Triangulation& mesh, const std::vector<Vec3d>& normals,
-                    const MergeParams& merge, const FitParams& fit) {
-  const std::vector<std::int32_t> label = merge_labels(mesh, normals, merge);
+                    const MergeParams& params) {
+  const std::vector<std::int32_t> label = merge_labels(mesh, normals, params);
   Groups groups;
   groups.group_of_triangle.assign(mesh.triangle.size(), -1);
 
@@ -182,23 +156,6 @@ Groups merge_groups(const Triangulation& mesh, const std::vector<Vec3d>& normals
     double radius = 0.6;
     for (const std::int32_t v : points)
       radius = std::max(radius, length(mesh.position[v] - centre));
-
-    groups.members.push_back(static_cast<std::int32_t>(points.size()));
-    std::size_t ring_first = 0;
-    for (int ring = 0; ring < fit.rings; ++ring) {
-      const std::size_t ring_last = points.size();
-      for (std::size_t k = ring_first; k < ring_last; ++k)
-        for (std::int32_t f = mesh.fan_start[points[k]]; f < mesh.fan_start[points[k] + 1]; ++f) {
-          const std::int32_t t = mesh.fan[f];
-          if (!(dot(normals[t], normal) > fit.ring_cosine)) continue;
-          for (const std::int32_t v : mesh.triangle[t])
-            if (seen[v] != g) {
-              seen[v] = g;
-              points.push_back(v);
-            }
-        }
-      ring_first = ring_last;
-    }
 
     groups.centre.push_back(centre);
     groups.normal.push_back(normal);

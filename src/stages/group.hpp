@@ -8,14 +8,12 @@
 
 namespace meniscus {
 
-/// Groups of triangles. Group g owns the vertices point[start[g]] .. point[start[g + 1] - 1]: its
-/// members first, then the rings of neighbours that its fit sees as well.
+/// Groups of triangles. Group g has the vertices point[start[g]] .. point[start[g + 1] - 1].
 struct Groups {
   std::vector<Vec3d> centre;            // [groups] mean of the member vertices, eye space
   std::vector<Vec3d> normal;            // [groups] unit, towards the camera
   std::vector<double> radius;           // [groups] farthest member, particle radii
   std::vector<std::int32_t> triangles;  // [groups] how many were merged
-  std::vector<std::int32_t> members;    // [groups] how many of the group's vertices are members
   std::vector<std::int32_t> start, point;
   std::vector<std::int32_t> group_of_triangle;  // [triangles] -1: ghost
   std::size_t size() const { return centre.size(); }
@@ -25,13 +23,10 @@ struct Groups {
 /// share a vertex with it of area * exp(-2 (1 - n.n') / 0.25) * n', normalised.
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds);
 
-/// Area-weighted vertex normals of the kept triangles, unit; (0, 0, 0) at a vertex without one.
-std::vector<Vec3d> vertex_normals(const Triangulation& mesh);
-
 /// Merges edge-neighbours in sweeps: each group chooses the neighbour with the nearest normal
-/// among those with n.n' > cosine whose union stays within the cap, and two groups that chose each
-/// other merge (ties: lower index). Ends when no two do. The result does not depend on any order.
+/// among those with n.n' > cosine, and two groups that chose each other merge (ties: lower index).
+/// Ends when no two do. The result does not depend on any order.
 Groups merge_groups(const Triangulation& mesh, const std::vector<Vec3d>& normals,
-                    const MergeParams& merge, const FitParams& fit);
+                    const MergeParams& params);
 
 }  // namespace meniscus

@@ -3,38 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stages/cells.hpp"
 #include "stages/fit.hpp"
 
 namespace meniscus {
 namespace {
 
-constexpr float kEdgeReach = 4;            // particle radii
-constexpr float kHeight = 0.6f;            // h_0 of weigh_neighbours, particle radii
-constexpr float kHeightGrowth = 0.075f;    // h_1, 1 / particle radii
-constexpr double kLeastVisibility = 1e-4;  // v of a particle that is barely seen
+constexpr float kEdgeReach = 4;          // particle radii
+constexpr float kHeight = 0.6f;          // h_0 of weigh_neighbours, particle radii
+constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
-Cells cells_of(const Projected& projected, const Visible& seen, double side) {
-  std::vector<float> x, y, z;
-  for (const std::int32_t i : seen.index) {
-    x.push_back(projected.x[i]);
-    y.push_back(projected.y[i]);
-    z.push_back(projected.z[i]);
-  }
-  return make_cells(x, y, z, static_cast<float>(side));
-}
+// Where supports are narrowed: what residual noise alone explains (particle radii, and against the
+// frame's least), and how far around a particle residuals are averaged.
+constexpr double kNoise = 0.14, kOverLeast = 1.5, kSheetReach = 6;
 
-// The particles within `reach` of each, by position in `seen` (CSR).
+// The places in `around` within `reach` of each of `centre` (CSR).
 struct Neighbours {
   std::vector<std::size_t> start{0};
   std::vector<std::int32_t> index;
 };
 
-Neighbours find_neighbours(const Projected& projected, const Visible& seen, double reach) {
-  const Cells cells = cells_of(projected, seen, reach);
+Neighbours find_neighbours(const Projected& projected, const std::vector<std::int32_t>& centre,
+                           const std::vector<std::int32_t>& around, double reach) {
+  const Cells cells = cells_of(projected, around, reach);
   const float squared = static_cast<float>(reach * reach);
   Neighbours near;
-  for (const std::int32_t i : seen.index) {
+  for (const std::int32_t i : centre) {
     const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
     visit_near(cells, x, y, z, [&](std::int32_t p) {
       const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
@@ -46,145 +39,155 @@ Neighbours find_neighbours(const Projected& projected, const Visible& seen, doub
   return near;
 }
 
+// Lanes of kernel fit_groups: a fit each.
+struct Lanes {
+  FitBatches batches;
+  std::vector<cl_int> particle;   // [lanes] centre of the lane's fit in the surface, -1: unused
+  std::vector<cl_int> neighbour;  // [slots] in the surface, -1: unused
+};
+
+Lanes make_lanes(const Neighbours& near, const std::vector<std::int32_t>& place) {
+  std::vector<std::size_t> sizes;
+  for (std::size_t k = 0; k < place.size(); ++k) sizes.push_back(near.start[k + 1] - near.start[k]);
+  Lanes lanes{make_batches(sizes), {}, {}};
+  lanes.particle.assign(lanes.batches.lanes, -1);
+  lanes.neighbour.assign(lanes.batches.slots, -1);
+  for (std::size_t l = 0; l < place.size(); ++l) {
+    const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
+    lanes.particle[l] = place[k];
+    std::size_t slot = lanes.batches.first_slot(l);
+    for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
+      lanes.neighbour[slot] = near.index[p];
+  }
+  return lanes;
+}
+
+// The lanes' supports for the last pass, see fit_particles.
+std::vector<float> narrow_supports(const Lanes& lanes, const Neighbours& near,
+                                   const std::vector<float>& particles,
+                                   const std::vector<float>& normal,
+                                   const std::vector<float>& residual, const FitParams& params) {
+  const std::size_t n = normal.size() / 3, fits = near.start.size() - 1;
+  const auto vector_at = [n](const std::vector<float>& values, std::size_t k) {
+    return Vec3d{values[k], values[n + k], values[2 * n + k]};
+  };
+  std::vector<float> rho(lanes.batches.lanes, static_cast<float>(params.support));
+  std::vector<float> own(n, -1.0f), sorted;
+  for (std::size_t l = 0; l < fits; ++l) {
+    own[lanes.particle[l]] = residual[l];
+    if (residual[l] > 0) sorted.push_back(residual[l]);
+  }
+  if (sorted.empty()) return rho;
+  const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
+  std::nth_element(sorted.begin(), least, sorted.end());
+  const double noise = std::max(kOverLeast * *least, kNoise);
+  for (std::size_t l = 0; l < fits; ++l) {
+    const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
+    const std::size_t i = static_cast<std::size_t>(lanes.particle[l]);
+    double sum = 0, weight = 0;
+    for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
+      const std::size_t j = static_cast<std::size_t>(near.index[p]);
+      if (!(own[j] > 0)) continue;
+      const double apart = length(vector_at(particles, j) - vector_at(particles, i));
+      const double w = std::max(0.0, 1 - apart / kSheetReach) *
+                       smooth_step(0.8, 0.95, dot(vector_at(normal, i), vector_at(normal, j)));
+      sum += w * own[j];
+      weight += w;
+    }
+    if (!(weight > 0)) continue;
+    const double share = noise * weight / sum;
+    rho[l] =
+        static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
+  }
+  return rho;
+}
+
 }  // namespace
 
-Visible more_visible(const Visible& visible, double least_owned) {
-  Visible more;
-  for (std::size_t k = 0; k < visible.index.size(); ++k) {
-    if (visible.owned[k] < least_owned) continue;
-    more.index.push_back(visible.index[k]);
-    more.owned.push_back(visible.owned[k]);
-  }
-  return more;
-}
-
-std::vector<std::int32_t> places_in(const Visible& visible,
-                                    const std::vector<std::int32_t>& particles) {
-  std::vector<std::int32_t> places;
-  for (const std::int32_t i : particles)
-    places.push_back(static_cast<std::int32_t>(
-        std::lower_bound(visible.index.begin(), visible.index.end(), i) - visible.index.begin()));
-  return places;
-}
-
-std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
-                                 const Triangulation& mesh, const std::vector<Vec3d>& normals) {
-  const std::size_t n = seen.index.size();
-  std::vector<Vec3d> sum(n);
-  const std::vector<std::int32_t> place = places_in(seen, mesh.particle);
-  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
-    if (mesh.kind[t] == TriangleKind::kept)
-      for (const std::int32_t v : mesh.triangle[t]) sum[place[v]] += normals[t] * mesh.area[t];
-
-  constexpr double kReach = 4;
-  const Cells cells = cells_of(projected, seen, kReach);
-  std::vector<Vec3d> result(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    result[k] = normalized(sum[k], {0, 0, 0});
-    if (length(result[k]) > 0) continue;
-    const std::size_t i = static_cast<std::size_t>(seen.index[k]);
-    Vec3d near;
-    visit_near(cells, projected.x[i], projected.y[i], projected.z[i], [&](std::int32_t p) {
-      const Vec3d at{cells.x[p], cells.y[p], cells.z[p]};
-      const double share = 1 - length(at - projected.eye(i)) / kReach;
-      if (share > 0) near += normalized(sum[cells.item[p]], {0, 0, 0}) * share;
-      return true;
-    });
-    result[k] = normalized(near, normalized(-ray_direction(view, projected.u[i], projected.v[i])));
-  }
-  return result;
-}
-
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                           const std::vector<Vec3d>& normals, const FitParams& fit,
-                           const StableParams& params) {
-  const std::size_t n = seen.index.size();
+                           const SurfaceParticles& around, const FitParams& params) {
+  const std::size_t count = seen.index.size(), n = around.index.size();
   ParticleFits fits;
-  if (n == 0) return fits;
+  if (count == 0) return fits;
   std::vector<float> particles(4 * n), normal(3 * n);
   for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = static_cast<std::size_t>(seen.index[k]);
-    const double share =
-        std::clamp((seen.owned[k] - kLeastFitted) / (kFullyVisible - kLeastFitted), 0.0, 1.0);
-    fits.position.push_back(projected.eye(i));
-    fits.visible.push_back(std::max(kLeastVisibility, share * share * (3 - 2 * share)));
+    const std::size_t i = static_cast<std::size_t>(around.index[k]);
     particles[k] = projected.x[i];
     particles[n + k] = projected.y[i];
     particles[2 * n + k] = projected.z[i];
-    particles[3 * n + k] = static_cast<float>(fits.visible[k]);
-    normal[k] = static_cast<float>(normals[k].x);
-    normal[n + k] = static_cast<float>(normals[k].y);
-    normal[2 * n + k] = static_cast<float>(normals[k].z);
+    particles[3 * n + k] = static_cast<float>(around.weight[k]);
+    normal[k] = static_cast<float>(around.normal[k].x);
+    normal[n + k] = static_cast<float>(around.normal[k].y);
+    normal[2 * n + k] = static_cast<float>(around.normal[k].z);
   }
+  const std::vector<std::int32_t> place = places_in(around.index, seen.index);
+  const Neighbours near = find_neighbours(projected, seen.index, around.index, params.support);
+  const Lanes host = make_lanes(near, place);
+  const std::size_t lanes = host.batches.lanes, slots = host.batches.slots;
+  std::vector<float> rho(lanes, static_cast<float>(params.support));
 
-  const Neighbours near = find_neighbours(projected, seen, params.support);
-  std::vector<std::size_t> sizes;
-  for (std::size_t k = 0; k < n; ++k) sizes.push_back(near.start[k + 1] - near.start[k]);
-  const FitBatches batches = make_batches(sizes);
-  const std::size_t lanes = batches.lanes, slots = batches.slots;
-  std::vector<cl_int> neighbour(slots, -1), particle(lanes, -1);
-  for (std::size_t l = 0; l < n; ++l) {
-    const std::size_t k = static_cast<std::size_t>(batches.order[l]);
-    particle[l] = batches.order[l];
-    std::size_t slot = batches.first_slot(l);
-    for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
-      neighbour[slot] = near.index[p];
-  }
-
-  const DeviceFits device_fits{filled<float>(device, 7 * slots, 0.0f),
-                               upload(device, batches.first),
-                               upload(device, batches.length),
-                               filled<float>(device, lanes, static_cast<float>(params.support)),
-                               filled<float>(device, lanes, 0.0f),
-                               allocate<float>(device, 10 * lanes),
-                               filled<float>(device, 2 * lanes, -1.0f),
-                               lanes,
-                               slots};
-  FitParams one_pass = fit;
-  one_pass.robust_passes = 0;
-  one_pass.offset = 0;
+  DeviceFits device_fits{filled<float>(device, 7 * slots, 0.0f),
+                         upload(device, host.batches.first),
+                         upload(device, host.batches.length),
+                         upload(device, rho),
+                         allocate<float>(device, 10 * lanes),
+                         filled<float>(device, 2 * lanes, -1.0f),
+                         lanes,
+                         slots};
   const auto device_particles = upload(device, particles);
   const auto device_normal = upload(device, normal);
-  const auto device_particle = upload(device, particle);
-  const auto device_neighbour = upload(device, neighbour);
-  const cl_int count = static_cast<cl_int>(n);
-  const cl_int lane_count = static_cast<cl_int>(lanes);
-  const cl_float4 options{{static_cast<float>(params.support),
-                           static_cast<float>(2 / (params.normal_sigma * params.normal_sigma)),
-                           static_cast<float>(fit.tau), 0.0f}};
+  const auto device_particle = upload(device, host.particle);
+  const auto device_neighbour = upload(device, host.neighbour);
+  const cl_int surface_count = static_cast<cl_int>(n), lane_count = static_cast<cl_int>(lanes);
+  const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
   for (int pass = 0; pass < params.passes; ++pass) {
+    if (pass > 0 && pass + 1 == params.passes && params.least_support < 1) {
+      rho = narrow_supports(host, near, particles, download(device, device_normal),
+                            download(device, device_fits.quality), params);
+      device_fits.scale = upload(device, rho);
+    }
     launch(device, "particle_fit.cl", "weigh_neighbours", {lanes, 1, 8, 1}, "", device_particles,
            device_normal, device_particle, device_neighbour, device_fits.first, device_fits.length,
-           device_fits.quadric, device_fits.quality, device_fits.points, count,
-           static_cast<cl_int>(slots), lane_count, cl_int{pass}, options,
-           cl_float2{{kHeight, kHeightGrowth}});
-    fit_batches(device, device_fits, one_pass);
+           device_fits.scale, device_fits.quadric, device_fits.quality, device_fits.points,
+           surface_count, static_cast<cl_int>(slots), lane_count, cl_int{pass},
+           cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
+    fit_batches(device, device_fits, params);
     launch(device, "particle_fit.cl", "turn_normals", {lanes}, "", device_particle,
-           device_fits.quadric, device_fits.quality, device_normal, count, lane_count);
+           device_fits.quadric, device_fits.quality, device_normal, surface_count, lane_count);
   }
-  const auto edge = allocate<float>(device, n);
+  const auto device_rows = allocate<float>(device, 3 * lanes);
   launch(device, "particle_fit.cl", "measure_edges", {lanes, 1, 8, 1}, "", device_particles,
          device_normal, device_particle, device_neighbour, device_fits.first, device_fits.length,
-         edge, count, lane_count, kEdgeReach);
+         device_fits.scale, device_fits.quadric, device_rows, surface_count, lane_count, falloff,
+         kEdgeReach);
 
   const std::vector<float> c = download(device, device_fits.quadric);
   const std::vector<float> quality = download(device, device_fits.quality);
-  const std::vector<float> e = download(device, edge);
+  const std::vector<float> rows = download(device, device_rows);
   normal = download(device, device_normal);
-  fits.edge.assign(e.begin(), e.end());
-  fits.quadric.resize(n);
-  fits.residual.resize(n);
-  for (std::size_t k = 0; k < n; ++k)
-    fits.normal.push_back({normal[k], normal[n + k], normal[2 * n + k]});
-  fits.foot = fits.position;
-  for (std::size_t l = 0; l < n; ++l) {
-    const std::size_t k = static_cast<std::size_t>(batches.order[l]);
-    for (std::size_t r = 0; r < 10; ++r) fits.quadric[k][r] = c[r * lanes + l];
-    fits.residual[k] = quality[l];
-    if (quality[l] < 0) continue;
-    const double behind = std::clamp(-double{fits.quadric[k][0]}, -1.0, 1.0);
-    fits.foot[k] += fits.normal[k] * (fit.offset + behind);
-    fits.quadric[k][0] -= static_cast<float>(fit.offset);
+  std::vector<std::size_t> lane_of(count);
+  for (std::size_t l = 0; l < count; ++l)
+    lane_of[static_cast<std::size_t>(host.batches.order[l])] = l;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t l = lane_of[k], i = static_cast<std::size_t>(place[k]);
+    fits.position.push_back(projected.eye(static_cast<std::size_t>(seen.index[k])));
+    fits.normal.push_back({normal[i], normal[n + i], normal[2 * n + i]});
+    fits.visible.push_back(visibility(seen.owned[k]));
+    fits.surface.push_back(around.weight[i]);
+    fits.support.push_back(rho[l]);
+    fits.edge.push_back(rows[l]);
+    fits.spread.push_back(rows[lanes + l]);
+    fits.supporters.push_back(rows[2 * lanes + l]);
+    fits.residual.push_back(quality[l]);
+    std::array<float, 10> quadric;
+    for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
+    fits.foot.push_back(fits.position[k]);
+    if (quality[l] >= 0) {
+      const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
+      fits.foot[k] += fits.normal[k] * (params.offset + behind);
+      quadric[0] -= static_cast<float>(params.offset);
+    }
+    fits.quadric.push_back(quadric);
   }
   return fits;
 }

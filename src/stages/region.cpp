@@ -24,7 +24,7 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
 }
 
 SurfaceBuffers close_specks(Device& device, const SurfaceBuffers& surface) {
-  constexpr int kRounds = 2;
+  constexpr int kRounds = 4;
   constexpr float kJump = 3;  // particle radii
   const SampleGrid& grid = surface.grid;
   const Range range{static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};

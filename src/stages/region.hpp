@@ -13,8 +13,8 @@ namespace meniscus {
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
                              const SampleGrid& grid);
 
-/// Closes pinholes and removes specks of the surface (kernel close_specks), twice, for holes of two
-/// samples. Returns a new surface. Does not wait.
+/// Closes pinholes and removes specks of the surface (kernel close_specks), four times, for holes
+/// of a few samples. Returns a new surface. Does not wait.
 SurfaceBuffers close_specks(Device& device, const SurfaceBuffers& surface);
 
 }  // namespace meniscus

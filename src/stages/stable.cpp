@@ -7,8 +7,7 @@
 namespace meniscus {
 namespace {
 
-constexpr int kRecord = 24;  // floats, as in stable.cl
-constexpr int kTile = 16;    // samples, as the work-group of blend_particles
+constexpr int kTile = 16;  // samples, as the work-group of blend_particles
 
 Range samples_of(const SampleGrid& grid) {
   return {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
@@ -164,33 +163,11 @@ Buffer<cl_int> nearest_sample(Device& device, const Buffer<cl_int>& map, const S
 
 }  // namespace
 
-GroupRecords particle_records(const ParticleFits& fits, const StableParams& params) {
-  GroupRecords records;
-  records.values.assign(fits.size() * kRecord, 0.0f);
-  records.billboard.assign(fits.size(), 0.0);
-  records.centre = fits.foot;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    float* record = &records.values[k * kRecord];
-    const Vec3d &p = fits.position[k], &n = fits.normal[k], &foot = fits.foot[k];
-    const double head[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    for (int c = 0; c < 6; ++c) record[c] = static_cast<float>(head[c]);
-    if (fits.residual[k] < 0) continue;
-    records.billboard[k] = params.blend;
-    for (int c = 0; c < 10; ++c) record[6 + c] = fits.quadric[k][c];
-    record[16] = static_cast<float>(1 / (params.blend * params.blend));
-    record[18] = static_cast<float>(fits.edge[k] * fits.visible[k]);
-    record[19] = static_cast<float>(foot.x);
-    record[20] = static_cast<float>(foot.y);
-    record[21] = static_cast<float>(foot.z);
-  }
-  return records;
-}
-
 StableRegion draw_stable_region(Device& device, const View& view, const Triangulation& mesh,
                                 const Visible& fitted, const ParticleFits& fits,
                                 const Buffer<float>& records, const SampleGrid& grid,
                                 const Parameters& params) {
-  const std::vector<std::int32_t> vertex = places_in(fitted, mesh.particle);
+  const std::vector<std::int32_t> vertex = places_in(fitted.index, mesh.particle);
   const double d_max = params.triangle.d_max, offset = params.fit.offset;
   const OwnerMap triangles = own_triangles(device, view, mesh, vertex, fits, grid, d_max);
   const OwnerMap capsules = own_capsules(device, view, mesh, vertex, records, triangles.depth, grid,

@@ -11,9 +11,6 @@
 
 namespace meniscus {
 
-/// The records of fitted particles as kernel blend_particles takes them.
-GroupRecords particle_records(const ParticleFits& fits, const StableParams& params);
-
 /// Which samples have surface, and whose it is.
 struct StableRegion {
   SampleGrid grid;

@@ -12,7 +12,8 @@ struct SurfaceBuffers {
   Buffer<float> depth;    // [samples] particle radii; kNoSurface
   Buffer<float> normal;   // [3][samples] unit, eye axes
   Buffer<cl_int> group;   // [samples] -1: none
-  Buffer<float> trust;    // [samples] of the groups that made the sample, 0 .. 1 (trust.hpp)
+  Buffer<float> trust;    // [samples] of the fits that made the sample, 0 .. 1 (trust.hpp), plus
+                          // where it lies (blend.cl)
   Buffer<cl_uchar> kind;  // [samples] Kind, as the sample would be if it has a depth
 };
 

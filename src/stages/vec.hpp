@@ -2,6 +2,7 @@
 // bits do not depend on how a library was vectorised.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "meniscus/types.hpp"
@@ -37,6 +38,12 @@ inline double length(const Vec3d& a) { return std::sqrt(dot(a, a)); }
 inline Vec3d normalized(const Vec3d& a, const Vec3d& otherwise = {0, 0, 1}) {
   const double l = length(a);
   return l > 1e-12 ? a / l : otherwise;
+}
+
+/// 0 below `low`, 1 above `high`, a cubic with level ends between.
+inline double smooth_step(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
 }
 
 }  // namespace meniscus

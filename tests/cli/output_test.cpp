@@ -77,7 +77,7 @@ TEST_F(ProgramOutput, TimingsListStagesAndCounts) {
   write_particles("in.ply", block(4));
   const Outcome outcome = extract_all("in.ply", {"--size", "64x48", "-q", "--timings"});
   for (const char* part : {"host ms", "device ms", "project", "blend", "all stages", "particles",
-                           "visible", "triangles", "groups", "pixels"})
+                           "visible", "triangles", "fits", "pixels"})
     EXPECT_THAT(outcome.out, HasSubstr(part));
 }
 

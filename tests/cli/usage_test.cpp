@@ -127,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"WordForNumber", extract_with({"--footprint", "big"}), {"--footprint", "big"}},
         WrongUsage{"OutOfRange", extract_with({"--footprint", "99"}), {"--footprint is 99"}},
         WrongUsage{"NanParameter", extract_with({"--offset", "nan"}), {"--offset is nan"}},
-        WrongUsage{"FractionForCount", extract_with({"--rings", "1.5"}), {"--rings", "1.5"}},
+        WrongUsage{"FractionForCount", extract_with({"--passes", "1.5"}), {"--passes", "1.5"}},
         WrongUsage{"EyeWithoutTarget", extract_with({"--eye", "1,2,3"}), {"--eye", "--target"}},
         WrongUsage{"TwoNumbers",
                    extract_with({"--eye", "1,2", "--target", "0,0,0"}),

@@ -83,7 +83,8 @@ class InputTest : public testing::Test {
     return read_without_error;
   }
 
-  /// Flips one to three random bits, 10000 times: InputError or particles whose arrays fit together.
+  /// Flips one to three random bits, 10000 times: InputError or particles whose arrays fit
+  /// together.
   void flip_bits(const std::string& name, const std::string& bytes) const {
     std::mt19937 random(7);
     int errors = 0;

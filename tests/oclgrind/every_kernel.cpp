@@ -91,7 +91,6 @@ int main(int argc, char** argv) try {
     for (const auto& [method, name, what] : method_list()) {
       Parameters parameters;
       parameters.method = method;
-      parameters.fit.robust_passes = 1;
       parameters.grid.cell = 3;
       parameters.region.sigma_s = 0.3;  // the image is a few cells wide
       const Surface surface = extract(device, particles, camera, parameters);

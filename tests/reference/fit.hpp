@@ -1,12 +1,30 @@
-// The weighted fit of one group in double precision, row by row (paper 2.3, Eq. 2 with the design's
-// off-surface rows, fit.hpp).
+// The weighted fit of one quadric in double precision, row by row (paper 2.3, Eq. 2 with the
+// design's off-surface rows, fit.cl).
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
 
-#include "stages/fit.hpp"
+#include "meniscus/parameters.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus::reference {
+
+/// A particle that a quadric is fitted to; lengths in particle radii.
+struct FitPoint {
+  Vec3d position, normal;
+  double weight = 0;
+};
+
+/// The points of one quadric around `centre`, solved for in units of `scale`.
+struct FitProblem {
+  Vec3d centre;
+  double scale = 1;
+  std::vector<FitPoint> points;
+};
 
 using Basis = Eigen::Matrix<double, 10, 1>;
 using Normal = Eigen::Matrix<double, 10, 10>;
@@ -17,18 +35,18 @@ inline Basis basis(const Vec3d& q) {
   return f;
 }
 
-/// Derivatives of the basis along x, y and z.
-inline Eigen::Matrix<double, 10, 3> basis_slopes(const Vec3d& q) {
-  Eigen::Matrix<double, 10, 3> d;
-  d.setZero();
-  d(1, 0) = d(2, 1) = d(3, 2) = 1;
-  d(4, 0) = 2 * q.x;
-  d(5, 1) = 2 * q.y;
-  d(6, 2) = 2 * q.z;
-  d(7, 0) = d(8, 2) = q.y;
-  d(7, 1) = d(9, 2) = q.x;
-  d(8, 1) = d(9, 0) = q.z;
-  return d;
+/// f at X from the centre.
+inline double value_at(const std::array<float, 10>& c, const Vec3d& x) {
+  const Basis f = basis(x);
+  double sum = 0;
+  for (int k = 0; k < 10; ++k) sum += c[k] * f[k];
+  return sum;
+}
+
+/// exp(-r^2 / tau^2), at least 1e-4: the share that is left of the weight of a point r behind the
+/// surface.
+inline double robustness(double r, double tau) {
+  return std::max(std::exp(-std::pow(std::max(r, 0.0) / tau, 2)), 1e-4);
 }
 
 /// A a = b for the coefficients of f in q = (X - centre) / R, and the sums of the terms' absolute
@@ -45,16 +63,14 @@ struct NormalEquations {
   }
 };
 
-/// Eight points or more: f = 0 at each point and +-delta at delta to either side along its normal,
-/// ridge on the quadratic terms. Fewer: f = 0, and grad f = n weighted by 0.05, ridge 0.01. The
-/// ridge counts half on the mixed terms; every term has one of 1e-6.
+/// f = 0 at each point and +-delta at delta to either side along its normal; ridge on the quadratic
+/// terms, half of it on the mixed ones; every term has one of 1e-6.
 ///
 ///   weights  of the points, with the robust weights of the pass
 inline NormalEquations normal_equations(const FitProblem& problem,
                                         const std::vector<double>& weights,
                                         const FitParams& params) {
   NormalEquations equations;
-  const bool few = problem.points.size() < 8;
   const double delta = params.off_surface / problem.scale;
   double total = 0;
   for (std::size_t k = 0; k < problem.points.size(); ++k) {
@@ -63,20 +79,12 @@ inline NormalEquations normal_equations(const FitProblem& problem,
     const double w = weights[k];
     total += w;
     equations.add_row(w, basis(q), 0);
-    if (few) {
-      const auto slopes = basis_slopes(q);
-      const double values[3] = {n.x, n.y, n.z};
-      for (int axis = 0; axis < 3; ++axis)
-        equations.add_row(0.05 * w, slopes.col(axis), values[axis]);
-    } else {
-      equations.add_row(w, basis(q + n * delta), delta);
-      equations.add_row(w, basis(q - n * delta), -delta);
-    }
+    equations.add_row(w, basis(q + n * delta), delta);
+    equations.add_row(w, basis(q - n * delta), -delta);
   }
-  const double ridge = few ? 1e-2 : params.ridge;
   for (int k = 0; k < 10; ++k) {
     const double share = k < 4 ? 0 : k < 7 ? 1 : 0.5;
-    equations.A(k, k) += total * (share * ridge + 1e-6);
+    equations.A(k, k) += total * (share * params.ridge + 1e-6);
   }
   return equations;
 }

@@ -83,10 +83,13 @@ inline std::vector<Chord> chords(const Field& field, const View& view, double u,
 
 /// A blended sample's share against the field: its trust on a kept triangle. Elsewhere the contour
 /// ends it where the density falls below `contour`, 0.1 (1 - trust) more with less trust, in one
-/// step where it is trusted and over 1/20 where it is not.
-inline double blend_share(double trust, bool vouched, double density, double contour) {
-  if (trust >= 1) return vouched || density >= contour ? 1 : 0;
-  return trust * std::clamp(20 * (density - contour - 0.1 * (1 - trust)), 0.0, 1.0);
+/// step where it is trusted and over 1/20 where it is not. On a convex edge 0.3 of the contour's
+/// density are enough.
+inline double blend_share(double trust, bool vouched, bool on_edge, double density,
+                          double contour) {
+  const double inside = density - (on_edge ? 0.3 : 1) * contour - 0.1 * (1 - trust);
+  if (trust >= 1) return vouched || inside >= 0 ? 1 : 0;
+  return trust * std::clamp(20 * inside, 0.0, 1.0);
 }
 
 /// The share that is left where blend and field lie `apart` radii of depth from each other.

@@ -1,56 +1,14 @@
-// Method stable in double precision, from its equations: the weights of a particle's fit, the
-// region and the blend.
+// Method stable in double precision, from its equations: the region and the blend.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "stages/particle_fit.hpp"
+#include "reference/particle_fit.hpp"
 #include "stages/stable.hpp"
 
 namespace meniscus::reference {
-
-inline double smooth_step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
-/// Wendland's function on [0, 1).
-inline double wendland(double d) { return d < 1 ? std::pow(1 - d, 4) * (4 * d + 1) : 0; }
-
-/// v_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2): what all passes weigh a neighbour at `x` from
-/// the particle with, B the quadratic B-spline.
-inline double common_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double v,
-                            const StableParams& params) {
-  const double y = 1.5 * length(x) / params.support;
-  const double spline = y < 0.5 ? 0.75 - y * y : y < 1.5 ? 0.5 * (1.5 - y) * (1.5 - y) : 0;
-  return v * spline *
-         std::exp(-2 * (1 - dot(n_i, n_j)) / (params.normal_sigma * params.normal_sigma));
-}
-
-/// exp(-h^2 / (.6 + .075 l^2)^2), at least 1e-5: the first pass's share for a neighbour at height
-/// h.
-inline double flatness(const Vec3d& x, const Vec3d& n_i) {
-  return std::max(std::exp(-std::pow(dot(x, n_i) / (0.6 + 0.075 * dot(x, x)), 2)), 1e-5);
-}
-
-/// exp(-r^2 / tau^2), at least 1e-4: a later pass's share for a neighbour r behind the surface.
-inline double robustness(double r, double tau) {
-  return std::max(std::exp(-std::pow(std::max(r, 0.0) / tau, 2)), 1e-4);
-}
-
-/// e = max(.005, smoothstep(.90, .98, |sum of q n_j| / sum of q)), q = v_j W(l / 4).
-inline double edge_factor(const ParticleFits& fits, std::size_t i) {
-  Vec3d sum;
-  double total = 0;
-  for (std::size_t j = 0; j < fits.size(); ++j) {
-    const double q = fits.visible[j] * wendland(length(fits.position[j] - fits.position[i]) / 4);
-    sum += fits.normal[j] * q;
-    total += q;
-  }
-  return std::max(0.005, smooth_step(0.90, 0.98, length(sum) / total));
-}
 
 /// A sample's nearest triangle and its owner.
 struct Owned {
@@ -103,7 +61,8 @@ struct Blend {
 /// 4 d_max and |tau| min(1, 2 |grad f . d|) <= d_max: n_A is the gradient of the
 /// heaviest hit after two rounds of mean shift; sheet A has the weights w sigma, sheet B the rest.
 inline Blend blend_at(const View& view, const ParticleFits& fits, double u, double v,
-                      double reference, const BlendParams& params, double radius) {
+                      double reference, const BlendParams& params) {
+  const double radius = params.radius;
   struct Hit {
     double tau, w;
     Vec3d gradient, foot, from_foot;

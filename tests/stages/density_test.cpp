@@ -2,6 +2,7 @@
 #include "stages/density.hpp"
 
 #include "reference/density.hpp"
+#include "reference/settle.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {
@@ -45,6 +46,31 @@ TEST_P(Density, MatchesTheReference) {
       // and the norm round once a particle and once more.
       EXPECT_NEAR(actual[k], expected,
                   kEpsilon * (16 / std::numbers::pi * near + (near + 2) * expected));
+    }
+  }
+}
+
+TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {
+  for (const std::size_t n : {1, 65, 700}) {
+    const Projected p = scattered(n, 8, static_cast<unsigned>(n));
+    const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
+    const auto actual = measure_gradients(device_, upload_cells(device_, cells));
+    ASSERT_EQ(actual.size(), 4 * n);
+    const reference::Field field{p, std::vector<double>(n, 1)};
+    for (std::size_t k = 0; k < n; ++k) {
+      const Vec3d at = p.eye(cells.item[k]), expected = field.gradient(at);
+      double near = 0;  // particles in reach
+      for (std::size_t i = 0; i < n; ++i) near += length(at - p.eye(i)) < 4.001;
+      // A term is at most 1 / (2 pi) in size and rounds eight times in its factors and, with a
+      // slope of 3 / (4 pi) a radius, eight times more in the distance of four radii; the sum
+      // rounds once a particle.
+      const double off = kEpsilon * near * (near + 16 + 8) / (2 * std::numbers::pi);
+      EXPECT_NEAR(actual[k], expected.x, off);
+      EXPECT_NEAR(actual[n + k], expected.y, off);
+      EXPECT_NEAR(actual[2 * n + k], expected.z, off);
+      const double density = reference::density(p, at);
+      EXPECT_NEAR(actual[3 * n + k], density,
+                  kEpsilon * (16 / std::numbers::pi * near + (near + 2) * density));
     }
   }
 }

@@ -1,17 +1,12 @@
 // Checks a fit against its normal equations.
 #pragma once
 
+#include <optional>
+
 #include "reference/fit.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {
-
-inline double value_at(const std::array<float, 10>& c, const Vec3d& x) {
-  const reference::Basis f = reference::basis(x);
-  double sum = 0;
-  for (int k = 0; k < 10; ++k) sum += c[k] * f[k];
-  return sum;
-}
 
 // A single pass is a linear solve. Its result a satisfies (A + E) a = b + e for small E and e
 // whatever A's condition is; so what is checked is A a - b, against
@@ -22,21 +17,22 @@ inline double value_at(const std::array<float, 10>& c, const Vec3d& x) {
 //     much for each of the two substitutions;
 //   - `weight_doubt`, the error of the robust weights in units of the full weights;
 //   - the way back: a is divided by R, R^2 and the slope and multiplied here again, 6 epsilon a.
-// The kernel divides by the slope |grad f(centre)|, which is not returned. It is the factor that
+// The kernel divides by the slope |grad f(centre)|. Where that is not known, it is the factor that
 // fits b best; of ten equations nine remain.
-inline void expect_solves(const FitProblem& problem, const std::array<float, 10>& quadric,
-                          double offset, const std::vector<double>& weights,
-                          const FitParams& params, double weight_doubt = 0) {
+inline void expect_solves(const reference::FitProblem& problem,
+                          const std::array<float, 10>& quadric, double offset,
+                          const std::vector<double>& weights, const FitParams& params,
+                          double weight_doubt = 0, std::optional<double> known_slope = {}) {
   const auto equations = reference::normal_equations(problem, weights, params);
   std::vector<double> full;  // without robust weights
-  for (const FitPoint& point : problem.points) full.push_back(point.weight);
+  for (const reference::FitPoint& point : problem.points) full.push_back(point.weight);
   const auto largest = reference::normal_equations(problem, full, params);
   const double R = problem.scale;
   reference::Basis a;
   for (int k = 0; k < 10; ++k) a[k] = quadric[k] * (k == 0 ? 1 / R : k < 4 ? 1 : R);
   a[0] += offset / R;
   const reference::Basis image = equations.A * a;
-  const double slope = image.dot(equations.b) / image.dot(image);
+  const double slope = known_slope ? *known_slope : image.dot(equations.b) / image.dot(image);
   const reference::Basis error = slope * image - equations.b;
   const double n = static_cast<double>(problem.points.size());
   const reference::Basis a_size = slope * a.cwiseAbs();

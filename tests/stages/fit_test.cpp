@@ -1,6 +1,9 @@
 // The quadrics' fit against its normal equations in double precision, on every device.
 #include "stages/fit.hpp"
 
+#include <algorithm>
+#include <set>
+
 #include "stages/fit_check.hpp"
 #include "stages/stage_test_support.hpp"
 
@@ -8,6 +11,8 @@ namespace meniscus {
 namespace {
 
 using Fit = OnDevice;
+using reference::FitPoint;
+using reference::FitProblem;
 
 // n points near a cap of a sphere of 12 radii, with normals off by a little; a few lie deeper.
 FitProblem cap(std::size_t n, unsigned seed) {
@@ -34,79 +39,119 @@ std::vector<FitProblem> problems_up_to(std::size_t most) {
   return problems;
 }
 
-// Weights of the pass after the one that gave `quadric`: a point r behind the surface (without the
-// offset) has exp(-r^2 / tau^2) of its weight, but at least 1e-4.
-std::vector<double> robust_weights(const FitProblem& problem, const std::array<float, 10>& quadric,
-                                   const FitParams& params) {
+std::vector<double> weights_of(const FitProblem& problem) {
   std::vector<double> weights;
-  for (const FitPoint& point : problem.points) {
-    const double f = value_at(quadric, point.position - problem.centre) + params.offset;
-    const double behind = std::max(0.0, -f) / params.tau;
-    weights.push_back(point.weight * std::max(std::exp(-behind * behind), 1e-4));
-  }
+  for (const FitPoint& point : problem.points) weights.push_back(point.weight);
   return weights;
 }
 
-TEST_P(Fit, OnePassSolvesTheNormalEquations) {
+// What fit_groups makes of each problem.
+struct Fitted {
+  std::vector<std::array<float, 10>> quadric;
+  std::vector<float> residual, slope;
+};
+
+Fitted solve(Device& device, const std::vector<FitProblem>& problems,
+             const FitParams& params = {}) {
+  std::vector<std::size_t> sizes;
+  for (const FitProblem& problem : problems) sizes.push_back(problem.points.size());
+  const FitBatches batches = make_batches(sizes);
+  const std::size_t slots = batches.slots, lanes = batches.lanes;
+  std::vector<float> points(7 * slots, 0.0f), scale(lanes, 1.0f);
+  for (std::size_t l = 0; l < problems.size(); ++l) {
+    const FitProblem& problem = problems[batches.order[l]];
+    scale[l] = static_cast<float>(problem.scale);
+    std::size_t slot = batches.first_slot(l);
+    for (const FitPoint& point : problem.points) {
+      const Vec3d q = (point.position - problem.centre) / problem.scale;
+      const double row[7] = {q.x,         q.y, q.z, point.normal.x, point.normal.y, point.normal.z,
+                             point.weight};
+      for (std::size_t r = 0; r < 7; ++r) points[r * slots + slot] = static_cast<float>(row[r]);
+      slot += 8;
+    }
+  }
+  const DeviceFits fits{upload(device, points),
+                        upload(device, batches.first),
+                        upload(device, batches.length),
+                        upload(device, scale),
+                        allocate<float>(device, 10 * lanes),
+                        allocate<float>(device, 2 * lanes),
+                        lanes,
+                        slots};
+  fit_batches(device, fits, params);
+  const std::vector<float> c = download(device, fits.quadric);
+  const std::vector<float> quality = download(device, fits.quality);
+  Fitted fitted;
+  fitted.quadric.resize(problems.size());
+  fitted.residual.resize(problems.size());
+  fitted.slope.resize(problems.size());
+  for (std::size_t l = 0; l < problems.size(); ++l) {
+    const std::size_t k = static_cast<std::size_t>(batches.order[l]);
+    for (std::size_t r = 0; r < 10; ++r) fitted.quadric[k][r] = c[r * lanes + l];
+    fitted.residual[k] = quality[l];
+    fitted.slope[k] = quality[lanes + l];
+  }
+  return fitted;
+}
+
+TEST(FitBatches, GiveEveryPointASlotOfItsOwn) {
+  const std::vector<std::size_t> sizes{5, 0, 17, 1, 9, 9, 2, 40, 3, 3, 8, 31, 0, 12, 6, 7, 1};
+  const FitBatches batches = make_batches(sizes);
+  EXPECT_EQ(batches.lanes, 24u);
+  ASSERT_EQ(batches.order.size(), sizes.size());
+  EXPECT_EQ(std::set<std::int32_t>(batches.order.begin(), batches.order.end()).size(),
+            sizes.size());
+  std::set<std::size_t> taken;
+  std::size_t points = 0;
+  for (std::size_t l = 0; l < sizes.size(); ++l) {
+    const std::size_t n = sizes[batches.order[l]];
+    points += n;
+    EXPECT_LE(static_cast<cl_int>(n), batches.length[l / 8]);
+    for (std::size_t k = 0; k < n; ++k) taken.insert(batches.first_slot(l) + 8 * k);
+  }
+  EXPECT_EQ(taken.size(), points);
+  EXPECT_LT(*taken.rbegin(), batches.slots);
+  // Like sizes together: no batch is longer than the shortest lane of the next.
+  for (std::size_t l = 8; l < sizes.size(); ++l)
+    EXPECT_LE(batches.length[l / 8 - 1], static_cast<cl_int>(sizes[batches.order[l]]));
+}
+
+TEST_P(Fit, SolvesTheNormalEquations) {
   const auto problems = problems_up_to(45);
   FitParams params;
-  params.robust_passes = 0;
-  for (const double offset : {0.0, 1.0})
+  for (const double ridge : {1e-3, 0.05})
     for (const double off_surface : {1.0, 0.5}) {
-      params.offset = offset;
+      params.ridge = ridge;
       params.off_surface = off_surface;
-      const Quadrics quadrics = fit_quadrics(device_, problems, params);
-      for (std::size_t g = 3; g < problems.size(); ++g) {
-        std::vector<double> weights;
-        for (const FitPoint& point : problems[g].points) weights.push_back(point.weight);
-        expect_solves(problems[g], quadrics.coefficient[g], offset, weights, params);
+      const Fitted fitted = solve(device_, problems, params);
+      for (std::size_t g = 10; g < problems.size(); ++g) {
+        ASSERT_GE(fitted.residual[g], 0) << g << " points";
+        expect_solves(problems[g], fitted.quadric[g], 0, weights_of(problems[g]), params, 0,
+                      fitted.slope[g]);
       }
     }
 }
 
-TEST_P(Fit, EachPassWeighsByThePassBefore) {
-  const auto problems = problems_up_to(45);
-  FitParams params;
-  params.offset = 0.5;
-  for (int passes = 1; passes <= 3; ++passes) {
-    params.robust_passes = passes - 1;
-    const Quadrics before = fit_quadrics(device_, problems, params);
-    params.robust_passes = passes;
-    const Quadrics after = fit_quadrics(device_, problems, params);
-    for (std::size_t g = 3; g < problems.size(); ++g) {
-      // The weights themselves come from f in float: f is off by some 20 epsilon of its terms, at
-      // most about 2 R, which moves exp(-f^2 / tau^2) by 2 |f| / tau^2 times that; that is at most
-      // 0.86 / tau, where the exponential's own slope is steepest. Its share of A is checked by
-      // letting the reference's weights be as far off.
-      const double doubt = 0.86 / params.tau * 20 * kEpsilon * 2 * problems[g].scale;
-      ASSERT_LT(doubt, 1e-4);
-      std::vector<double> weights = robust_weights(problems[g], before.coefficient[g], params);
-      expect_solves(problems[g], after.coefficient[g], params.offset, weights, params, doubt);
-    }
-  }
-}
-
-TEST_P(Fit, ResidualIsTheWeightedRmsOfTheDistances) {
+TEST_P(Fit, ResidualIsTheOneSidedRmsOfTheDistances) {
   const auto problems = problems_up_to(30);
-  FitParams params;
-  params.offset = 0;
-  const Quadrics quadrics = fit_quadrics(device_, problems, params);
-  for (std::size_t g = 0; g < problems.size(); ++g) {
-    if (g < 3) {
-      EXPECT_LT(quadrics.residual[g], 0) << "fewer than three points have no fit";
-      continue;
+  for (const double tau : {0.3, 1.0}) {
+    FitParams params;
+    params.tau = tau;
+    const Fitted fitted = solve(device_, problems, params);
+    for (std::size_t g = 10; g < problems.size(); ++g) {
+      double sum = 0, weight = 0;
+      for (const FitPoint& point : problems[g].points) {
+        const double f =
+            reference::value_at(fitted.quadric[g], point.position - problems[g].centre);
+        const double w = point.weight * reference::robustness(-f, tau);
+        sum += w * f * f;
+        weight += w;
+      }
+      // f is off by some 20 epsilon of terms of at most 2 R; so is a root mean square of it, and
+      // the weights' slope, at most 0.86 / tau, moves it by no more than that times |f| near tau.
+      const double doubt = 20 * kEpsilon * 2 * problems[g].scale;
+      EXPECT_NEAR(fitted.residual[g], std::sqrt(sum / weight), 4 * doubt);
     }
-    const auto weights = robust_weights(problems[g], quadrics.coefficient[g], params);
-    double sum = 0, weight = 0;
-    for (std::size_t k = 0; k < weights.size(); ++k) {
-      const Vec3d x = problems[g].points[k].position - problems[g].centre;
-      sum += weights[k] * std::pow(value_at(quadrics.coefficient[g], x), 2);
-      weight += weights[k];
-    }
-    // f is off by some 20 epsilon of terms of at most 2 R; so is a root mean square of it, and the
-    // weights move it by no more (see above).
-    const double doubt = 20 * kEpsilon * 2 * problems[g].scale;
-    EXPECT_NEAR(quadrics.residual[g], std::sqrt(sum / weight), 4 * doubt);
   }
 }
 
@@ -123,55 +168,47 @@ TEST_P(Fit, APlaneStaysAPlane) {
     for (std::size_t k = 0; k < n; ++k)
       problem.points.push_back(
           {problem.centre + side * random(-3, 3) + up * random(-3, 3), normal, 0.5});
-    const Quadrics fit = fit_quadrics(device_, {problem}, {});
+    const Fitted fit = solve(device_, {problem});
     ASSERT_GE(fit.residual[0], 0);
     // The points carry rounding of 1e-7 R, the pull of 1e-6 tilts a lopsided set by no more than
     // itself times the condition of the linear terms, here below 100.
     EXPECT_LT(fit.residual[0], 1e-4);
-    EXPECT_NEAR(fit.coefficient[0][0], -1, 4e-4);
-    EXPECT_NEAR(fit.coefficient[0][1], normal.x, 1e-4);
-    EXPECT_NEAR(fit.coefficient[0][2], normal.y, 1e-4);
-    EXPECT_NEAR(fit.coefficient[0][3], normal.z, 1e-4);
-    for (int k = 4; k < 10; ++k) EXPECT_NEAR(fit.coefficient[0][k], 0, 1e-4);
+    EXPECT_NEAR(fit.quadric[0][0], 0, 4e-4);
+    EXPECT_NEAR(fit.quadric[0][1], normal.x, 1e-4);
+    EXPECT_NEAR(fit.quadric[0][2], normal.y, 1e-4);
+    EXPECT_NEAR(fit.quadric[0][3], normal.z, 1e-4);
+    for (int k = 4; k < 10; ++k) EXPECT_NEAR(fit.quadric[0][k], 0, 1e-4);
   }
+}
+
+TEST_P(Fit, NothingToFitIsNoFit) {
+  const FitProblem good = cap(20, 1);
+  FitProblem weightless = good, torn = good;
+  for (FitPoint& point : weightless.points) point.weight = 0;
+  // Every point twice, with opposite normals: nothing says where inside is, f = 0 solves all.
+  for (const FitPoint& point : good.points)
+    torn.points.push_back({point.position, -point.normal, point.weight});
+  const Fitted fitted = solve(device_, {good, {}, weightless, torn, good});
+  EXPECT_GE(fitted.residual[0], 0);
+  for (const int g : {1, 2, 3}) EXPECT_LT(fitted.residual[g], 0) << g;
+  EXPECT_EQ(fitted.residual[4], fitted.residual[0]);
+  EXPECT_EQ(fitted.quadric[4], fitted.quadric[0]);
 }
 
 TEST_P(Fit, EveryWidthAndAnyCompanyGiveTheSameBits) {
   const auto problems = problems_up_to(37);
   use_width(1);
-  const Quadrics one = fit_quadrics(device_, problems, {});
-  use_width(8);
-  const Quadrics eight = fit_quadrics(device_, problems, {});
-  EXPECT_EQ(one.coefficient, eight.coefficient);
-  EXPECT_EQ(one.residual, eight.residual);
-  const Quadrics alone = fit_quadrics(device_, {problems[20]}, {});
-  EXPECT_EQ(alone.coefficient[0], eight.coefficient[20]);
-  EXPECT_EQ(alone.residual[0], eight.residual[20]);
-  EXPECT_TRUE(fit_quadrics(device_, {}, {}).coefficient.empty());
-}
-
-TEST(GroupProblems, WeighByTheSplineOfTheDistance) {
-  Triangulation mesh;
-  mesh.position = {{0, 0, -20}, {2, 0, -20}, {0, 4, -20}, {-1, 0, -20}};
-  Groups groups;
-  groups.centre = {{0, 0, -20}};
-  groups.normal = {{0, 0, 1}};
-  groups.radius = {2};
-  groups.triangles = {1};
-  groups.members = {2};
-  groups.start = {0, 4};
-  groups.point = {0, 1, 2, 3};
-  const std::vector<Vec3d> normals(4, Vec3d{0, 0, 1});
-  const auto problems = group_problems(mesh, groups, normals);
-  ASSERT_EQ(problems.size(), 1u);
-  EXPECT_DOUBLE_EQ(problems[0].scale, 1.05 * 4);
-  ASSERT_EQ(problems[0].points.size(), 4u);
-  const double R = 1.05 * 4;
-  const auto t = [&](double distance) { return 1.5 * distance / R; };
-  EXPECT_DOUBLE_EQ(problems[0].points[0].weight, 0.75);
-  EXPECT_DOUBLE_EQ(problems[0].points[1].weight, 0.5 * std::pow(1.5 - t(2), 2));
-  EXPECT_DOUBLE_EQ(problems[0].points[2].weight, 0.5 * std::pow(1.5 - t(4), 2));
-  EXPECT_DOUBLE_EQ(problems[0].points[3].weight, 0.75 - t(1) * t(1));
+  const Fitted one = solve(device_, problems);
+  for (const int width : {4, 8}) {
+    use_width(width);
+    const Fitted wide = solve(device_, problems);
+    EXPECT_EQ(one.quadric, wide.quadric);
+    EXPECT_EQ(one.residual, wide.residual);
+    EXPECT_EQ(one.slope, wide.slope);
+    const Fitted alone = solve(device_, {problems[20]});
+    EXPECT_EQ(alone.quadric[0], one.quadric[20]);
+    EXPECT_EQ(alone.residual[0], one.residual[20]);
+  }
 }
 
 MENISCUS_ON_EVERY_DEVICE(Fit);

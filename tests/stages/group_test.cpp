@@ -1,8 +1,8 @@
-// Normals, merging and rings on exact properties.
+// Smoothed normals and merging on exact properties.
 #include "stages/group.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <numeric>
 #include <set>
 
 #include "stages/mesh_by_hand.hpp"
@@ -12,27 +12,10 @@ namespace {
 
 constexpr double kRounding = 1e-12;  // doubles: some tens of roundings of numbers near 1
 
-MergeParams uncapped() {
-  MergeParams params;
-  params.cap = std::numeric_limits<double>::infinity();
-  return params;
-}
-
-FitParams rings(int count) {
-  FitParams params;
-  params.rings = count;
-  return params;
-}
-
 double waves(double u, double v) { return 25 + 1.5 * std::sin(0.35 * u) + std::cos(0.5 * v); }
 
 // Two planes that meet in a crease at u = 21, at +-40 degrees.
 double roof(double u, double) { return 25 + std::abs(u - 21) * std::tan(40 * std::acos(-1) / 180); }
-
-std::vector<std::int32_t> members_of(const Groups& groups, std::size_t g) {
-  return {groups.point.begin() + groups.start[g],
-          groups.point.begin() + groups.start[g] + groups.members[g]};
-}
 
 // Each group as the set of its triangles, each the set of its particles' numbers.
 using Partition = std::set<std::set<std::set<std::int32_t>>>;
@@ -47,24 +30,6 @@ Partition partition(const Triangulation& mesh, const Groups& groups,
       sets[groups.group_of_triangle[t]].insert(corners);
     }
   return {sets.begin(), sets.end()};
-}
-
-TEST(VertexNormals, AreTheMeanByArea) {
-  const Triangulation mesh = triangulated(field(7, 1, waves));
-  const std::vector<Vec3d> actual = vertex_normals(mesh);
-  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
-    Vec3d sum;
-    for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
-      if (std::count(mesh.triangle[t].begin(), mesh.triangle[t].end(), static_cast<int>(v)))
-        sum += mesh.normal[t] * mesh.area[t];
-    EXPECT_NEAR(length(actual[v] - normalized(sum, {0, 0, 0})), 0, kRounding);
-  }
-}
-
-TEST(VertexNormals, AreZeroWhereThereIsNoTriangle) {
-  const Triangulation mesh =
-      triangulated(place({{10, 10, 20}, {12, 10, 20}, {10, 12, 20}, {40, 40, 20}}));
-  EXPECT_EQ(vertex_normals(mesh)[3], (Vec3d{0, 0, 0}));
 }
 
 TEST(SmoothNormals, WeighNeighboursByAreaAndSimilarity) {
@@ -101,13 +66,13 @@ TEST(SmoothNormals, LeaveAPlaneAndRepeat) {
   EXPECT_EQ(smooth_normals(mesh, 1), twice);
 }
 
-TEST(MergeGroups, APlaneIsOneGroupWithoutACap) {
+TEST(MergeGroups, APlaneIsOneGroup) {
   const Triangulation mesh =
       triangulated(field(10, 5, [](double u, double v) { return 20 + 0.5 * u - 0.25 * v; }));
-  const Groups groups = merge_groups(mesh, mesh.normal, uncapped(), rings(0));
+  const Groups groups = merge_groups(mesh, mesh.normal, {});
   ASSERT_EQ(groups.size(), 1u);
   EXPECT_EQ(groups.triangles[0], static_cast<std::int32_t>(mesh.triangle.size()));
-  EXPECT_EQ(groups.members[0], 100);
+  EXPECT_EQ(groups.point.size(), 100u);
   // Positions are floats below 40: 4e-6 at most, over triangles of side 2.
   EXPECT_NEAR(length(groups.normal[0] - normalized({0.5, 0.25, 1})), 0, 1e-5);
   Vec3d mean;
@@ -120,7 +85,7 @@ TEST(MergeGroups, APlaneIsOneGroupWithoutACap) {
 
 TEST(MergeGroups, ACreaseDividesTwoPlanes) {
   const Triangulation mesh = triangulated(field(12, 6, roof));
-  const Groups groups = merge_groups(mesh, mesh.normal, uncapped(), rings(0));
+  const Groups groups = merge_groups(mesh, mesh.normal, {});
   // Triangles on either side are one group each; those across the crease lie in between.
   std::set<std::int32_t> left, right;
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
@@ -137,48 +102,46 @@ TEST(MergeGroups, ACreaseDividesTwoPlanes) {
   EXPECT_NE(*left.begin(), *right.begin());
 }
 
-TEST(MergeGroups, RespectsTheCapAndEndsWhenNothingMayMerge) {
-  for (const double cap : {2.0, 4.0, 9.0}) {
+TEST(MergeGroups, NeighboursThatStayedApartFaceApart) {
+  const Triangulation mesh = triangulated(field(14, 7, waves));
+  for (const double cosine : {0.8, 0.95, 0.99}) {
     MergeParams params;
-    params.cap = cap;
-    const Triangulation mesh = triangulated(field(14, 7, waves));
-    const Groups groups = merge_groups(mesh, mesh.normal, params, rings(0));
-    std::vector<Vec3d> low(groups.size(), {1e9, 1e9, 1e9}), high(groups.size(), {-1e9, -1e9, -1e9});
-    for (std::size_t g = 0; g < groups.size(); ++g)
-      for (const std::int32_t v : members_of(groups, g)) {
-        const Vec3d& p = mesh.position[v];
-        low[g] = {std::min(low[g].x, p.x), std::min(low[g].y, p.y), std::min(low[g].z, p.z)};
-        high[g] = {std::max(high[g].x, p.x), std::max(high[g].y, p.y), std::max(high[g].z, p.z)};
-      }
-    std::size_t merged = 0;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-      if (groups.triangles[g] == 1) continue;
-      ++merged;
-      EXPECT_LE(length(high[g] - low[g]) / 2, cap);
-    }
-    EXPECT_GT(merged, 0u);
-    // Neighbours that stayed apart differ in normal or are too large together.
-    for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    params.cosine = cosine;
+    const Groups groups = merge_groups(mesh, mesh.normal, params);
+    EXPECT_GT(groups.size(), 1u);
+    EXPECT_LT(groups.size(), mesh.triangle.size() / 2);
+    std::vector<Vec3d> sum(groups.size());
+    std::vector<std::set<std::int32_t>> members(groups.size());
+    std::vector<std::int32_t> triangles(groups.size());
+    for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+      const std::int32_t g = groups.group_of_triangle[t];
+      if (g < 0) continue;
+      sum[g] += mesh.normal[t] * mesh.area[t];
+      members[g].insert(mesh.triangle[t].begin(), mesh.triangle[t].end());
+      ++triangles[g];
       for (std::size_t k = 0; k < t; ++k) {
         int shared = 0;
         for (const std::int32_t a : mesh.triangle[t])
           for (const std::int32_t b : mesh.triangle[k]) shared += a == b;
-        const std::int32_t g = groups.group_of_triangle[t], h = groups.group_of_triangle[k];
-        if (shared < 2 || g == h) continue;
-        const Vec3d l{std::min(low[g].x, low[h].x), std::min(low[g].y, low[h].y),
-                      std::min(low[g].z, low[h].z)};
-        const Vec3d u{std::max(high[g].x, high[h].x), std::max(high[g].y, high[h].y),
-                      std::max(high[g].z, high[h].z)};
-        EXPECT_TRUE(length(u - l) / 2 > cap ||
-                    dot(groups.normal[g], groups.normal[h]) <= params.cosine + kRounding);
+        const std::int32_t h = groups.group_of_triangle[k];
+        if (shared < 2 || h < 0 || g == h) continue;
+        EXPECT_LE(dot(groups.normal[g], groups.normal[h]), cosine + kRounding);
       }
+    }
+    EXPECT_EQ(triangles, groups.triangles);
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      EXPECT_NEAR(length(groups.normal[g] - normalized(sum[g])), 0, kRounding);
+      EXPECT_EQ(std::vector<std::int32_t>(members[g].begin(), members[g].end()),
+                std::vector<std::int32_t>(groups.point.begin() + groups.start[g],
+                                          groups.point.begin() + groups.start[g + 1]));
+    }
   }
 }
 
 TEST(MergeGroups, GhostsBelongToNoGroup) {
   const Triangulation mesh =
       triangulated(field(10, 8, [](double u, double) { return u < 20 ? 20.0 : 30.0; }));
-  const Groups groups = merge_groups(mesh, mesh.normal, uncapped(), rings(0));
+  const Groups groups = merge_groups(mesh, mesh.normal, {});
   std::size_t ghosts = 0;
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
     EXPECT_EQ(groups.group_of_triangle[t] < 0, mesh.kind[t] == TriangleKind::ghost);
@@ -194,7 +157,7 @@ TEST(MergeGroups, DoesNotDependOnTheOrderOfParticlesOrTriangles) {
   std::vector<std::int32_t> number(n);
   std::iota(number.begin(), number.end(), 0);
   const Triangulation mesh = triangulated(p);
-  const Partition expected = partition(mesh, merge_groups(mesh, mesh.normal, {}, rings(2)), number);
+  const Partition expected = partition(mesh, merge_groups(mesh, mesh.normal, {}), number);
   EXPECT_GT(expected.size(), 10u);
   std::mt19937 random(10);
   for (int round = 0; round < 3; ++round) {
@@ -202,7 +165,7 @@ TEST(MergeGroups, DoesNotDependOnTheOrderOfParticlesOrTriangles) {
     std::vector<Vec3d> uvt(n);
     for (std::size_t i = 0; i < n; ++i) uvt[i] = {p.u[number[i]], p.v[number[i]], -p.z[number[i]]};
     Triangulation other = triangulated(place(uvt));
-    EXPECT_EQ(partition(other, merge_groups(other, other.normal, {}, rings(2)), number), expected);
+    EXPECT_EQ(partition(other, merge_groups(other, other.normal, {}), number), expected);
 
     // The same triangles in another order.
     std::vector<std::size_t> order(other.triangle.size());
@@ -216,41 +179,13 @@ TEST(MergeGroups, DoesNotDependOnTheOrderOfParticlesOrTriangles) {
       shuffled.normal[i] = other.normal[order[i]];
       shuffled.area[i] = other.area[order[i]];
     }
-    EXPECT_EQ(partition(shuffled, merge_groups(shuffled, shuffled.normal, {}, rings(0)), number),
-              expected);
+    EXPECT_EQ(partition(shuffled, merge_groups(shuffled, shuffled.normal, {}), number), expected);
   }
-}
-
-TEST(MergeGroups, RingsHoldTheNeighboursWhoseTrianglesFaceTheSameWay) {
-  const Triangulation mesh = triangulated(field(12, 11, roof));
-  FitParams fit = rings(2);
-  const Groups groups = merge_groups(mesh, mesh.normal, {}, fit);
-  std::size_t grown = 0;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const auto members = members_of(groups, g);
-    std::set<std::int32_t> expected(members.begin(), members.end());
-    EXPECT_EQ(expected.size(), members.size());
-    for (int ring = 0; ring < fit.rings; ++ring) {
-      const std::set<std::int32_t> inner = expected;
-      for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
-        bool touches = false;
-        for (const std::int32_t v : mesh.triangle[t]) touches = touches || inner.count(v) > 0;
-        if (touches && mesh.kind[t] == TriangleKind::kept &&
-            dot(mesh.normal[t], groups.normal[g]) > fit.ring_cosine)
-          expected.insert(mesh.triangle[t].begin(), mesh.triangle[t].end());
-      }
-    }
-    EXPECT_EQ(std::set<std::int32_t>(groups.point.begin() + groups.start[g],
-                                     groups.point.begin() + groups.start[g + 1]),
-              expected);
-    grown += expected.size() > members.size();
-  }
-  EXPECT_GT(grown, 0u);
 }
 
 TEST(MergeGroups, NoTrianglesGiveNoGroups) {
   const Triangulation mesh = triangulated(place({{10, 10, 20}, {12, 10, 20}}));
-  const Groups groups = merge_groups(mesh, mesh.normal, {}, rings(2));
+  const Groups groups = merge_groups(mesh, mesh.normal, {});
   EXPECT_EQ(groups.size(), 0u);
   EXPECT_EQ(groups.start, std::vector<std::int32_t>{0});
 }

@@ -43,11 +43,7 @@ TEST(GhostParticles, ReplaceTheNearCornersOfADeletedTriangle) {
       EXPECT_EQ(patched.triangle[t], mesh.triangle[t]);
     }
   // The deep plane and its ghosts merge; the near plane stays apart.
-  FitParams fit;
-  fit.rings = 0;
-  MergeParams merge;
-  merge.cap = 1e9;
-  EXPECT_EQ(merge_groups(patched, patched.normal, merge, fit).size(), 2u);
+  EXPECT_EQ(merge_groups(patched, patched.normal, {}).size(), 2u);
   EXPECT_TRUE(particles_without_group(patched, 8).empty());
 }
 
@@ -79,7 +75,6 @@ TEST_P(Paper, HeightsSolveTheNormalEquations) {
     for (const Vec3d& p : mesh.position) radius = std::max(radius, length(p - groups.centre[0]));
     groups.radius = {radius};
     groups.triangles = {1};
-    groups.members = {static_cast<std::int32_t>(n)};
     groups.start = {0, static_cast<std::int32_t>(n)};
     for (std::size_t k = 0; k < n; ++k) groups.point.push_back(static_cast<std::int32_t>(k));
     const FitParams params;

@@ -182,6 +182,97 @@ TEST_P(Region, PinholesSpecksAndLoneNormalsTakeTheirNeighboursMean) {
   }
 }
 
+void clear(SurfaceMap& map, int s) {
+  map.depth[s] = kNoSurface;
+  map.normal[s] = {};
+  map.group[s] = -1;
+  map.kind[s] = Kind::none;
+}
+
+TEST_P(Region, CracksCloseAndTakeTheFartherOfTwoLayers) {
+  const SurfaceMap whole = plain(37, 23);
+  SurfaceMap cracked = whole;
+  for (int i = 20; i < 30; ++i)
+    for (int j = 0; j < 23; ++j) cracked.depth[j * 37 + i] += 30;
+  const SurfaceMap layers = cracked;
+  // Cracks of one sample's width: within the front layer and where it ends to the right and left.
+  for (int j = 6; j < 15; ++j)
+    for (const int i : {9, 20, 29}) clear(cracked, j * 37 + i);
+  const SurfaceMap after = closed(device_, cracked);
+  for (int j = 0; j < 23; ++j)
+    for (int i = 0; i < 37; ++i) {
+      const int s = j * 37 + i;
+      if (j < 6 || j >= 15 || (i != 9 && i != 20 && i != 29)) {
+        EXPECT_EQ(after.depth[s], layers.depth[s]) << i << " " << j;
+        EXPECT_EQ(after.normal[s], layers.normal[s]) << i << " " << j;
+        continue;
+      }
+      // Neighbours on both sides of the first crack have the plane for their mean but at its ends,
+      // on the far side of the others they lie one sample to one side; the neighbours above
+      // and below are 0.125 nearer and farther, and lack one of them at the ends.
+      const double lean = i == 9 ? 0.125 / 7 : 0.25 + 0.125 / 3;
+      EXPECT_NEAR(after.depth[s], layers.depth[s], lean + 700 * kEpsilon) << i << " " << j;
+      EXPECT_GT(dot(Vec3d(after.normal[s]), Vec3d(whole.normal[s])), 1 - 0.5 * 0.015 * 0.015);
+      EXPECT_NEAR(length(Vec3d(after.normal[s])), 1, 4 * FLT_EPSILON);
+      EXPECT_EQ(after.kind[s], Kind::surface);
+      EXPECT_GE(after.group[s], 0);
+    }
+}
+
+TEST_P(Region, AStaircaseOfSixClosesFromItsEndsInThreeRounds) {
+  const SurfaceMap whole = plain(37, 23);
+  SurfaceMap holed = whole;
+  const std::pair<int, int> stairs[] = {{9, 5}, {10, 5}, {10, 6}, {11, 6}, {11, 7}, {12, 7}};
+  for (const auto& [i, j] : stairs) clear(holed, j * 37 + i);
+  const SurfaceMap after = closed(device_, holed);
+  for (int s = 0; s < 37 * 23; ++s) {
+    // Two neighbours of eight are missing, each at most 0.375 off, and in later rounds the others
+    // are off by as much as those before.
+    EXPECT_NEAR(after.depth[s], whole.depth[s], holed.depth[s] < kNoSurface ? 0 : 3 * 0.375 * 2 / 6)
+        << s;
+  }
+}
+
+TEST_P(Region, WhatHangsTogetherWithFewerThanThreeAtTheOutlineGoes) {
+  SurfaceMap map = plain(37, 23);
+  for (int j = 0; j < 23; ++j)
+    for (int i = 20; i < 37; ++i) clear(map, j * 37 + i);
+  const SurfaceMap straight = map, whole = plain(37, 23);
+  const auto show = [&](SurfaceMap& on, int i, int j, Kind kind) {
+    const int s = j * 37 + i;
+    on.depth[s] = whole.depth[s];
+    on.normal[s] = whole.normal[s];
+    on.group[s] = whole.group[s];
+    on.kind[s] = kind;
+  };
+  SurfaceMap expected = straight;
+  // One, two and three alone, and the far one of two that stand out; the near one has three
+  // neighbours.
+  for (const auto& [i, j] :
+       {std::pair{30, 3}, {30, 8}, {31, 8}, {25, 10}, {26, 10}, {25, 11}, {21, 14}})
+    show(map, i, j, Kind::surface);
+  for (SurfaceMap* both : {&map, &expected}) {
+    show(*both, 20, 14, Kind::surface);
+    show(*both, 30, 18, Kind::splash);  // a droplet may be one sample
+  }
+  // One that hangs together with nothing around it though it is surrounded by five takes their
+  // place.
+  const int loose = 20 + 37 * 5;
+  map.depth[loose - 1] -= 10;
+  const SurfaceMap after = closed(device_, map);
+  for (int s = 0; s < 37 * 23; ++s) {
+    if (s == loose - 1) {
+      // The mean of five neighbours, three to the left and one each above and below: 3/5 of a
+      // sample's 0.25 from the plane.
+      EXPECT_NEAR(after.depth[s], whole.depth[s] - 0.15, 250 * kEpsilon);
+      continue;
+    }
+    EXPECT_EQ(after.depth[s], expected.depth[s]) << s;
+    EXPECT_EQ(after.kind[s], expected.kind[s]) << s;
+    EXPECT_EQ(after.group[s], expected.group[s]) << s;
+  }
+}
+
 MENISCUS_ON_EVERY_DEVICE(Region);
 
 }  // namespace

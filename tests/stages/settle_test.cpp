@@ -129,6 +129,18 @@ class Settle : public OnDevice {
     EXPECT_NEAR(length(normal), 1, 4 * kEpsilon);
   }
 
+  // For make_layer.
+  auto depth_of() const {
+    return [this](std::size_t s, double density) {
+      double low = kStart, high = sure_crossing(s);
+      for (int k = 0; k < 40; ++k) {
+        const double middle = (low + high) / 2;
+        (reference::density(field_.particles, at(s, middle)) < density ? low : high) = middle;
+      }
+      return high;
+    };
+  }
+
   // The first crossing from kStart; nowhere too where the march may pass over a chord of the ray.
   double sure_crossing(std::size_t s) const {
     const auto all =
@@ -278,11 +290,22 @@ enum Case : std::size_t {
   unmet_far,
   no_reference,
   no_core,
+  shallow,
+  shallow_on_edge,
+  outside_on_edge,
+  little_trusted_on_edge,
+  beyond_edge,
+  beyond_edge_on_triangle,
   cases
 };
 
+// What the blend adds to the trust (blend.cl).
+constexpr double kOnEdge = 2, kEnded = 4;
+
 // Where a ray meets the field, every case in turn; elsewhere samples with no particle near.
-Layer make_layer(const std::vector<double>& crossing) {
+// depth_of(s, density) is the depth before the crossing at which the density is so much.
+template <class DepthOf>
+Layer make_layer(const std::vector<double>& crossing, DepthOf&& depth_of) {
   const std::size_t n = crossing.size();
   Layer layer(n);
   std::size_t next = 0;
@@ -336,6 +359,25 @@ Layer make_layer(const std::vector<double>& crossing) {
         set(0, c + 0.25);
         layer.core[s] = kNoSurface;
         break;
+      case shallow:
+        set(1, depth_of(s, 0.5 * kParams.contour_density));
+        break;
+      case shallow_on_edge:
+        set(kOnEdge + 1, depth_of(s, 0.5 * kParams.contour_density));
+        break;
+      case outside_on_edge:
+        set(kOnEdge + 1, depth_of(s, 0.2 * kParams.contour_density));
+        break;
+      case little_trusted_on_edge:
+        set(kOnEdge + 0.875, depth_of(s, 0.8 * kParams.contour_density));
+        break;
+      case beyond_edge:
+        set(kEnded + 1, c + 0.25);
+        break;
+      case beyond_edge_on_triangle:
+        set(kEnded + 1, c + 0.25);
+        layer.triangle[s] = static_cast<float>(c - 0.5);
+        break;
     }
   }
   return layer;
@@ -344,7 +386,7 @@ Layer make_layer(const std::vector<double>& crossing) {
 TEST_P(Settle, SamplesShowTheBlendTheFieldOrTheirMixture) {
   std::vector<double> crossing(n_);
   for (std::size_t s = 0; s < n_; ++s) crossing[s] = sure_crossing(s);
-  const Layer before = make_layer(crossing);
+  const Layer before = make_layer(crossing, depth_of());
   const Layer after = settled(device_, view_, cells_, levelled_, grid_, before, false);
   const Layer filled = settled(device_, view_, cells_, levelled_, grid_, before, true);
   std::size_t next = 0;
@@ -367,18 +409,22 @@ TEST_P(Settle, SamplesShowTheBlendTheFieldOrTheirMixture) {
     }
     if (!(c < kEnd)) continue;
     const std::size_t which = next++ % cases;
-    if (which == on_triangle || which == in_fluid || which == no_reference) {
+    if (which == on_triangle || which == in_fluid || which == no_reference ||
+        which == shallow_on_edge || which == beyond_edge_on_triangle) {
       EXPECT_TRUE(after.same_sample(before, s));
       EXPECT_EQ(after.behind[s], kNoSurface);
-    } else if (which == outside || which == unmet_far || which == no_core) {
+    } else if (which == outside || which == unmet_far || which == no_core || which == shallow ||
+               which == outside_on_edge || which == beyond_edge) {
       EXPECT_EQ(after.depth[s], kNoSurface);
       EXPECT_EQ(after.behind[s], before.reference[s]);
     } else if (which == untrusted || which == unmet) {
       expect_field(after);
     } else {
       const double density = reference::density(field_.particles, at(s, t));
+      const bool on_edge = which == little_trusted_on_edge;
       const double share = reference::mixed_share(
-          reference::blend_share(before.trust[s], false, density, kParams.contour_density),
+          reference::blend_share(before.trust[s] - (on_edge ? kOnEdge : 0), false, on_edge, density,
+                                 kParams.contour_density),
           std::abs(c - t));
       // The crossing's error counts by the rest, and once more through the share where the two lie
       // apart: twice the rest of the trust by their distance. The contour's ramp passes on 20 of
@@ -408,7 +454,7 @@ TEST_P(Settle, SamplesShowTheBlendTheFieldOrTheirMixture) {
 TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   std::vector<double> crossing(n_);
   for (std::size_t s = 0; s < n_; ++s) crossing[s] = sure_crossing(s);
-  Layer before = make_layer(crossing);
+  Layer before = make_layer(crossing, depth_of());
   before.triangle.assign(n_, kNoSurface);
   before.core = before.reference;
   for (std::size_t s = 0; s < n_; ++s)

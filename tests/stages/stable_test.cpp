@@ -7,8 +7,6 @@
 
 #include "meniscus/meniscus.hpp"
 #include "reference/stable.hpp"
-#include "stages/fit_check.hpp"
-#include "stages/group.hpp"
 #include "stages/mesh_by_hand.hpp"
 
 namespace meniscus {
@@ -19,111 +17,6 @@ using Stable = OnDevice;
 double hills(double u, double v) { return 30 + 2 * std::sin(0.3 * u) + std::cos(0.25 * v); }
 double roof(double u, double) { return 30 + 0.8 * std::abs(u - 21); }
 double flat(double, double) { return 30; }
-
-// Fits of a field of particles, and what they were made from.
-struct Fitted {
-  Projected projected;
-  Visible visible;
-  Triangulation mesh;
-  std::vector<Vec3d> normals;
-};
-
-Fitted prepare(const Projected& projected) {
-  Fitted f{projected, all_visible(projected), triangulated(projected), {}};
-  Random random(3);
-  for (float& owned : f.visible.owned) owned = static_cast<float>(random(0.02, 0.12));
-  f.normals = first_normals(plain_view(), f.projected, f.visible, f.mesh, f.mesh.normal);
-  return f;
-}
-
-ParticleFits fit(Device& device, const Fitted& f, const StableParams& params) {
-  return fit_particles(device, f.projected, f.visible, f.normals, FitParams{}, params);
-}
-
-// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and 20
-// epsilon for all but the last factor. That is exp(-x^2), whose slope is 0.86 at most, with x = h /
-// 0.6 in the first pass, h good to 6 epsilon of a distance of rho; and later f / tau, f good to 10
-// epsilon of its terms, which add up to 1.5 rho.
-double weight_error(const StableParams& params, const FitParams& fit) {
-  const double x = params.passes == 1 ? 6 * params.support / 0.6 : 15 * params.support / fit.tau;
-  return kEpsilon * (12 / (params.normal_sigma * params.normal_sigma) + 0.86 * x + 20);
-}
-
-TEST_P(Stable, FitsSolveTheirNormalEquations) {
-  for (const auto& surface : {hills, roof}) {
-    const Fitted f = prepare(field(11, 2, surface));
-    const FitParams fit_params;
-    StableParams params;
-    ParticleFits before;
-    for (params.passes = 1; params.passes <= 3; ++params.passes) {
-      const ParticleFits after = fit(device_, f, params);
-      const std::vector<Vec3d>& normals = params.passes == 1 ? f.normals : before.normal;
-      for (std::size_t i = 0; i < after.size(); ++i) {
-        FitProblem problem;
-        problem.centre = after.position[i];
-        problem.scale = params.support;
-        std::vector<double> weights;
-        for (std::size_t j = 0; j < after.size(); ++j) {
-          const Vec3d x = after.position[j] - problem.centre;
-          if (length(x) >= params.support) continue;
-          // A full weight of 1, so that weight_error is in units of it.
-          problem.points.push_back({after.position[j], normals[j], 1});
-          const double w =
-              reference::common_weight(x, normals[i], normals[j], after.visible[j], params);
-          weights.push_back(
-              w * (params.passes == 1
-                       ? reference::flatness(x, normals[i])
-                       : reference::robustness(-value_at(before.quadric[i], x) - fit_params.offset,
-                                               fit_params.tau)));
-        }
-        ASSERT_GE(after.residual[i], 0);
-        expect_solves(problem, after.quadric[i], fit_params.offset, weights, fit_params,
-                      weight_error(params, fit_params));
-      }
-      before = after;
-    }
-  }
-}
-
-TEST_P(Stable, EdgeFactorsMatchTheReference) {
-  const Fitted f = prepare(field(12, 4, roof));
-  const ParticleFits fits = fit(device_, f, {});
-  double least = 1, most = 0;
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    // kappa is a sum of n terms with a few roundings each; smoothstep's slope is 1.5 / 0.08 at
-    // most.
-    const double bound = (static_cast<double>(fits.size()) + 20) * kEpsilon * 1.5 / 0.08;
-    EXPECT_NEAR(fits.edge[i], reference::edge_factor(fits, i), bound) << i;
-    least = std::min(least, fits.edge[i]);
-    most = std::max(most, fits.edge[i]);
-  }
-  EXPECT_LT(least, 0.1);  // on the ridge
-  EXPECT_EQ(most, 1);
-}
-
-// The sphere's own f = (x^2 - R^2) / 2R, at rest, misses the rows f(q +- delta n) = +-delta by
-// delta^2 / 2R and pays the ridge on three coefficients of rho / 2R. The fit's sum of squares is
-// not larger, and the points' share of it not either.
-TEST_P(Stable, ASphereStaysASphere) {
-  constexpr double kRadius = 60;
-  const Fitted f = prepare(field(12, 5, [](double u, double v) {
-    return 90 - std::sqrt(kRadius * kRadius - (u - 21) * (u - 21) - (v - 21) * (v - 21));
-  }));
-  const Vec3d middle = point_at(plain_view(), 21, 21, 90);
-  StableParams params;
-  const FitParams fit_params;
-  const ParticleFits fits = fit(device_, f, params);
-  const double bulge = std::pow(fit_params.off_surface, 2) / (2 * kRadius);
-  const double bent = params.support / (2 * kRadius);
-  const double bound =
-      std::sqrt(2 * bulge * bulge + 3 * fit_params.ridge * std::pow(bent * params.support, 2));
-  ASSERT_LT(bound, 0.2);
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    EXPECT_GE(fits.residual[i], 0);
-    EXPECT_LT(fits.residual[i], bound);
-    EXPECT_NEAR(length(fits.foot[i] - middle), kRadius + fit_params.offset, 2 * bound);
-  }
-}
 
 // Hand-made fits at the vertices of a mesh: tangent quadrics of `depth`, curved by up to `bend`.
 template <class Depth>
@@ -139,6 +32,8 @@ ParticleFits made_by_hand(const Triangulation& mesh, Depth&& depth, double bend,
     fits.position.push_back(mesh.position[k]);
     fits.normal.push_back(Vec3d(Vec3(n)));
     fits.visible.push_back(random(0.1, 1));
+    fits.surface.push_back(1);
+    fits.support.push_back(FitParams{}.support);
     fits.edge.push_back(random(0.005, 1));
     fits.foot.push_back(mesh.position[k] + n);
     std::array<float, 10> c{};
@@ -158,7 +53,8 @@ struct Drawn {
 
 Drawn draw(Device& device, const Projected& projected, const Triangulation& mesh,
            const ParticleFits& fits, const SampleGrid& grid, const Parameters& params) {
-  const GroupRecords records = particle_records(fits, params.stable);
+  const GroupRecords records =
+      make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend);
   const auto device_records = upload(device, records.values);
   StableRegion region = draw_stable_region(device, plain_view(), mesh, all_visible(projected), fits,
                                            device_records, grid, params);
@@ -245,6 +141,30 @@ TEST_P(Stable, CapsulesSurroundTheContour) {
   }
 }
 
+// Where no particle has a fit, the region shows its own depth with its owners' normals.
+TEST_P(Stable, WithoutFitsTheOwnersNormalsAreShown) {
+  const Projected p = field(8, 19, hills);
+  const Triangulation mesh = triangulated(p);
+  ParticleFits fits = made_by_hand(mesh, hills, 0, 20);
+  fits.residual.assign(fits.size(), -1.0f);
+  const SampleGrid grid{40, 40, 8, 0.5f};
+  const Drawn drawn = draw(device_, p, mesh, fits, grid, {});
+  const auto front = download(device_, drawn.region.front);
+  const auto owner = download(device_, drawn.region.owner);
+  const SurfaceMap map = download(device_, drawn.surface);
+  std::size_t covered = 0;
+  for (std::size_t s = 0; s < grid.size(); ++s) {
+    EXPECT_EQ(std::isfinite(map.depth[s]), owner[s] >= 0);
+    if (owner[s] < 0) continue;
+    ++covered;
+    EXPECT_EQ(map.depth[s], front[s]);
+    EXPECT_EQ(map.group[s], owner[s]);
+    // Normalised once more: four roundings a coordinate.
+    EXPECT_LT(length(Vec3d(map.normal[s]) - fits.normal[owner[s]]), 8 * kEpsilon);
+  }
+  EXPECT_GT(covered, 500u);
+}
+
 // Closing by a disc: a sample is filled when every disc that holds it meets the region.
 TEST_P(Stable, ClosingFillsWhatNoDiscFitsInto) {
   const Projected all = field(14, 9, flat);
@@ -313,8 +233,8 @@ TEST_P(Stable, BlendMatchesTheReference) {
         ++covered;
         const double u = grid.first + grid.step * static_cast<double>(s % grid.nx);
         const double v = grid.first + grid.step * static_cast<double>(s / grid.nx);
-        const auto expected = reference::blend_at(plain_view(), fits, u, v, reference_depth[s],
-                                                  params.blend, params.stable.blend);
+        const auto expected =
+            reference::blend_at(plain_view(), fits, u, v, reference_depth[s], params.blend);
         if (expected.margin < 1e-2 || !std::isfinite(expected.depth)) continue;
         ++decided;
         // A root is good to 20 roundings of its terms, at most 40, over the slope along the ray,

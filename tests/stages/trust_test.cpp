@@ -1,155 +1,139 @@
-// Which groups are trusted, against a loop over all particles, on every device.
+// Which fits are trusted, against loops over all of them, on every device.
 #include "stages/trust.hpp"
 
 #include <algorithm>
+#include <numbers>
 
-#include "reference/settle.hpp"
-#include "stages/mesh_by_hand.hpp"
+#include "reference/density.hpp"
+#include "stages/surface_by_hand.hpp"
 
 namespace meniscus {
 namespace {
 
 using Trust = OnDevice;
 
+DeviceCells cells_of(Device& device, const Projected& p) {
+  return upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport));
+}
+
+// Fits on the face of a rough block, whose normals face one of two ways, and what decides about
+// them at random.
+ParticleFits at_random(const Projected& p, std::size_t n, unsigned seed) {
+  Random random(seed);
+  ParticleFits fits;
+  for (std::size_t i = 0; i < n; ++i) {
+    fits.position.push_back(p.eye(i));
+    const double side = i % 3 == 0 ? 2 : 0;
+    fits.normal.push_back(normalized({side + random(-0.4, 0.4), random(-0.4, 0.4), 1}));
+    fits.edge.push_back(random(0.005, 1));
+    fits.spread.push_back(random(0.2, 1.1));
+    fits.supporters.push_back(random(4, 25));
+    fits.residual.push_back(i % 7 == 6 ? -1 : 0.1f);
+    // Feet are rounded to float on their way to the device; here they are floats.
+    fits.foot.push_back(Vec3d(Vec3(fits.position[i] + fits.normal[i] * random(0.5, 2.5))));
+  }
+  return fits;
+}
+
+TEST_P(Trust, MatchesItsDefinition) {
+  const Projected p = block(14, 12, 3, 0.3);
+  const ParticleFits fits = at_random(p, 14 * 12, 2);
+  const std::vector<double> actual = measure_trust(device_, fits, cells_of(device_, p));
+  ASSERT_EQ(actual.size(), fits.size());
+  std::vector<double> density, off;
+  for (const Vec3d& foot : fits.foot) {
+    density.push_back(reference::density(p, foot));
+    double near = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) near += length(foot - p.eye(i)) < 4.001;
+    off.push_back(kEpsilon * (16 / std::numbers::pi * near + (near + 2) * density.back()));
+  }
+  std::size_t between = 0;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (fits.residual[k] < 0) {
+      EXPECT_EQ(actual[k], 0);
+      continue;
+    }
+    double weight = 0, dense = 0, apart = 0, doubt = 0;
+    for (std::size_t j = 0; j < fits.size(); ++j) {
+      const double l = length(fits.position[j] - fits.position[k]);
+      if (l >= 5 || fits.residual[j] < 0 || dot(fits.normal[j], fits.normal[k]) < 0.5) continue;
+      const double w = (1 - l / 5) * fits.edge[j];
+      weight += w;
+      dense += w * density[j];
+      doubt += w * off[j];
+      apart += w * fits.spread[j];
+    }
+    const double expected = smooth_step(0.24, 0.33, dense / weight) *
+                            (1 - smooth_step(0.45, 0.75, apart / weight)) *
+                            smooth_step(5, 12, fits.supporters[k]);
+    between += expected > 0.01 && expected < 0.99;
+    // Smoothstep's slope is 1.5 over the width of its ramp; all but the density (density_test.cpp)
+    // is double.
+    EXPECT_NEAR(actual[k], expected, 1.5 / 0.09 * doubt / weight + 1e-9) << k;
+  }
+  EXPECT_GT(between, fits.size() / 4);
+}
+
 struct Trusted {
-  Projected particles;
-  Triangulation mesh;
-  Groups groups;
-  std::vector<FitProblem> problems;
-  Quadrics quadrics;
+  ParticleFits fits;
+  std::vector<double> trust;
 };
 
-// Groups of `seen`, with `rest` behind it.
-Trusted fitted(Device& device, const Projected& seen, const Projected& rest) {
-  Trusted all{seen, triangulated(seen), {}, {}, {}};
-  all.particles.x.insert(all.particles.x.end(), rest.x.begin(), rest.x.end());
-  all.particles.y.insert(all.particles.y.end(), rest.y.begin(), rest.y.end());
-  all.particles.z.insert(all.particles.z.end(), rest.z.begin(), rest.z.end());
-  all.groups = merge_groups(all.mesh, smooth_normals(all.mesh, 4), {}, {});
-  all.problems = group_problems(all.mesh, all.groups, vertex_normals(all.mesh));
-  all.quadrics = fit_quadrics(device, all.problems, {});
-  return all;
+// The first `seen` particles are seen; their fits and those of the rim.
+Trusted trust_of(Device& device, const Projected& p, std::size_t seen) {
+  const FoundSurface found = surface_of(device, p, seen);
+  Trusted result;
+  result.fits = fit_particles(device, p, with_rim(p, found.seen, found.surface), found.surface, {});
+  result.trust = measure_trust(device, result.fits, cells_of(device, p));
+  return result;
 }
 
-std::vector<double> trust_of(Device& device, const Trusted& all) {
-  const Projected& p = all.particles;
-  return measure_trust(device, all.mesh, all.groups, all.problems, all.quadrics,
-                       upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport)),
-                       FitParams{}.offset);
+// Distance of a fit from the rim of the face of block(nu, nv, .), particle radii.
+double rim_distance(const Vec3d& p, int nu, int nv) {
+  const double u = p.x + 50 - 10, v = 50 - p.y - 10;
+  return std::min({u, 2.0 * (nu - 1) - u, v, 2.0 * (nv - 1) - v});
 }
 
-// A slab of three layers whose face is moved by up to `rough` along the depth.
-Trusted slab(Device& device, double rough = 0) {
-  Random random(4);
-  Projected below = field(16, 2, [](double, double) { return 22.0; });
-  const Projected bottom = field(16, 3, [](double, double) { return 24.0; });
-  below.x.insert(below.x.end(), bottom.x.begin(), bottom.x.end());
-  below.y.insert(below.y.end(), bottom.y.begin(), bottom.y.end());
-  below.z.insert(below.z.end(), bottom.z.begin(), bottom.z.end());
-  return fitted(device, field(16, 1, [&](double, double) { return 20 + random(-1, 1) * rough; }),
-                below);
+TEST_P(Trust, ABlockIsTrustedOnItsFaceAndAlongItsEdges) {
+  for (const double rough : {0.0, 0.3}) {
+    const Trusted block_fits = trust_of(device_, block(20, 20, 8, rough), 20 * 20);
+    std::size_t face = 0, edge = 0;
+    for (std::size_t k = 0; k < block_fits.fits.size(); ++k) {
+      if (!(block_fits.fits.visible[k] == 1)) continue;
+      const Vec3d& p = block_fits.fits.position[k];
+      const double u = p.x + 40, v = 40 - p.y;
+      const bool corner = std::min(u, 38 - u) < 8 && std::min(v, 38 - v) < 8;
+      if (corner) continue;
+      if (rim_distance(p, 20, 20) > 8) {
+        ++face;
+        EXPECT_EQ(block_fits.trust[k], 1) << u << " " << v;
+      } else if (rim_distance(p, 20, 20) < 1) {
+        ++edge;
+        // More than half: a sample shows the fits.
+        EXPECT_GT(block_fits.trust[k], 0.5) << u << " " << v;
+      }
+    }
+    EXPECT_GT(face, 50u);
+    EXPECT_GT(edge, 20u);
+  }
 }
 
-// Particles four radii apart and up to three before or behind their plane.
-Trusted spray(Device& device) {
+TEST_P(Trust, ASprayIsNot) {
+  // Particles four radii apart and up to three before or behind their plane.
   Random random(5);
   std::vector<Vec3d> uvt;
   for (int j = 0; j < 12; ++j)
     for (int i = 0; i < 12; ++i)
       uvt.push_back(
           {20 + 4 * i + random(-0.5, 0.5), 20 + 4 * j + random(-0.5, 0.5), 20 + random(-3, 3)});
-  return fitted(device, place(uvt), {});
-}
-
-TEST_P(Trust, MatchesItsDefinition) {
-  std::size_t between = 0;
-  for (const Trusted& all : {slab(device_), slab(device_, 1.2), spray(device_)}) {
-    const std::vector<double> actual = trust_of(device_, all);
-    ASSERT_EQ(actual.size(), all.groups.size());
-    for (std::size_t g = 0; g < all.groups.size(); ++g) {
-      if (all.quadrics.residual[g] < 0) {
-        EXPECT_EQ(actual[g], 0);
-        continue;
-      }
-      const auto& c = all.quadrics.coefficient[g];
-      const auto f = [&](const Vec3d& x) {
-        return c[0] + c[1] * x.x + c[2] * x.y + c[3] * x.z + c[4] * x.x * x.x + c[5] * x.y * x.y +
-               c[6] * x.z * x.z + c[7] * x.x * x.y + c[8] * x.y * x.z + c[9] * x.z * x.x;
-      };
-      double density = 0, off = 0;
-      for (int k = 0; k < all.groups.members[g]; ++k) {
-        const Vec3d at = all.mesh.position[all.groups.point[all.groups.start[g] + k]];
-        const Vec3d x = at - all.groups.centre[g];
-        // Central differences are a quadric's gradient but for rounding: 1e-16 / 1e-3.
-        const double h = 1e-3;
-        const Vec3d slope = Vec3d{f(x + Vec3d{h, 0, 0}) - f(x - Vec3d{h, 0, 0}),
-                                  f(x + Vec3d{0, h, 0}) - f(x - Vec3d{0, h, 0}),
-                                  f(x + Vec3d{0, 0, h}) - f(x - Vec3d{0, 0, h})} /
-                            (2 * h);
-        const Vec3d foot = at - slope * (f(x) / std::max(dot(slope, slope), 1e-6));
-        const double there = reference::density(all.particles, foot);
-        density += there;
-        double near = 0;
-        for (std::size_t i = 0; i < all.particles.size(); ++i)
-          near += length(foot - all.particles.eye(i)) < 4.001;
-        // density_test.cpp, and the foot's rounding by the slope, 1 / (2 pi) at most a particle.
-        off += kEpsilon * (16 / std::numbers::pi * near + (near + 2) * there +
-                           near * length(foot) / (2 * std::numbers::pi));
-      }
-      double sum = 0, weight = 0;
-      for (const FitPoint& point : all.problems[g].points) {
-        const double away =
-            std::clamp(f(point.position - all.problems[g].centre) + FitParams{}.offset, -2.0, 2.0);
-        sum += point.weight * away * away;
-        weight += point.weight;
-      }
-      const double points = static_cast<double>(all.problems[g].points.size());
-      const double expected = reference::smooth_step(0.24, 0.33, density / all.groups.members[g]) *
-                              (1 - reference::smooth_step(0.45, 0.75, std::sqrt(sum / weight))) *
-                              reference::smooth_step(5, 12, points);
-      between += expected > 0.01 && expected < 0.99;
-      // Smoothstep's slope is 1.5 over the width of its ramp; all but the density is double.
-      EXPECT_NEAR(actual[g], expected, 1.5 / 0.09 * off / all.groups.members[g] + 1e-9);
-    }
-  }
-  EXPECT_GT(between, 0u);
-}
-
-TEST_P(Trust, TheFaceOfASlabIsTrusted) {
-  const Trusted all = slab(device_);
-  const std::vector<double> trust = trust_of(device_, all);
-  std::size_t inner = 0;
-  for (std::size_t g = 0; g < all.groups.size(); ++g) {
-    const Vec3d& centre = all.groups.centre[g];
-    // The field covers u and v from 10 to 40, x from -40 to -10 and y from 10 to 40; the density of
-    // what lies farther than the support from the rim is that of an endless face, 1/2.
-    const double rim = 15 - std::max(std::abs(centre.x + 25), std::abs(centre.y - 25));
-    if (rim < kDensitySupport + all.groups.radius[g] || all.problems[g].points.size() < 12)
-      continue;
-    ++inner;
-    EXPECT_EQ(trust[g], 1) << "group " << g;
-  }
-  EXPECT_GT(inner, 3u);
-}
-
-TEST_P(Trust, ASprayIsNot) {
-  const Trusted all = spray(device_);
-  const std::vector<double> trust = trust_of(device_, all);
-  ASSERT_GT(trust.size(), 10u);
+  const Trusted spray = trust_of(device_, place(uvt), uvt.size());
+  ASSERT_EQ(spray.trust.size(), uvt.size());
   // At half trust and below, the field is what a sample shows.
-  for (const double t : trust) EXPECT_LE(t, 0.5);
+  for (const double t : spray.trust) EXPECT_LE(t, 0.5);
 }
 
-TEST_P(Trust, AGroupWithoutAFitHasNone) {
-  Trusted all = slab(device_);
-  const std::vector<double> before = trust_of(device_, all);
-  const std::size_t g =
-      static_cast<std::size_t>(std::max_element(before.begin(), before.end()) - before.begin());
-  ASSERT_EQ(before[g], 1);
-  all.quadrics.residual[g] = -1;
-  std::vector<double> expected = before;
-  expected[g] = 0;
-  EXPECT_EQ(trust_of(device_, all), expected);
+TEST_P(Trust, NoFitsHaveNone) {
+  EXPECT_TRUE(measure_trust(device_, {}, cells_of(device_, block(3, 3, 3))).empty());
 }
 
 MENISCUS_ON_EVERY_DEVICE(Trust);

@@ -1,0 +1,135 @@
+#include "stages/surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace meniscus {
+namespace {
+
+constexpr double kLeastVisibility = 1e-4;  // v of a particle that is barely seen
+
+}  // namespace
+
+Cells cells_of(const Projected& projected, const std::vector<std::int32_t>& index, double side) {
+  std::vector<float> x, y, z;
+  for (const std::int32_t i : index) {
+    x.push_back(projected.x[i]);
+    y.push_back(projected.y[i]);
+    z.push_back(projected.z[i]);
+  }
+  return make_cells(x, y, z, static_cast<float>(side));
+}
+
+double visibility(double owned) {
+  return std::max(kLeastVisibility, smooth_step(kLeastFitted, kFullyVisible, owned));
+}
+
+Visible more_visible(const Visible& visible, double least_owned) {
+  Visible more;
+  for (std::size_t k = 0; k < visible.index.size(); ++k) {
+    if (visible.owned[k] < least_owned) continue;
+    more.index.push_back(visible.index[k]);
+    more.owned.push_back(visible.owned[k]);
+  }
+  return more;
+}
+
+std::vector<std::int32_t> places_in(const std::vector<std::int32_t>& index,
+                                    const std::vector<std::int32_t>& particles) {
+  std::vector<std::int32_t> places;
+  for (const std::int32_t i : particles)
+    places.push_back(
+        static_cast<std::int32_t>(std::lower_bound(index.begin(), index.end(), i) - index.begin()));
+  return places;
+}
+
+std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
+                                 const Triangulation& mesh, const std::vector<Vec3d>& normals) {
+  const std::size_t n = seen.index.size();
+  std::vector<Vec3d> sum(n);
+  const std::vector<std::int32_t> place = places_in(seen.index, mesh.particle);
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    if (mesh.kind[t] == TriangleKind::kept)
+      for (const std::int32_t v : mesh.triangle[t]) sum[place[v]] += normals[t] * mesh.area[t];
+
+  constexpr double kReach = 4;
+  const Cells cells = cells_of(projected, seen.index, kReach);
+  std::vector<Vec3d> result(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    result[k] = normalized(sum[k], {0, 0, 0});
+    if (length(result[k]) > 0) continue;
+    const std::size_t i = static_cast<std::size_t>(seen.index[k]);
+    Vec3d near;
+    visit_near(cells, projected.x[i], projected.y[i], projected.z[i], [&](std::int32_t p) {
+      const Vec3d at{cells.x[p], cells.y[p], cells.z[p]};
+      const double share = 1 - length(at - projected.eye(i)) / kReach;
+      if (share > 0) near += normalized(sum[cells.item[p]], {0, 0, 0}) * share;
+      return true;
+    });
+    result[k] = normalized(near, normalized(-ray_direction(view, projected.u[i], projected.v[i])));
+  }
+  return result;
+}
+
+SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& normals) {
+  SurfaceParticles surface{seen.index, {}, normals};
+  for (const double owned : seen.owned) surface.weight.push_back(visibility(owned));
+  return surface;
+}
+
+SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
+                              const std::vector<Vec3d>& normals, const Cells& cells,
+                              const std::vector<float>& gradients) {
+  const std::size_t n = projected.size();
+  std::vector<std::int32_t> bucket(n), place(n, -1);
+  for (std::size_t p = 0; p < n; ++p) bucket[cells.item[p]] = static_cast<std::int32_t>(p);
+  for (std::size_t k = 0; k < seen.index.size(); ++k)
+    place[seen.index[k]] = static_cast<std::int32_t>(k);
+  SurfaceParticles surface;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t p = static_cast<std::size_t>(bucket[i]);
+    const Vec3d g{gradients[p], gradients[n + p], gradients[2 * n + p]};
+    const double steep = 2 * length(g);  // 1/s
+    const double sparse = 1.5 * std::max(0.0, 0.97 - double{gradients[3 * n + p]});
+    const double open = smooth_step(0.22, 0.42, std::hypot(steep, sparse));
+    if (place[i] < 0 && !(open > 0.01 && steep > 0.1)) continue;
+    Vec3d normal = g * (-1 / std::max(length(g), 1e-12));
+    if (place[i] >= 0) {
+      const double sure = smooth_step(0.15, 0.35, steep);
+      normal = normalized(normal * sure + normals[place[i]] * (1 - sure), normals[place[i]]);
+    }
+    surface.index.push_back(static_cast<std::int32_t>(i));
+    surface.weight.push_back(std::max(open, kLeastVisibility));
+    surface.normal.push_back(normal);
+  }
+  return surface;
+}
+
+Visible with_rim(const Projected& projected, const Visible& seen, const SurfaceParticles& around) {
+  constexpr double kReach = 6, kOpen = 0.5;
+  const Cells cells = cells_of(projected, seen.index, kReach);
+  Visible result;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < around.index.size(); ++k) {
+    const std::int32_t i = around.index[k];
+    if (next < seen.index.size() && seen.index[next] == i) {
+      result.index.push_back(i);
+      result.owned.push_back(seen.owned[next++]);
+      continue;
+    }
+    if (around.weight[k] < kOpen) continue;
+    const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
+    bool near = false;
+    visit_near(cells, x, y, z, [&](std::int32_t p) {
+      const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
+      near = dx * dx + dy * dy + dz * dz < kReach * kReach;
+      return !near;
+    });
+    if (!near) continue;
+    result.index.push_back(i);
+    result.owned.push_back(0);
+  }
+  return result;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,70 @@
+// surface: which particles stand for the fluid's surface, whether the camera sees them or not.
+//
+// Departs from the paper, which fits the visible particles alone (2.1, 2.3): on grazing and hidden
+// slopes too few of them are seen, their normals come from slivers of triangles, and every step of
+// the camera changes which they are. The density field's gradient tells the surface's particles and
+// their normals from any direction (docs/method.md).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stages/cells.hpp"
+#include "stages/triangulate.hpp"
+
+namespace meniscus {
+
+/// Share of its footprint from which a particle is fitted, and from which it counts in full; the
+/// visible ones (VisibleParams::owned) lie between.
+inline constexpr double kLeastFitted = 0.02, kFullyVisible = 0.10;
+
+/// v = max(1e-4, smoothstep(kLeastFitted, kFullyVisible, owned)): particles fade in and out.
+double visibility(double owned);
+
+/// Some of the projected particles in cells of side `side`; an item is a place in `index`.
+Cells cells_of(const Projected& projected, const std::vector<std::int32_t>& index, double side);
+
+/// The particles of `visible` that own at least `least_owned` of their footprint.
+Visible more_visible(const Visible& visible, double least_owned);
+
+/// The place of each of `particles` in `index`, which is ascending and holds them all.
+std::vector<std::int32_t> places_in(const std::vector<std::int32_t>& index,
+                                    const std::vector<std::int32_t>& particles);
+
+/// First normals of the seen particles: area-weighted means of the kept triangles' (smoothed)
+/// normals; without triangles the mean of the neighbours' within 4 radii, else towards the camera.
+///
+///   mesh     triangulation of some of the seen particles
+///   normals  [triangles] unit
+///   seen     ascending; the particles of `mesh` among them
+std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
+                                 const Triangulation& mesh, const std::vector<Vec3d>& normals);
+
+/// The particles that stand for the surface, and how far each does.
+struct SurfaceParticles {
+  std::vector<std::int32_t> index;  // [n] places in Projected, ascending
+  std::vector<double> weight;       // [n] u, (0, 1]
+  std::vector<Vec3d> normal;        // [n] unit, outward
+};
+
+/// The seen particles alone, weighted by how far they are seen (method stable).
+SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& normals);
+
+/// All particles on the surface: with the density C and its gradient at the particle, in s,
+///   u = smoothstep(.22, .42, hypot(|grad C|, 1.5 max(0, .97 - C))),
+/// 0 inside the fluid, 1 on a face (|grad C| = .51, C = .85) and in a single layer (0, .70). The
+/// normal is the descent of C, where that is flat (.15 .. .35) and the particle is seen its normal
+/// in the triangulation.
+///
+///   normals    [seen] first_normals of the seen particles
+///   cells      of all projected particles, side kDensitySupport
+///   gradients  [4][n] of measure_gradients over these cells
+SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
+                              const std::vector<Vec3d>& normals, const Cells& cells,
+                              const std::vector<float>& gradients);
+
+/// The particles to fit: the seen ones and, with an owned share of 0, those of the surface (u at
+/// least 1/2) within six radii of one, which tell where the fluid turns away from the camera.
+Visible with_rim(const Projected& projected, const Visible& seen, const SurfaceParticles& surface);
+
+}  // namespace meniscus
