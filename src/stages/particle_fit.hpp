@@ -20,7 +20,7 @@ struct ParticleFits {
   std::vector<double> support;  // [n] rho, particle radii
   std::vector<double> edge;     // [n] e: how far its surroundings are smooth, (0, 1]
   std::vector<double> spread;   // [n] RMS distance of the surroundings from the fit, particle radii
-  std::vector<double> supporters;  // [n] neighbours within the support, each by its weight
+  std::vector<double> supporters;  // [n] neighbours within the full support, each by its u
   std::vector<Vec3d> foot;         // [n] the fit's surface near the particle, eye space
   std::vector<std::array<float, 10>> quadric;  // [n] as in Quadrics, around `position`
   std::vector<float> residual;  // [n] weighted RMS of f, particle radii; negative: no fit

@@ -54,7 +54,8 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 ///   u = smoothstep(.22, .42, hypot(|grad C|, 1.5 max(0, .97 - C))),
 /// 0 inside the fluid, 1 on a face (|grad C| = .51, C = .85) and in a single layer (0, .70). The
 /// normal is the descent of C, where that is flat (.15 .. .35) and the particle is seen its normal
-/// in the triangulation.
+/// in the triangulation. Hidden particles with u below .01, or whose normal the field does not tell
+/// (|grad C| below .1), are left out.
 ///
 ///   normals    [seen] first_normals of the seen particles
 ///   cells      of all projected particles, side kDensitySupport
