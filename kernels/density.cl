@@ -65,8 +65,8 @@ kernel void measure_density(global const float* x, global const float* y, global
                             global float* density,  // [n]
                             global const float* cell_x, global const float* cell_y,
                             global const float* cell_z, global const float* cell_weight,
-                          global const int* cell_start,
-                            const float inverse_cell, const uint mask, const int n) {
+                            global const int* cell_start, const float inverse_cell,
+                            const uint mask, const int n) {
   const int p = get_global_id(0);
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_weight, cell_start, inverse_cell, mask};
@@ -94,12 +94,12 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
 // even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
 // the particle's radius and the field's face lies where the fitted one does.
 // One work-item per particle.
-kernel void level_weights(global const float* density,  // [n]
-                          global float* weight,         // [n]
+kernel void level_weights(global const float* field,  // [4][n] of measure_gradients
+                          global float* weight,       // [n]
                           const float level, const int n) {
   const int p = get_global_id(0);
   if (p >= n) return;
-  const float t = clamp((density[p] - 0.35f) / 0.5f, 0.0f, 1.0f);
+  const float t = clamp((field[3 * n + p] - 0.35f) / 0.5f, 0.0f, 1.0f);
   weight[p] = level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
 }
 

@@ -122,9 +122,10 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
   const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
   const DeviceCells cells = upload_cells(device, host_cells);
-  const DeviceCells levelled = level_cells(device, cells, params.region);
+  const Buffer<float> field = measure_gradients(device, cells);
+  const DeviceCells levelled = level_cells(device, cells, field, params.region);
   const SurfaceParticles around =
-      find_surface(projected, fitted, normals, host_cells, measure_gradients(device, cells));
+      find_surface(projected, fitted, normals, host_cells, download(device, field));
   const Visible rim = with_rim(projected, fitted, around);
   clock.start("fit");
   const ParticleFits fits = fit_particles(device, projected, rim, around, params.fit);

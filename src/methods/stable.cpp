@@ -40,10 +40,10 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
 
   clock.start("upload");
   const SplatParticles splash = upload_splats(device, projected, split.splash);
-  const DeviceCells levelled = level_cells(
-      device,
-      upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport)),
-      params.region);
+  const DeviceCells cells =
+      upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport));
+  const DeviceCells levelled =
+      level_cells(device, cells, measure_gradients(device, cells), params.region);
 
   const auto make_surface = [&](const SampleGrid& grid) {
     clock.start("region");

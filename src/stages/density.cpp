@@ -48,22 +48,19 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   return download(device, density);
 }
 
-std::vector<float> measure_gradients(Device& device, const DeviceCells& cells) {
+Buffer<float> measure_gradients(Device& device, const DeviceCells& cells) {
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   launch(device, "density.cl", "measure_gradients", {n}, "", result, cells.x, cells.y, cells.z,
          cells.weight, cells.start, cells.inverse_cell, cells.mask, static_cast<cl_int>(n));
-  return download(device, result);
+  return result;
 }
 
-DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params) {
+DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<float>& field,
+                        const RegionParams& params) {
   const std::size_t n = cells.x.size;
-  const auto density = allocate<float>(device, n);
   const auto weight = allocate<float>(device, n);
-  launch(device, "density.cl", "measure_density", {n}, "", cells.x, cells.y, cells.z, density,
-         cells.x, cells.y, cells.z, cells.weight, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(n));
-  launch(device, "density.cl", "level_weights", {n}, "", density, weight,
+  launch(device, "density.cl", "level_weights", {n}, "", field, weight,
          static_cast<cl_float>(params.blob_density), static_cast<cl_int>(n));
   DeviceCells levelled = cells;
   levelled.weight = weight;

@@ -35,12 +35,15 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
 /// Gradient (1 / particle radii) and value of the field at the particles' own positions, [4][n] in
-/// bucket order: x, y, z, density. Waits.
-std::vector<float> measure_gradients(Device& device, const DeviceCells& cells);
+/// bucket order: x, y, z, density. Does not wait.
+Buffer<float> measure_gradients(Device& device, const DeviceCells& cells);
 
 /// Cells whose weights even the field's level out: params.blob_density for a lone particle, 0.45
 /// inside the fluid. Does not wait.
-DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params);
+///
+///   field  of measure_gradients over these cells
+DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<float>& field,
+                        const RegionParams& params);
 
 /// Decides what each sample of a layer shows (kernel settle_samples): the blend where its groups
 /// are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled density

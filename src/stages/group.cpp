@@ -8,11 +8,6 @@
 namespace meniscus {
 namespace {
 
-// A group while it grows.
-struct Growing {
-  Vec3d normal_sum;  // area-weighted
-};
-
 struct Edge {
   std::int32_t a, b;  // groups, a < b
   bool operator==(const Edge&) const = default;
@@ -46,10 +41,8 @@ std::vector<Edge> neighbours(const Triangulation& mesh) {
 std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vector<Vec3d>& normals,
                                        const MergeParams& params) {
   const std::size_t n = mesh.triangle.size();
-  std::vector<Growing> group(n);
-  for (std::size_t t = 0; t < n; ++t) {
-    group[t].normal_sum = normals[t] * mesh.area[t];
-  }
+  std::vector<Vec3d> normal_sum(n);  // area-weighted
+  for (std::size_t t = 0; t < n; ++t) normal_sum[t] = normals[t] * mesh.area[t];
   std::vector<std::int32_t> label(n);
   std::iota(label.begin(), label.end(), 0);
   std::vector<Edge> edges = neighbours(mesh);
@@ -59,8 +52,7 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
     std::fill(best.begin(), best.end(), -1);
     std::fill(cost.begin(), cost.end(), std::numeric_limits<double>::infinity());
     for (const Edge& edge : edges) {
-      const Growing &a = group[edge.a], &b = group[edge.b];
-      const double k = 1 - dot(normalized(a.normal_sum), normalized(b.normal_sum));
+      const double k = 1 - dot(normalized(normal_sum[edge.a]), normalized(normal_sum[edge.b]));
       if (!(k < 1 - params.cosine)) continue;
       const auto offer = [&](std::int32_t to, std::int32_t other) {
         if (k < cost[to] || (k == cost[to] && other < best[to])) {
@@ -76,7 +68,7 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
     for (const Edge& edge : edges) {
       if (best[edge.a] != edge.b || best[edge.b] != edge.a || into[edge.b] != edge.b) continue;
       into[edge.b] = edge.a;
-      group[edge.a].normal_sum += group[edge.b].normal_sum;
+      normal_sum[edge.a] += normal_sum[edge.b];
       merged = true;
     }
     if (!merged) return label;

@@ -25,6 +25,10 @@ DeviceCells cells_of(Device& device, const Projected& p) {
   return upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport));
 }
 
+DeviceCells levelled(Device& device, const DeviceCells& cells, const RegionParams& params) {
+  return level_cells(device, cells, measure_gradients(device, cells), params);
+}
+
 TEST_P(Density, MatchesTheReference) {
   for (const std::size_t n : {1, 65, 700}) {
     const Projected p = scattered(n, 8, static_cast<unsigned>(n));
@@ -54,7 +58,7 @@ TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {
   for (const std::size_t n : {1, 65, 700}) {
     const Projected p = scattered(n, 8, static_cast<unsigned>(n));
     const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const auto actual = measure_gradients(device_, upload_cells(device_, cells));
+    const auto actual = download(device_, measure_gradients(device_, upload_cells(device_, cells)));
     ASSERT_EQ(actual.size(), 4 * n);
     const reference::Field field{p, std::vector<double>(n, 1)};
     for (std::size_t k = 0; k < n; ++k) {
@@ -78,7 +82,7 @@ TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {
 TEST_P(Density, LevelledWeightsAreOneForALoneParticleAndFallInsideTheFluid) {
   Projected p = scattered(1, 1, 3);
   RegionParams params;
-  EXPECT_EQ(download(device_, level_cells(device_, cells_of(device_, p), params).weight)[0], 1.0f);
+  EXPECT_EQ(download(device_, levelled(device_, cells_of(device_, p), params).weight)[0], 1.0f);
   // A lattice of spacing two radii has the density 1 inside: the weight is level / 0.45.
   p = {};
   for (int k = 0; k < 7; ++k)
@@ -90,7 +94,7 @@ TEST_P(Density, LevelledWeightsAreOneForALoneParticleAndFallInsideTheFluid) {
       }
   const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
   const auto weight =
-      download(device_, level_cells(device_, upload_cells(device_, cells), params).weight);
+      download(device_, levelled(device_, upload_cells(device_, cells), params).weight);
   for (std::size_t k = 0; k < weight.size(); ++k)
     if (cells.item[k] == 3 + 7 * (3 + 7 * 3)) {  // the middle
       ASSERT_GT(reference::density(p, p.eye(cells.item[k])), 0.85);
@@ -122,7 +126,7 @@ TEST_P(Density, ALoneParticleIsDrawnAsASphere) {
   }
   EXPECT_NEAR(low, 1, 0.01) << "the default draws a sphere of the particle's radius";
   const SurfaceBuffers surface = empty_surface(device_, pixel_grid(view));
-  draw_splash(device_, view, level_cells(device_, cells_of(device_, p), params),
+  draw_splash(device_, view, levelled(device_, cells_of(device_, p), params),
               upload_splats(device_, p, {0}), surface, params);
   const SurfaceMap map = download(device_, surface);
   std::size_t drawn = 0;

@@ -52,7 +52,7 @@ class Settle : public OnDevice {
     host_cells_ =
         make_cells(field_.particles.x, field_.particles.y, field_.particles.z, kDensitySupport);
     cells_ = upload_cells(device_, host_cells_);
-    levelled_ = level_cells(device_, cells_, kParams);
+    levelled_ = level_cells(device_, cells_, measure_gradients(device_, cells_), kParams);
     // The weights are checked by a test of their own; the others start from the device's.
     const auto weight = download(device_, levelled_.weight);
     field_.weight.resize(weight.size());

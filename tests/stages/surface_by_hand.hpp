@@ -41,7 +41,7 @@ inline FoundSurface surface_of(Device& device, const Projected& projected, std::
   const Triangulation mesh = triangulate(plain_view(), projected, found.seen, {});
   found.normals = first_normals(plain_view(), projected, found.seen, mesh, mesh.normal);
   found.cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
-  found.gradients = measure_gradients(device, upload_cells(device, found.cells));
+  found.gradients = download(device, measure_gradients(device, upload_cells(device, found.cells)));
   found.surface = find_surface(projected, found.seen, found.normals, found.cells, found.gradients);
   return found;
 }

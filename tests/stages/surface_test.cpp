@@ -35,7 +35,8 @@ TEST_P(OnSurface, GradientsMatchTheReference) {
   for (const std::size_t n : {1, 65, 700}) {
     const Projected p = scattered(n, 7, static_cast<unsigned>(n));
     const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const std::vector<float> actual = measure_gradients(device_, upload_cells(device_, cells));
+    const std::vector<float> actual =
+        download(device_, measure_gradients(device_, upload_cells(device_, cells)));
     ASSERT_EQ(actual.size(), 4 * n);
     for (std::size_t k = 0; k < n; ++k) {
       const Vec3d at = p.eye(static_cast<std::size_t>(cells.item[k]));
@@ -62,8 +63,9 @@ TEST_P(OnSurface, WeightsAndNormalsMatchTheirFormulas) {
       normals.push_back(normalized({random(-0.5, 0.5), random(-0.5, 0.5), 1}));
     }
     const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const SurfaceParticles surface = find_surface(
-        p, seen, normals, cells, measure_gradients(device_, upload_cells(device_, cells)));
+    const SurfaceParticles surface =
+        find_surface(p, seen, normals, cells,
+                     download(device_, measure_gradients(device_, upload_cells(device_, cells))));
     ASSERT_TRUE(std::is_sorted(surface.index.begin(), surface.index.end()));
     std::size_t next = 0;
     for (std::int32_t i = 0; i < 900; ++i) {
