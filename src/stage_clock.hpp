@@ -25,8 +25,8 @@ class StageClock {
   void stop() {
     if (device_.state().stage.empty()) return;
     if (times_) {
-      StageTime time{device_.state().stage, 0, 0};
-      for (const auto& [kernel, ms] : device_.state().take_times()) time.device_ms += ms;
+      StageTime time{device_.state().stage, 0, 0, device_.state().take_times()};
+      for (const auto& [kernel, ms] : time.kernels) time.device_ms += ms;
       time.host_ms =
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
               .count();

@@ -1,6 +1,10 @@
 // The one call: particles and a camera in, the visible surface out.
 #pragma once
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
@@ -16,6 +20,7 @@ struct StageTime {
   std::string stage;
   double host_ms = 0;    // wall time on the host
   double device_ms = 0;  // sum of the stage's kernels, from their events
+  std::vector<std::pair<std::string, double>> kernels;  // each launch's name and device_ms, in order
 };
 
 /// Extracts the surface of `particles` seen by `camera` (the whole paper, 2.1 to 2.5).
