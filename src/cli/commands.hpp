@@ -12,4 +12,7 @@ void add_extract_command(CLI::App& program);
 /// Adds `devices`: what OpenCL devices there are, and which one is the default and why.
 void add_devices_command(CLI::App& program);
 
+/// Adds `generate`: writes a breaking dam of any number of particles.
+void add_generate_command(CLI::App& program);
+
 }  // namespace meniscus::cli

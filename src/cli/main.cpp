@@ -33,6 +33,7 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   meniscus::cli::add_extract_command(program);
   meniscus::cli::add_devices_command(program);
+  meniscus::cli::add_generate_command(program);
   try {
     program.parse(argc, argv);
     if (std::fflush(stdout) != 0)

@@ -46,8 +46,10 @@ TEST_F(ProgramUsage, HelpNamesEveryParameterWithUnitDefaultAndHeading) {
 }
 
 TEST_F(ProgramUsage, HelpFitsATerminal) {
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{"--help"}, {"extract", "--help"}, {"devices", "--help"}}) {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"--help"},
+                                                {"extract", "--help"},
+                                                {"devices", "--help"},
+                                                {"generate", "--help"}}) {
     std::istringstream lines(run(words).out);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   }

@@ -1,0 +1,87 @@
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "cli/commands.hpp"
+#include "cli/progress.hpp"
+#include "cli/report.hpp"
+#include "dam_break.hpp"
+#include "io/input_file.hpp"
+#include "io/output_file.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+struct GenerateOptions {
+  std::int64_t particles = 0;
+  std::uint64_t seed = 1;
+  std::string output;
+  bool quiet = false;
+};
+
+/// 1000000 or 1e6.
+std::int64_t parse_count(const std::string& text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc() && rest == end && value == std::trunc(value) &&
+      value >= DamBreak::kFewest && value <= DamBreak::kMost)
+    return static_cast<std::int64_t>(value);
+  throw CLI::ValidationError("--particles is " + text + ", must be a whole number from " +
+                             std::to_string(DamBreak::kFewest) + " to " +
+                             std::to_string(DamBreak::kMost));
+}
+
+void run_generate(const GenerateOptions& options) {
+  if (!lower_case(options.output).ends_with(".ply"))
+    throw CLI::ValidationError("output " + options.output + ": must end in .ply");
+  OutputFile file(options.output);
+  const DamBreak dam(options.particles, options.seed);
+  char radius[32];
+  std::snprintf(radius, sizeof radius, "%.9g", dam.particle_radius());
+  file.write("ply\nformat binary_little_endian 1.0\ncomment particle_radius " +
+             std::string(radius) + "\ncomment a dam break of meniscus generate " + version() +
+             ", seed " + std::to_string(options.seed) + "\nelement vertex " +
+             std::to_string(dam.size()) +
+             "\nproperty float x\nproperty float y\nproperty float z\nend_header\n");
+  {
+    Progress progress("generate", "particles", dam.size(), options.quiet);
+    std::int64_t done = 0;
+    dam.emit([&](std::span<const float> block) {
+      static_assert(std::endian::native == std::endian::little);
+      file.write(block.data(), block.size_bytes());
+      progress.reached(done += static_cast<std::int64_t>(block.size() / 3));
+    });
+  }
+  file.commit();
+  if (!options.quiet)
+    std::fprintf(stderr, "%-10s %s: %s particles of radius %s\n", "wrote", options.output.c_str(),
+                 grouped(dam.size()).c_str(), radius);
+}
+
+}  // namespace
+
+void add_generate_command(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand(
+      "generate", "Make a breaking dam of any number of particles");
+  const auto options = std::make_shared<GenerateOptions>();
+  GenerateOptions& o = *options;
+  command
+      .add_option_function<std::string>(
+          "--particles", [&o](const std::string& text) { o.particles = parse_count(text); },
+          "how many, 10 to 1e9")
+      ->required()
+      ->type_name("N");
+  command.add_option("--seed", o.seed, "another seed is another frame (default 1)")->type_name("S");
+  command.add_option("-o,--output", o.output, "what to write: .ply (binary)")
+      ->required()
+      ->type_name("FILE");
+  command.add_flag("-q,--quiet", o.quiet, "print only errors");
+  command.callback([options] { run_generate(*options); });
+}
+
+}  // namespace meniscus::cli

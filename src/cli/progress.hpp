@@ -1,0 +1,31 @@
+// A line on the terminal that says how far long work is.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+namespace meniscus::cli {
+
+/// "what  [#####.....]  52 %, 12.3 M particles/s" on standard error, from half a second on, ten
+/// times a second at most. Silent when standard error is no terminal.
+class Progress {
+ public:
+  /// `unit` is what is counted, in the plural.
+  Progress(std::string what, std::string unit, std::int64_t total, bool quiet);
+  ~Progress();  // removes the line
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void reached(std::int64_t done);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string what_, unit_;
+  std::int64_t total_;
+  bool shown_;  // whether it is to be shown at all
+  bool drawn_ = false;
+  Clock::time_point start_ = Clock::now(), next_;
+};
+
+}  // namespace meniscus::cli
