@@ -248,7 +248,7 @@ void draw_spheres(Device& device, const View& view, const Projected& projected,
   const SampleGrid& grid = surface.grid;
   const SplatParticles splats = upload_splats(device, projected, splash);
   const Buffer<float> depth = splat_depth(device, splats, grid, 1);
-  const Buffer<cl_int> owner = splat_owner(device, splats, depth, grid, 1);
+  const Buffer<cl_int> owner = splat_owner(device, splats, grid, 1);
   const std::size_t stride = static_cast<std::size_t>(splats.stride);
   std::vector<float> eye(3 * stride, 0.0f);
   for (std::size_t k = 0; k < splash.size(); ++k) {

@@ -4,12 +4,62 @@
 #include <climits>
 #include <cmath>
 #include <numbers>
+#include <string>
+
+#include "stages/bins.hpp"
 
 namespace meniscus {
 namespace {
 
 cl_int2 nodes_of(const SampleGrid& grid) { return {{grid.nx, grid.ny}}; }
 cl_float2 origin_of(const SampleGrid& grid) { return {{grid.first, 1.0f / grid.step}}; }
+cl_float2 lattice_of(const SampleGrid& grid) { return {{grid.first, grid.step}}; }
+cl_float2 sphere_of(double footprint) { return {{static_cast<float>(footprint), 1.0f}}; }
+std::string options(Device& device) { return width_option(device.state().vector_width); }
+
+enum class Drawn : cl_int { front, behind, back };  // FRONT, BEHIND, BACK in visible.cl
+
+// The particles as the kernels draw them, and what each may cover.
+struct Discs {
+  Buffer<float> records;  // [stride][8]
+  Outlines outlines;
+};
+
+Discs outline(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+              cl_float2 sphere, Drawn drawn) {
+  const std::size_t stride = static_cast<std::size_t>(particles.stride);
+  const Discs discs{allocate<float>(device, 8 * stride),
+                    {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                     particles.count, particles.stride}};
+  launch(device, "visible.cl", "outline_discs", {stride}, options(device), particles.values,
+         discs.records, discs.outlines.box, discs.outlines.key, particles.stride, nodes_of(grid),
+         origin_of(grid), sphere, static_cast<cl_int>(drawn));
+  return discs;
+}
+
+// The deepest front that each bin's map can have.
+Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, const Discs& discs,
+                              const SampleGrid& grid, double footprint) {
+  const std::size_t stride = static_cast<std::size_t>(particles.stride);
+  const int shift = cover_shift(footprint * particles.pixels / grid.step);
+  const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                      particles.count, particles.stride};
+  launch(device, "visible.cl", "cover_discs", {stride}, options(device), discs.records,
+         covers.cells, covers.deepest, particles.stride, nodes_of(grid), origin_of(grid), grid.step,
+         cl_int{shift});
+  return bound_bins(device, covers, grid, shift);
+}
+
+// Draws all bins with a kernel of visible.cl.
+template <class T>
+void draw(Device& device, const std::string& kernel, const Discs& discs, const Buffer<float>& bound,
+          const SampleGrid& grid, const Buffer<T>& result) {
+  draw_bins(device, discs.outlines, bound, grid, [&](const BinLists& lists) {
+    launch(device, "visible.cl", kernel, bin_items(lists, device.state().vector_width),
+           options(device), discs.records, lists.end, lists.entry, result,
+           cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid), lattice_of(grid));
+  });
+}
 
 // Cell size of the visibility grid: a quarter of the median particle radius on the screen, so that
 // a footprint has some 160 nodes; bounded by two pixels and by 2^24 nodes.
@@ -32,42 +82,62 @@ SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices) {
   const std::size_t n = indices.size(), stride = (n + 63) / 64 * 64;
   std::vector<float> values(6 * stride, 0.0f);
+  double pixels = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = static_cast<std::size_t>(indices[k]);
+    pixels += std::min(projected.ku[i], projected.kv[i]);
     const float row[6] = {-projected.z[i], projected.u[i],  projected.v[i],
                           projected.ku[i], projected.kv[i], projected.scale[i]};
     for (std::size_t r = 0; r < 6; ++r) values[r * stride + k] = row[r];
   }
-  return {upload(device, values), static_cast<int>(n), static_cast<int>(stride)};
+  return {upload(device, values), static_cast<int>(n), static_cast<int>(stride),
+          n > 0 ? pixels / static_cast<double>(n) : 0};
 }
 
 Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                           double footprint, double bulge, const Buffer<float>* behind, double gap) {
-  const auto depth = filled<float>(device, grid.size(), kNoSurface);
-  const auto nothing = behind ? *behind : filled<float>(device, grid.size(), 0.0f);
-  launch(device, "visible.cl", "splat_depth", {static_cast<std::size_t>(particles.count)}, "",
-         particles.values, nothing, depth, particles.count, particles.stride, nodes_of(grid),
-         origin_of(grid), grid.step,
-         cl_float2{{static_cast<float>(footprint), static_cast<float>(bulge)}},
+  if (particles.count == 0) return filled<float>(device, grid.size(), kNoSurface);
+  const auto depth = allocate<float>(device, grid.size());
+  const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
+  const Discs discs =
+      outline(device, particles, grid, sphere, behind ? Drawn::behind : Drawn::front);
+  if (!behind) {
+    draw(device, "splat_depth", discs, bound_by_covers(device, particles, discs, grid, footprint),
+         grid, depth);
+    return depth;
+  }
+  const BinGrid bins = bins_of(grid);
+  const auto bound = allocate<float>(device, bins.size());
+  launch(device, "visible.cl", "bound_behind",
+         {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8},
+         options(device), *behind, bound, nodes_of(grid), cl_int2{{bins.nx, bins.ny}},
          static_cast<cl_float>(gap));
+  draw_bins(device, discs.outlines, bound, grid, [&](const BinLists& lists) {
+    launch(device, "visible.cl", "splat_behind", bin_items(lists, device.state().vector_width),
+           options(device), discs.records, lists.end, lists.entry, *behind, depth,
+           cl_int2{{lists.first, lists.last}}, bins.nx, nodes_of(grid), lattice_of(grid),
+           static_cast<cl_float>(gap));
+  });
   return depth;
 }
 
-Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles,
-                           const Buffer<float>& depth, const SampleGrid& grid, double footprint) {
-  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
-  launch(device, "visible.cl", "splat_index", {static_cast<std::size_t>(particles.count)}, "",
-         particles.values, depth, owner, particles.count, particles.stride, nodes_of(grid),
-         origin_of(grid), grid.step, cl_float2{{static_cast<float>(footprint), 1.0f}});
+Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                           double footprint) {
+  if (particles.count == 0) return filled<cl_int>(device, grid.size(), INT_MAX);
+  const auto owner = allocate<cl_int>(device, grid.size());
+  const Discs discs = outline(device, particles, grid, sphere_of(footprint), Drawn::front);
+  draw(device, "splat_owner", discs, bound_by_covers(device, particles, discs, grid, footprint),
+       grid, owner);
   return owner;
 }
 
 Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                         double footprint) {
-  const auto depth = filled<float>(device, grid.size(), 0.0f);
-  launch(device, "visible.cl", "splat_far", {static_cast<std::size_t>(particles.count)}, "",
-         particles.values, depth, particles.count, particles.stride, nodes_of(grid),
-         origin_of(grid), grid.step, cl_float2{{static_cast<float>(footprint), 1.0f}});
+  if (particles.count == 0) return filled<float>(device, grid.size(), 0.0f);
+  const auto depth = allocate<float>(device, grid.size());
+  const Discs discs = outline(device, particles, grid, sphere_of(footprint), Drawn::back);
+  draw(device, "splat_far", discs, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
+       depth);
   return depth;
 }
 
@@ -78,12 +148,10 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   if (candidates.empty()) return visible;
   const SampleGrid grid = visibility_grid(view, projected, candidates);
   const SplatParticles splats = upload_splats(device, projected, candidates);
-  const Buffer<float> depth = splat_depth(device, splats, grid, params.footprint);
-  const Buffer<cl_int> owner = splat_owner(device, splats, depth, grid, params.footprint);
-  const auto owned = allocate<cl_int>(device, candidates.size());
-  launch(device, "visible.cl", "count_owned", {candidates.size()}, "", splats.values, owner, owned,
-         splats.count, splats.stride, nodes_of(grid), origin_of(grid),
-         cl_float2{{static_cast<float>(params.footprint), 1.0f}});
+  const auto owned = filled<cl_int>(device, candidates.size(), 0);
+  const Discs discs = outline(device, splats, grid, sphere_of(params.footprint), Drawn::front);
+  draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid, params.footprint),
+       grid, owned);
 
   const std::vector<cl_int> counts = download(device, owned);
   for (std::size_t k = 0; k < candidates.size(); ++k) {

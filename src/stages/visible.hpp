@@ -13,29 +13,30 @@ namespace meniscus {
 struct SplatParticles {
   Buffer<float> values;  // [6][stride] depth t, u, v, ku, kv, scale
   int count = 0, stride = 0;
+  double pixels = 0;  // that a particle's own radius spans, on average
 };
 
 /// Uploads the particles with the given indices (canonical order). Does not wait.
 SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices);
 
-/// The nearest sphere front at every node (paper 2.1): atomic minimum of t - bulge sqrt(1 - d^2).
+/// The nearest sphere front at every node (paper 2.1): the minimum of t - bulge sqrt(1 - d^2).
 ///
 ///   footprint  radius of the spheres, in particle radii
 ///   bulge      depth of the cap over the footprint: 1 is a sphere, 1/2 half as deep
 ///   behind     when given, only fronts deeper than behind + gap count (particle radii)
 ///
-/// Returns [ny*nx] depths in particle radii, kNoSurface where nothing is. Does not wait.
+/// Returns [ny*nx] depths in particle radii, kNoSurface where nothing is. Waits.
 Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                           double footprint, double bulge = 1, const Buffer<float>* behind = nullptr,
                           double gap = 0);
 
-/// The lowest index among the particles whose front is `depth` at each node, INT_MAX where there is
-/// none. `depth` is what splat_depth made of the same particles. Does not wait.
-Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles,
-                           const Buffer<float>& depth, const SampleGrid& grid, double footprint);
+/// The particle whose front is nearest at every node, the lowest index where several are;
+/// INT_MAX where there is none. Waits.
+Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                           double footprint);
 
-/// The farthest sphere back at every node, 0 where nothing is. Does not wait.
+/// The farthest sphere back at every node, 0 where nothing is. Waits.
 Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                         double footprint);
 

@@ -96,7 +96,7 @@ TEST_P(Visibility, OwnersHaveTheMapsDepthAndTheLowestIndex) {
   const Projected p = scattered(130, 7);
   const auto splats = upload_splats(device_, p, all_of(p));
   const auto depth = splat_depth(device_, splats, grid, 1.8);
-  const auto owner = download(device_, splat_owner(device_, splats, depth, grid, 1.8));
+  const auto owner = download(device_, splat_owner(device_, splats, grid, 1.8));
   const auto front = download(device_, depth);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
@@ -113,6 +113,79 @@ TEST_P(Visibility, OwnersHaveTheMapsDepthAndTheLowestIndex) {
       EXPECT_GE(front[node], f.low);
       EXPECT_LE(front[node], f.high);
     }
+}
+
+// What many particles show is, to the bit, the nearest of what each shows alone, and its owner the
+// first of the nearest: nothing that shows is ever left out, whatever it hides or is hidden by.
+TEST_P(Visibility, HiddenParticlesAreLeftOutExactly) {
+  struct Scene {
+    int count;
+    double least, most;  // pixels that a radius spans
+    bool level;          // particles on a lattice of places and depths: many equal fronts
+  };
+  const Scene scenes[] = {
+      {1, 5, 5, false},    {1, 300, 300, false}, {150, 1.5, 6, false}, {150, 0.2, 2, false},
+      {60, 20, 90, false}, {150, 2, 2, true},    {150, 7, 7, true},
+  };
+  for (const unsigned seed : {1u, 2u, 3u})
+    for (const Scene& scene : scenes)
+      for (const SampleGrid& grid : kGrids) {
+        Random random(seed);
+        Projected p;
+        for (int i = 0; i < scene.count; ++i) {
+          const auto next = [&](double low, double high) {
+            const double x = random(low, high);
+            return static_cast<float>(scene.level ? 4 * std::floor(x / 4) : x);
+          };
+          p.u.push_back(next(0, kWidth));
+          p.v.push_back(next(0, kHeight));
+          p.z.push_back(next(-40, -12));
+          p.ku.push_back(static_cast<float>(random(scene.least, scene.most)));
+          p.kv.push_back(scene.level ? p.ku.back() : 1.2f * p.ku.back());
+          p.scale.push_back(scene.level ? 1.0f : static_cast<float>(random(0.5, 1.5)));
+        }
+        p.x = p.y = p.u;  // not used
+        std::vector<float> nearest(grid.size(), kNoSurface), second = nearest;
+        std::vector<cl_int> owner(grid.size(), INT_MAX);
+        std::vector<std::vector<float>> alone;
+        for (const std::int32_t i : all_of(p)) {
+          alone.push_back(
+              download(device_, splat_depth(device_, upload_splats(device_, p, {i}), grid, 1.8)));
+          for (std::size_t k = 0; k < grid.size(); ++k)
+            if (alone.back()[k] < nearest[k]) {
+              nearest[k] = alone.back()[k];
+              owner[k] = i;
+            }
+        }
+        constexpr float kGap = 1.5f;
+        for (const auto& one : alone)
+          for (std::size_t k = 0; k < grid.size(); ++k)
+            if (one[k] > nearest[k] + kGap) second[k] = std::min(second[k], one[k]);
+        const auto splats = upload_splats(device_, p, all_of(p));
+        for (const int width : {1, 8}) {
+          use_width(width);
+          const auto depth = splat_depth(device_, splats, grid, 1.8);
+          EXPECT_EQ(download(device_, depth), nearest);
+          EXPECT_EQ(download(device_, splat_owner(device_, splats, grid, 1.8)), owner);
+          EXPECT_EQ(download(device_, splat_depth(device_, splats, grid, 1.8, 1, &depth, kGap)),
+                    second);
+        }
+      }
+}
+
+// A cap that bulges away from the camera: its front is the rim.
+TEST_P(Visibility, CapsMayBulgeBackwards) {
+  const SampleGrid grid = kGrids[0];
+  const Projected p = scattered(130, 9);
+  std::vector<float> nearest(grid.size(), kNoSurface);
+  for (const std::int32_t i : all_of(p)) {
+    const auto one =
+        download(device_, splat_depth(device_, upload_splats(device_, p, {i}), grid, 1.8, -0.5));
+    for (std::size_t k = 0; k < grid.size(); ++k) nearest[k] = std::min(nearest[k], one[k]);
+  }
+  EXPECT_EQ(download(device_,
+                     splat_depth(device_, upload_splats(device_, p, all_of(p)), grid, 1.8, -0.5)),
+            nearest);
 }
 
 TEST_P(Visibility, BacksMatchTheReference) {
@@ -178,6 +251,37 @@ TEST_P(Visibility, ALayerHidesTheOneBehindIt) {
   for (int j = 1; j < 7; ++j)
     for (int i = 1; i < 7; ++i)
       EXPECT_NEAR(visible.owned[static_cast<std::size_t>(8 * j + i)], exact, exact * 2 / rows);
+}
+
+TEST_P(Visibility, OwnedSharesCountTheOwnersNodes) {
+  const View view = lattice_view();
+  for (const unsigned seed : {11u, 12u}) {
+    Projected p = lattice(view, 20, 0);
+    Random random(seed);
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      p.u[i] += static_cast<float>(random(-9, 9));
+      p.z[i] -= static_cast<float>(random(0, 6));
+    }
+    // The grid of a median radius of 8 pixels: cells of 2.
+    const SampleGrid grid = node_grid(view, 2);
+    const auto owner =
+        download(device_, splat_owner(device_, upload_splats(device_, p, all_of(p)), grid, 1.8));
+    for (const int width : {1, 8}) {
+      use_width(width);
+      const Visible visible = find_visible(device_, view, p, all_of(p), {}, 0);
+      std::size_t next = 0;
+      for (std::int32_t i = 0; i < 64; ++i) {
+        const auto nodes = std::count(owner.begin(), owner.end(), i);
+        if (nodes == 0) continue;
+        ASSERT_LT(next, visible.index.size());
+        EXPECT_EQ(visible.index[next], i);
+        const double footprint = std::numbers::pi * 1.8 * 1.8 * 8 * 8 / (2 * 2);
+        EXPECT_EQ(visible.owned[next++],
+                  static_cast<float>(static_cast<double>(nodes) / footprint));
+      }
+      EXPECT_EQ(next, visible.index.size());
+    }
+  }
 }
 
 TEST_P(Visibility, WhatIsNotACandidateHidesNothing) {

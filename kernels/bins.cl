@@ -1,0 +1,86 @@
+// bins.cl: which particles may touch which bin of samples, so that one group of work-items owns a
+// bin and draws all of its particles without atomics. A bin is BIN x BIN samples.
+//
+// Most particles lie behind others. Each covers some small cells of samples wholly, and is there
+// nowhere deeper than one known depth: the nearest of these bounds the map in a cell, and the
+// deepest of a bin's cells bounds it in the bin. What lies wholly behind that is in no map.
+//
+// box: [4][stride] first and last sample of a particle along i, first and last along j, all
+// included; none where a last is below its first.
+
+#define BIN 8
+
+// The least bound of each cell of CELL x CELL samples. One work-item per particle.
+kernel void bound_cells(global const int* cover,      // [4][stride] first and last cell along i, j
+                        global const float* deepest,  // [stride] depth in these cells, at most
+                        global uint* cell,            // [cells] bits of the depth; +inf before
+                        const int n, const int stride, const int cells_x) {
+  const int p = get_global_id(0);
+  if (p >= n) return;  // the range is rounded up to whole work-groups
+  const int i0 = cover[p], i1 = cover[stride + p];
+  const int j0 = cover[2 * stride + p], j1 = cover[3 * stride + p];
+  const uint bits = as_uint(deepest[p]);
+  for (int j = j0; j <= j1; ++j)
+    for (int i = i0; i <= i1; ++i) atomic_min(cell + j * cells_x + i, bits);
+}
+
+// The deepest bound of a bin's cells. One work-item per bin.
+kernel void bound_bins(global const float* cell,  // [cells]
+                       global float* bound,       // [bins]
+                       const int2 cells,          // nx, ny
+                       const int2 bins,           // nx, ny
+                       const int side) {          // cells along a bin's side
+  const int i = get_global_id(0), j = get_global_id(1);
+  if (i >= bins.x || j >= bins.y) return;
+  float deepest = 0.0f;
+  for (int y = j * side; y < min((j + 1) * side, cells.y); ++y)
+    for (int x = i * side; x < min((i + 1) * side, cells.x); ++x)
+      deepest = fmax(deepest, cell[y * cells.x + x]);
+  bound[j * bins.x + i] = deepest;
+}
+
+// How many particles may show in each bin: those whose key is at most the bin's bound. A particle
+// that shows in none loses its box. One work-item per particle.
+kernel void count_bins(global int* box,            // [4][stride]
+                       global const float* key,    // [stride]
+                       global const float* bound,  // [bins]
+                       global int* count,          // [bins] 0 before
+                       const int n, const int stride, const int bins_x) {
+  const int p = get_global_id(0);
+  if (p >= n) return;
+  const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
+  if (i1 < i0 || j1 < j0) return;
+  const float own = key[p];
+  int shown = 0;
+  for (int j = j0 / BIN; j <= j1 / BIN; ++j)
+    for (int i = i0 / BIN; i <= i1 / BIN; ++i)
+      if (!(own > bound[j * bins_x + i])) {
+        atomic_inc(count + j * bins_x + i);
+        shown = 1;
+      }
+  if (!shown) box[stride + p] = i0 - 1;
+}
+
+// Lists them, in any order: a particle's index, and the part of its box that lies in the bin.
+// One work-item per particle.
+kernel void fill_bins(global const int* box, global const float* key, global const float* bound,
+                      global int* end,     // [bins] each bin's first entry before, its end
+                                           // after
+                      global int2* entry,  // [entries]
+                      const int n, const int stride, const int bins_x,
+                      const int2 range) {  // first bin and end of those to list
+  const int p = get_global_id(0);
+  if (p >= n) return;
+  const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
+  if (i1 < i0 || j1 < j0) return;
+  const float own = key[p];
+  for (int j = j0 / BIN; j <= j1 / BIN; ++j) {
+    const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
+    for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
+      const int bin = j * bins_x + i;
+      if (bin < range.x || bin >= range.y || own > bound[bin]) continue;
+      const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
+      entry[atomic_inc(end + bin)] = (int2)(p, columns | rows);
+    }
+  }
+}
