@@ -15,4 +15,10 @@ void add_devices_command(CLI::App& program);
 /// Adds `generate`: writes a breaking dam of any number of particles.
 void add_generate_command(CLI::App& program);
 
+/// Adds `bench` with what can be measured.
+void add_bench_command(CLI::App& program);
+
+/// Adds `frame` to `bench`: whole frames of all methods.
+void add_bench_frame_command(CLI::App& bench);
+
 }  // namespace meniscus::cli

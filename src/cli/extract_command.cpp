@@ -1,20 +1,17 @@
-#include <ImfThreading.h>
-
 #include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "cli/commands.hpp"
+#include "cli/options.hpp"
 #include "cli/report.hpp"
 #include "io/output_file.hpp"
 #include "io/writers.hpp"
@@ -47,8 +44,6 @@ struct ExtractOptions {
 
 // --- the command line ---------------------------------------------------------------------------
 
-CLI::ValidationError usage_error(const std::string& what) { return CLI::ValidationError(what); }
-
 Triple parse_triple(const std::string& name, const std::string& text) {
   Triple triple{};
   const char* at = text.data();
@@ -63,17 +58,6 @@ Triple parse_triple(const std::string& name, const std::string& text) {
     at = next + 1;
   }
   return triple;
-}
-
-std::array<int, 2> parse_size(const std::string& text) {
-  std::array<int, 2> size{};
-  const char* const end = text.data() + text.size();
-  const auto [x, width_error] = std::from_chars(text.data(), end, size[0]);
-  if (width_error == std::errc() && x != end && *x == 'x') {
-    const auto [rest, height_error] = std::from_chars(x + 1, end, size[1]);
-    if (height_error == std::errc() && rest == end && size[0] >= 1 && size[1] >= 1) return size;
-  }
-  throw usage_error("--size is " + text + ", must be WIDTHxHEIGHT in pixels, e.g. 1024x768");
 }
 
 template <class T>
@@ -176,17 +160,6 @@ void write_outputs(const ExtractOptions& options, const Surface& surface) {
 
 // --- the work
 // -------------------------------------------------------------------------------------
-
-/// PoCL reads its number of threads before the first OpenCL call.
-void use_threads(int threads) {
-  if (threads > 0) {
-    const std::string count = std::to_string(threads);
-    setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1);  // up to PoCL 3
-    setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);   // from PoCL 4 on
-  }
-  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
-  Imf::setGlobalThreadCount(threads > 0 ? threads : static_cast<int>(cores));
-}
 
 struct ChosenCamera {
   Camera camera;
@@ -339,15 +312,7 @@ void add_extract_command(CLI::App& program) {
       ->type_name("D");
   command.add_flag("--strict", o.parameters.strict,
                    "NaN and infinite coordinates are an error instead of being dropped");
-  command.add_option("--threads", o.threads, "processor threads (default: all)")
-      ->type_name("N")
-      ->check([](const std::string& text) {
-        int count = 0;
-        const char* const end = text.data() + text.size();
-        const auto [rest, error] = std::from_chars(text.data(), end, count);
-        const bool good = error == std::errc() && rest == end && count >= 1 && count <= 1024;
-        return good ? std::string() : "is " + text + ", must be 1 to 1024";
-      });
+  add_threads_option(command, o.threads);
   command.add_flag("--timings", o.timings, "print what each stage took, and counts");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
   command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);

@@ -1,11 +1,10 @@
 #include <bit>
-#include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
 
 #include "cli/commands.hpp"
+#include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "cli/report.hpp"
 #include "dam_break.hpp"
@@ -22,19 +21,6 @@ struct GenerateOptions {
   std::string output;
   bool quiet = false;
 };
-
-/// 1000000 or 1e6.
-std::int64_t parse_count(const std::string& text) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error == std::errc() && rest == end && value == std::trunc(value) &&
-      value >= DamBreak::kFewest && value <= DamBreak::kMost)
-    return static_cast<std::int64_t>(value);
-  throw CLI::ValidationError("--particles is " + text + ", must be a whole number from " +
-                             std::to_string(DamBreak::kFewest) + " to " +
-                             std::to_string(DamBreak::kMost));
-}
 
 void run_generate(const GenerateOptions& options) {
   if (!lower_case(options.output).ends_with(".ply"))
@@ -66,13 +52,13 @@ void run_generate(const GenerateOptions& options) {
 }  // namespace
 
 void add_generate_command(CLI::App& program) {
-  CLI::App& command = *program.add_subcommand(
-      "generate", "Make a breaking dam of any number of particles");
+  CLI::App& command =
+      *program.add_subcommand("generate", "Make a breaking dam of any number of particles");
   const auto options = std::make_shared<GenerateOptions>();
   GenerateOptions& o = *options;
   command
       .add_option_function<std::string>(
-          "--particles", [&o](const std::string& text) { o.particles = parse_count(text); },
+          "--particles", [&o](const std::string& text) { o.particles = parse_particles(text); },
           "how many, 10 to 1e9")
       ->required()
       ->type_name("N");

@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
   program.set_version_flag("--version", "meniscus " + meniscus::version());
   program.require_subcommand(1);
   meniscus::cli::add_extract_command(program);
+  meniscus::cli::add_bench_command(program);
   meniscus::cli::add_devices_command(program);
   meniscus::cli::add_generate_command(program);
   try {

@@ -20,6 +20,24 @@ std::string compiler_options(const cl::Device& device) {
 // Vector loads may reach past the last value by up to one vector of sixteen.
 constexpr std::size_t kPadding = 64 * 16;
 
+// Counts a buffer until the driver frees it, which may be after the Device is gone.
+struct CountedBytes {
+  std::shared_ptr<DeviceMemory> memory;
+  std::uint64_t bytes;
+};
+
+void CL_CALLBACK count_freed(cl_mem, void* counted) {
+  const std::unique_ptr<CountedBytes> freed(static_cast<CountedBytes*>(counted));
+  freed->memory->remove(freed->bytes);
+}
+
+void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffer& buffer,
+                          std::uint64_t bytes) {
+  auto counted = std::make_unique<CountedBytes>(CountedBytes{memory, bytes});
+  buffer.setDestructorCallback(count_freed, counted.get());
+  memory->add(counted.release()->bytes);
+}
+
 [[noreturn]] void fail(const Device::State& state, const std::string& call,
                        const cl::Error& error) {
   std::string what = call + " failed on \"" + state.info.name + "\"" +
@@ -49,6 +67,13 @@ std::string first_error(const std::string& log) {
 }
 
 }  // namespace
+
+void DeviceMemory::add(std::uint64_t bytes) {
+  const std::uint64_t now = now_ += bytes;
+  std::uint64_t peak = peak_;
+  while (now > peak && !peak_.compare_exchange_weak(peak, now)) {
+  }
+}
 
 std::string width_option(int width) { return "-D WIDTH=" + std::to_string(width); }
 
@@ -117,6 +142,7 @@ cl::Buffer Device::State::allocate_bytes(std::size_t bytes) {
     const cl_uint zero = 0;
     const std::size_t tail = bytes / 4 * 4;
     queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
+    count_while_it_lives(memory, buffer, padded);
     return buffer;
   } catch (const cl::Error& error) {
     fail(*this, "allocating " + std::to_string(bytes) + " bytes", error);

@@ -1,7 +1,10 @@
 // Buffers, launches and timings on an opened device. What stages use.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,12 +29,27 @@ struct Range {
   std::size_t group_x = 64, group_y = 1;
 };
 
+/// How much memory the buffers of a device take. Buffers tell it when they come and when the driver
+/// lets go of them, from whichever thread that happens on.
+class DeviceMemory {
+ public:
+  void add(std::uint64_t bytes);
+  void remove(std::uint64_t bytes) { now_ -= bytes; }
+
+  std::uint64_t now() const { return now_; }    // bytes
+  std::uint64_t peak() const { return peak_; }  // bytes, the most at a time so far
+
+ private:
+  std::atomic<std::uint64_t> now_{0}, peak_{0};
+};
+
 /// What an opened device holds. Everything here throws DeviceError, naming call and device.
 struct Device::State {
   DeviceInfo info;
   cl::Context context;
   cl::CommandQueue queue;
   int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
+  std::shared_ptr<DeviceMemory> memory = std::make_shared<DeviceMemory>();
 
   std::map<std::string, cl::Program> programs;            // by file and options
   std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options

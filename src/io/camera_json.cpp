@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "io/input_file.hpp"
+#include "io/readers.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
 
@@ -51,8 +52,7 @@ std::array<double, 16> read_matrix(const InputFile& file, const json& root, cons
 
 }  // namespace
 
-Camera read_camera(const std::string& path) {
-  const InputFile file = read_file(path);
+Camera camera_of(const InputFile& file) {
   json root;
   try {
     root = json::parse(file.bytes);
@@ -78,5 +78,7 @@ Camera read_camera(const std::string& path) {
   }
   return camera;
 }
+
+Camera read_camera(const std::string& path) { return camera_of(read_file(path)); }
 
 }  // namespace meniscus

@@ -10,6 +10,9 @@ namespace meniscus {
 /// read_particles of a file that is in memory: the format follows from its name.
 Particles particles_of(const InputFile& file, double particle_radius);
 
+/// read_camera of a file that is in memory.
+Camera camera_of(const InputFile& file);
+
 /// Stanford polygon file: ascii and both binary encodings; the element vertex holds the particles.
 Particles read_ply(const InputFile& file);
 

@@ -49,6 +49,8 @@ TEST_F(ProgramUsage, HelpFitsATerminal) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"--help"},
                                                 {"extract", "--help"},
                                                 {"devices", "--help"},
+                                                {"bench", "--help"},
+                                                {"bench", "frame", "--help"},
                                                 {"generate", "--help"}}) {
     std::istringstream lines(run(words).out);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
@@ -140,6 +142,17 @@ INSTANTIATE_TEST_SUITE_P(
                    extract_with({"--camera", "c.json", "--eye", "1,2,3", "--target", "0,0,0"}),
                    {"--camera", "--eye"}},
         WrongUsage{"Threads", extract_with({"--threads", "0"}), {"--threads", "1 to 1024"}},
+        WrongUsage{"BenchOfNothing", {"bench"}, {"subcommand"}},
+        WrongUsage{"BenchMethod",
+                   {"bench", "frame", "--method", "fit,magic"},
+                   {"--method", "magic", "fit, stable"}},
+        WrongUsage{"BenchParticles",
+                   {"bench", "frame", "--particles", "1e4,9"},
+                   {"--particles is 9", "from 10"}},
+        WrongUsage{"BenchSize", {"bench", "frame", "--size", "640x480,9"}, {"--size is 9"}},
+        WrongUsage{
+            "BenchInputAndSweep", {"bench", "frame", "in.ply", "--sweep"}, {"--sweep", "INPUT"}},
+        WrongUsage{"BenchInFlight", {"bench", "frame", "--in-flight", "0"}, {"--in-flight"}},
         WrongUsage{"QuietAndVerbose", extract_with({"-q", "-v"}), {"--quiet", "--verbose"}}),
     [](const auto& info) { return std::string(info.param.name); });
 

@@ -1,0 +1,59 @@
+#include "cli/options.hpp"
+
+#include <ImfThreading.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <thread>
+
+#include "dam_break.hpp"
+
+namespace meniscus::cli {
+
+std::array<int, 2> parse_size(const std::string& text) {
+  std::array<int, 2> size{};
+  const char* const end = text.data() + text.size();
+  const auto [x, width_error] = std::from_chars(text.data(), end, size[0]);
+  if (width_error == std::errc() && x != end && *x == 'x') {
+    const auto [rest, height_error] = std::from_chars(x + 1, end, size[1]);
+    if (height_error == std::errc() && rest == end && size[0] >= 1 && size[1] >= 1) return size;
+  }
+  throw usage_error("--size is " + text + ", must be WIDTHxHEIGHT in pixels, e.g. 1024x768");
+}
+
+std::int64_t parse_particles(const std::string& text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc() && rest == end && value == std::trunc(value) &&
+      value >= DamBreak::kFewest && value <= DamBreak::kMost)
+    return static_cast<std::int64_t>(value);
+  throw usage_error("--particles is " + text + ", must be a whole number from " +
+                    std::to_string(DamBreak::kFewest) + " to " + std::to_string(DamBreak::kMost));
+}
+
+void add_threads_option(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "processor threads (default: all)")
+      ->type_name("N")
+      ->check([](const std::string& text) {
+        int count = 0;
+        const char* const end = text.data() + text.size();
+        const auto [rest, error] = std::from_chars(text.data(), end, count);
+        const bool good = error == std::errc() && rest == end && count >= 1 && count <= 1024;
+        return good ? std::string() : "is " + text + ", must be 1 to 1024";
+      });
+}
+
+void use_threads(int threads) {
+  if (threads > 0) {
+    const std::string count = std::to_string(threads);
+    setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1);  // up to PoCL 3
+    setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);   // from PoCL 4 on
+  }
+  const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
+  Imf::setGlobalThreadCount(threads > 0 ? threads : static_cast<int>(cores));
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,29 @@
+// Options that several commands have.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdint>
+#include <string>
+
+namespace meniscus::cli {
+
+/// What a wrong value throws: one line and exit code 2.
+inline CLI::ValidationError usage_error(const std::string& what) {
+  return CLI::ValidationError(what);
+}
+
+/// "1024x768" -> {1024, 768}. Throws usage_error.
+std::array<int, 2> parse_size(const std::string& text);
+
+/// How many particles to generate: 1000000 or 1e6. Throws usage_error.
+std::int64_t parse_particles(const std::string& text);
+
+/// --threads N; 0 stands for all.
+void add_threads_option(CLI::App& command, int& threads);
+
+/// Limits PoCL and OpenEXR to so many processor threads; 0: all. Call it before the first OpenCL
+/// call: PoCL reads its number of threads then.
+void use_threads(int threads);
+
+}  // namespace meniscus::cli
