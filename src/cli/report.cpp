@@ -37,11 +37,11 @@ std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>&
 void print_timings(const std::vector<StageTime>& stages,
                    const std::vector<std::pair<std::string, std::int64_t>>& counts) {
   std::vector<StageTime> rows;  // one a stage, though some run several times
-  StageTime all{"all stages"};
+  StageTime all{"all stages", 0, 0, {}};
   for (const StageTime& stage : stages) {
     auto row = std::find_if(rows.begin(), rows.end(),
                             [&](const StageTime& r) { return r.stage == stage.stage; });
-    if (row == rows.end()) row = rows.insert(rows.end(), StageTime{stage.stage});
+    if (row == rows.end()) row = rows.insert(rows.end(), StageTime{stage.stage, 0, 0, {}});
     for (StageTime* sum : {&*row, &all}) {
       sum->host_ms += stage.host_ms;
       sum->device_ms += stage.device_ms;
