@@ -8,8 +8,6 @@
 // box: [4][stride] first and last sample of a particle along i, first and last along j, all
 // included; none where a last is below its first.
 
-#define BIN 8
-
 // The least bound of each cell of CELL x CELL samples. One work-item per particle.
 kernel void bound_cells(global const int* cover,      // [4][stride] first and last cell along i, j
                         global const float* deepest,  // [stride] depth in these cells, at most

@@ -20,6 +20,7 @@ typedef int intv;
 #define LANES ((floatv)(0.0f))
 #define SELECT(no, yes, test) ((test) ? (yes) : (no))
 #define ANY(test) (test)
+#define ALL(test) (test)
 #define TO_FLOATV(x) ((float)(x))
 #define AS_INTV(x) as_int(x)
 #define AS_FLOATV(x) as_float(x)
@@ -33,11 +34,22 @@ typedef JOIN(int, WIDTH) intv;
 #define STOREI(v, p) JOIN(vstore, WIDTH)((v), 0, (p))
 #define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f))
 #define SELECT(no, yes, test) select((no), (yes), (test))
-#define ANY(test) any(test)
+#define ANY(test) any_lane(test)
+#define ALL(test) all_lanes(test)
 #define TO_FLOATV(x) JOIN(convert_float, WIDTH)(x)
 #define AS_INTV(x) JOIN(as_int, WIDTH)(x)
 #define AS_FLOATV(x) JOIN(as_float, WIDTH)(x)
 #define TO_INTV(x) JOIN(convert_int, WIDTH)(x)
+
+// Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
+inline int any_lane(const intv test) {
+  const long2 pair = as_long2(test.lo | test.hi);
+  return (pair.x | pair.y) != 0;
+}
+inline int all_lanes(const intv test) {
+  const long2 pair = as_long2(test.lo & test.hi);
+  return (pair.x & pair.y) == -1;
+}
 #endif
 
 // exp(x) for x <= 0, the same bits on every device: 2^(x/ln 2) split into an integer part, set as
@@ -76,4 +88,102 @@ inline Ray ray_at(const float16 ray, const float u, const float v) {
   r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
   r.dy = ray.s9 + ray.sa * u + ray.sb * v;
   return r;
+}
+
+// The rays of samples, u and v in pixels: ray_at with vectors. a = D.D.
+typedef struct {
+  floatv ox, oy, dx, dy, a;
+} Rays;
+
+inline Rays rays_at(const float16 ray, const floatv u, const floatv v) {
+  Rays r;
+  r.ox = ray.s0 + ray.s1 * u + ray.s2 * v;
+  r.oy = ray.s3 + ray.s4 * u + ray.s5 * v;
+  r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
+  r.dy = ray.s9 + ray.sa * u + ray.sb * v;
+  r.a = r.dx * r.dx + r.dy * r.dy + 1.0f;
+  return r;
+}
+
+// Particles are drawn bin by bin (bins.cl): a bin is BIN x BIN samples, and a work-item draws ROWS
+// rows of WIDTH of them: all of a bin, or one sample of it.
+#define BIN 8
+#if WIDTH == 1
+#define ROWS 1
+#else
+#define ROWS BIN
+#endif
+
+// The part of a bin that a work-item draws.
+typedef struct {
+  int bin;
+  int begin, end;   // of the bin's entries
+  int i, j;         // first sample
+  int column, row;  // the same within the bin
+} Part;
+
+// range: the bins that are listed; end: see fill_bins. Beyond the range, a part without entries.
+inline Part part_of(global const int* end, const int2 range, const int bins_x) {
+  const int items = BIN * BIN / (WIDTH * ROWS);
+  const int id = get_global_id(0), item = id % items;
+  Part part;
+  part.bin = range.x + id / items;
+  part.begin = part.end = 0;
+  if (part.bin < range.y) {
+    part.begin = part.bin > range.x ? end[part.bin - 1] : 0;
+    part.end = end[part.bin];
+  }
+  part.column = items == 1 ? 0 : item % BIN;
+  part.row = items == 1 ? 0 : item / BIN;
+  part.i = part.bin % bins_x * BIN + part.column;
+  part.j = part.bin / bins_x * BIN + part.row;
+  return part;
+}
+
+// Stores the first `count` lanes, all of them if there are fewer.
+inline void store_lanes(const floatv value, global float* to, const int count) {
+  if (count >= WIDTH) {
+    STOREF(value, to);
+    return;
+  }
+  float lanes[WIDTH];
+  STOREF(value, lanes);
+  for (int lane = 0; lane < count; ++lane) to[lane] = lanes[lane];
+}
+
+// Stores the rows of a map that lie within the samples.
+inline void store_rows(const Part part, const floatv* map, global float* depth,
+                       const int2 samples) {
+  for (int row = 0; row < ROWS && part.j + row < samples.y; ++row)
+    store_lanes(map[row], depth + (part.j + row) * samples.x + part.i, samples.x - part.i);
+}
+
+// First and last of the samples, and of the cells of 1 << shift samples each, that lie wholly in
+// [low, high] of `count` samples in a row; cells at the far edge may have fewer samples. None where
+// last < first.
+inline intv first_within(const floatv low) {
+  return TO_INTV(ceil(clamp(low, (floatv)(0.0f), (floatv)(1e6f))));
+}
+inline intv last_within(const floatv high, const int count) {
+  const floatv limit = (floatv)(min(count - 1, 1000000));
+  return TO_INTV(floor(clamp(high, (floatv)(-1.0f), limit)));
+}
+inline intv first_cell(const floatv low, const int shift) {
+  return (first_within(low) + ((1 << shift) - 1)) >> shift;
+}
+inline intv last_cell(const floatv high, const int count, const int shift) {
+  const intv last = last_within(high, count);
+  return (SELECT(last + 1, last + (1 << shift), last == count - 1) >> shift) - 1;
+}
+// The first and the last sample of a cell.
+inline intv first_of(const intv cell, const int shift) { return cell << shift; }
+inline intv last_of(const intv cell, const int count, const int shift) {
+  return min(((cell + 1) << shift) - 1, (intv)(count - 1));
+}
+
+// Stores the values of WIDTH particles at place k of their records of eight.
+inline void store_record(const floatv value, global float* records, const int k) {
+  float lanes[WIDTH];
+  STOREF(value, lanes);
+  for (int lane = 0; lane < WIDTH; ++lane) records[8 * lane + k] = lanes[lane];
 }

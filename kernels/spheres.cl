@@ -1,101 +1,171 @@
 // spheres.cl: the particles' spheres, cast exactly: where the ray of each sample first meets one.
 // (visible.cl draws each sphere as a shifted ellipse, which moves fronts by up to the radius times
 // 1 - cos(angle from the camera's axis); what a filter smooths, and what `spheres` shows, should
-// not carry that.) Depths are positive floats, whose bits order like integers: atomic_min gives the
-// same map whatever the order of the particles. Where two are equally near, the lower index wins.
+// not carry that.) Where two spheres are equally near, the lower index wins.
 
-// A sphere: eye centre (x, y, -t) and radius, particle radii, and the samples it may cover, both
-// ends included. particles: [8][stride] x, y, t, radius; pixels u, v and half extents on the
-// screen.
-typedef struct {
-  float x, y, t, radius;
-  int i0, i1, j0, j1;
-} Sphere;
+// A ray (o + t d, -t) enters the sphere of radius R around (x, y, -t_c) at
+//   t = t_c - (b + sqrt(b^2 - a c)) / a,  a = D.D, b = q.d, c = q.q - R^2, D = (dx, dy, -1),
+// q = o + t_c d - (x, y): its offset from the centre at the centre's depth.
 
-inline Sphere load_sphere(global const float* particles, const int p, const int stride,
-                          const int2 samples, const float2 grid) {
-  Sphere s;
-  s.x = particles[p];
-  s.y = particles[stride + p];
-  s.t = particles[2 * stride + p];
-  s.radius = particles[3 * stride + p];
-  const float u = particles[4 * stride + p], v = particles[5 * stride + p];
-  const float hu = particles[6 * stride + p], hv = particles[7 * stride + p];
-  s.i0 = max(0, (int)ceil(clamp((u - hu - grid.x) / grid.y, -1.0f, 1e6f)));
-  s.i1 = min(samples.x - 1, (int)floor(clamp((u + hu - grid.x) / grid.y, -1.0f, 1e6f)));
-  s.j0 = max(0, (int)ceil(clamp((v - hv - grid.x) / grid.y, -1.0f, 1e6f)));
-  s.j1 = min(samples.y - 1, (int)floor(clamp((v + hv - grid.x) / grid.y, -1.0f, 1e6f)));
-  return s;
-}
+// What the spheres may cover and what they hide (bins.cl). One work-item per WIDTH particles of
+// `stride`.
+//
+// Rounding: with e = 2^-24, O and D the largest sums of the terms of |ox| + |oy| and |dx| + |dy|
+// on the screen, and A = 1 + D^2, a ray's q is off by at most
+//   off = 6 e (O + (t + R) D + |x| + |y| + 4 R).
+// Where a ray meets the sphere, |q| <= R sqrt(A), hence b is off by at most 2 sqrt(A) off, the
+// discriminant by E = 7 R A^2 off, and the depth by slack = 3 A off + sqrt(E).
+// The rays that enter a sphere at a depth of at most T are those through a convex body, the part of
+// the ball up to T: over a rectangle of the screen the entry is deepest at a corner. Where the
+// corners' discriminants exceed 3 E, every ray of the rectangle hits, in floats as well.
+kernel void outline_spheres(global const float* particles,  // [8][stride] eye x, y, depth, radius,
+                                                            // particle radii; pixels u, v and half
+                                                            // extents on the screen
+                            global float* sphere,           // [stride][8] x, y, t, R^2
+                            global int* box, global float* key, global int* cover,
+                            global float* deepest, const int stride, const int2 samples,
+                            const float2 grid,  // first sample and step, pixels
+                            const float16 rays,
+                            const float2 largest,  // O, particle radii; D
+                            const int shift) {     // a cell's side is 1 << shift samples
+  const int p = get_global_id(0) * WIDTH;
+  if (p >= stride) return;  // the range is rounded up to whole work-groups
+  global const float* here = particles + p;
+  const floatv x = LOADF(here), y = LOADF(here + stride), t = LOADF(here + 2 * stride);
+  const floatv radius = LOADF(here + 3 * stride);
+  const floatv u = LOADF(here + 4 * stride) - grid.x, v = LOADF(here + 5 * stride) - grid.x;
+  const floatv hu = LOADF(here + 6 * stride), hv = LOADF(here + 7 * stride);
+  const float inverse = 1.0f / grid.y;
+  STOREI(first_within((u - hu) * inverse), box + p);
+  STOREI(last_within((u + hu) * inverse, samples.x), box + stride + p);
+  STOREI(first_within((v - hv) * inverse), box + 2 * stride + p);
+  STOREI(last_within((v + hv) * inverse, samples.y), box + 3 * stride + p);
 
-// Depth at which a ray enters the sphere, or -1: with t' = t - centre's depth, X - c = q + t' D,
-// D = (dx, dy, -1), and q the ray's offset from the centre at the centre's depth.
-inline float entry(const Sphere s, const Ray r) {
-  const float qx = r.ox + s.t * r.dx - s.x, qy = r.oy + s.t * r.dy - s.y;
-  const float a = r.dx * r.dx + r.dy * r.dy + 1.0f;
-  const float b = qx * r.dx + qy * r.dy;
-  const float c = qx * qx + qy * qy - s.radius * s.radius;
-  const float discriminant = b * b - a * c;
-  return discriminant < 0.0f ? -1.0f : fmax(s.t - (b + sqrt(discriminant)) / a, 1e-6f);
-}
+  const float steepest = 1.0f + largest.y * largest.y;
+  const floatv off =
+      3.6e-7f * (largest.x + (t + radius) * largest.y + fabs(x) + fabs(y) + 4.0f * radius);
+  const floatv doubt = 7.0f * radius * steepest * steepest * off;
+  const floatv slack = 3.0f * steepest * off + sqrt(doubt);
+  const floatv nearest = t - radius - slack;
+  STOREF(fmax(nearest, (floatv)(1e-6f)), key + p);
+  global float* record = sphere + 8 * p;
+  store_record(x, record, 0);
+  store_record(y, record, 1);
+  store_record(t, record, 2);
+  store_record(radius * radius, record, 3);
 
-// The nearest entry at every sample. One work-item per particle.
-kernel void cast_spheres(global const float* particles,  // [8][stride]
-                         global uint* depth,             // [ny*nx] bits of the depth; +inf before
-                         const int n, const int stride, const int2 samples,
-                         const float2 grid,  // first sample and step, pixels
-                         const float16 rays) {
-  const int p = get_global_id(0);
-  if (p >= n) return;
-  const Sphere s = load_sphere(particles, p, stride, samples, grid);
-  for (int j = s.j0; j <= s.j1; ++j)
-    for (int i = s.i0; i <= s.i1; ++i) {
-      const float t =
-          entry(s, ray_at(rays, grid.x + grid.y * (float)i, grid.x + grid.y * (float)j));
-      if (t > 0.0f) atomic_min(depth + j * samples.x + i, as_uint(t));
-    }
-}
-
-// The lowest index among the spheres that are met at the map's depth.
-kernel void find_sphere(global const float* particles, global const uint* depth,
-                        global int* owner,  // [ny*nx] INT_MAX before
-                        const int n, const int stride, const int2 samples, const float2 grid,
-                        const float16 rays) {
-  const int p = get_global_id(0);
-  if (p >= n) return;
-  const Sphere s = load_sphere(particles, p, stride, samples, grid);
-  for (int j = s.j0; j <= s.j1; ++j)
-    for (int i = s.i0; i <= s.i1; ++i) {
-      const float t =
-          entry(s, ray_at(rays, grid.x + grid.y * (float)i, grid.x + grid.y * (float)j));
-      const int here = j * samples.x + i;
-      if (t > 0.0f && as_uint(t) == depth[here]) atomic_min(owner + here, p);
-    }
-}
-
-// (X - c) / radius at every sample that meets a sphere. One work-item per sample.
-kernel void sphere_normals(global const float* particles, global const float* depth,
-                           global const int* owner,
-                           global float* normal,  // [3][ny*nx] unit, eye axes; zero: no surface
-                           const int stride, const int2 samples, const float2 grid,
-                           const float16 rays) {
-  const int i = get_global_id(0), j = get_global_id(1);
-  if (i >= samples.x || j >= samples.y) return;  // the range is rounded up to whole work-groups
-  const int here = j * samples.x + i, size = samples.x * samples.y;
-  const float t = depth[here];
-  float x = 0.0f, y = 0.0f, z = 0.0f;
-  if (t < INFINITY) {
-    const int p = owner[here];
-    const Ray r = ray_at(rays, grid.x + grid.y * (float)i, grid.x + grid.y * (float)j);
-    x = r.ox + t * r.dx - particles[p];
-    y = r.oy + t * r.dy - particles[stride + p];
-    z = particles[2 * stride + p] - t;
-    const float length = sqrt(x * x + y * y + z * z);
-    x /= length;
-    y /= length;
-    z /= length;
+  const intv i0 = first_cell((u - 0.6f * hu) * inverse, shift);
+  const intv i1 = last_cell((u + 0.6f * hu) * inverse, samples.x, shift);
+  const intv j0 = first_cell((v - 0.6f * hv) * inverse, shift);
+  const intv j1 = last_cell((v + 0.6f * hv) * inverse, samples.y, shift);
+  intv covers = nearest > 0.0f;
+  floatv corner = (floatv)(0.0f);
+  for (int k = 0; k < 4; ++k) {
+    const intv i = k & 1 ? last_of(i1, samples.x, shift) : first_of(i0, shift);
+    const intv j = k & 2 ? last_of(j1, samples.y, shift) : first_of(j0, shift);
+    const Rays r = rays_at(rays, grid.x + grid.y * TO_FLOATV(i), grid.x + grid.y * TO_FLOATV(j));
+    const floatv qx = r.ox + t * r.dx - x, qy = r.oy + t * r.dy - y;
+    const floatv b = qx * r.dx + qy * r.dy;
+    const floatv discriminant = b * b - r.a * (qx * qx + qy * qy - radius * radius);
+    covers = covers & (discriminant > 3.0f * doubt);
+    corner = fmax(corner, t - (b + sqrt(fmax(discriminant, (floatv)(0.0f)))) / r.a);
   }
-  normal[here] = x;
-  normal[size + here] = y;
-  normal[2 * size + here] = z;
+  STOREI(i0, cover + p);
+  STOREI(SELECT(i0 - 1, i1, covers), cover + stride + p);
+  STOREI(j0, cover + 2 * stride + p);
+  STOREI(j1, cover + 3 * stride + p);
+  STOREF(fmax(corner + 2.0f * slack, (floatv)(1e-6f)), deepest + p);
+}
+
+// Draws the spheres of a bin into a private map, with `owned` its owners as well.
+inline void draw_spheres(const Part part, global const float* sphere, global const int2* entry,
+                         Rays* rays, floatv* map, intv* owner, const float2 grid, const float16 ray,
+                         const int owned) {
+  const intv column = TO_INTV(LANES) + part.column;
+  const floatv u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  for (int row = 0; row < ROWS; ++row) {
+    rays[row] = rays_at(ray, u, (floatv)(grid.x + grid.y * (float)(part.j + row)));
+    map[row] = (floatv)(INFINITY);
+    if (owned) owner[row] = (intv)(INT_MAX);
+  }
+  for (int e = part.begin; e < part.end; ++e) {
+    const int p = entry[e].x, packed = entry[e].y;
+    const int j0 = max(packed >> 8 & 15, part.row),
+              j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
+    const float8 s = vload8(p, sphere);
+    const intv inside = (column >= (packed & 15)) & (column <= (packed >> 4 & 15));
+    for (int j = j0; j <= j1; ++j) {
+      const int row = j - part.row;
+      const Rays r = rays[row];
+      const floatv qx = r.ox + s.s2 * r.dx - s.s0, qy = r.oy + s.s2 * r.dy - s.s1;
+      const floatv b = qx * r.dx + qy * r.dy;
+      const floatv c = qx * qx + qy * qy - s.s3;
+      const floatv discriminant = b * b - r.a * c;
+      if (!ANY(discriminant >= 0.0f)) continue;
+      // NaN beside the sphere, where no comparison holds.
+      floatv depth = s.s2 - (b + sqrt(discriminant)) / r.a;
+      depth = SELECT(depth, (floatv)(1e-6f), depth < 1e-6f);
+      intv better = depth < map[row];
+      if (owned) better = better | ((depth == map[row]) & (p < owner[row]));
+      better = better & inside;
+      map[row] = SELECT(map[row], depth, better);
+      if (owned) owner[row] = SELECT(owner[row], (intv)(p), better);
+    }
+  }
+}
+
+// The nearest entry at every sample of the listed bins; INFINITY where there is none.
+// The range of this kernel and the next: BIN * BIN / (WIDTH * ROWS) work-items a bin.
+kernel void cast_spheres(global const float* sphere,  // [stride][8] see outline_spheres
+                         global const int* end,       // [bins] see fill_bins
+                         global const int2* entry,    // [entries]
+                         global float* depth,         // [ny*nx] particle radii
+                         const int2 range,            // the bins that are listed
+                         const int bins_x, const int2 samples, const float2 grid,
+                         const float16 ray) {
+  const Part part = part_of(end, range, bins_x);
+  if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
+  Rays rays[ROWS];
+  floatv map[ROWS];
+  draw_spheres(part, sphere, entry, rays, map, 0, grid, ray, 0);
+  store_rows(part, map, depth, samples);
+}
+
+// (X - c) / radius at every sample that meets a sphere.
+kernel void sphere_normals(global const float* sphere, global const int* end,
+                           global const int2* entry,
+                           global float* normal,  // [3][ny*nx] unit, eye axes; zero: no surface
+                           const int2 range, const int bins_x, const int2 samples,
+                           const float2 grid, const float16 ray) {
+  const Part part = part_of(end, range, bins_x);
+  if (part.bin >= range.y) return;
+  Rays rays[ROWS];
+  floatv map[ROWS];
+  intv owner[ROWS];
+  draw_spheres(part, sphere, entry, rays, map, owner, grid, ray, 1);
+  floatv nx[ROWS], ny[ROWS], nz[ROWS];
+  for (int row = 0; row < ROWS; ++row) {
+    int own[WIDTH];
+    float cx[WIDTH], cy[WIDTH], ct[WIDTH];
+    STOREI(owner[row], own);
+    for (int lane = 0; lane < WIDTH; ++lane) {
+      const int p = own[lane] == INT_MAX ? 0 : own[lane];
+      cx[lane] = sphere[8 * p];
+      cy[lane] = sphere[8 * p + 1];
+      ct[lane] = sphere[8 * p + 2];
+    }
+    const intv none = owner[row] == INT_MAX;
+    const floatv t = SELECT(map[row], (floatv)(1.0f), none);
+    const floatv x = rays[row].ox + t * rays[row].dx - LOADF(cx);
+    const floatv y = rays[row].oy + t * rays[row].dy - LOADF(cy);
+    const floatv z = LOADF(ct) - t;
+    const floatv length = sqrt(x * x + y * y + z * z);
+    nx[row] = SELECT(x / length, (floatv)(0.0f), none);
+    ny[row] = SELECT(y / length, (floatv)(0.0f), none);
+    nz[row] = SELECT(z / length, (floatv)(0.0f), none);
+  }
+  const int size = samples.x * samples.y;
+  store_rows(part, nx, normal, samples);
+  store_rows(part, ny, normal + size, samples);
+  store_rows(part, nz, normal + 2 * size, samples);
 }

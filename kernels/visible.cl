@@ -9,96 +9,80 @@
 // nodes of a rectangle, none has a deeper computed front than the largest |du| and |dv| among them
 // give, and none a nearer one than the centre. Bounds made so hold to the last bit.
 
-#define BIN 8
-// A work-item draws ROWS rows of WIDTH nodes: all of a bin, or one node of it.
-#if WIDTH == 1
-#define ROWS 1
-#else
-#define ROWS BIN
-#endif
-
 // What is drawn: the nearest fronts, those behind a map, or the farthest backs.
 #define FRONT 0
 #define BEHIND 1
 #define BACK 2
 
-// The record of a particle: t, u, v, 1 / half axes, bulge.
-inline float nearest_front(const float t, const float bulge) {
-  return fmax(fmin(t - bulge, t), 1e-6f);
-}
-
-// What the particles may cover. One work-item per particle; the range is `stride` exactly, so that
-// there is no test and the compiler can use vectors.
+// What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
-                          global float* disc,             // [stride][8] records, two unused
-                          global int* box,                // [4][stride] see bins.cl
-                          global float* key,  // [stride] FRONT: nearest depth; BEHIND: the least
-                                              // negative depth; BACK: none is left out
+                          global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, 0, 0
+                          global int* box,     // [4][stride] see bins.cl
+                          global float* key,   // [stride] FRONT: nearest depth; BEHIND: the least
+                                               // negative depth; BACK: none is left out
                           const int stride,
                           const int2 nodes,     // nx, ny
                           const float2 origin,  // first node's coordinate, 1 / step; pixels
                           const float2 sphere,  // footprint; bulge over footprint
                           const int drawn) {
-  const int p = get_global_id(0);
-  const float t = particles[p];
-  const float u = particles[stride + p], v = particles[2 * stride + p];
-  const float ru = sphere.x * particles[3 * stride + p];
-  const float rv = sphere.x * particles[4 * stride + p];
-  const float bulge = sphere.x * sphere.y * particles[5 * stride + p];
-  box[p] = max(0, (int)ceil(clamp((u - ru - origin.x) * origin.y, -1.0f, 1e6f)));
-  box[stride + p] =
-      min(nodes.x - 1, (int)floor(clamp((u + ru - origin.x) * origin.y, -1.0f, 1e6f)));
-  box[2 * stride + p] = max(0, (int)ceil(clamp((v - rv - origin.x) * origin.y, -1.0f, 1e6f)));
-  box[3 * stride + p] =
-      min(nodes.y - 1, (int)floor(clamp((v + rv - origin.x) * origin.y, -1.0f, 1e6f)));
-  key[p] = drawn == FRONT    ? nearest_front(t, bulge)
-           : drawn == BEHIND ? -fmax(t - fmin(bulge, 0.0f), 1e-6f)
-                             : -INFINITY;
+  const int p = get_global_id(0) * WIDTH;
+  if (p >= stride) return;  // the range is rounded up to whole work-groups
+  global const float* here = particles + p;
+  const floatv t = LOADF(here), u = LOADF(here + stride), v = LOADF(here + 2 * stride);
+  const floatv ru = sphere.x * LOADF(here + 3 * stride);
+  const floatv rv = sphere.x * LOADF(here + 4 * stride);
+  const floatv bulge = sphere.x * sphere.y * LOADF(here + 5 * stride);
+  STOREI(first_within((u - ru - origin.x) * origin.y), box + p);
+  STOREI(last_within((u + ru - origin.x) * origin.y, nodes.x), box + stride + p);
+  STOREI(first_within((v - rv - origin.x) * origin.y), box + 2 * stride + p);
+  STOREI(last_within((v + rv - origin.x) * origin.y, nodes.y), box + 3 * stride + p);
+  floatv bound = (floatv)(-INFINITY);
+  if (drawn == FRONT) bound = fmax(fmin(t - bulge, t), (floatv)(1e-6f));
+  if (drawn == BEHIND) bound = -fmax(fmax(t - bulge, t), (floatv)(1e-6f));
+  STOREF(bound, key + p);
   global float* record = disc + 8 * p;
-  record[0] = t;
-  record[1] = u;
-  record[2] = v;
-  record[3] = 1.0f / ru;
-  record[4] = 1.0f / rv;
-  record[5] = bulge;
+  store_record(t, record, 0);
+  store_record(u, record, 1);
+  store_record(v, record, 2);
+  store_record(1.0f / ru, record, 3);
+  store_record(1.0f / rv, record, 4);
+  store_record(bulge, record, 5);
 }
 
-// The cells inside the rectangle that the disc holds, and the deepest front
-// there. Half sides of 0.6 half axes: the front at the corners is 0.53 bulges before the centre.
-// Like outline_discs.
-kernel void cover_discs(global const float* disc,
+// The cells inside the rectangle that the disc holds, and the deepest front there. Half sides of
+// 0.6 half axes: the front at the corners is 0.53 bulges before the centre. Like outline_discs.
+kernel void cover_discs(global const float* particles,
                         global int* cover,      // [4][stride] see bins.cl
                         global float* deepest,  // [stride]
                         const int stride, const int2 nodes, const float2 origin, const float step,
+                        const float2 sphere,
                         const int shift) {  // a cell's side is 1 << shift nodes
-  const int p = get_global_id(0);
-  const float t = disc[8 * p], u = disc[8 * p + 1], v = disc[8 * p + 2];
-  const float inverse_u = disc[8 * p + 3], inverse_v = disc[8 * p + 4], bulge = disc[8 * p + 5];
-  const float half_u = 0.6f / inverse_u, half_v = 0.6f / inverse_v;
-  const float2 last = (float2)(nodes.x - 1, nodes.y - 1);
-  const int i0 = (int)ceil(clamp((u - half_u - origin.x) * origin.y, 0.0f, 1e6f));
-  const int i1 = (int)floor(clamp((u + half_u - origin.x) * origin.y, -1.0f, last.x));
-  const int j0 = (int)ceil(clamp((v - half_v - origin.x) * origin.y, 0.0f, 1e6f));
-  const int j1 = (int)floor(clamp((v + half_v - origin.x) * origin.y, -1.0f, last.y));
-  // Whole cells; those at the far edges have fewer nodes.
-  const int beyond = (1 << shift) - 1;
-  const int a0 = (i0 + beyond) >> shift, b0 = (j0 + beyond) >> shift;
-  const int a1 = ((i1 == nodes.x - 1 ? i1 + beyond + 1 : i1 + 1) >> shift) - 1;
-  const int b1 = ((j1 == nodes.y - 1 ? j1 + beyond + 1 : j1 + 1) >> shift) - 1;
-  const float first_u = origin.x + step * (float)(a0 << shift);
-  const float last_u = origin.x + step * (float)min((a1 << shift) + beyond, nodes.x - 1);
-  const float first_v = origin.x + step * (float)(b0 << shift);
-  const float last_v = origin.x + step * (float)min((b1 << shift) + beyond, nodes.y - 1);
-  const float du = fmax(fabs((first_u - u) * inverse_u), fabs((last_u - u) * inverse_u));
-  const float dv = fmax(fabs((first_v - v) * inverse_v), fabs((last_v - v) * inverse_v));
-  const float q = 1.0f - (du * du + dv * dv);
-  const int covers = (a0 <= a1) & (b0 <= b1) & (q >= 0.0f);
-  cover[p] = a0;
-  cover[stride + p] = covers ? a1 : a0 - 1;
-  cover[2 * stride + p] = b0;
-  cover[3 * stride + p] = b1;
-  const float rim = t - bulge * sqrt(fmax(q, 0.0f));
-  deepest[p] = fmax(fmax(rim, t - bulge), 1e-6f);
+  const int p = get_global_id(0) * WIDTH;
+  if (p >= stride) return;
+  global const float* here = particles + p;
+  const floatv t = LOADF(here), u = LOADF(here + stride), v = LOADF(here + 2 * stride);
+  const floatv ru = sphere.x * LOADF(here + 3 * stride);
+  const floatv rv = sphere.x * LOADF(here + 4 * stride);
+  const floatv bulge = sphere.x * sphere.y * LOADF(here + 5 * stride);
+  const intv i0 = first_cell((u - 0.6f * ru - origin.x) * origin.y, shift);
+  const intv i1 = last_cell((u + 0.6f * ru - origin.x) * origin.y, nodes.x, shift);
+  const intv j0 = first_cell((v - 0.6f * rv - origin.x) * origin.y, shift);
+  const intv j1 = last_cell((v + 0.6f * rv - origin.x) * origin.y, nodes.y, shift);
+  const floatv left = origin.x + step * TO_FLOATV(first_of(i0, shift));
+  const floatv right = origin.x + step * TO_FLOATV(last_of(i1, nodes.x, shift));
+  const floatv above = origin.x + step * TO_FLOATV(first_of(j0, shift));
+  const floatv below = origin.x + step * TO_FLOATV(last_of(j1, nodes.y, shift));
+  // As draw_discs computes them.
+  const floatv inverse_u = 1.0f / ru, inverse_v = 1.0f / rv;
+  const floatv du = fmax(fabs((left - u) * inverse_u), fabs((right - u) * inverse_u));
+  const floatv dv = fmax(fabs((above - v) * inverse_v), fabs((below - v) * inverse_v));
+  const floatv q = 1.0f - (du * du + dv * dv);
+  STOREI(i0, cover + p);
+  STOREI(SELECT(i0 - 1, i1, q >= 0.0f), cover + stride + p);
+  STOREI(j0, cover + 2 * stride + p);
+  STOREI(j1, cover + 3 * stride + p);
+  const floatv rim = t - bulge * sqrt(fmax(q, (floatv)(0.0f)));
+  STOREF(fmax(fmax(rim, t - bulge), (floatv)(1e-6f)), deepest + p);
 }
 
 // For BEHIND: minus the least depth that a bin's fronts must exceed, so that a particle whose
@@ -121,31 +105,6 @@ kernel void bound_behind(global const float* behind,  // [ny*nx] depth, particle
   STOREF(least, lanes);
   for (int lane = 1; lane < WIDTH; ++lane) lanes[0] = fmin(lanes[0], lanes[lane]);
   bound[j * bins.x + i] = -lanes[0];
-}
-
-// The part of a bin that a work-item draws.
-typedef struct {
-  int begin, end;   // of the bin's entries
-  int i, j;         // first node
-  int column, row;  // the same within the bin
-  int bin;
-} Part;
-
-inline Part part_of(global const int* end, const int2 range, const int bins_x) {
-  const int items = BIN * BIN / (WIDTH * ROWS);
-  const int id = get_global_id(0), bin = range.x + id / items, item = id % items;
-  Part part;
-  part.bin = bin;
-  part.begin = part.end = 0;
-  if (bin < range.y) {
-    part.begin = bin > range.x ? end[bin - 1] : 0;
-    part.end = end[bin];
-  }
-  part.column = items == 1 ? 0 : item % BIN;
-  part.row = items == 1 ? 0 : item / BIN;
-  part.i = bin % bins_x * BIN + part.column;
-  part.j = bin / bins_x * BIN + part.row;
-  return part;
 }
 
 // Draws the discs of a bin into a private map. BACK: the backs' negative depths, whose nearest is
@@ -176,21 +135,6 @@ inline void draw_discs(const Part part, global const float* disc, global const i
         better = better & (front > LOADF(behind + (part.j + row) * nodes.x + part.i) + gap);
       map[row] = SELECT(map[row], front, better);
       if (owned) owner[row] = SELECT(owner[row], (intv)(p), better);
-    }
-  }
-}
-
-// Stores the rows of a map that lie within the nodes.
-inline void store_rows(const Part part, const floatv* map, global float* depth, const int2 nodes) {
-  for (int row = 0; row < ROWS; ++row) {
-    global float* here = depth + (part.j + row) * nodes.x + part.i;
-    if (part.j + row >= nodes.y) return;
-    if (part.i + WIDTH <= nodes.x) {
-      STOREF(map[row], here);
-    } else {
-      float lanes[WIDTH];
-      STOREF(map[row], lanes);
-      for (int lane = 0; part.i + lane < nodes.x; ++lane) here[lane] = lanes[lane];
     }
   }
 }

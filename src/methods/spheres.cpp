@@ -11,7 +11,7 @@ Extraction run_spheres(Device& device, const View& view, const WorldParticles& p
       device, view, particles, params, timings, params.spheres.footprint, params.grid.z_max,
       [&](const DeviceSpheres& spheres, const SampleGrid& grid) {
         const auto depth = cast_spheres(device, view, spheres, grid);
-        return DepthAndNormals{depth, sphere_normals(device, view, spheres, depth, grid)};
+        return DepthAndNormals{depth, sphere_normals(device, view, spheres, grid)};
       });
 }
 

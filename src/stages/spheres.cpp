@@ -3,6 +3,7 @@
 #include <climits>
 #include <cmath>
 
+#include "stages/bins.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -19,46 +20,77 @@ double half_extent(const std::array<double, 4>& row, const std::array<double, 4>
   return nearest > 0 ? std::min(radius * length(along) / nearest, kWholeScreen) : kWholeScreen;
 }
 
+// Draws all bins with a kernel of spheres.cl.
+void draw(Device& device, const std::string& kernel, const View& view, const DeviceSpheres& spheres,
+          const SampleGrid& grid, const Buffer<float>& result) {
+  const std::size_t stride = static_cast<std::size_t>(spheres.stride);
+  const int width = device.state().vector_width;
+  const std::string options = width_option(width);
+  const cl_int2 samples{{grid.nx, grid.ny}};
+  const cl_float2 lattice{{grid.first, grid.step}};
+  const cl_float16 rays = kernel_rays(view);
+  // The largest sums of the terms of |ox| + |oy| and of |dx| + |dy| at a sample.
+  const double last_u = grid.first + double{grid.step} * (grid.nx - 1);
+  const double last_v = grid.first + double{grid.step} * (grid.ny - 1);
+  const auto terms = [&](std::size_t k) {
+    return std::abs(view.ray[k]) + std::abs(view.ray[k + 1]) * last_u +
+           std::abs(view.ray[k + 2]) * last_v;
+  };
+  const cl_float2 largest{
+      {static_cast<float>(terms(0) + terms(3)), static_cast<float>(terms(6) + terms(9))}};
+
+  const auto records = allocate<float>(device, 8 * stride);
+  const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                          spheres.count, spheres.stride};
+  const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                      spheres.count, spheres.stride};
+  const int shift = cover_shift(spheres.pixels / grid.step);
+  launch(device, "spheres.cl", "outline_spheres", {stride / static_cast<std::size_t>(width)},
+         options, spheres.values, records, outlines.box, outlines.key, covers.cells, covers.deepest,
+         spheres.stride, samples, lattice, rays, largest, shift);
+  draw_bins(device, outlines, bound_bins(device, covers, grid, shift), grid,
+            [&](const BinLists& lists) {
+              launch(device, "spheres.cl", kernel, bin_items(lists, width), options, records,
+                     lists.end, lists.entry, result, cl_int2{{lists.first, lists.last}},
+                     bins_of(grid).nx, samples, lattice, rays);
+            });
+}
+
 }  // namespace
 
 DeviceSpheres upload_spheres(Device& device, const View& view, const Projected& particles,
                              double footprint) {
   const std::size_t n = particles.size(), stride = (n + 63) / 64 * 64;
   std::vector<float> values(8 * stride, 0.0f);
+  double pixels = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const double radius = footprint * particles.scale[k];
     const PixelPosition at = project(view, particles.eye(k));
     // A hundredth of a pixel for what the kernel rounds.
     const double hu = half_extent(view.u_row, view.w_row, at.u, at.w, radius) + 0.01;
     const double hv = half_extent(view.v_row, view.w_row, at.v, at.w, radius) + 0.01;
+    pixels += std::min(hu, hv);
     const double row[8] = {
         particles.x[k], particles.y[k], -particles.z[k], radius, at.u, at.v, hu, hv};
     for (std::size_t r = 0; r < 8; ++r) values[r * stride + k] = static_cast<float>(row[r]);
   }
-  return {upload(device, values), static_cast<int>(n), static_cast<int>(stride)};
+  return {upload(device, values), static_cast<int>(n), static_cast<int>(stride),
+          n > 0 ? pixels / static_cast<double>(n) : 0};
 }
 
 Buffer<float> cast_spheres(Device& device, const View& view, const DeviceSpheres& spheres,
                            const SampleGrid& grid) {
-  const auto depth = filled<float>(device, grid.size(), kNoSurface);
-  launch(device, "spheres.cl", "cast_spheres", {static_cast<std::size_t>(spheres.count)}, "",
-         spheres.values, depth, spheres.count, spheres.stride, cl_int2{{grid.nx, grid.ny}},
-         cl_float2{{grid.first, grid.step}}, kernel_rays(view));
+  if (spheres.count == 0) return filled<float>(device, grid.size(), kNoSurface);
+  const auto depth = allocate<float>(device, grid.size());
+  draw(device, "cast_spheres", view, spheres, grid, depth);
   return depth;
 }
 
 Buffer<float> sphere_normals(Device& device, const View& view, const DeviceSpheres& spheres,
-                             const Buffer<float>& depth, const SampleGrid& grid) {
-  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
+                             const SampleGrid& grid) {
+  if (spheres.count == 0) return filled<float>(device, 3 * grid.size(), 0.0f);
   const auto normal = allocate<float>(device, 3 * grid.size());
-  const cl_int2 samples{{grid.nx, grid.ny}};
-  const cl_float2 lattice{{grid.first, grid.step}};
-  launch(device, "spheres.cl", "find_sphere", {static_cast<std::size_t>(spheres.count)}, "",
-         spheres.values, depth, owner, spheres.count, spheres.stride, samples, lattice,
-         kernel_rays(view));
-  launch(device, "spheres.cl", "sphere_normals",
-         {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 8, 8}, "",
-         spheres.values, depth, owner, normal, spheres.stride, samples, lattice, kernel_rays(view));
+  draw(device, "sphere_normals", view, spheres, grid, normal);
   return normal;
 }
 

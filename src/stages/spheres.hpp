@@ -11,6 +11,7 @@ namespace meniscus {
 struct DeviceSpheres {
   Buffer<float> values;  // [8][stride] eye x, y, depth, radius; pixels u, v and half extents
   int count = 0, stride = 0;
+  double pixels = 0;  // the lesser half extent, on average
 };
 
 /// Spheres of `footprint` times each particle's own radius. Does not wait.
@@ -18,13 +19,13 @@ DeviceSpheres upload_spheres(Device& device, const View& view, const Projected& 
                              double footprint);
 
 /// Where the ray of each sample first enters a sphere: [ny*nx] depth, particle radii; kNoSurface
-/// where there is none. Does not wait. Throws DeviceError.
+/// where there is none. Waits. Throws DeviceError.
 Buffer<float> cast_spheres(Device& device, const View& view, const DeviceSpheres& spheres,
                            const SampleGrid& grid);
 
-/// The spheres' normals at `depth`, which cast_spheres made of them: [3][ny*nx], unit, eye axes;
-/// zero where there is no surface. Does not wait. Throws DeviceError.
+/// The spheres' normals where cast_spheres meets them: [3][ny*nx], unit, eye axes; zero where there
+/// is no surface. Waits. Throws DeviceError.
 Buffer<float> sphere_normals(Device& device, const View& view, const DeviceSpheres& spheres,
-                             const Buffer<float>& depth, const SampleGrid& grid);
+                             const SampleGrid& grid);
 
 }  // namespace meniscus

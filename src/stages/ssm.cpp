@@ -5,10 +5,16 @@
 #include <cmath>
 #include <string>
 
+#include "stages/surface_buffers.hpp"
+
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kGroupSide = 8;
+// One work-item per `width` neighbours of a row.
+Range vectors(const SampleGrid& grid, int width) {
+  return {static_cast<std::size_t>((grid.nx + width - 1) / width),
+          static_cast<std::size_t>(grid.ny), 8, 8};
+}
 
 void check_size(const Buffer<float>& depth, const SampleGrid& grid) {
   require(depth.size == grid.size(), "ssm: the depth map has " + std::to_string(depth.size) +
@@ -32,30 +38,34 @@ cl_float4 spread_of(const View& view, double scale, double step, const SsmParams
 Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>& depth,
                            const SampleGrid& grid, const SsmParams& params, double cell) {
   check_size(depth, grid);
-  const auto down_columns = [&](const Buffer<float>& from, int nx, int ny, double scale) {
-    const auto to = allocate<float>(device, from.size);
-    const int width = device.state().vector_width;
-    const std::size_t items = static_cast<std::size_t>((nx + width - 1) / width);
-    launch(device, "ssm.cl", "smooth_columns",
-           {items, static_cast<std::size_t>(ny), kGroupSide, kGroupSide}, width_option(width), from,
-           to, cl_int{nx}, cl_int{ny}, static_cast<cl_float>(params.z_max),
-           spread_of(view, scale, grid.step, params, cell));
-    return to;
-  };
-  const auto columns = down_columns(depth, grid.nx, grid.ny, view.v_scale);
-  return down_columns(columns, grid.ny, grid.nx, view.u_scale);
+  const int width = device.state().vector_width;
+  const Range items = vectors(grid, width);
+  const std::string options = width_option(width);
+  const cl_float z_max = static_cast<cl_float>(params.z_max);
+  // Rows that lie a power of two apart share few places of a processor's cache, where a column's
+  // window would not find room: 64 bytes more than a multiple of 256.
+  const int stride = (grid.nx + 63) / 64 * 64 + 16;
+  const auto spaced =
+      allocate<float>(device, static_cast<std::size_t>(stride) * static_cast<std::size_t>(grid.ny));
+  launch(device, "ssm.cl", "space_rows", items, options, depth, spaced, cl_int{grid.nx},
+         cl_int{grid.ny}, cl_int{stride});
+  const auto columns = allocate<float>(device, depth.size + static_cast<std::size_t>(width));
+  const auto smoothed = allocate<float>(device, depth.size);
+  launch(device, "ssm.cl", "smooth_columns", items, options, spaced, columns, cl_int{grid.nx},
+         cl_int{grid.ny}, cl_int{stride}, z_max,
+         spread_of(view, view.v_scale, grid.step, params, cell));
+  launch(device, "ssm.cl", "smooth_rows", items, options, columns, smoothed, cl_int{grid.nx},
+         cl_int{grid.ny}, z_max, spread_of(view, view.u_scale, grid.step, params, cell));
+  return smoothed;
 }
 
 Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float>& depth,
                             const SampleGrid& grid, double z_max) {
   const auto normals = allocate<float>(device, 3 * grid.size());
-  cl_float16 ray{};
-  for (std::size_t k = 0; k < view.ray.size(); ++k) ray.s[k] = static_cast<float>(view.ray[k]);
-  launch(device, "ssm.cl", "depth_normals",
-         {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), kGroupSide,
-          kGroupSide},
-         "", depth, normals, cl_int{grid.nx}, cl_int{grid.ny}, cl_float2{{grid.first, grid.step}},
-         static_cast<cl_float>(z_max), ray);
+  const int width = device.state().vector_width;
+  launch(device, "ssm.cl", "depth_normals", vectors(grid, width), width_option(width), depth,
+         normals, cl_int{grid.nx}, cl_int{grid.ny}, cl_float2{{grid.first, grid.step}},
+         static_cast<cl_float>(z_max), kernel_rays(view));
   return normals;
 }
 

@@ -17,11 +17,16 @@ cl_float2 lattice_of(const SampleGrid& grid) { return {{grid.first, grid.step}};
 cl_float2 sphere_of(double footprint) { return {{static_cast<float>(footprint), 1.0f}}; }
 std::string options(Device& device) { return width_option(device.state().vector_width); }
 
+Range vectors(Device& device, std::size_t n) {
+  return {n / static_cast<std::size_t>(device.state().vector_width)};
+}
+
 enum class Drawn : cl_int { front, behind, back };  // FRONT, BEHIND, BACK in visible.cl
 
 // The particles as the kernels draw them, and what each may cover.
 struct Discs {
   Buffer<float> records;  // [stride][8]
+  cl_float2 sphere;       // footprint; bulge over footprint
   Outlines outlines;
 };
 
@@ -29,24 +34,25 @@ Discs outline(Device& device, const SplatParticles& particles, const SampleGrid&
               cl_float2 sphere, Drawn drawn) {
   const std::size_t stride = static_cast<std::size_t>(particles.stride);
   const Discs discs{allocate<float>(device, 8 * stride),
+                    sphere,
                     {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                      particles.count, particles.stride}};
-  launch(device, "visible.cl", "outline_discs", {stride}, options(device), particles.values,
-         discs.records, discs.outlines.box, discs.outlines.key, particles.stride, nodes_of(grid),
-         origin_of(grid), sphere, static_cast<cl_int>(drawn));
+  launch(device, "visible.cl", "outline_discs", vectors(device, stride), options(device),
+         particles.values, discs.records, discs.outlines.box, discs.outlines.key, particles.stride,
+         nodes_of(grid), origin_of(grid), sphere, static_cast<cl_int>(drawn));
   return discs;
 }
 
 // The deepest front that each bin's map can have.
 Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, const Discs& discs,
-                              const SampleGrid& grid, double footprint) {
+                              const SampleGrid& grid) {
   const std::size_t stride = static_cast<std::size_t>(particles.stride);
-  const int shift = cover_shift(footprint * particles.pixels / grid.step);
+  const int shift = cover_shift(double{discs.sphere.s[0]} * particles.pixels / grid.step);
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       particles.count, particles.stride};
-  launch(device, "visible.cl", "cover_discs", {stride}, options(device), discs.records,
-         covers.cells, covers.deepest, particles.stride, nodes_of(grid), origin_of(grid), grid.step,
-         cl_int{shift});
+  launch(device, "visible.cl", "cover_discs", vectors(device, stride), options(device),
+         particles.values, covers.cells, covers.deepest, particles.stride, nodes_of(grid),
+         origin_of(grid), grid.step, discs.sphere, cl_int{shift});
   return bound_bins(device, covers, grid, shift);
 }
 
@@ -102,8 +108,8 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
   const Discs discs =
       outline(device, particles, grid, sphere, behind ? Drawn::behind : Drawn::front);
   if (!behind) {
-    draw(device, "splat_depth", discs, bound_by_covers(device, particles, discs, grid, footprint),
-         grid, depth);
+    draw(device, "splat_depth", discs, bound_by_covers(device, particles, discs, grid), grid,
+         depth);
     return depth;
   }
   const BinGrid bins = bins_of(grid);
@@ -126,8 +132,7 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
   if (particles.count == 0) return filled<cl_int>(device, grid.size(), INT_MAX);
   const auto owner = allocate<cl_int>(device, grid.size());
   const Discs discs = outline(device, particles, grid, sphere_of(footprint), Drawn::front);
-  draw(device, "splat_owner", discs, bound_by_covers(device, particles, discs, grid, footprint),
-       grid, owner);
+  draw(device, "splat_owner", discs, bound_by_covers(device, particles, discs, grid), grid, owner);
   return owner;
 }
 
@@ -150,8 +155,7 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   const SplatParticles splats = upload_splats(device, projected, candidates);
   const auto owned = filled<cl_int>(device, candidates.size(), 0);
   const Discs discs = outline(device, splats, grid, sphere_of(params.footprint), Drawn::front);
-  draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid, params.footprint),
-       grid, owned);
+  draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid), grid, owned);
 
   const std::vector<cl_int> counts = download(device, owned);
   for (std::size_t k = 0; k < candidates.size(); ++k) {

@@ -50,8 +50,7 @@ TEST_P(Spheres, MatchTheReference) {
     const DeviceSpheres spheres = upload_spheres(device_, view, particles, c.footprint);
     const Buffer<float> device_depth = cast_spheres(device_, view, spheres, c.grid);
     const auto depth = download(device_, device_depth);
-    const auto normal =
-        download(device_, sphere_normals(device_, view, spheres, device_depth, c.grid));
+    const auto normal = download(device_, sphere_normals(device_, view, spheres, c.grid));
     const std::size_t size = c.grid.size();
     ASSERT_EQ(depth.size(), size);
     int hits = 0, near_rims = 0;
@@ -110,6 +109,67 @@ TEST_P(Spheres, AreWholeAtTheImagesEdges) {
   }
   EXPECT_GT(expected, 100);
   EXPECT_EQ(covered, expected);
+}
+
+// What many spheres show is, to the bit, the nearest of what each shows alone, and the normals are
+// those of the first of the nearest: nothing that shows is ever left out, whatever it hides or is
+// hidden by.
+TEST_P(Spheres, HiddenSpheresAreLeftOutExactly) {
+  struct Scene {
+    int count;
+    double footprint;
+    bool near;  // some around and behind the eye
+  };
+  for (const Case& c : kCases)
+    for (const Scene& scene : {Scene{1, 1.4, false},
+                               {1, 40, false},
+                               {90, 1.4, false},
+                               {90, 0.2, false},
+                               {40, 6, false},
+                               {60, 1.4, true}})
+      for (const unsigned seed : {21u, 22u}) {
+        SCOPED_TRACE(c.name);
+        const View view = make_view(c.camera(static_cast<int>(c.grid.nx * c.grid.step),
+                                             static_cast<int>(c.grid.ny * c.grid.step)),
+                                    0.5, {0, 0, 0});
+        WorldParticles world;
+        Random random(seed);
+        for (int k = 0; k < scene.count; ++k) {
+          const bool again = k % 10 == 9;  // every tenth twice
+          const double spread = scene.near ? 10 : 4;
+          const auto next = [&](std::vector<float>& values, double low, double high) {
+            values.push_back(again ? values.back() : static_cast<float>(random(low, high)));
+          };
+          next(world.x, -4, 4);
+          next(world.y, -3, 3);
+          next(world.z, -spread, spread);
+          next(world.scale, 0.6, 1.5);
+        }
+        const Projected all = project_particles(device_, view, world, 2);
+        const std::size_t size = c.grid.size();
+        std::vector<float> nearest(size, kNoSurface), normal(3 * size, 0.0f);
+        for (std::size_t i = 0; i < all.size(); ++i) {
+          Projected one;
+          for (const auto part : {&Projected::x, &Projected::y, &Projected::z, &Projected::u,
+                                  &Projected::v, &Projected::ku, &Projected::kv, &Projected::scale})
+            (one.*part).push_back((all.*part)[i]);
+          const auto sphere = upload_spheres(device_, view, one, scene.footprint);
+          const auto depth = download(device_, cast_spheres(device_, view, sphere, c.grid));
+          const auto own = download(device_, sphere_normals(device_, view, sphere, c.grid));
+          for (std::size_t k = 0; k < size; ++k) {
+            if (!(depth[k] < nearest[k])) continue;
+            nearest[k] = depth[k];
+            for (std::size_t axis = 0; axis < 3; ++axis)
+              normal[axis * size + k] = own[axis * size + k];
+          }
+        }
+        const auto spheres = upload_spheres(device_, view, all, scene.footprint);
+        for (const int width : {1, 8}) {
+          use_width(width);
+          EXPECT_EQ(download(device_, cast_spheres(device_, view, spheres, c.grid)), nearest);
+          EXPECT_EQ(download(device_, sphere_normals(device_, view, spheres, c.grid)), normal);
+        }
+      }
 }
 
 MENISCUS_ON_EVERY_DEVICE(Spheres);

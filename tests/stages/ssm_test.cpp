@@ -147,6 +147,17 @@ TEST_P(Ssm, VectorsOfAnyWidthGiveTheSameBits) {
   }
 }
 
+TEST_P(Ssm, NormalsOfAnyWidthHaveTheSameBits) {
+  for (const Case& c : kCases) {
+    const View view = view_of(c);
+    const auto depth = upload(device_, patches(c.grid, 6));
+    device_.state().vector_width = 1;
+    const auto one = download(device_, depth_normals(device_, view, depth, c.grid, 0.5));
+    device_.state().vector_width = 8;
+    EXPECT_EQ(download(device_, depth_normals(device_, view, depth, c.grid, 0.5)), one) << c.name;
+  }
+}
+
 // Two ramps, one behind the other, and none beside them. Symmetric windows keep them to the bit:
 // the depths and their differences are multiples of 1/8.
 TEST_P(Ssm, RampsAndStepsStay) {
