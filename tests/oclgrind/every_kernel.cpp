@@ -9,6 +9,7 @@
 
 #include "device/device.hpp"
 #include "device/kernel_sources.hpp"
+#include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace {
@@ -105,6 +106,7 @@ int main(int argc, char** argv) try {
         good = false;
       }
     }
+    measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
     for (const auto& [key, kernel] : device.state().kernels)
       missing.erase(key.substr(0, key.find(' ')) + key.substr(key.rfind(' ')));
   }

@@ -1,0 +1,112 @@
+#include "device/probe.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+
+namespace meniscus {
+namespace {
+
+double wall_seconds(const std::function<void()>& run) {
+  const auto begin = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// The shortest of several tries, seconds on the device. The first one is not counted.
+double best_seconds(Device& device, const ProbeEffort& effort, const std::function<void()>& run) {
+  double best = INFINITY;
+  const auto begin = std::chrono::steady_clock::now();
+  const std::chrono::duration<double> least(effort.seconds);
+  for (int k = 0; k <= effort.tries || std::chrono::steady_clock::now() - begin < least; ++k) {
+    device.state().take_times();
+    run();
+    double sum = 0;
+    for (const auto& [kernel, ms] : device.state().take_times()) sum += 1e-3 * ms;
+    if (k > 0) best = std::min(best, sum);
+  }
+  return std::max(best, 1e-9);  // a clock may stand still for what is too short
+}
+
+double arithmetic_rate(Device& device, const char* kernel, int chains, float factor, float addend,
+                       const ProbeEffort& effort) {
+  const int width = device.state().vector_width;
+  // Enough work-groups for every compute unit, however many of them one holds.
+  const std::size_t items = std::size_t{64} * 64 * std::max(1u, device.info().compute_units);
+  const auto result = allocate<float>(device, items * static_cast<std::size_t>(width));
+  const double seconds = best_seconds(device, effort, [&] {
+    launch(device, "probe.cl", kernel, {items}, width_option(width), result,
+           cl_int{effort.arithmetic_rounds}, factor, addend);
+  });
+  const double steps = 16.0 * chains * effort.arithmetic_rounds * width;
+  return 1e-9 * static_cast<double>(items) * steps / seconds;
+}
+
+double atomic_rate(Device& device, cl_uint mask, const ProbeEffort& effort) {
+  const auto words = filled<cl_uint>(device, effort.atomics, 0xffffffffu);
+  const double seconds = best_seconds(device, effort, [&] {
+    launch(device, "probe.cl", "lower_words", {effort.atomics}, "", words, mask);
+  });
+  return 1e-9 * static_cast<double>(effort.atomics) / seconds;
+}
+
+}  // namespace
+
+double Roofline::bandwidth(double bytes) const {
+  if (copy.empty()) return 0;
+  if (bytes <= copy.front().bytes) return copy.front().gb_per_s;
+  for (std::size_t k = 1; k < copy.size(); ++k) {
+    if (bytes > copy[k].bytes) continue;
+    const double share =
+        std::log(bytes / copy[k - 1].bytes) / std::log(copy[k].bytes / copy[k - 1].bytes);
+    return (1 - share) * copy[k - 1].gb_per_s + share * copy[k].gb_per_s;
+  }
+  return copy.back().gb_per_s;
+}
+
+double Roofline::peak_gflops() const { return std::max(fused_gflops, plain_gflops); }
+
+Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
+  Roofline roofline;
+  const int width = device.state().vector_width;
+  for (const std::size_t bytes : effort.copy_bytes) {
+    if (bytes / 2 > device.info().largest_buffer) continue;
+    const std::size_t values = bytes / 2 / sizeof(float) / 512 * 512;
+    const auto from = filled<float>(device, values, 1.0f), to = filled<float>(device, values, 0.0f);
+    const double seconds = best_seconds(device, effort, [&] {
+      launch(device, "probe.cl", "copy_values", {values / static_cast<std::size_t>(width)},
+             width_option(width), from, to);
+    });
+    const double moved = 2.0 * sizeof(float) * static_cast<double>(values);
+    roofline.copy.push_back({moved, 1e-9 * moved / seconds});
+  }
+  // Values that stay as they are, so that none becomes infinite or denormal.
+  roofline.fused_gflops = 2 * arithmetic_rate(device, "fuse_multiply_add", 8, 0.5f, 1.0f, effort);
+  roofline.plain_gflops = arithmetic_rate(device, "multiply_and_add", 12, 1.0f, 0.0f, effort);
+  roofline.spread_atomics = atomic_rate(device, static_cast<cl_uint>(effort.atomics - 1), effort);
+  roofline.contended_atomics = atomic_rate(device, 0, effort);
+
+  const auto one = allocate<float>(device, 64);
+  const auto launch_one = [&] { launch(device, "probe.cl", "write_one", {64}, "", one); };
+  constexpr int kBatch = 100;
+  double single = INFINITY, batched = INFINITY;
+  launch_one();
+  for (int k = 0; k < effort.tries; ++k) {
+    device.state().take_times();
+    single = std::min(single, wall_seconds([&] {
+                        launch_one();
+                        device.state().queue.finish();
+                      }));
+    batched = std::min(batched, wall_seconds([&] {
+                         for (int n = 0; n < kBatch; ++n) launch_one();
+                         device.state().queue.finish();
+                       }));
+  }
+  device.state().take_times();
+  roofline.launch_us = 1e6 * single;
+  roofline.batched_launch_us = 1e6 * batched / kBatch;
+  return roofline;
+}
+
+}  // namespace meniscus
