@@ -15,7 +15,7 @@ void add_devices_command(CLI::App& program);
 /// Adds `generate`: writes a breaking dam of any number of particles.
 void add_generate_command(CLI::App& program);
 
-/// Adds `bench` with what can be measured.
+/// Adds `bench`: how fast each kernel is, and how near to what the device can do.
 void add_bench_command(CLI::App& program);
 
 /// Adds `frame` to `bench`: whole frames of all methods.

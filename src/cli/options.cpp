@@ -9,7 +9,6 @@
 #include <thread>
 
 #include "dam_break.hpp"
-#include "parallel.hpp"
 
 namespace meniscus::cli {
 
@@ -35,8 +34,8 @@ std::int64_t parse_particles(const std::string& text) {
                     std::to_string(DamBreak::kFewest) + " to " + std::to_string(DamBreak::kMost));
 }
 
-void add_threads_option(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "processor threads (default: all)")
+CLI::Option* add_threads_option(CLI::App& command, int& threads) {
+  return command.add_option("--threads", threads, "processor threads (default: all)")
       ->type_name("N")
       ->check([](const std::string& text) {
         int count = 0;
@@ -52,7 +51,6 @@ void use_threads(int threads) {
     const std::string count = std::to_string(threads);
     setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1);  // up to PoCL 3
     setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);   // from PoCL 4 on
-    limit_threads(threads);
   }
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
   Imf::setGlobalThreadCount(threads > 0 ? threads : static_cast<int>(cores));

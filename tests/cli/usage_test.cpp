@@ -142,7 +142,6 @@ INSTANTIATE_TEST_SUITE_P(
                    extract_with({"--camera", "c.json", "--eye", "1,2,3", "--target", "0,0,0"}),
                    {"--camera", "--eye"}},
         WrongUsage{"Threads", extract_with({"--threads", "0"}), {"--threads", "1 to 1024"}},
-        WrongUsage{"BenchOfNothing", {"bench"}, {"subcommand"}},
         WrongUsage{"BenchMethod",
                    {"bench", "frame", "--method", "fit,magic"},
                    {"--method", "magic", "fit, stable"}},

@@ -1,0 +1,49 @@
+// The kernels that are measured. A file for each stage, <stage>_bench.cpp, prepares the launches of
+// its kernels on a frame, counts by hand what the algorithm needs, and has the native version to
+// compare with.
+//
+// How is counted: bytes are what must be read or written once, each array by its part that is used,
+// whatever a cache does with it. Operations are floating-point + - * / sqrt, minimum and maximum;
+// a fused multiply-add is two; comparisons, selections, conversions and integers are none. Padding
+// of lanes and what work-items compute in vain are not counted, so that they show as a loss.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "kernels/frame.hpp"
+#include "kernels/workers.hpp"
+
+namespace meniscus::bench {
+
+/// A kernel ready to be launched. The counts are of one launch.
+struct Case {
+  std::string unit;  // what `items` counts: "particles"
+  double items = 0, bytes = 0, operations = 0, atomics = 0;
+  std::function<void()> launch;          // by the stage's host function; other kernels may run, too
+  std::function<void(Workers&)> native;  // empty: there is none
+  std::function<void()> reset_native;    // before each native run, not timed; may be empty
+  /// After a launch and a native run: how many values of the two results differ in their bits.
+  std::function<std::size_t()> differing;
+};
+
+struct KernelBench {
+  const char* kernel;  // as its events are named
+  Case (*prepare)(Frame& frame);
+};
+
+/// All kernels, in the pipeline's order.
+const std::vector<KernelBench>& kernel_benches();
+
+Case prepare_project(Frame& frame);
+Case prepare_triangles(Frame& frame);
+Case prepare_fit(Frame& frame);
+Case prepare_bilateral(Frame& frame);
+Case prepare_narrow_range(Frame& frame);
+Case prepare_flow(Frame& frame);
+
+/// How many values differ in their bits; all of them when the sizes do.
+std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b);
+
+}  // namespace meniscus::bench

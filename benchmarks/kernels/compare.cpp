@@ -1,0 +1,63 @@
+#include "kernels/compare.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace meniscus::bench {
+
+double Difference::noise() const {
+  return std::max(kLeastNoise, (before.noise_ms() + after.noise_ms()) / before.best_ms());
+}
+
+bool Difference::exceeds_noise() const { return std::abs(ratio() - 1) > noise(); }
+
+const char* verdict_on(const Difference& difference) {
+  if (!difference.exceeds_noise()) return "within the noise";
+  return difference.ratio() < 1 ? "faster" : "slower";
+}
+
+std::vector<Difference> compare(const Session& before, const Session& after) {
+  std::vector<Difference> differences;
+  for (const Result& result : after.results)
+    if (const Result* old = before.find(result.kernel, result.variant, result.particles,
+                                        result.width, result.height))
+      differences.push_back({*old, result});
+  return differences;
+}
+
+std::vector<SessionPair> pair_sessions(const BenchRun* before, const BenchRun& after) {
+  std::vector<SessionPair> pairs;
+  if (!before) {
+    // Devices against the first one; a device with fewer threads is no other device.
+    for (const Session& session : after.sessions)
+      if (&session != &after.sessions.front() && session.device != after.sessions.front().device)
+        pairs.push_back({&after.sessions.front(), &session});
+    return pairs;
+  }
+  std::set<const Session*> taken;
+  std::vector<const Session*> partner(after.sessions.size(), nullptr);
+  enum Likeness { kSame, kSameThreads, kAny };
+  for (const Likeness likeness : {kSame, kSameThreads, kAny})
+    for (std::size_t k = 0; k < after.sessions.size(); ++k)
+      for (const Session& old : before->sessions) {
+        const Session& session = after.sessions[k];
+        const bool alike =
+            likeness == kAny || (old.threads == session.threads &&
+                                 (likeness == kSameThreads || old.device == session.device));
+        if (partner[k] || taken.count(&old) || !alike) continue;
+        partner[k] = &old;
+        taken.insert(&old);
+      }
+  for (std::size_t k = 0; k < after.sessions.size(); ++k)
+    if (partner[k]) pairs.push_back({partner[k], &after.sessions[k]});
+  return pairs;
+}
+
+std::string title_of(const Session& session) {
+  if (session.threads == 0) return session.device;
+  return session.device + ", " + std::to_string(session.threads) +
+         (session.threads == 1 ? " thread" : " threads");
+}
+
+}  // namespace meniscus::bench

@@ -1,0 +1,188 @@
+#include "kernels/measure.hpp"
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+
+#include "kernels/cases.hpp"
+
+namespace meniscus::bench {
+namespace {
+
+// Keeps the times of the repetitions by the benchmark's name.
+class Collector : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context&) override { return true; }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (run.run_type != Run::RT_Iteration) continue;
+      if (run.error_occurred) error = run.error_message;
+      ms[run.run_name.function_name].push_back(1e3 * run.real_accumulated_time);
+    }
+  }
+  std::map<std::string, std::vector<double>> ms;
+  std::string error;
+};
+
+double wall_ms(const std::function<void()>& run) {
+  const auto begin = std::chrono::steady_clock::now();
+  run();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+// Milliseconds of one of the kernel's launches: the mean when the stage launches it several times.
+double launch_ms(Device& device, const char* kernel, const Case& measured) {
+  device.state().take_times();
+  measured.launch();
+  double sum = 0;
+  int launches = 0;
+  for (const auto& [name, ms] : device.state().take_times())
+    if (name == kernel) {
+      sum += ms;
+      ++launches;
+    }
+  if (launches == 0) throw DeviceError(std::string(kernel) + " was not launched by its stage");
+  return std::max(sum / launches, 1e-6);  // a clock may stand still for what is too short
+}
+
+double native_ms(const Case& measured, Workers& workers) {
+  if (measured.reset_native) measured.reset_native();
+  return wall_ms([&] { measured.native(workers); });
+}
+
+void add_benchmark(const char* variant, const std::function<double()>& time_ms,
+                   const MeasureOptions& options) {
+  const double once = wall_ms(time_ms);
+  const int fit_in = static_cast<int>(std::min(1e3 * options.seconds / once, kMostRepetitions));
+  benchmark::RegisterBenchmark(variant,
+                               [time_ms](benchmark::State& state) {
+                                 try {
+                                   for ([[maybe_unused]] auto _ : state)
+                                     state.SetIterationTime(1e-3 * time_ms());
+                                 } catch (const std::exception& error) {
+                                   state.SkipWithError(error.what());
+                                 }
+                               })
+      ->UseManualTime()
+      ->Iterations(1)
+      ->Repetitions(std::max(options.repetitions, fit_in));
+}
+
+Result result_of(const Case& measured, const char* kernel, const char* variant, const Frame& frame,
+                 const std::vector<double>& ms) {
+  Result result;
+  result.kernel = kernel;
+  result.variant = variant;
+  result.particles = frame.particles;
+  result.width = frame.view.width;
+  result.height = frame.view.height;
+  result.unit = measured.unit;
+  result.items = measured.items;
+  result.bytes = measured.bytes;
+  result.operations = measured.operations;
+  result.atomics = measured.atomics;
+  result.ms = ms;
+  return result;
+}
+
+void measure_kernel(const KernelBench& bench, Frame& frame, Workers* workers,
+                    const MeasureOptions& options, std::vector<Result>& results) {
+  const Case measured = bench.prepare(frame);
+  launch_ms(frame.device, bench.kernel, measured);  // not counted: builds the kernel
+  std::string note;
+  bool native = workers && measured.native;
+  if (native) {
+    native_ms(measured, *workers);
+    if (const std::size_t differing = measured.differing(); differing > 0) {
+      native = false;
+      note = "the native version differs at " + std::to_string(differing) + " values";
+    }
+  }
+  benchmark::ClearRegisteredBenchmarks();
+  add_benchmark(
+      kDevice, [&] { return launch_ms(frame.device, bench.kernel, measured); }, options);
+  if (native)
+    add_benchmark(
+        kNative, [&] { return native_ms(measured, *workers); }, options);
+  Collector collector;
+  benchmark::RunSpecifiedBenchmarks(&collector, "all");
+  benchmark::ClearRegisteredBenchmarks();
+  if (!collector.error.empty()) throw DeviceError(collector.error);
+  for (const char* variant : {kDevice, kNative})
+    if (collector.ms.count(variant))
+      results.push_back(
+          result_of(measured, bench.kernel, variant, frame, collector.ms.at(variant)));
+  results[results.size() - collector.ms.size()].note = note;
+}
+
+std::vector<KernelBench> chosen_benches(const std::vector<std::string>& parts) {
+  std::vector<KernelBench> chosen;
+  for (const KernelBench& bench : kernel_benches()) {
+    const std::string name = bench.kernel;
+    if (parts.empty() || std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
+          return name.find(part) != std::string::npos;
+        }))
+      chosen.push_back(bench);
+  }
+  return chosen;
+}
+
+// Google Benchmark's own settings come as words of a command line.
+void set_up_library() {
+  static bool done = false;
+  if (done) return;
+  done = true;
+  std::string program = "meniscus", interleaved = "--benchmark_enable_random_interleaving=true";
+  char* words[] = {program.data(), interleaved.data(), nullptr};
+  int count = 2;
+  benchmark::Initialize(&count, words);
+}
+
+}  // namespace
+
+std::vector<std::string> kernel_names() {
+  std::vector<std::string> names;
+  for (const KernelBench& bench : kernel_benches()) names.emplace_back(bench.kernel);
+  return names;
+}
+
+Session measure(Device& device, int threads, const MeasureOptions& options,
+                const std::function<void(const std::string&)>& say) {
+  const std::vector<KernelBench> benches = chosen_benches(options.kernels);
+  require(!benches.empty(), "no kernel that can be measured has such a name");
+  set_up_library();
+  const DeviceInfo& info = device.info();
+  Session session;
+  session.device = info.name;
+  session.kind = to_string(info.kind);
+  session.platform = info.platform;
+  session.driver = info.driver;
+  session.compute_units = info.compute_units;
+  session.threads = threads;
+  double load = 0;
+  if (getloadavg(&load, 1) == 1) session.load = load;
+  say("the roofline");
+  session.roofline = measure_roofline(device, options.probes);
+  const std::unique_ptr<Workers> workers =
+      threads > 0 ? std::make_unique<Workers>(threads) : nullptr;
+  for (const long long particles : options.particles) {
+    Frame frame(device, particles, options.width, options.height);
+    for (const KernelBench& bench : benches) {
+      say(std::string(bench.kernel) + ", " + std::to_string(particles) + " particles");
+      try {
+        measure_kernel(bench, frame, workers.get(), options, session.results);
+      } catch (const DeviceError& error) {
+        throw DeviceError("bench: " + std::string(bench.kernel) + " with " +
+                          std::to_string(particles) + " particles: " + error.what());
+      }
+    }
+  }
+  return session;
+}
+
+}  // namespace meniscus::bench

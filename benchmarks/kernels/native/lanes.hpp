@@ -1,0 +1,71 @@
+// Eight floats side by side, as the compiler's own vector type: what explicit vectors are on the
+// device. Everything has internal linkage.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+#ifdef __FMA__
+#include <immintrin.h>
+#endif
+
+namespace meniscus::bench::native {
+namespace {
+
+typedef float Floats __attribute__((vector_size(32)));
+typedef std::int32_t Ints __attribute__((vector_size(32)));
+
+inline Floats all(float x) { return Floats{} + x; }
+inline Floats load(const float* p) {
+  Floats v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+inline void store(const Floats& v, float* p) { std::memcpy(p, &v, sizeof v); }
+inline Floats smaller(const Floats& a, const Floats& b) { return a < b ? a : b; }
+inline Floats larger(const Floats& a, const Floats& b) { return a > b ? a : b; }
+inline Floats root(const Floats& a) {
+  Floats r;
+  for (int k = 0; k < 8; ++k) r[k] = __builtin_sqrtf(a[k]);
+  return r;
+}
+inline Floats fused(const Floats& a, const Floats& b, const Floats& c) {
+#ifdef __FMA__
+  return _mm256_fmadd_ps(a, b, c);  // the loop below becomes eight scalar ones
+#endif
+  Floats r;
+  for (int k = 0; k < 8; ++k) r[k] = __builtin_fmaf(a[k], b[k], c[k]);
+  return r;
+}
+
+/// Calls step(k) for k = Begin .. End - 1, each a constant: a loop that is unrolled before the
+/// compiler decides what to keep in registers.
+template <int Begin, class Step, int... K>
+[[gnu::always_inline]] inline void unrolled_from([[maybe_unused]] Step step,
+                                                 std::integer_sequence<int, K...>) {
+  (step(std::integral_constant<int, Begin + K>{}), ...);
+}
+template <int Begin, int End, class Step>
+[[gnu::always_inline]] inline void unrolled(Step step) {
+  unrolled_from<Begin>(step, std::make_integer_sequence<int, (End > Begin ? End - Begin : 0)>{});
+}
+#define MENISCUS_STEP(k) [&](auto k) __attribute__((always_inline))
+
+// exp_negative of prelude.cl.
+inline Floats exp_negative(const Floats& x) {
+  const Floats y = larger(x, all(-87.0f)) * 1.44269504f;
+  const Ints whole = __builtin_convertvector(y - 0.5f, Ints);
+  const Floats f = (y - __builtin_convertvector(whole, Floats)) * 0.693147181f;
+  Floats p = all(1.0f / 5040.0f);
+  constexpr float kSeries[] = {1.0f / 720.0f, 1.0f / 120.0f, 1.0f / 24.0f, 1.0f / 6.0f,
+                               0.5f,          1.0f,          1.0f};
+  for (const float c : kSeries) p = fused(p, f, all(c));
+  const Ints bits = (whole + 127) << 23;
+  Floats power;
+  std::memcpy(&power, &bits, sizeof power);
+  return x < -87.0f ? Floats{} : p * power;
+}
+
+}  // namespace
+}  // namespace meniscus::bench::native

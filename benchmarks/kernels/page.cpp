@@ -1,0 +1,231 @@
+#include "kernels/page.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kernels/table.hpp"
+#include "kernels/text.hpp"
+
+namespace meniscus::bench {
+namespace {
+
+constexpr char kStyle[] = R"css(
+:root { color-scheme: light dark; --ground: #fbfbfa; --panel: #fff; --ink: #1b2330; --soft: #5a6575;
+  --line: #dfe4ea; --grid: #eceff3; --roof: #3c4757; --near: #1f6fb2; --far: #d1541a;
+  --near-soft: #b5d6f1; --far-soft: #f7c9b0; }
+@media (prefers-color-scheme: dark) {
+  :root { --ground: #14181d; --panel: #1b2027; --ink: #e6eaf0; --soft: #9aa6b5; --line: #2e3640;
+    --grid: #262d36; --roof: #b4bfcc; --near: #5aabeb; --far: #f08a4b; --near-soft: #23496b;
+    --far-soft: #6a3a1e; } }
+* { box-sizing: border-box; }
+body { margin: 0; background: var(--ground); color: var(--ink);
+  font: 15px/1.55 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
+main { max-width: 1180px; margin: 0 auto; padding: 2.4rem 1.6rem 5rem; }
+h1 { font-size: 1.8rem; font-weight: 650; margin: 0 0 .3rem; letter-spacing: -.01em; }
+h2 { font-size: 1.2rem; font-weight: 650; margin: 2.6rem 0 .3rem; }
+h3 { font-size: 1rem; font-weight: 600; margin: 1.6rem 0 .3rem; }
+p { max-width: 50rem; margin: .25rem 0 .9rem; color: var(--soft); }
+p strong { color: var(--ink); font-weight: 600; }
+.panel { background: var(--panel); border: 1px solid var(--line); border-radius: 8px;
+  padding: 1rem 1.2rem; margin: .6rem 0 1rem; overflow-x: auto; }
+.bars { display: grid; grid-template-columns: max-content minmax(9rem, 1fr) minmax(9rem, 1fr) minmax(9rem, 1fr) max-content;
+  gap: .42rem 1.3rem; align-items: center; min-width: 44rem; }
+.bars .head { color: var(--soft); font-size: 12.5px; }
+.bars .name { font-weight: 550; } .bars .name small { display: block; color: var(--soft); font-weight: 400; line-height: 1.2; }
+.bar { position: relative; height: 20px; background: var(--grid); border-radius: 3px; }
+.bar i { position: absolute; inset: 0 auto 0 0; border-radius: 3px; }
+.bar b { position: absolute; top: -3px; bottom: -3px; width: 2px; background: var(--ink); opacity: .55; }
+.bar span { position: absolute; left: 7px; top: 0; font-size: 12.5px; line-height: 20px; font-variant-numeric: tabular-nums; white-space: nowrap; }
+.near i, .chip.near { background: var(--near-soft); box-shadow: inset 3px 0 0 var(--near); }
+.far i, .chip.far { background: var(--far-soft); box-shadow: inset 3px 0 0 var(--far); }
+.bar.none { background: none; color: var(--soft); }
+.chip { display: inline-block; font-size: 12.5px; padding: .05rem .6rem .05rem .7rem; border-radius: 3px; }
+.chip.same { color: var(--soft); }
+svg.roofline { width: 100%; min-width: 44rem; height: auto; display: block; font: 12.5px system-ui, "Segoe UI", Arial, sans-serif; }
+.grid { stroke: var(--grid); } .tick { fill: var(--soft); } .axis { fill: var(--soft); font-size: 13px; }
+.roof { stroke: var(--roof); stroke-width: 2; } .roof.second { stroke-dasharray: 6 5; stroke-width: 1.5; }
+.roof-label { fill: var(--soft); } .leader { stroke: var(--soft); stroke-width: .8; }
+.dot { stroke: var(--panel); stroke-width: 1.5; } circle.near { fill: var(--near); } circle.far { fill: var(--far); }
+circle.small { opacity: .55; } .trail { fill: none; stroke-width: 1.2; opacity: .5; }
+.trail.near { stroke: var(--near); } .trail.far { stroke: var(--far); }
+.dot-label { fill: var(--ink); font-size: 13px; }
+.legend { display: flex; flex-wrap: wrap; gap: .3rem 1.6rem; color: var(--soft); font-size: 13px; margin: .2rem 0 .6rem; }
+.legend i { display: inline-block; width: .75rem; height: .75rem; border-radius: 50%; margin-right: .4rem; vertical-align: -1px; }
+.legend b { display: inline-block; width: 2px; height: .95rem; background: var(--ink); opacity: .55; margin-right: .45rem; vertical-align: -2px; }
+table { border-collapse: collapse; font-size: 13px; width: 100%; }
+th, td { padding: .28rem .5rem; border-bottom: 1px solid var(--line); text-align: right;
+  font-variant-numeric: tabular-nums; white-space: nowrap; }
+th { color: var(--soft); font-weight: 550; } th:first-child, td:first-child, td.word, th.word { text-align: left; }
+tr.native td { color: var(--soft); } td.note { text-align: left; color: var(--far); }
+details { margin: .4rem 0; } summary { cursor: pointer; color: var(--soft); padding: .2rem 0; }
+)css";
+
+std::string chip(bool near) {
+  return near ? "<span class=\"chip near\">near</span>" : "<span class=\"chip far\">far</span>";
+}
+
+// A bar of `value` (1: the whole limit) with a mark at what is good enough; the scale ends at
+// `full`.
+std::string bar(double value, double good, double full, const std::string& label) {
+  if (!(value > 0)) return "<div class=\"bar none\"><span>not measured</span></div>";
+  return printed(
+      "<div class=\"bar %s\"><i style=\"width:%.1f%%\"></i><b style=\"left:%.1f%%\"></b>"
+      "<span>%s</span></div>",
+      value >= good ? "near" : "far", 100 * std::min(1.0, value / full), 100 * good / full,
+      escaped(label).c_str());
+}
+
+std::string times(double ratio) { return printed("%.2f times", ratio); }
+
+std::string verdict_bars(const std::vector<Verdict>& verdicts, const Session& session) {
+  const std::string all = session.threads > 1 ? printed("on %d threads", session.threads)
+                                              : std::string("on all threads");
+  std::string text =
+      "<div class=\"panel\"><div class=\"bars\">\n"
+      "<div class=\"head\">kernel</div><div class=\"head\">share of the roofline"
+      "</div><div class=\"head\">speed against native C++, 1 thread</div>"
+      "<div class=\"head\">" +
+      all + "</div><div class=\"head\"></div>\n";
+  for (const Verdict& v : verdicts) {
+    if (v.session != &session) continue;
+    text += "<div class=\"name\">" + escaped(v.result->kernel) + "<small>" +
+            three_digits(v.result->best_ms()) + " ms, " + with_prefix(v.result->rate()) + " " +
+            escaped(v.result->unit) + "/s</small></div>";
+    text += bar(v.share.value, kGoodShare, 1,
+                printed("%.0f %% of %s", 100 * v.share.value, v.share.limit.c_str()));
+    constexpr double kFull = 1.25;  // faster than that is all the same
+    const double one = session.threads == 1 ? v.against_all : v.against_one;
+    const double several = session.threads == 1 ? 0 : v.against_all;
+    text += bar(one, kGoodAgainstNative, kFull, times(one));
+    text += bar(several, kGoodAgainstNative, kFull, times(several));
+    text += "<div>" + chip(v.near_limit()) + "</div>\n";
+  }
+  return text + "</div></div>\n";
+}
+
+std::string results_rows(const Session& session) {
+  std::string text =
+      "<div class=\"panel\"><table><tr><th>kernel</th><th class=\"word\">variant</th>"
+      "<th>particles</th><th>ms</th><th>noise</th><th>rate</th><th>GB/s</th><th>GFLOP/s</th>"
+      "<th>ops/byte</th><th>of roofline</th><th class=\"word\">limit</th><th>of native</th></tr>\n";
+  for (const Result& r : session.results) {
+    const Share share = share_of_roofline(r, session.roofline);
+    text += printed(
+        "<tr%s><td>%s</td><td class=\"word\">%s</td><td>%s</td><td>%s</td><td>%.0f %%</td><td>%s"
+        "</td><td>%s</td><td>%s</td><td>%s</td><td>%.0f %%</td><td class=\"word\">%s</td><td>%s"
+        "</td></tr>\n",
+        r.variant == kNative ? " class=\"native\"" : "", escaped(r.kernel).c_str(),
+        escaped(r.variant).c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
+        100 * r.noise_ms() / r.best_ms(),
+        escaped(with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
+        three_digits(r.gb_per_s()).c_str(), three_digits(r.gflops()).c_str(),
+        three_digits(r.intensity()).c_str(), 100 * share.value, share.limit.c_str(),
+        ratio_text(session.against_native(r)).c_str());
+    if (!r.note.empty())
+      text += "<tr><td class=\"note\" colspan=\"12\">" + escaped(r.note) + "</td></tr>\n";
+  }
+  return text + "</table></div>\n";
+}
+
+std::string comparison_rows(const SessionPair& pair) {
+  std::string text = "<p><strong>Before:</strong> " + escaped(title_of(*pair.before)) +
+                     ". <strong>After:</strong> " + escaped(title_of(*pair.after)) + ".</p>\n";
+  text +=
+      "<div class=\"panel\"><table><tr><th>kernel</th><th class=\"word\">variant</th>"
+      "<th>particles</th><th>before, ms</th><th>after, ms</th><th>after / before</th>"
+      "<th>noise</th><th class=\"word\"></th></tr>\n";
+  for (const Difference& d : compare(*pair.before, *pair.after)) {
+    const char* const kind = !d.exceeds_noise() ? "same" : d.ratio() < 1 ? "near" : "far";
+    text += printed(
+        "<tr><td>%s</td><td class=\"word\">%s</td><td>%s</td><td>%s</td><td>%s</td>"
+        "<td>%.2f</td><td>%.0f %%</td><td class=\"word\"><span class=\"chip %s\">%s"
+        "</span></td></tr>\n",
+        escaped(d.after.kernel).c_str(), escaped(d.after.variant).c_str(),
+        grouped(d.after.particles).c_str(), three_digits(d.before.best_ms()).c_str(),
+        three_digits(d.after.best_ms()).c_str(), d.ratio(), 100 * d.noise(), kind, verdict_on(d));
+  }
+  return text + "</table></div>\n";
+}
+
+std::string session_section(const Session& session, const std::vector<Verdict>& verdicts) {
+  std::string text;
+  const bool judged = std::any_of(verdicts.begin(), verdicts.end(),
+                                  [&](const Verdict& v) { return v.session == &session; });
+  std::vector<std::string> near;
+  for (const Verdict& v : verdicts)
+    if (v.session->device == session.device && v.near_limit()) near.push_back(v.result->kernel);
+  const std::string plot = "<p>" + escaped(roofline_line(session.roofline)) + ".</p>\n" +
+                           "<div class=\"panel\">" + roofline_plot(session, near) + "</div>\n" +
+                           results_rows(session);
+  if (!judged)
+    return "<details><summary>" + escaped(title_of(session)) +
+           ": roofline and all results</summary>\n" + plot + "</details>\n";
+  text += "<h2>" + escaped(title_of(session)) + "</h2>\n<p>" + escaped(session.platform) +
+          ", driver " + escaped(session.driver) +
+          (session.disturbed() ? "; <strong>" + escaped(warning_on(session)) + "</strong>" : "") +
+          "</p>\n";
+  text +=
+      "<div class=\"legend\"><span><i style=\"background:var(--near)\"></i>near the limit</span>"
+      "<span><i style=\"background:var(--far)\"></i>far from it</span>"
+      "<span><b></b>near enough from here on</span></div>\n";
+  text += verdict_bars(verdicts, session);
+  text += "<h3>Roofline and all results</h3>\n" + plot;
+  return text;
+}
+
+}  // namespace
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  return result;
+}
+
+std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) {
+  const std::vector<Verdict> verdicts = farthest_first(judge(run));
+  const auto far = std::count_if(verdicts.begin(), verdicts.end(),
+                                 [](const Verdict& v) { return !v.near_limit(); });
+  std::string text =
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width\">\n"
+      "<title>Meniscus: how fast its kernels are</title>\n<style>";
+  text += kStyle;
+  text +=
+      "</style></head><body><main>\n<h1>How near each kernel is to what the device can do</h1>\n";
+  text += printed(
+      "<p>Meniscus %s. <strong>%td of %zu kernels are far from the limit</strong>; the "
+      "farthest come first. A kernel is near when it reaches %.0f %% of the roofline "
+      "that was measured in the same run, or %.1f of the speed of a native C++ version "
+      "of the same algorithm on one thread and on all.</p>\n",
+      escaped(run.version).c_str(), far, verdicts.size(), 100 * kGoodShare, kGoodAgainstNative);
+  for (const Session& session : run.sessions) text += session_section(session, verdicts);
+  if (!pairs.empty()) text += "<h2>Comparison</h2>\n";
+  for (const SessionPair& pair : pairs) text += comparison_rows(pair);
+  text +=
+      "<h2>How to read this</h2>\n<p>A time is that of the fastest launch, from the device's "
+      "events, and its noise is how far the fastest quarter of the launches reaches above it. "
+      "Bytes "
+      "and operations are counted by hand from the algorithm, each array once; a kernel's share of "
+      "the roofline is the largest of its shares of the bandwidth of a copy of as many bytes, of "
+      "the arithmetic and of the atomic minima. Small dots are smaller frames. A difference "
+      "exceeds "
+      "the noise when it is larger than both noises together, and than 2 %.</p>\n";
+  return text + "</main></body></html>\n";
+}
+
+}  // namespace meniscus::bench

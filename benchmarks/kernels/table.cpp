@@ -1,0 +1,99 @@
+#include "kernels/table.hpp"
+
+#include <algorithm>
+
+#include "kernels/text.hpp"
+
+namespace meniscus::bench {
+
+std::string ratio_text(double ratio) { return ratio > 0 ? printed("%.2f", ratio) : "-"; }
+
+std::string results_table(const BenchRun& run) {
+  std::string text;
+  for (const Session& session : run.sessions) {
+    text += title_of(session) + " (" + session.platform + ", driver " + session.driver + ")\n  " +
+            roofline_line(session.roofline) + "\n";
+    if (session.disturbed()) text += "  " + warning_on(session) + "\n";
+    text += "\n";
+    text +=
+        printed("%-20s %-7s %10s %9s %6s %18s %7s %8s %15s %9s\n", "kernel", "variant", "particles",
+                "ms", "noise", "rate", "GB/s", "GFLOP/s", "of roofline", "of native");
+    for (const Result& r : session.results) {
+      const Share share = share_of_roofline(r, session.roofline);
+      text += printed("%-20s %-7s %10s %9s %5.0f%% %18s %7s %8s %15s %9s\n", r.kernel.c_str(),
+                      r.variant.c_str(), grouped(r.particles).c_str(),
+                      three_digits(r.best_ms()).c_str(), 100 * r.noise_ms() / r.best_ms(),
+                      (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
+                      three_digits(r.gb_per_s()).c_str(), three_digits(r.gflops()).c_str(),
+                      printed("%.0f%% %s", 100 * share.value, share.limit.c_str()).c_str(),
+                      ratio_text(session.against_native(r)).c_str());
+      if (!r.note.empty()) text += "  note: " + r.note + "\n";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts) {
+  // How much of what would be near enough is reached, by the better of the two measures.
+  const auto reached = [](const Verdict& v) {
+    double native = v.against_all;
+    if (v.against_one > 0) native = std::min(native, v.against_one);
+    return std::max(v.share.value / kGoodShare, native / kGoodAgainstNative);
+  };
+  std::stable_sort(verdicts.begin(), verdicts.end(), [&](const Verdict& a, const Verdict& b) {
+    return a.near_limit() != b.near_limit() ? b.near_limit() : reached(a) < reached(b);
+  });
+  return verdicts;
+}
+
+std::string verdict_table(const BenchRun& run) {
+  std::string text = printed(
+      "Near the limit: at least %.0f%% of the roofline, or %.1f of the native version's speed on "
+      "one thread and on all.\n\n",
+      100 * kGoodShare, kGoodAgainstNative);
+  const std::vector<Verdict> verdicts = farthest_first(judge(run));
+  for (const Session& session : run.sessions) {
+    const bool judged = std::any_of(verdicts.begin(), verdicts.end(),
+                                    [&](const Verdict& v) { return v.session == &session; });
+    if (!judged) continue;
+    text += title_of(session) + "\n";
+    text += printed("%-20s %10s %9s %12s %10s %12s %12s  %s\n", "kernel", "particles", "ms",
+                    "of roofline", "limit", "of native, 1", "of native, n", "verdict");
+    for (const Verdict& v : verdicts)
+      if (v.session == &session)
+        text +=
+            printed("%-20s %10s %9s %11.0f%% %10s %12s %12s  %s\n", v.result->kernel.c_str(),
+                    grouped(v.result->particles).c_str(), three_digits(v.result->best_ms()).c_str(),
+                    100 * v.share.value, v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
+                    ratio_text(v.against_all).c_str(), v.near_limit() ? "near" : "far");
+    text += "\n";
+  }
+  return text;
+}
+
+std::string comparison_table(const std::vector<SessionPair>& pairs) {
+  std::string text;
+  for (const SessionPair& pair : pairs) {
+    text += "before: " + title_of(*pair.before) + "\nafter:  " + title_of(*pair.after) + "\n\n";
+    for (const Session* session : {pair.before, pair.after})
+      if (session->disturbed())
+        text += (session == pair.before ? "before: " : "after:  ") + warning_on(*session) + "\n";
+    text += printed("%-20s %-7s %10s %10s %10s %8s %8s  %s\n", "kernel", "variant", "particles",
+                    "before ms", "after ms", "ratio", "noise", "verdict");
+    const std::vector<Difference> differences = compare(*pair.before, *pair.after);
+    std::size_t beyond = 0;
+    for (const Difference& d : differences) {
+      beyond += d.exceeds_noise();
+      text +=
+          printed("%-20s %-7s %10s %10s %10s %8.2f %7.0f%%  %s\n", d.after.kernel.c_str(),
+                  d.after.variant.c_str(), grouped(d.after.particles).c_str(),
+                  three_digits(d.before.best_ms()).c_str(), three_digits(d.after.best_ms()).c_str(),
+                  d.ratio(), 100 * d.noise(), verdict_on(d));
+    }
+    text += printed("\n%zu of %zu differences exceed the noise.\n\n", beyond, differences.size());
+  }
+  return text;
+}
+
+}  // namespace meniscus::bench

@@ -1,0 +1,26 @@
+// A run as tables for the terminal.
+#pragma once
+
+#include <string>
+
+#include "kernels/compare.hpp"
+#include "kernels/results.hpp"
+
+namespace meniscus::bench {
+
+/// Every result of every session.
+std::string results_table(const BenchRun& run);
+
+/// The verdict on each kernel, farthest from its limit first.
+std::string verdict_table(const BenchRun& run);
+
+/// The differences between paired sessions, and which of them exceed the noise.
+std::string comparison_table(const std::vector<SessionPair>& pairs);
+
+/// The verdicts of one device, farthest from its limit first.
+std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts);
+
+/// "0.93", "-" for what was not measured.
+std::string ratio_text(double ratio);
+
+}  // namespace meniscus::bench

@@ -1,0 +1,25 @@
+// What `bench` is asked for.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace meniscus::cli {
+
+struct BenchOptions {
+  std::string device;                // as --device has it; "all": every usable one
+  std::vector<std::string> kernels;  // parts of names; empty: all
+  std::vector<long long> particles{10000, 40000, 160000};
+  std::array<int, 2> size{1024, 768};  // pixels
+  int threads = 0;                     // 0: one and all
+  int repetitions = 15;
+  std::string json, html, compare;  // files; json "-" is standard output
+  bool quiet = false;
+};
+
+/// Measures the kernels and writes what was asked for.
+/// Throws Error, and CLI::ValidationError where an option names nothing that there is.
+void bench_kernels(const BenchOptions& options);
+
+}  // namespace meniscus::cli

@@ -1,0 +1,170 @@
+// `bench`: measures, and writes tables, JSON and the page.
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+
+#include "cli/bench_command.hpp"
+#include "cli/options.hpp"
+#include "io/input_file.hpp"
+#include "io/output_file.hpp"
+#include "kernels/compare.hpp"
+#include "kernels/measure.hpp"
+#include "kernels/page.hpp"
+#include "kernels/table.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+std::vector<DeviceInfo> chosen_devices(const std::string& selector) {
+  if (selector != "all") return {select_device(selector)};
+  std::vector<DeviceInfo> usable;
+  for (const DeviceInfo& device : list_devices())
+    if (device.usable) usable.push_back(device);
+  if (usable.empty()) select_device("");  // says why there is none
+  return usable;
+}
+
+bench::MeasureOptions measure_options(const BenchOptions& options) {
+  bench::MeasureOptions measure;
+  measure.kernels = options.kernels;
+  measure.particles = options.particles;
+  measure.width = options.size[0];
+  measure.height = options.size[1];
+  measure.repetitions = options.repetitions;
+  return measure;
+}
+
+void check_kernels(const BenchOptions& options) {
+  const std::vector<std::string> names = bench::kernel_names();
+  for (const std::string& part : options.kernels) {
+    std::string all;
+    bool found = false;
+    for (const std::string& name : names) {
+      all += (all.empty() ? "" : ", ") + name;
+      found = found || name.find(part) != std::string::npos;
+    }
+    if (!found) throw usage_error("--kernel is " + part + ", must be a part of one of " + all);
+  }
+}
+
+// What a child process writes to its standard output. OpenCL runtimes read their number of threads
+// once, so that another number needs another process.
+std::string output_of(std::vector<std::string> words) {
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  int ends[2];
+  if (pipe(ends) != 0) throw Error(std::string("bench: no pipe: ") + std::strerror(errno));
+  const pid_t parent = getpid(), child = fork();
+  if (child < 0) throw Error(std::string("bench: no second process: ") + std::strerror(errno));
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(127);
+    dup2(ends[1], STDOUT_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    execv("/proc/self/exe", arguments.data());
+    _exit(127);
+  }
+  close(ends[1]);
+  std::string text;
+  char buffer[4096];
+  for (ssize_t count; (count = read(ends[0], buffer, sizeof buffer)) != 0;) {
+    if (count < 0 && errno != EINTR) break;
+    if (count > 0) text.append(buffer, static_cast<std::size_t>(count));
+  }
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    throw Error("bench: the run with one thread failed; its reason is above");
+  return text;
+}
+
+bench::Session measure_with_one_thread(const BenchOptions& options, const DeviceInfo& device) {
+  std::string particles;
+  for (const long long count : options.particles)
+    particles += (particles.empty() ? "" : ",") + std::to_string(count);
+  std::vector<std::string> words{
+      "meniscus",      "bench",
+      "--threads",     "1",
+      "--json",        "-",
+      "--device",      std::to_string(device.index),
+      "--particles",   particles,
+      "--size",        std::to_string(options.size[0]) + "x" + std::to_string(options.size[1]),
+      "--repetitions", std::to_string(options.repetitions)};
+  for (const std::string& kernel : options.kernels) {
+    words.push_back("--kernel");
+    words.push_back(kernel);
+  }
+  if (options.quiet) words.push_back("--quiet");
+  const bench::BenchRun run = bench::from_json(output_of(words), "the run with one thread");
+  require(run.sessions.size() == 1, "bench: the run with one thread has no results");
+  return run.sessions.front();
+}
+
+bench::BenchRun measure(const BenchOptions& options) {
+  bench::BenchRun run;
+  run.version = version();
+  for (const DeviceInfo& info : chosen_devices(options.device)) {
+    const bool cpu = info.kind == DeviceKind::cpu;
+    const int threads = !cpu                  ? 0
+                        : options.threads > 0 ? options.threads
+                                              : static_cast<int>(info.compute_units);
+    Device device(info);
+    const auto say = [&](const std::string& what) {
+      if (options.quiet) return;
+      const std::string on = cpu ? ", threads: " + std::to_string(threads) : "";
+      std::fprintf(stderr, "measuring  %s on %s%s\n", what.c_str(), info.name.c_str(), on.c_str());
+    };
+    run.sessions.push_back(bench::measure(device, threads, measure_options(options), say));
+    if (cpu && static_cast<int>(info.compute_units) != threads)
+      std::fprintf(stderr, "meniscus: warning: %s uses %u threads whatever --threads says\n",
+                   info.name.c_str(), info.compute_units);
+    if (cpu && options.threads == 0 && threads > 1)
+      run.sessions.push_back(measure_with_one_thread(options, info));
+  }
+  return run;
+}
+
+}  // namespace
+
+void bench_kernels(const BenchOptions& options) {
+  check_kernels(options);
+  use_threads(options.threads);
+  // Files that cannot be read or written are better known now than later.
+  std::optional<bench::BenchRun> old;
+  if (!options.compare.empty())
+    old = bench::from_json(read_file(options.compare).bytes, options.compare);
+  const bool to_output = options.json == "-";
+  std::optional<OutputFile> json, html;
+  if (!options.json.empty() && !to_output) json.emplace(options.json);
+  if (!options.html.empty()) html.emplace(options.html);
+
+  const bench::BenchRun run = measure(options);
+  const std::vector<bench::SessionPair> pairs = bench::pair_sessions(old ? &*old : nullptr, run);
+  if (json) {
+    json->write(bench::to_json(run));
+    json->commit();
+  }
+  if (html) {
+    html->write(bench::to_html(run, pairs));
+    html->commit();
+  }
+  if (to_output) {
+    std::fputs(bench::to_json(run).c_str(), stdout);
+    return;
+  }
+  std::fputs((bench::results_table(run) + bench::verdict_table(run)).c_str(), stdout);
+  std::fputs(bench::comparison_table(pairs).c_str(), stdout);
+}
+
+}  // namespace meniscus::cli

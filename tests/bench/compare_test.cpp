@@ -1,0 +1,82 @@
+// Which differences exceed the noise.
+#include "kernels/compare.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bench/made_up.hpp"
+#include "kernels/table.hpp"
+
+namespace meniscus::bench {
+namespace {
+
+using testing::HasSubstr;
+
+Difference difference(std::vector<double> before, std::vector<double> after) {
+  return {made_up_result("k", kDevice, std::move(before)),
+          made_up_result("k", kDevice, std::move(after))};
+}
+
+TEST(Compare, BothNoisesTogetherAreAllowed) {
+  // The fastest is 1, the fastest quarter reaches to 1.05 and 1.04: up to 9 % is noise.
+  EXPECT_NEAR(difference({1.0, 1.05, 2, 3}, {1.0, 1.04, 2, 3}).noise(), 0.09, 1e-12);
+  EXPECT_STREQ(verdict_on(difference({1.0, 1.05, 2, 3}, {1.08, 1.12, 2, 3})), "within the noise");
+  EXPECT_STREQ(verdict_on(difference({1.0, 1.05, 2, 3}, {1.10, 1.14, 2, 3})), "slower");
+  EXPECT_STREQ(verdict_on(difference({1.0, 1.05, 2, 3}, {0.90, 0.94, 2, 3})), "faster");
+}
+
+TEST(Compare, NoNoiseSeenIsNotNone) {
+  EXPECT_STREQ(verdict_on(difference({1.0, 1.0}, {1.015, 1.015})), "within the noise");
+  EXPECT_STREQ(verdict_on(difference({1.0, 1.0}, {1.025, 1.025})), "slower");
+}
+
+TEST(Compare, OnlyWhatBothHaveIsCompared) {
+  Session before = made_up_session(2), after = made_up_session(2);
+  before.results = {made_up_result("a", kDevice, {1.0}), made_up_result("b", kDevice, {1.0})};
+  after.results = {made_up_result("b", kDevice, {2.0}), made_up_result("b", kNative, {1.0}),
+                   made_up_result("b", kDevice, {1.0}, 77), made_up_result("c", kDevice, {1.0})};
+  const std::vector<Difference> differences = compare(before, after);
+  ASSERT_EQ(differences.size(), 1u);
+  EXPECT_EQ(differences[0].after.kernel, "b");
+  EXPECT_EQ(differences[0].ratio(), 2);
+}
+
+TEST(Compare, SessionsArePairedByDeviceAndThreads) {
+  BenchRun before{"1", {made_up_session(1), made_up_session(2)}};
+  BenchRun after{"1", {made_up_session(2), made_up_session(1)}};
+  const auto pairs = pair_sessions(&before, after);
+  ASSERT_EQ(pairs.size(), 2u);
+  for (const SessionPair& pair : pairs) EXPECT_EQ(pair.before->threads, pair.after->threads);
+
+  // Another device with as many threads, then whatever is left.
+  after.sessions[1].device = "other";
+  after.sessions[0].device = "third";
+  after.sessions[0].threads = 0;
+  const auto others = pair_sessions(&before, after);
+  ASSERT_EQ(others.size(), 2u);
+  EXPECT_EQ(others[0].before, &before.sessions[1]);
+  EXPECT_EQ(others[1].before, &before.sessions[0]);
+}
+
+TEST(Compare, DevicesOfOneRunAreComparedWithTheFirst) {
+  BenchRun run{"1", {made_up_session(2), made_up_session(1), made_up_session(0)}};
+  run.sessions[2].device = "other";
+  const auto pairs = pair_sessions(nullptr, run);
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_EQ(pairs[0].before, &run.sessions[0]);
+  EXPECT_EQ(pairs[0].after, &run.sessions[2]);
+}
+
+TEST(Compare, TheTableCountsWhatExceedsTheNoise) {
+  const BenchRun before = made_up_run();
+  BenchRun after = made_up_run();
+  for (Result& result : after.sessions[0].results)
+    if (result.kernel == "lonely") result.ms = {3.0, 3.0};
+  const std::string table = comparison_table(pair_sessions(&before, after));
+  EXPECT_THAT(table, HasSubstr("1 of 7 differences exceed the noise"));
+  EXPECT_THAT(table, HasSubstr("0 of 7 differences exceed the noise"));
+  EXPECT_THAT(table, HasSubstr("slower"));
+}
+
+}  // namespace
+}  // namespace meniscus::bench
