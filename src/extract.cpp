@@ -2,44 +2,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
+#include <utility>
 
+#include "canonical_order.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "pipeline.hpp"
+#include "to_world.hpp"
 
 namespace meniscus {
 namespace {
-
-// Indices of the particles with finite coordinates, in an order that depends on the set alone: by
-// position, then by own radius. Particles that agree in all of them are interchangeable.
-std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& params,
-                                         std::vector<std::string>& warnings) {
-  std::vector<std::size_t> order;
-  order.reserve(p.size());
-  std::size_t first_bad = p.size();
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    if (std::isfinite(p.x[i]) && std::isfinite(p.y[i]) && std::isfinite(p.z[i]))
-      order.push_back(i);
-    else
-      first_bad = std::min(first_bad, i);
-  }
-  const std::size_t bad = p.size() - order.size();
-  if (bad > 0) {
-    const std::string what = std::to_string(bad) + " of " + std::to_string(p.size()) +
-                             " particles have NaN or infinite coordinates (the first is particle " +
-                             std::to_string(first_bad) + ")";
-    if (params.strict) throw InputError(what + "; leave --strict away to drop them");
-    warnings.push_back(what + " and were dropped");
-  }
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    if (p.x[a] != p.x[b]) return p.x[a] < p.x[b];
-    if (p.y[a] != p.y[b]) return p.y[a] < p.y[b];
-    if (p.z[a] != p.z[b]) return p.z[a] < p.z[b];
-    return !p.radius.empty() && p.radius[a] < p.radius[b];
-  });
-  return order;
-}
 
 // Half the particles' spacing s, from how many particles a sphere inside the fluid holds: for up to
 // 512 particles spread over the canonical order, the sum of 1 - (d/R)^2 over all particles within R
@@ -133,57 +105,31 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
 
   WorldParticles world;
   std::array<double, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-  for (const std::size_t i : order) {
-    const std::array<float, 3> x{particles.x[i], particles.y[i], particles.z[i]};
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], static_cast<double>(x[k]));
-      high[k] = std::max(high[k], static_cast<double>(x[k]));
+  const auto gather = [&](const std::vector<float>& values, std::vector<float>& to, std::size_t k) {
+    to.resize(order.size());
+    float least = INFINITY, most = -INFINITY;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      to[i] = values[order[i]];
+      least = std::min(least, to[i]);
+      most = std::max(most, to[i]);
     }
-    world.x.push_back(x[0]);
-    world.y.push_back(x[1]);
-    world.z.push_back(x[2]);
-    if (!particles.radius.empty())
+    low[k] = least;
+    high[k] = most;
+  };
+  gather(particles.x, world.x, 0);
+  gather(particles.y, world.y, 1);
+  gather(particles.z, world.z, 2);
+  if (!particles.radius.empty())
+    for (const std::size_t i : order)
       world.scale.push_back(static_cast<float>(particles.radius[i] / surface.particle_radius));
-  }
   // The origin that is subtracted first: the middle of the particles, exact in float.
   std::array<double, 3> origin{};
   if (!order.empty())
     for (std::size_t k = 0; k < 3; ++k) origin[k] = static_cast<float>((low[k] + high[k]) / 2);
   const View view = make_view(camera, surface.particle_radius, origin);
 
-  const Extraction extraction = run_pipeline(device, view, world, params, timings);
-
-  const SurfaceMap& image = extraction.image;
-  const std::size_t pixels = image.depth.size();
-  surface.depth.assign(pixels, kNoSurface);
-  surface.normal.resize(pixels);
-  surface.position.resize(pixels);
-  surface.group.assign(pixels, 0);
-  surface.kind = image.kind;
-  surface.residual.assign(pixels, 0.0f);
-  std::int64_t covered = 0;
-  for (std::size_t s = 0; s < pixels; ++s) {
-    if (!(image.depth[s] < kNoSurface)) continue;
-    ++covered;
-    const double u = static_cast<double>(s % image.grid.nx) + 0.5;
-    const double v = static_cast<double>(s / image.grid.nx) + 0.5;
-    surface.depth[s] = static_cast<float>(image.depth[s] * view.radius);
-    surface.position[s] =
-        static_cast<Vec3>(world_from_eye(view, point_at(view, u, v, image.depth[s])));
-    surface.normal[s] = static_cast<Vec3>(world_direction(view, Vec3d(image.normal[s])));
-    const std::int32_t g = image.group[s];
-    if (g < 0) continue;
-    surface.group[s] = static_cast<std::uint32_t>(g) + 1;
-    surface.residual[s] = std::max(0.0f, extraction.residual[g]);
-  }
-  surface.mesh = extraction.mesh;
-  surface.counts = extraction.counts;
-  if (params.image) surface.counts.emplace_back("pixels", covered);
-  for (const auto& [name, count] : surface.counts)
-    if (name == "in view" && count == 0)
-      surface.warnings.push_back(n == 0 ? "there are no particles: the surface is empty"
-                                        : "no particle is in view: the surface is empty");
-  return surface;
+  return to_world(view, run_pipeline(device, view, world, params, timings), std::move(surface),
+                  params);
 }
 
 }  // namespace meniscus

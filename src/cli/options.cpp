@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "dam_break.hpp"
+#include "parallel.hpp"
 
 namespace meniscus::cli {
 
@@ -51,6 +52,7 @@ void use_threads(int threads) {
     const std::string count = std::to_string(threads);
     setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1);  // up to PoCL 3
     setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);   // from PoCL 4 on
+    limit_threads(threads);
   }
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());
   Imf::setGlobalThreadCount(threads > 0 ? threads : static_cast<int>(cores));

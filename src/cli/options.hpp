@@ -22,8 +22,8 @@ std::int64_t parse_particles(const std::string& text);
 /// --threads N; 0 stands for all.
 CLI::Option* add_threads_option(CLI::App& command, int& threads);
 
-/// Limits PoCL and OpenEXR to so many processor threads; 0: all. Call it before the first OpenCL
-/// call: PoCL reads its number of threads then.
+/// Limits PoCL, the host's loops and OpenEXR to so many processor threads; 0: all. Call it before
+/// the first OpenCL call: PoCL reads its number of threads then.
 void use_threads(int threads);
 
 }  // namespace meniscus::cli

@@ -165,6 +165,22 @@ void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t byt
   }
 }
 
+void* Device::State::map_bytes(const cl::Buffer& buffer, std::size_t bytes) {
+  try {
+    return queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
+  } catch (const cl::Error& error) {
+    fail(*this, "mapping a buffer", error);
+  }
+}
+
+void Device::State::unmap(const cl::Buffer& buffer, void* mapped) noexcept {
+  try {
+    queue.enqueueUnmapMemObject(buffer, mapped);
+  } catch (const cl::Error&) {
+    // The next command on the buffer says what is wrong.
+  }
+}
+
 void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
                                std::size_t pattern_bytes, std::size_t bytes) {
   try {

@@ -61,6 +61,8 @@ struct Device::State {
   cl::Buffer allocate_bytes(std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
+  void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);  // for reading; waits
+  void unmap(const cl::Buffer& buffer, void* mapped) noexcept;
   void fill_bytes(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
                   std::size_t bytes);
 
@@ -100,6 +102,41 @@ std::vector<T> download(Device& device, const Buffer<T>& buffer) {
   if (buffer.size) device.state().read_bytes(buffer.memory, values.data(), buffer.size * sizeof(T));
   return values;
 }
+
+/// A buffer's values on the host, to be read while this lives and the device is given no work: in
+/// place where the device shares the host's memory, else a copy. Waits for all work.
+template <class T>
+class HostView {
+ public:
+  HostView(Device& device, const Buffer<T>& buffer)
+      : state_(device.state()), memory_(buffer.memory), size_(buffer.size) {
+    if (size_ == 0) return;
+    if (state_.info.kind == DeviceKind::cpu) {
+      mapped_ = state_.map_bytes(memory_, size_ * sizeof(T));
+      data_ = static_cast<const T*>(mapped_);
+    } else {
+      copy_ = download(device, buffer);
+      data_ = copy_.data();
+    }
+  }
+  ~HostView() {
+    if (mapped_) state_.unmap(memory_, mapped_);
+  }
+  HostView(const HostView&) = delete;
+  HostView& operator=(const HostView&) = delete;
+
+  std::size_t size() const { return size_; }
+  const T* data() const { return data_; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+
+ private:
+  Device::State& state_;
+  cl::Buffer memory_;
+  std::size_t size_;
+  void* mapped_ = nullptr;
+  std::vector<T> copy_;
+  const T* data_ = nullptr;
+};
 
 template <class T>
 const cl::Buffer& kernel_argument(const Buffer<T>& buffer) {

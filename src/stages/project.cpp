@@ -32,10 +32,10 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     const std::size_t count = std::min(kChunk, n - first);
     const std::size_t stride = (count + 63) / 64 * 64;
     const auto chunk = [&](const std::vector<float>& values) {
-      std::vector<float> padded(stride, 1.0f);
+      const Buffer<float> part = filled(device, stride, 1.0f);
       if (!values.empty())
-        std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(first), count, padded.begin());
-      return upload(device, padded);
+        device.state().write_bytes(part.memory, values.data() + first, count * sizeof(float));
+      return part;
     };
     const auto x = chunk(particles.x), y = chunk(particles.y), z = chunk(particles.z);
     const auto scale = chunk(particles.scale);
@@ -44,18 +44,28 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     launch(device, "project.cl", "project_particles", {stride}, "", x, y, z, scale, eye, screen,
            static_cast<cl_int>(stride), from_world, row(view.u_row), row(view.v_row),
            row(view.w_row), extent, size);
-    const std::vector<float> e = download(device, eye), s = download(device, screen);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!(s[2 * stride + i] > 0)) continue;
-      kept.x.push_back(e[i]);
-      kept.y.push_back(e[stride + i]);
-      kept.z.push_back(e[2 * stride + i]);
-      kept.u.push_back(s[i]);
-      kept.v.push_back(s[stride + i]);
-      kept.ku.push_back(s[2 * stride + i]);
-      kept.kv.push_back(s[3 * stride + i]);
-      kept.scale.push_back(particles.scale.empty() ? 1.0f : particles.scale[first + i]);
-    }
+    const HostView e(device, eye), on_screen(device, screen);
+    const float *u = on_screen.data(), *v = u + stride, *ku = v + stride, *kv = ku + stride;
+    std::vector<std::uint32_t> index;  // of those in view, in this chunk
+    index.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+      if (ku[i] > 0) index.push_back(static_cast<std::uint32_t>(i));
+    const auto keep = [&](std::vector<float>& to, const float* from) {
+      const std::size_t had = to.size();
+      to.resize(had + index.size());
+      for (std::size_t k = 0; k < index.size(); ++k) to[had + k] = from[index[k]];
+    };
+    keep(kept.x, e.data());
+    keep(kept.y, e.data() + stride);
+    keep(kept.z, e.data() + 2 * stride);
+    keep(kept.u, u);
+    keep(kept.v, v);
+    keep(kept.ku, ku);
+    keep(kept.kv, kv);
+    if (particles.scale.empty())
+      kept.scale.resize(kept.x.size(), 1.0f);
+    else
+      keep(kept.scale, particles.scale.data() + first);
   }
   return kept;
 }

@@ -1,5 +1,7 @@
 #include "stages/surface_buffers.hpp"
 
+#include "parallel.hpp"
+
 namespace meniscus {
 
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
@@ -14,22 +16,26 @@ SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
 
 SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
   const std::size_t n = surface.grid.size();
+  const HostView depth(device, surface.depth), normal(device, surface.normal);
+  const HostView group(device, surface.group);
+  const HostView kind(device, surface.kind);
   SurfaceMap map;
   map.grid = surface.grid;
-  map.depth = download(device, surface.depth);
-  map.group = download(device, surface.group);
-  const std::vector<float> normal = download(device, surface.normal);
-  const std::vector<cl_uchar> kind = download(device, surface.kind);
+  map.depth.resize(n);
   map.normal.resize(n);
-  map.kind.assign(n, Kind::none);
-  for (std::size_t s = 0; s < n; ++s) {
-    if (!(map.depth[s] < kNoSurface)) {
-      map.group[s] = -1;
-      continue;
+  map.group.resize(n);
+  map.kind.resize(n);
+  constexpr std::size_t kGrain = std::size_t{1} << 15;  // samples that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const bool there = depth[s] < kNoSurface;
+      map.depth[s] = depth[s];
+      map.group[s] = there ? group[s] : -1;
+      if (!there) continue;  // zero as made
+      map.normal[s] = {normal[s], normal[n + s], normal[2 * n + s]};
+      map.kind[s] = static_cast<Kind>(kind[s]);
     }
-    map.normal[s] = {normal[s], normal[n + s], normal[2 * n + s]};
-    map.kind[s] = static_cast<Kind>(kind[s]);
-  }
+  });
   return map;
 }
 

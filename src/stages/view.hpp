@@ -35,17 +35,39 @@ struct PixelPosition {
 };
 
 /// Eye space (particle radii) -> pixel coordinates.
-PixelPosition project(const View& view, const Vec3d& eye);
+inline PixelPosition project(const View& view, const Vec3d& e) {
+  const auto dot4 = [&](const std::array<double, 4>& r) {
+    return r[0] * e.x + r[1] * e.y + r[2] * e.z + r[3];
+  };
+  const double w = dot4(view.w_row);
+  return {dot4(view.u_row) / w, dot4(view.v_row) / w, w};
+}
 
 /// The eye point (particle radii) at depth t > 0 (particle radii) on the ray of pixel (u, v).
-Vec3d point_at(const View& view, double u, double v, double t);
+inline Vec3d point_at(const View& view, double u, double v, double t) {
+  const auto& r = view.ray;
+  const double ox = r[0] + r[1] * u + r[2] * v, oy = r[3] + r[4] * u + r[5] * v;
+  const double dx = r[6] + r[7] * u + r[8] * v, dy = r[9] + r[10] * u + r[11] * v;
+  return {ox + t * dx, oy + t * dy, -t};
+}
 
 /// Direction of the ray of pixel (u, v): d(eye point) / d(depth); not of unit length.
-Vec3d ray_direction(const View& view, double u, double v);
+inline Vec3d ray_direction(const View& view, double u, double v) {
+  const auto& r = view.ray;
+  return {r[6] + r[7] * u + r[8] * v, r[9] + r[10] * u + r[11] * v, -1};
+}
 
-/// Eye space (particle radii) -> world units, and an eye-space direction -> world axes.
-Vec3d world_from_eye(const View& view, const Vec3d& eye);
-Vec3d world_direction(const View& view, const Vec3d& eye_direction);
+/// An eye-space direction -> world axes.
+inline Vec3d world_direction(const View& view, const Vec3d& e) {
+  const auto& m = view.rotation;
+  return {m[0] * e.x + m[3] * e.y + m[6] * e.z, m[1] * e.x + m[4] * e.y + m[7] * e.z,
+          m[2] * e.x + m[5] * e.y + m[8] * e.z};
+}
+
+/// Eye space (particle radii) -> world units, and back.
+inline Vec3d world_from_eye(const View& view, const Vec3d& eye) {
+  return world_direction(view, (eye - view.shift) * view.radius) + view.origin;
+}
 Vec3d eye_from_world(const View& view, const Vec3d& world);
 
 }  // namespace meniscus

@@ -1,0 +1,28 @@
+// Loops on all processors. The only files that name the library behind them (oneTBB) are this one
+// and parallel.cpp.
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <cstddef>
+
+namespace meniscus {
+
+/// Calls work(begin, end) for ranges that together make [0, n), each index once, on as many threads
+/// as there are; one call where there are not more than `grain`. How the range is cut changes from
+/// run to run, so what `work` writes must not depend on it. Passes on what `work` throws.
+template <class Work>
+void parallel_for(std::size_t n, std::size_t grain, const Work& work) {
+  if (n <= grain) {
+    if (n > 0) work(std::size_t{0}, n);
+    return;
+  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, n, grain),
+                    [&](const auto& range) { work(range.begin(), range.end()); });
+}
+
+/// Limits parallel_for to so many threads from now on, the calling one among them.
+void limit_threads(int threads);
+
+}  // namespace meniscus

@@ -1,0 +1,54 @@
+// Loops on all processors.
+#include "parallel.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <vector>
+
+namespace meniscus {
+namespace {
+
+TEST(ParallelFor, VisitsEveryIndexOnce) {
+  for (const std::size_t n : {0, 1, 7, 64, 65, 100'000}) {
+    std::vector<int> visits(n, 0);
+    parallel_for(n, 64, [&](std::size_t begin, std::size_t end) {
+      EXPECT_LT(begin, end);
+      for (std::size_t i = begin; i < end; ++i) ++visits[i];
+    });
+    EXPECT_EQ(visits, std::vector<int>(n, 1));
+  }
+}
+
+TEST(ParallelFor, IsOneCallUpToTheGrain) {
+  int calls = 0;
+  parallel_for(64, 64, [&](std::size_t begin, std::size_t end) {
+    ++calls;
+    EXPECT_EQ(begin, 0u);
+    EXPECT_EQ(end, 64u);
+  });
+  EXPECT_EQ(calls, 1);
+}
+
+TEST(ParallelFor, PassesOnWhatIsThrown) {
+  EXPECT_THROW(parallel_for(1000, 10,
+                            [](std::size_t begin, std::size_t) {
+                              if (begin == 0) throw std::runtime_error("first");
+                            }),
+               std::runtime_error);
+}
+
+TEST(ParallelFor, KeepsToTheLimitOfThreads) {
+  limit_threads(1);
+  std::atomic<int> inside{0}, most{0};
+  parallel_for(1000, 1, [&](std::size_t, std::size_t) {
+    const int now = ++inside;
+    if (now > most) most = now;
+    --inside;
+  });
+  EXPECT_EQ(most, 1);
+}
+
+}  // namespace
+}  // namespace meniscus
