@@ -20,24 +20,6 @@ std::string compiler_options(const cl::Device& device) {
 // Vector loads may reach past the last value by up to one vector of sixteen.
 constexpr std::size_t kPadding = 64 * 16;
 
-// Counts a buffer until the driver frees it, which may be after the Device is gone.
-struct CountedBytes {
-  std::shared_ptr<DeviceMemory> memory;
-  std::uint64_t bytes;
-};
-
-void CL_CALLBACK count_freed(cl_mem, void* counted) {
-  const std::unique_ptr<CountedBytes> freed(static_cast<CountedBytes*>(counted));
-  freed->memory->remove(freed->bytes);
-}
-
-void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffer& buffer,
-                          std::uint64_t bytes) {
-  auto counted = std::make_unique<CountedBytes>(CountedBytes{memory, bytes});
-  buffer.setDestructorCallback(count_freed, counted.get());
-  memory->add(counted.release()->bytes);
-}
-
 [[noreturn]] void fail(const Device::State& state, const std::string& call,
                        const cl::Error& error) {
   std::string what = call + " failed on \"" + state.info.name + "\"" +
@@ -131,18 +113,17 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
   events.emplace_back(name, event);
 }
 
-cl::Buffer Device::State::allocate_bytes(std::size_t bytes) {
+Memory Device::State::allocate_bytes(std::size_t bytes) {
   if (bytes > info.largest_buffer)
     throw DeviceError("a buffer of " + std::to_string(bytes) + " bytes is needed but \"" +
                       info.name + "\" allows " + std::to_string(info.largest_buffer) +
                       " (use a smaller image or another --device)");
   try {
     const std::size_t padded = (bytes + 63) / 64 * 64 + kPadding;
-    cl::Buffer buffer(context, CL_MEM_READ_WRITE, padded);
+    Memory buffer = pool->take(padded);
     const cl_uint zero = 0;
     const std::size_t tail = bytes / 4 * 4;
     queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
-    count_while_it_lives(memory, buffer, padded);
     return buffer;
   } catch (const cl::Error& error) {
     fail(*this, "allocating " + std::to_string(bytes) + " bytes", error);
@@ -222,6 +203,7 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   try {
     state_->context = cl::Context(info.handle);
     state_->queue = cl::CommandQueue(state_->context, info.handle, CL_QUEUE_PROFILING_ENABLE);
+    state_->pool = std::make_unique<MemoryPool>(state_->context, state_->memory);
   } catch (const cl::Error& error) {
     fail(*state_, "opening the device", error);
   }

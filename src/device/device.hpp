@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "device/memory_pool.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -18,7 +19,7 @@ namespace meniscus {
 /// that vector loads of the last work-items stay inside.
 template <class T>
 struct Buffer {
-  cl::Buffer memory;
+  Memory memory;
   std::size_t size = 0;  // values
 };
 
@@ -50,6 +51,7 @@ struct Device::State {
   cl::CommandQueue queue;
   int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
   std::shared_ptr<DeviceMemory> memory = std::make_shared<DeviceMemory>();
+  std::unique_ptr<MemoryPool> pool;
 
   std::map<std::string, cl::Program> programs;            // by file and options
   std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options
@@ -58,7 +60,7 @@ struct Device::State {
 
   cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
   void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
-  cl::Buffer allocate_bytes(std::size_t bytes);
+  Memory allocate_bytes(std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
   void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);  // for reading; waits
@@ -131,7 +133,7 @@ class HostView {
 
  private:
   Device::State& state_;
-  cl::Buffer memory_;
+  Memory memory_;
   std::size_t size_;
   void* mapped_ = nullptr;
   std::vector<T> copy_;

@@ -89,6 +89,7 @@ int main(int argc, char** argv) try {
     nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
     Device device;
     device.state().vector_width = width;
+    device.state().pool->reuse(false);  // every buffer is new, and full of nonsense
     for (const auto& [method, name, what] : method_list()) {
       Parameters parameters;
       parameters.method = method;

@@ -1,0 +1,64 @@
+// Device memory that is used again from frame to frame.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "meniscus/device.hpp"
+
+namespace meniscus {
+
+class DeviceMemory;
+class MemoryPool;
+
+/// A handle to device memory; the last handle gives it back to the pool.
+class Memory {
+ public:
+  Memory() = default;
+  operator const cl::Buffer&() const;
+
+ private:
+  friend class MemoryPool;
+  struct Block;
+  std::shared_ptr<const Block> block_;
+};
+
+/// The memory of one device and its queue. Fresh memory costs a page fault for every 4 KB, in every
+/// frame; what is given back is used again for buffers of about the same size.
+/// All commands on it must go to one in-order queue: what was given back may still be in use by
+/// queued commands, which then come before those of its next user.
+/// The pool holds no more than the most that was in use at a time, or 64 MB. Handles may outlive
+/// the pool and the device, and may be dropped by any thread.
+class MemoryPool {
+ public:
+  MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count);
+
+  /// At least `bytes`, with any content. Throws cl::Error.
+  Memory take(std::size_t bytes);
+
+  /// Whether memory is used again (default). When not, what is given back goes to the driver.
+  void reuse(bool on);
+
+ private:
+  friend struct Memory::Block;
+
+  // What handles share, so that the last can give its block back.
+  struct Shelf {
+    std::mutex mutex;
+    bool reuse = true;
+    std::uint64_t used = 0, most_used = 0, idle = 0;  // bytes
+    std::uint64_t given_back = 0;                     // blocks so far: the age of idle ones
+    std::map<std::size_t, std::map<std::uint64_t, cl::Buffer>> blocks;  // idle: by size, by age
+
+    void shrink(std::uint64_t most);  // drops the oldest until used + idle <= most
+    std::uint64_t most() const;
+  };
+
+  cl::Context context_;
+  std::shared_ptr<DeviceMemory> count_;
+  std::shared_ptr<Shelf> shelf_ = std::make_shared<Shelf>();
+};
+
+}  // namespace meniscus

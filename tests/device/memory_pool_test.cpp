@@ -1,0 +1,111 @@
+// Device memory that is used again.
+#include "device/memory_pool.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "device/device.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kMany = 1 << 20;
+
+cl_mem handle_of(const Buffer<float>& buffer) {
+  return static_cast<const cl::Buffer&>(buffer.memory)();
+}
+
+TEST(MemoryPool, GivesWhatWasGivenBackToTheNextOfThatSize) {
+  Device device;
+  const auto& memory = *device.state().memory;
+  Buffer<float> one = allocate<float>(device, kMany);
+  const Buffer<float> same = one;
+  const cl_mem first = handle_of(one);
+  one = {};
+  EXPECT_NE(handle_of(allocate<float>(device, kMany)), first) << "a handle is left";
+  const std::uint64_t held = memory.now();
+  {
+    const Buffer<float> gone = same;
+    one = allocate<float>(device, 2 * kMany);
+    EXPECT_GT(memory.now(), held) << "another size";
+  }
+  const std::uint64_t after = memory.now();
+  for (int frame = 0; frame < 10; ++frame) {
+    const Buffer<float> a = allocate<float>(device, kMany), b = allocate<float>(device, kMany - 7);
+    EXPECT_NE(handle_of(a), handle_of(b));
+    EXPECT_NE(handle_of(a), first);
+    EXPECT_NE(handle_of(b), first);
+    if (frame > 0) {
+      EXPECT_EQ(memory.now(), after + 4 * kMany + 4 * kMany / 16) << "no more from frame to frame";
+    }
+  }
+}
+
+// The next user's commands come after those that are queued.
+TEST(MemoryPool, WhatIsQueuedIsDoneBeforeMemoryIsUsedAgain) {
+  Device device;
+  std::vector<float> values(kMany);
+  std::iota(values.begin(), values.end(), 0.0f);
+  for (int frame = 0; frame < 20; ++frame) {
+    Buffer<float> first = filled(device, kMany, 1.0f);
+    const cl_mem memory = handle_of(first);
+    const Buffer<float> copy = allocate<float>(device, kMany);
+    device.state().queue.enqueueCopyBuffer(first.memory, copy.memory, 0, 0, 4 * kMany);
+    first = {};
+    const Buffer<float> second = upload(device, values);
+    EXPECT_EQ(handle_of(second), memory);
+    EXPECT_EQ(download(device, copy), std::vector<float>(kMany, 1.0f));
+    EXPECT_EQ(download(device, second), values);
+  }
+}
+
+TEST(MemoryPool, HoldsNoMoreThanWasUsedAtATime) {
+  Device device;
+  const auto& memory = *device.state().memory;
+  constexpr std::size_t kHalf = 10 * kMany;  // 40 MB
+  for (std::size_t frame = 0; frame < 8; ++frame) {
+    const auto a = allocate<char>(device, 4 * kHalf + frame * 8 * kMany);
+    const auto b = allocate<char>(device, 4 * kHalf);
+    device.state().queue.finish();
+    EXPECT_LE(memory.now(), (8 * kHalf + frame * 8 * kMany) * 17 / 16 + 4096) << frame;
+  }
+  device.state().pool->reuse(false);
+  device.state().queue.finish();
+  EXPECT_EQ(memory.now(), 0u);
+}
+
+TEST(MemoryPool, HandlesMayOutliveTheDevice) {
+  std::shared_ptr<DeviceMemory> memory;
+  Buffer<float> left;
+  {
+    Device device;
+    memory = device.state().memory;
+    left = filled(device, kMany, 1.0f);
+    filled(device, 3 * kMany, 1.0f);
+    device.state().queue.finish();
+  }
+  EXPECT_GE(memory->now(), 4 * kMany);
+  left = {};
+  EXPECT_EQ(memory->now(), 0u) << "nothing is left behind";
+}
+
+// What lies beyond a buffer's values is zero in memory that others have used, too.
+TEST(MemoryPool, TailsAreZeroAgain) {
+  Device device;
+  const std::size_t size = 1000;
+  cl_mem memory;
+  {
+    const auto dirty = filled(device, 1024, -1.0f);
+    memory = handle_of(dirty);
+  }
+  const auto clean = allocate<float>(device, size);
+  ASSERT_EQ(handle_of(clean), memory);
+  std::vector<float> tail(24);
+  device.state().queue.enqueueReadBuffer(clean.memory, CL_TRUE, 4 * size, 4 * tail.size(),
+                                         tail.data());
+  EXPECT_EQ(tail, std::vector<float>(tail.size(), 0.0f));
+}
+
+}  // namespace
+}  // namespace meniscus
