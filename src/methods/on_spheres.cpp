@@ -18,10 +18,14 @@ Extraction run_on_spheres(Device& device, const View& view, const WorldParticles
 
   const auto make_surface = [&](const SampleGrid& grid) {
     clock.start("filter");
-    SurfaceBuffers surface = empty_surface(device, grid);
     const DepthAndNormals filtered = filter(spheres, grid);
-    surface.depth = filtered.depth;
-    surface.normal = filtered.normal;
+    const SurfaceBuffers surface{
+        grid,
+        filtered.depth,
+        filtered.normal,
+        filled<cl_int>(device, grid.size(), -1),
+        {},
+        filled<cl_uchar>(device, grid.size(), static_cast<cl_uchar>(Kind::surface))};
     return download(device, surface);
   };
   if (params.image) result.image = make_surface(pixel_grid(view));
