@@ -6,6 +6,9 @@
 #include <exception>
 #include <new>
 #include <string>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "cli/commands.hpp"
 #include "cli/help_formatter.hpp"
@@ -22,6 +25,16 @@ int fail(ExitCode code, const std::string& what) {
     if (c == '\n') c = ' ';
   std::fprintf(stderr, "meniscus: error: %s\n", line.c_str());
   return code;
+}
+
+// Frames need much the same memory one after the other. Left alone, glibc returns what a frame
+// frees to the system, and the next frame pays for every page again: a third of the processor time
+// of a fast method. Blocks beyond 64 MB still go back at once.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 64 << 20);
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+#endif
 }
 
 int run(int argc, char** argv) {
@@ -58,6 +71,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
+    keep_freed_memory();
     meniscus::cli::handle_signals();
     return run(argc, argv);
   } catch (const std::bad_alloc&) {
