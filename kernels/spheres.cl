@@ -54,10 +54,10 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   store_record(t, record, 2);
   store_record(radius * radius, record, 3);
 
-  const intv i0 = first_cell((u - 0.6f * hu) * inverse, shift);
-  const intv i1 = last_cell((u + 0.6f * hu) * inverse, samples.x, shift);
-  const intv j0 = first_cell((v - 0.6f * hv) * inverse, shift);
-  const intv j1 = last_cell((v + 0.6f * hv) * inverse, samples.y, shift);
+  const intv i0 = first_cell((u - 0.69f * hu) * inverse, shift);
+  const intv i1 = last_cell((u + 0.69f * hu) * inverse, samples.x, shift);
+  const intv j0 = first_cell((v - 0.69f * hv) * inverse, shift);
+  const intv j1 = last_cell((v + 0.69f * hv) * inverse, samples.y, shift);
   intv covers = nearest > 0.0f;
   floatv corner = (floatv)(0.0f);
   for (int k = 0; k < 4; ++k) {

@@ -19,16 +19,29 @@ inline floatv smooth(global const float* here, const int stride, const intv reac
   if (!ANY(open)) return centre;
   floatv tap = (floatv)(0.0f);  // k, as a float
   int k = 0;
-  if (ALL(open))  // no lane needs a mask until the first is closed
-    for (; k < sure; ++k) {
-      const floatv next = weight * ((n - tap) / (n + (tap + 1.0f)));
-      const floatv before = LOADF(here - (k + 1) * stride) - centre;
-      const floatv after = LOADF(here + (k + 1) * stride) - centre;
-      if (!ALL((next >= 1.0f / 1024.0f) & (fabs(before) <= z_max) & (fabs(after) <= z_max))) break;
+  if (ALL(open))  // no lane needs a mask until the first is closed; four taps are tested at once
+    for (; k + 4 <= sure; k += 4) {
+      floatv next = weight, least = weight, farthest = (floatv)(0.0f);
+      floatv more = sum, whole = total;
+#pragma unroll
+      for (int m = 1; m <= 4; ++m) {
+        next = next * ((n - tap) / (n + (tap + 1.0f)));
+        tap += 1.0f;
+        const floatv before = LOADF(here - (k + m) * stride) - centre;
+        const floatv after = LOADF(here + (k + m) * stride) - centre;
+        least = SELECT(least, next, next < least);
+        farthest = SELECT(farthest, fabs(before), fabs(before) > farthest);
+        farthest = SELECT(farthest, fabs(after), fabs(after) > farthest);
+        more += next * (before + after);
+        whole += 2.0f * next;
+      }
+      if (!ALL((least >= 1.0f / 1024.0f) & (farthest <= z_max))) {
+        tap -= 4.0f;
+        break;
+      }
       weight = next;
-      tap += 1.0f;
-      sum += weight * (before + after);
-      total += 2.0f * weight;
+      sum = more;
+      total = whole;
     }
   for (; k < most; ++k) {
     weight = weight * ((n - tap) / (n + (tap + 1.0f)));

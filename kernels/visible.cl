@@ -49,8 +49,9 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   store_record(bulge, record, 5);
 }
 
-// The cells inside the rectangle that the disc holds, and the deepest front there. Half sides of
-// 0.6 half axes: the front at the corners is 0.53 bulges before the centre. Like outline_discs.
+// The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
+// half axes, as large as fits: cells that no disc covers cost more than bounds that are less near.
+// Like outline_discs.
 kernel void cover_discs(global const float* particles,
                         global int* cover,      // [4][stride] see bins.cl
                         global float* deepest,  // [stride]
@@ -64,10 +65,10 @@ kernel void cover_discs(global const float* particles,
   const floatv ru = sphere.x * LOADF(here + 3 * stride);
   const floatv rv = sphere.x * LOADF(here + 4 * stride);
   const floatv bulge = sphere.x * sphere.y * LOADF(here + 5 * stride);
-  const intv i0 = first_cell((u - 0.6f * ru - origin.x) * origin.y, shift);
-  const intv i1 = last_cell((u + 0.6f * ru - origin.x) * origin.y, nodes.x, shift);
-  const intv j0 = first_cell((v - 0.6f * rv - origin.x) * origin.y, shift);
-  const intv j1 = last_cell((v + 0.6f * rv - origin.x) * origin.y, nodes.y, shift);
+  const intv i0 = first_cell((u - 0.69f * ru - origin.x) * origin.y, shift);
+  const intv i1 = last_cell((u + 0.69f * ru - origin.x) * origin.y, nodes.x, shift);
+  const intv j0 = first_cell((v - 0.69f * rv - origin.x) * origin.y, shift);
+  const intv j1 = last_cell((v + 0.69f * rv - origin.x) * origin.y, nodes.y, shift);
   const floatv left = origin.x + step * TO_FLOATV(first_of(i0, shift));
   const floatv right = origin.x + step * TO_FLOATV(last_of(i1, nodes.x, shift));
   const floatv above = origin.x + step * TO_FLOATV(first_of(j0, shift));

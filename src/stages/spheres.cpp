@@ -1,8 +1,9 @@
 #include "stages/spheres.hpp"
 
-#include <climits>
+#include <algorithm>
 #include <cmath>
 
+#include "parallel.hpp"
 #include "stages/bins.hpp"
 #include "stages/surface_buffers.hpp"
 
@@ -62,18 +63,22 @@ DeviceSpheres upload_spheres(Device& device, const View& view, const Projected& 
                              double footprint) {
   const std::size_t n = particles.size(), stride = (n + 63) / 64 * 64;
   std::vector<float> values(8 * stride, 0.0f);
+  constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const double radius = footprint * particles.scale[k];
+      const PixelPosition at = project(view, particles.eye(k));
+      // A hundredth of a pixel for what the kernel rounds.
+      const double hu = half_extent(view.u_row, view.w_row, at.u, at.w, radius) + 0.01;
+      const double hv = half_extent(view.v_row, view.w_row, at.v, at.w, radius) + 0.01;
+      const double row[8] = {
+          particles.x[k], particles.y[k], -particles.z[k], radius, at.u, at.v, hu, hv};
+      for (std::size_t r = 0; r < 8; ++r) values[r * stride + k] = static_cast<float>(row[r]);
+    }
+  });
   double pixels = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double radius = footprint * particles.scale[k];
-    const PixelPosition at = project(view, particles.eye(k));
-    // A hundredth of a pixel for what the kernel rounds.
-    const double hu = half_extent(view.u_row, view.w_row, at.u, at.w, radius) + 0.01;
-    const double hv = half_extent(view.v_row, view.w_row, at.v, at.w, radius) + 0.01;
-    pixels += std::min(hu, hv);
-    const double row[8] = {
-        particles.x[k], particles.y[k], -particles.z[k], radius, at.u, at.v, hu, hv};
-    for (std::size_t r = 0; r < 8; ++r) values[r * stride + k] = static_cast<float>(row[r]);
-  }
+  for (std::size_t k = 0; k < n; ++k)
+    pixels += std::min(values[6 * stride + k], values[7 * stride + k]);
   return {upload(device, values), static_cast<int>(n), static_cast<int>(stride),
           n > 0 ? pixels / static_cast<double>(n) : 0};
 }
