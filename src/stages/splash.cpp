@@ -5,6 +5,45 @@
 #include "stages/cells.hpp"
 
 namespace meniscus {
+namespace {
+
+enum : char { kUnknown, kBody, kSplash };
+
+// States of the particles in the cells' order: body for those whose piece is seen at a glance to be
+// larger than `largest`, because enough particles are near or one of them is body. Inside the fluid
+// that is nearly always so after a look into the particle's own cell.
+std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest) {
+  const std::size_t n = cells.item.size();
+  std::vector<char> state(n, kUnknown);
+  std::vector<std::size_t> found;  // neighbours, each once though cells may share a bucket
+  for (std::size_t p = 0; p < n; ++p) {
+    if (state[p] != kUnknown) continue;
+    const float x = cells.x[p], y = cells.y[p], z = cells.z[p];
+    const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
+                       cz = cell_of(z, cells.inverse_cell);
+    found.clear();
+    const auto is_body_by = [&](int i, int j, int k) {
+      const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
+      const std::size_t end = static_cast<std::size_t>(cells.start[bucket + 1]);
+      for (std::size_t q = static_cast<std::size_t>(cells.start[bucket]); q < end; ++q) {
+        const float dx = cells.x[q] - x, dy = cells.y[q] - y, dz = cells.z[q] - z;
+        if (q == p || dx * dx + dy * dy + dz * dz >= link * link) continue;
+        if (state[q] == kBody) return true;
+        if (std::find(found.begin(), found.end(), q) == found.end()) found.push_back(q);
+        if (found.size() >= largest) return true;
+      }
+      return false;
+    };
+    bool body = largest == 0 || is_body_by(0, 0, 0);
+    for (int c = 0; !body && c < 27; ++c) body = is_body_by(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1);
+    if (!body) continue;
+    state[p] = kBody;
+    for (const std::size_t q : found) state[q] = kBody;
+  }
+  return state;
+}
+
+}  // namespace
 
 SplashSplit split_splash(const Projected& projected, const SplashParams& params) {
   SplashSplit split;
@@ -13,8 +52,10 @@ SplashSplit split_splash(const Projected& projected, const SplashParams& params)
   const Cells cells = make_cells(projected.x, projected.y, projected.z, std::max(link, 0.1f));
   const std::size_t largest = static_cast<std::size_t>(params.pieces);
 
-  enum : char { kUnknown, kBody, kSplash };
-  std::vector<char> state(projected.size(), kUnknown);
+  const std::vector<char> marked = mark_body(cells, link, largest);
+  std::vector<char> state(projected.size());
+  for (std::size_t p = 0; p < state.size(); ++p) state[cells.item[p]] = marked[p];
+
   std::vector<std::int32_t> piece;
   for (std::int32_t seed = 0; seed < n; ++seed) {
     if (state[seed] != kUnknown) continue;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "parallel.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -11,11 +13,12 @@ constexpr double kLeastVisibility = 1e-4;  // v of a particle that is barely see
 }  // namespace
 
 Cells cells_of(const Projected& projected, const std::vector<std::int32_t>& index, double side) {
-  std::vector<float> x, y, z;
-  for (const std::int32_t i : index) {
-    x.push_back(projected.x[i]);
-    y.push_back(projected.y[i]);
-    z.push_back(projected.z[i]);
+  const std::size_t n = index.size();
+  std::vector<float> x(n), y(n), z(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    x[k] = projected.x[index[k]];
+    y[k] = projected.y[index[k]];
+    z[k] = projected.z[index[k]];
   }
   return make_cells(x, y, z, static_cast<float>(side));
 }
@@ -53,11 +56,15 @@ std::vector<Vec3d> first_normals(const View& view, const Projected& projected, c
       for (const std::int32_t v : mesh.triangle[t]) sum[place[v]] += normals[t] * mesh.area[t];
 
   constexpr double kReach = 4;
-  const Cells cells = cells_of(projected, seen.index, kReach);
   std::vector<Vec3d> result(n);
+  std::vector<std::size_t> without;
   for (std::size_t k = 0; k < n; ++k) {
     result[k] = normalized(sum[k], {0, 0, 0});
-    if (length(result[k]) > 0) continue;
+    if (!(length(result[k]) > 0)) without.push_back(k);
+  }
+  if (without.empty()) return result;
+  const Cells cells = cells_of(projected, seen.index, kReach);
+  for (const std::size_t k : without) {
     const std::size_t i = static_cast<std::size_t>(seen.index[k]);
     Vec3d near;
     visit_near(cells, projected.x[i], projected.y[i], projected.z[i], [&](std::int32_t p) {
@@ -89,10 +96,11 @@ SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t p = static_cast<std::size_t>(bucket[i]);
     const Vec3d g{gradients[p], gradients[n + p], gradients[2 * n + p]};
-    const double steep = 2 * length(g);  // 1/s
+    const double steep = 2 * length(g);            // 1/s
+    if (place[i] < 0 && !(steep > 0.1)) continue;  // most of them
     const double sparse = 1.5 * std::max(0.0, 0.97 - double{gradients[3 * n + p]});
     const double open = smooth_step(0.22, 0.42, std::hypot(steep, sparse));
-    if (place[i] < 0 && !(open > 0.01 && steep > 0.1)) continue;
+    if (place[i] < 0 && !(open > 0.01)) continue;
     Vec3d normal = g * (-1 / std::max(length(g), 1e-12));
     if (place[i] >= 0) {
       const double sure = smooth_step(0.15, 0.35, steep);
@@ -108,26 +116,29 @@ SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
 Visible with_rim(const Projected& projected, const Visible& seen, const SurfaceParticles& around) {
   constexpr double kReach = 6, kOpen = 0.5;
   const Cells cells = cells_of(projected, seen.index, kReach);
+  const std::size_t n = around.index.size();
+  std::vector<char> near(n, 0);
+  constexpr std::size_t kGrain = 512;  // particles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (around.weight[k] < kOpen) continue;
+      const std::int32_t i = around.index[k];
+      const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
+      visit_near(cells, x, y, z, [&](std::int32_t p) {
+        const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
+        near[k] = dx * dx + dy * dy + dz * dz < kReach * kReach;
+        return near[k] == 0;
+      });
+    }
+  });
   Visible result;
   std::size_t next = 0;
-  for (std::size_t k = 0; k < around.index.size(); ++k) {
+  for (std::size_t k = 0; k < n; ++k) {
     const std::int32_t i = around.index[k];
-    if (next < seen.index.size() && seen.index[next] == i) {
-      result.index.push_back(i);
-      result.owned.push_back(seen.owned[next++]);
-      continue;
-    }
-    if (around.weight[k] < kOpen) continue;
-    const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-    bool near = false;
-    visit_near(cells, x, y, z, [&](std::int32_t p) {
-      const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-      near = dx * dx + dy * dy + dz * dz < kReach * kReach;
-      return !near;
-    });
-    if (!near) continue;
+    const bool is_seen = next < seen.index.size() && seen.index[next] == i;
+    if (!is_seen && near[k] == 0) continue;
     result.index.push_back(i);
-    result.owned.push_back(0);
+    result.owned.push_back(is_seen ? seen.owned[next++] : 0);
   }
   return result;
 }

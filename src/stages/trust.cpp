@@ -1,36 +1,46 @@
 #include "stages/trust.hpp"
 
+#include <cmath>
+
+#include "parallel.hpp"
+
 namespace meniscus {
 
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells) {
   constexpr float kReach = 5;  // particle radii
   const std::vector<float> density = measure_density(device, cells, fits.foot);
-  std::vector<float> x, y, z;
-  for (const Vec3d& p : fits.position) {
-    x.push_back(static_cast<float>(p.x));
-    y.push_back(static_cast<float>(p.y));
-    z.push_back(static_cast<float>(p.z));
+  std::vector<float> x(fits.size()), y(fits.size()), z(fits.size());
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    x[k] = static_cast<float>(fits.position[k].x);
+    y[k] = static_cast<float>(fits.position[k].y);
+    z[k] = static_cast<float>(fits.position[k].z);
   }
   const Cells near = make_cells(x, y, z, kReach);
   std::vector<double> trust(fits.size(), 0.0);
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (fits.residual[k] < 0) continue;
-    double weight = 0, dense = 0, apart = 0;
-    visit_near(near, x[k], y[k], z[k], [&](std::int32_t p) {
-      const std::size_t j = static_cast<std::size_t>(near.item[p]);
-      const double l = length(fits.position[j] - fits.position[k]);
-      if (l >= kReach || fits.residual[j] < 0 || dot(fits.normal[j], fits.normal[k]) < 0.5)
+  constexpr std::size_t kGrain = 128;  // fits that are worth a thread
+  parallel_for(fits.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (fits.residual[k] < 0) continue;
+      double weight = 0, dense = 0, apart = 0;
+      visit_near(near, x[k], y[k], z[k], [&](std::int32_t p) {
+        const std::size_t j = static_cast<std::size_t>(near.item[p]);
+        const Vec3d apart_by = fits.position[j] - fits.position[k];
+        const double squared = dot(apart_by, apart_by);
+        if (squared >= kReach * kReach) return true;  // most of them, without the root
+        const double l = std::sqrt(squared);
+        if (l >= kReach || fits.residual[j] < 0 || dot(fits.normal[j], fits.normal[k]) < 0.5)
+          return true;
+        const double w = (1 - l / kReach) * fits.edge[j];
+        weight += w;
+        dense += w * density[j];
+        apart += w * fits.spread[j];
         return true;
-      const double w = (1 - l / kReach) * fits.edge[j];
-      weight += w;
-      dense += w * density[j];
-      apart += w * fits.spread[j];
-      return true;
-    });
-    trust[k] = smooth_step(0.24, 0.33, dense / weight) * smooth_step(5, 12, fits.supporters[k]) *
-               (1 - smooth_step(0.45, 0.75, apart / weight));
-  }
+      });
+      trust[k] = smooth_step(0.24, 0.33, dense / weight) * smooth_step(5, 12, fits.supporters[k]) *
+                 (1 - smooth_step(0.45, 0.75, apart / weight));
+    }
+  });
   return trust;
 }
 

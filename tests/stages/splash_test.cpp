@@ -46,7 +46,8 @@ std::vector<std::size_t> piece_sizes(const Projected& p, double link) {
 }
 
 TEST(SplitSplash, TakesTheSmallPieces) {
-  for (const auto& [side, pieces] : {std::pair{14.0, 6}, {9.0, 6}, {20.0, 1}, {14.0, 0}}) {
+  for (const auto& [side, pieces] :
+       {std::pair{14.0, 6}, {9.0, 6}, {20.0, 1}, {14.0, 0}, {17.0, 2}, {14.0, 40}}) {
     const Projected p = scattered(400, side, 3);
     SplashParams params;
     params.pieces = pieces;
