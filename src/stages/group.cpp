@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "parallel.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -84,26 +86,72 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
   }
 }
 
+// The kept triangles around each kept triangle, itself among them: those that share a vertex.
+struct Fans {
+  std::vector<std::size_t> start;      // [triangles + 1]
+  std::vector<std::int32_t> triangle;  // ascending for each
+  std::vector<std::size_t> mirror;     // where the neighbour has this one among its own
+};
+
+Fans fans_around(const Triangulation& mesh) {
+  Fans fans;
+  fans.start.reserve(mesh.triangle.size() + 1);
+  fans.start.push_back(0);
+  fans.triangle.reserve(16 * mesh.triangle.size());
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+    if (mesh.kind[t] == TriangleKind::kept) {
+      // The three fans are ascending: the least of their heads comes next.
+      const std::int32_t *head[3], *end[3];
+      for (int k = 0; k < 3; ++k) {
+        head[k] = mesh.fan.data() + mesh.fan_start[mesh.triangle[t][k]];
+        end[k] = mesh.fan.data() + mesh.fan_start[mesh.triangle[t][k] + 1];
+      }
+      for (;;) {
+        std::int32_t least = std::numeric_limits<std::int32_t>::max();
+        for (int k = 0; k < 3; ++k)
+          if (head[k] != end[k]) least = std::min(least, *head[k]);
+        if (least == std::numeric_limits<std::int32_t>::max()) break;
+        for (int k = 0; k < 3; ++k) head[k] += head[k] != end[k] && *head[k] == least;
+        fans.triangle.push_back(least);
+      }
+    }
+    fans.start.push_back(fans.triangle.size());
+  }
+  // The lists are ascending, so the neighbours meet each triangle in its list's order.
+  fans.mirror.reserve(fans.triangle.size());
+  std::vector<std::size_t> next(fans.start.begin(), fans.start.end() - 1);
+  for (const std::int32_t k : fans.triangle) fans.mirror.push_back(next[k]++);
+  return fans;
+}
+
 }  // namespace
 
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
-  std::vector<Vec3d> normals = mesh.normal;
-  std::vector<std::int32_t> near;
+  const Fans near = fans_around(mesh);
+  const std::size_t n = mesh.triangle.size();
+  constexpr std::size_t kGrain = 256;  // triangles that are worth a thread
+  std::vector<Vec3d> normals = mesh.normal, smoothed = normals;
+  std::vector<double> alike(near.triangle.size());  // the same both ways: computed once a pair
   for (int round = 0; round < rounds; ++round) {
-    std::vector<Vec3d> smoothed = normals;
-    for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
-      if (mesh.kind[t] != TriangleKind::kept) continue;
-      near.clear();
-      for (const std::int32_t v : mesh.triangle[t])
-        near.insert(near.end(), mesh.fan.begin() + mesh.fan_start[v],
-                    mesh.fan.begin() + mesh.fan_start[v + 1]);
-      std::sort(near.begin(), near.end());
-      near.erase(std::unique(near.begin(), near.end()), near.end());
-      Vec3d sum;
-      for (const std::int32_t k : near)
-        sum += normals[k] * (mesh.area[k] * std::exp(-8 * (1 - dot(normals[t], normals[k]))));
-      smoothed[t] = normalized(sum, normals[t]);
-    }
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t)
+        for (std::size_t p = near.start[t]; p < near.start[t + 1]; ++p) {
+          const std::int32_t k = near.triangle[p];
+          if (k < static_cast<std::int32_t>(t)) continue;
+          alike[p] = alike[near.mirror[p]] = std::exp(-8 * (1 - dot(normals[t], normals[k])));
+        }
+    });
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        if (near.start[t] == near.start[t + 1]) continue;
+        Vec3d sum;
+        for (std::size_t p = near.start[t]; p < near.start[t + 1]; ++p) {
+          const std::int32_t k = near.triangle[p];
+          sum += normals[k] * (mesh.area[k] * alike[p]);
+        }
+        smoothed[t] = normalized(sum, normals[t]);
+      }
+    });
     normals.swap(smoothed);
   }
   return normals;

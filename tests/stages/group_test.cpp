@@ -34,7 +34,7 @@ Partition partition(const Triangulation& mesh, const Groups& groups,
 
 TEST(SmoothNormals, WeighNeighboursByAreaAndSimilarity) {
   Random random(3);
-  const Triangulation mesh = triangulated(field(8, 2, [&](double u, double v) {
+  const Triangulation mesh = triangulated(field(16, 2, [&](double u, double v) {
     return waves(u, v) + (u > 20 && v > 20 ? random(0, 7) : 0);
   }));
   ASSERT_GT(std::count(mesh.kind.begin(), mesh.kind.end(), TriangleKind::ghost), 0);
@@ -52,6 +52,18 @@ TEST(SmoothNormals, WeighNeighboursByAreaAndSimilarity) {
     }
     EXPECT_NEAR(length(actual[t] - normalized(sum)), 0, kRounding);
   }
+}
+
+// More triangles than a thread takes at a time.
+TEST(SmoothNormals, DoNotDependOnHowTheWorkIsCut) {
+  Random random(6);
+  const Triangulation mesh =
+      triangulated(field(40, 5, [&](double u, double v) { return waves(u, v) + random(0, 2); }));
+  const std::vector<Vec3d> first = smooth_normals(mesh, 4);
+  for (int run = 0; run < 5; ++run) EXPECT_EQ(smooth_normals(mesh, 4), first);
+  Triangulation step = mesh;
+  for (int round = 0; round < 4; ++round) step.normal = smooth_normals(step, 1);
+  EXPECT_EQ(step.normal, first);
 }
 
 TEST(SmoothNormals, LeaveAPlaneAndRepeat) {
