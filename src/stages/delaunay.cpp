@@ -18,30 +18,35 @@ std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>
   // Insert along boustrophedon rows of the screen, each point with its predecessor's face as a
   // hint: short walks. The triangulation does not depend on the order, because CGAL settles
   // cocircular points by a symbolic perturbation in the lexicographic order of the points.
-  std::vector<std::int32_t> order(points.size());
   double low = 0, high = 1;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    order[i] = static_cast<std::int32_t>(i);
     low = i ? std::min(low, points[i].v) : points[i].v;
     high = i ? std::max(high, points[i].v) : points[i].v;
   }
   const double rows = std::max(1.0, std::sqrt(static_cast<double>(points.size()) / 2));
   const double per_row = std::max((high - low) / rows, 1e-9);
-  const auto row = [&](std::int32_t i) { return static_cast<long>((points[i].v - low) / per_row); };
-  std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-    const long ra = row(a), rb = row(b);
-    if (ra != rb) return ra < rb;
-    if (points[a].u != points[b].u) return (points[a].u < points[b].u) == (ra % 2 == 0);
-    if (points[a].v != points[b].v) return points[a].v < points[b].v;
-    return a < b;  // of equal points the first stays
+  struct Place {
+    long row;
+    double u, v;
+    std::int32_t index;
+  };
+  std::vector<Place> order(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    order[i] = {static_cast<long>((points[i].v - low) / per_row), points[i].u, points[i].v,
+                static_cast<std::int32_t>(i)};
+  std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) {
+    if (a.row != b.row) return a.row < b.row;
+    if (a.u != b.u) return (a.u < b.u) == (a.row % 2 == 0);
+    if (a.v != b.v) return a.v < b.v;
+    return a.index < b.index;  // of equal points the first stays
   });
 
   Delaunay triangulation;
   Delaunay::Face_handle hint;
-  for (const std::int32_t i : order) {
+  for (const Place& place : order) {
     const std::size_t before = triangulation.number_of_vertices();
-    const auto vertex = triangulation.insert({points[i].u, points[i].v}, hint);
-    if (triangulation.number_of_vertices() > before) vertex->info() = i;
+    const auto vertex = triangulation.insert({place.u, place.v}, hint);
+    if (triangulation.number_of_vertices() > before) vertex->info() = place.index;
     hint = vertex->face();
   }
 

@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include "parallel.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -17,6 +19,30 @@ double edge_length(const Projected& projected, const Triangulation& mesh, std::i
       0.5 * (projected.kv[pa] / projected.scale[pa] + projected.kv[pb] / projected.scale[pb]);
   return std::hypot((mesh.screen[a].u - mesh.screen[b].u) / ku,
                     (mesh.screen[a].v - mesh.screen[b].v) / kv);
+}
+
+// Whether vertex v lies in a pit of its ring.
+bool is_pit(const View& view, const Triangulation& mesh, std::size_t v,
+            const std::vector<std::int32_t>& ring) {
+  constexpr double kDepth = 0.9;  // particle radii
+  Vec3d middle;
+  for (const std::int32_t w : ring) middle += mesh.position[w];
+  middle = middle / static_cast<double>(ring.size());
+  // No plane through the middle is farther than the middle is; the margin is for rounding.
+  if (length(mesh.position[v] - middle) < 0.999 * kDepth) return false;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const std::int32_t w : ring) {
+    const Vec3d d = mesh.position[w] - middle;
+    const double c[3] = {d.x, d.y, d.z};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) spread(i, j) += c[i] * c[j];
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+  Vec3d normal{axes.eigenvectors()(0, 0), axes.eigenvectors()(1, 0), axes.eigenvectors()(2, 0)};
+  if (dot(normal, ray_direction(view, mesh.screen[v].u, mesh.screen[v].v)) > 0) normal = -normal;
+  const double rms =
+      std::sqrt(std::max(0.0, axes.eigenvalues()[0]) / static_cast<double>(ring.size()));
+  return dot(mesh.position[v] - middle, normal) < -kDepth - rms;
 }
 
 }  // namespace
@@ -70,37 +96,24 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
 }
 
 Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible) {
-  constexpr double kDepth = 0.9;  // particle radii
-  Visible kept;
-  std::vector<std::int32_t> ring;
-  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
-    ring.clear();
-    for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
-      for (const std::int32_t w : mesh.triangle[mesh.fan[f]])
-        if (w != static_cast<std::int32_t>(v)) ring.push_back(w);
-    std::sort(ring.begin(), ring.end());
-    ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-    bool pit = false;
-    if (ring.size() >= 4) {
-      Vec3d middle;
-      for (const std::int32_t w : ring) middle += mesh.position[w];
-      middle = middle / static_cast<double>(ring.size());
-      Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-      for (const std::int32_t w : ring) {
-        const Vec3d d = mesh.position[w] - middle;
-        const double c[3] = {d.x, d.y, d.z};
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) spread(i, j) += c[i] * c[j];
-      }
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
-      Vec3d normal{axes.eigenvectors()(0, 0), axes.eigenvectors()(1, 0), axes.eigenvectors()(2, 0)};
-      if (dot(normal, ray_direction(view, mesh.screen[v].u, mesh.screen[v].v)) > 0)
-        normal = -normal;
-      const double rms =
-          std::sqrt(std::max(0.0, axes.eigenvalues()[0]) / static_cast<double>(ring.size()));
-      pit = dot(mesh.position[v] - middle, normal) < -kDepth - rms;
+  const std::size_t n = mesh.position.size();
+  std::vector<char> pit(n, 0);
+  constexpr std::size_t kGrain = 256;  // vertices that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> ring;
+    for (std::size_t v = begin; v < end; ++v) {
+      ring.clear();
+      for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
+        for (const std::int32_t w : mesh.triangle[mesh.fan[f]])
+          if (w != static_cast<std::int32_t>(v)) ring.push_back(w);
+      std::sort(ring.begin(), ring.end());
+      ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+      pit[v] = ring.size() >= 4 && is_pit(view, mesh, v, ring);
     }
-    if (pit) continue;
+  });
+  Visible kept;
+  for (std::size_t v = 0; v < n; ++v) {
+    if (pit[v]) continue;
     kept.index.push_back(visible.index[v]);
     kept.owned.push_back(visible.owned[v]);
   }

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <set>
 
@@ -191,6 +192,60 @@ TEST(Triangulate, FansListTheKeptTrianglesAroundEachVertex) {
                                         mesh.fan.begin() + mesh.fan_start[v + 1]),
               expected);
   }
+}
+
+// How far vertex v lies behind the plane through its ring, less the ring's own RMS distance from
+// it.
+double depth_of_pit(const Triangulation& mesh, std::size_t v) {
+  std::set<std::int32_t> ring;
+  for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
+    ring.insert(mesh.triangle[mesh.fan[f]].begin(), mesh.triangle[mesh.fan[f]].end());
+  ring.erase(static_cast<std::int32_t>(v));
+  if (ring.size() < 4) return -1;
+  Eigen::MatrixXd points(3, static_cast<Eigen::Index>(ring.size()));
+  Eigen::Index k = 0;
+  for (const std::int32_t w : ring) {
+    const Vec3d& p = mesh.position[w];
+    points.col(k++) = Eigen::Vector3d(p.x, p.y, p.z);
+  }
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  points.colwise() -= middle;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(points, Eigen::ComputeFullU);
+  Eigen::Vector3d normal = svd.matrixU().col(2);
+  if (normal.z() < 0) normal = -normal;  // the camera looks down -z
+  const Vec3d& p = mesh.position[v];
+  return -(Eigen::Vector3d(p.x, p.y, p.z) - middle).dot(normal) -
+         svd.singularValues()[2] / std::sqrt(static_cast<double>(ring.size()));
+}
+
+TEST(WithoutPits, LeavesOutWhatLiesFarBehindItsRing) {
+  Random random(4);
+  int pits = 0, shallow = 0;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const Projected p = field(36, seed, [&](double u, double v) {
+      const double t = 25 + 0.4 * u + std::cos(0.3 * v);
+      return random(0, 1) < 0.1 ? t + random(-2, 2) : t + random(-0.1, 0.1);
+    });
+    const Triangulation mesh = triangulated(p);
+    std::vector<std::int32_t> wanted;
+    for (std::size_t v = 0; v < p.size(); ++v) {
+      const double depth = depth_of_pit(mesh, v);
+      ASSERT_GT(std::abs(depth - 0.9), 1e-9) << "rounding would decide";
+      if (depth <= 0.9) wanted.push_back(static_cast<std::int32_t>(v));
+      pits += depth > 0.9;
+      shallow += depth > 0.4 && depth <= 0.9;
+    }
+    const Visible kept = without_pits(plain_view(), mesh, all_visible(p));
+    EXPECT_EQ(kept.index, wanted);
+    EXPECT_EQ(kept.owned.size(), wanted.size());
+  }
+  EXPECT_GT(pits, 20);
+  EXPECT_GT(shallow, 20);
+}
+
+TEST(WithoutPits, ARingOfThreeTellsNothing) {
+  const Projected p = place({{10, 10, 20}, {14, 10, 20}, {12, 13, 20}, {12, 11, 23}});
+  EXPECT_EQ(without_pits(plain_view(), triangulated(p), all_visible(p)).index.size(), 4u);
 }
 
 TEST(Triangulate, FewParticlesGiveNothing) {
