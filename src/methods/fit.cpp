@@ -108,15 +108,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
   clock.start("triangulate");
-  Visible visible = more_visible(fitted, params.visible.owned);
-  Triangulation mesh = triangulate(view, projected, visible, params.triangle);
-  constexpr int kPitRounds = 3;  // particles side by side in a pit go one after the other
-  for (int round = 0; round < kPitRounds; ++round) {
-    Visible rest = without_pits(view, mesh, visible);
-    if (rest.index.size() == visible.index.size()) break;
-    visible = std::move(rest);
-    mesh = triangulate(view, projected, visible, params.triangle);
-  }
+  const auto [visible, mesh] = triangulate_without_pits(
+      view, projected, more_visible(fitted, params.visible.owned), params.triangle);
   clock.start("surface");
   const std::vector<Vec3d> normals = first_normals(
       view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));

@@ -8,16 +8,21 @@
 #include "stages/triangulate.hpp"
 
 namespace meniscus {
+namespace {
 
-std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>& points) {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Kernel>;
-  using Structure = CGAL::Triangulation_data_structure_2<VertexBase>;
-  using Delaunay = CGAL::Delaunay_triangulation_2<Kernel, Structure>;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Kernel>;
+using Structure = CGAL::Triangulation_data_structure_2<VertexBase>;
+using Delaunay = CGAL::Delaunay_triangulation_2<Kernel, Structure>;
 
-  // Insert along boustrophedon rows of the screen, each point with its predecessor's face as a
-  // hint: short walks. The triangulation does not depend on the order, because CGAL settles
-  // cocircular points by a symbolic perturbation in the lexicographic order of the points.
+// A point on its way into the triangulation: along boustrophedon rows of the screen.
+struct Place {
+  long row;
+  double u, v;
+  std::int32_t index;
+};
+
+std::vector<Place> rows_of(const std::vector<ScreenPoint>& points) {
   double low = 0, high = 1;
   for (std::size_t i = 0; i < points.size(); ++i) {
     low = i ? std::min(low, points[i].v) : points[i].v;
@@ -25,11 +30,6 @@ std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>
   }
   const double rows = std::max(1.0, std::sqrt(static_cast<double>(points.size()) / 2));
   const double per_row = std::max((high - low) / rows, 1e-9);
-  struct Place {
-    long row;
-    double u, v;
-    std::int32_t index;
-  };
   std::vector<Place> order(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     order[i] = {static_cast<long>((points[i].v - low) / per_row), points[i].u, points[i].v,
@@ -40,26 +40,126 @@ std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>
     if (a.v != b.v) return a.v < b.v;
     return a.index < b.index;  // of equal points the first stays
   });
+  return order;
+}
 
+}  // namespace
+
+struct ScreenDelaunay::Net {
+  std::vector<ScreenPoint> points;
   Delaunay triangulation;
-  Delaunay::Face_handle hint;
-  for (const Place& place : order) {
-    const std::size_t before = triangulation.number_of_vertices();
-    const auto vertex = triangulation.insert({place.u, place.v}, hint);
-    if (triangulation.number_of_vertices() > before) vertex->info() = place.index;
-    hint = vertex->face();
-  }
+  std::vector<Delaunay::Vertex_handle> vertex;  // of each point; none where an earlier one lies
 
-  std::vector<std::array<std::int32_t, 3>> triangles;
-  triangles.reserve(triangulation.number_of_faces());
+  void insert_all();
+  void remove(Delaunay::Vertex_handle gone);
+  bool flip_one(Delaunay::Vertex_handle around);
+};
+
+// Each point with its predecessor's face as a hint: short walks. The triangulation does not depend
+// on the order, because CGAL settles cocircular points by a symbolic perturbation in the
+// lexicographic order of the points.
+void ScreenDelaunay::Net::insert_all() {
+  triangulation.clear();
+  vertex.assign(points.size(), nullptr);
+  Delaunay::Face_handle hint;
+  for (const Place& place : rows_of(points)) {
+    const std::size_t before = triangulation.number_of_vertices();
+    const auto at = triangulation.insert({place.u, place.v}, hint);
+    if (triangulation.number_of_vertices() > before) {
+      at->info() = place.index;
+      vertex[place.index] = at;
+    }
+    hint = at->face();
+  }
+}
+
+// CGAL fills the hole with a Delaunay triangulation, but does not settle cocircular points there as
+// insertion does. Flips settle them: the perturbed triangulation is the only one without an edge to
+// flip, and all new edges lie between neighbours of the vertex.
+void ScreenDelaunay::Net::remove(Delaunay::Vertex_handle gone) {
+  if (triangulation.dimension() < 2) return triangulation.remove(gone);
+  std::vector<Delaunay::Vertex_handle> around;
+  auto next = triangulation.incident_vertices(gone);
+  const auto first = next;
+  do {
+    if (!triangulation.is_infinite(next)) around.push_back(next);
+  } while (++next != first);
+  triangulation.remove(gone);
+  if (triangulation.dimension() < 2) return;
+  for (bool flipped = true; flipped;) {
+    flipped = false;
+    for (const auto& v : around) flipped = flip_one(v) || flipped;
+  }
+}
+
+bool ScreenDelaunay::Net::flip_one(Delaunay::Vertex_handle around) {
+  auto face = triangulation.incident_faces(around);
+  const auto first = face;
+  do {
+    if (triangulation.is_infinite(face)) continue;
+    for (int i = 0; i < 3; ++i) {
+      const auto other = face->neighbor(i);
+      if (triangulation.is_infinite(other) ||
+          triangulation.side_of_oriented_circle(other, face->vertex(i)->point(), true) !=
+              CGAL::ON_POSITIVE_SIDE)
+        continue;
+      triangulation.flip(face, i);
+      return true;
+    }
+  } while (++face != first);
+  return false;
+}
+
+ScreenDelaunay::ScreenDelaunay(const std::vector<ScreenPoint>& points)
+    : net_(std::make_unique<Net>()) {
+  net_->points = points;
+  net_->insert_all();
+}
+
+ScreenDelaunay::~ScreenDelaunay() = default;
+
+void ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
+  Net& net = *net_;
+  // A point at the place of one that goes would have to come in.
+  const bool again = net.triangulation.dimension() < 2 ||
+                     std::count(net.vertex.begin(), net.vertex.end(), nullptr) > 0;
+  std::size_t kept = 0, next = 0;
+  for (std::size_t i = 0; i < net.points.size(); ++i) {
+    if (next < indices.size() && indices[next] == static_cast<std::int32_t>(i)) {
+      ++next;
+      if (!again) net.remove(net.vertex[i]);
+      continue;
+    }
+    net.points[kept] = net.points[i];
+    net.vertex[kept] = net.vertex[i];
+    if (!again) net.vertex[kept]->info() = static_cast<std::int32_t>(kept);
+    ++kept;
+  }
+  net.points.resize(kept);
+  net.vertex.resize(kept);
+  if (again) net.insert_all();
+}
+
+std::vector<std::array<std::int32_t, 3>> ScreenDelaunay::triangles() const {
+  const Delaunay& triangulation = net_->triangulation;
+  // In lists by their smallest vertex, which are short.
+  std::vector<std::array<std::int32_t, 3>> found, triangles;
+  found.reserve(triangulation.number_of_faces());
+  std::vector<std::int32_t> start(net_->points.size() + 1, 0);
   for (auto face = triangulation.finite_faces_begin(); face != triangulation.finite_faces_end();
        ++face) {
     std::array<std::int32_t, 3> t{face->vertex(0)->info(), face->vertex(1)->info(),
                                   face->vertex(2)->info()};
     std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    triangles.push_back(t);
+    found.push_back(t);
+    ++start[t[0] + 1];
   }
-  std::sort(triangles.begin(), triangles.end());
+  for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
+  triangles.resize(found.size());
+  std::vector<std::int32_t> next(start.begin(), start.end() - 1);
+  for (const auto& t : found) triangles[next[t[0]]++] = t;
+  for (std::size_t i = 1; i < start.size(); ++i)
+    std::sort(triangles.begin() + start[i - 1], triangles.begin() + start[i]);
   return triangles;
 }
 

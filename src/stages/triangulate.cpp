@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <utility>
 
 #include "parallel.hpp"
 
@@ -45,42 +46,42 @@ bool is_pit(const View& view, const Triangulation& mesh, std::size_t v,
   return dot(mesh.position[v] - middle, normal) < -kDepth - rms;
 }
 
-}  // namespace
-
-Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
-                          const TriangleParams& params) {
+// The vertices, and what is known of them.
+Triangulation vertices_of(const Projected& projected, const Visible& visible) {
   Triangulation mesh;
   const std::size_t n = visible.index.size();
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = static_cast<std::size_t>(visible.index[k]);
-    mesh.particle.push_back(visible.index[k]);
+  mesh.particle = visible.index;
+  mesh.owned = visible.owned;
+  mesh.position.reserve(n);
+  mesh.screen.reserve(n);
+  for (const std::int32_t index : visible.index) {
+    const std::size_t i = static_cast<std::size_t>(index);
     mesh.position.push_back(projected.eye(i));
     mesh.screen.push_back({projected.u[i], projected.v[i]});
-    mesh.owned.push_back(visible.owned[k]);
   }
+  return mesh;
+}
 
-  for (const auto& t : delaunay(mesh.screen)) {
+// Takes the triangles that are not dropped, with the fans of the kept ones.
+void take_triangles(const Projected& projected,
+                    const std::vector<std::array<std::int32_t, 3>>& triangles,
+                    const TriangleParams& params, Triangulation& mesh) {
+  mesh.triangle.clear();
+  mesh.kind.clear();
+  mesh.triangle.reserve(triangles.size());
+  mesh.kind.reserve(triangles.size());
+  for (const auto& t : triangles) {
     const Vec3d &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
     const double longest = std::max({edge_length(projected, mesh, t[0], t[1]),
                                      edge_length(projected, mesh, t[1], t[2]),
                                      edge_length(projected, mesh, t[2], t[0])});
     const double range = std::max({-a.z, -b.z, -c.z}) - std::min({-a.z, -b.z, -c.z});
-    const TriangleKind kind = longest > params.max_edge ? TriangleKind::dropped
-                              : range > params.d_max    ? TriangleKind::ghost
-                                                        : TriangleKind::kept;
-    if (kind == TriangleKind::dropped) continue;
-    const Vec3d twice = cross(b - a, c - a);
-    const Vec3d middle = (a + b + c) / 3;
-    const PixelPosition at = project(view, middle);
-    const Vec3d towards = -ray_direction(view, at.u, at.v);
-    Vec3d normal = normalized(twice, normalized(towards));
-    if (dot(normal, towards) < 0) normal = -normal;
+    if (longest > params.max_edge) continue;
     mesh.triangle.push_back(t);
-    mesh.kind.push_back(kind);
-    mesh.normal.push_back(normal);
-    mesh.area.push_back(length(twice) / 2);
+    mesh.kind.push_back(range > params.d_max ? TriangleKind::ghost : TriangleKind::kept);
   }
 
+  const std::size_t n = mesh.position.size();
   mesh.fan_start.assign(n + 1, 0);
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     if (mesh.kind[t] == TriangleKind::kept)
@@ -92,6 +93,36 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
     if (mesh.kind[t] == TriangleKind::kept)
       for (const std::int32_t v : mesh.triangle[t])
         mesh.fan[next[v]++] = static_cast<std::int32_t>(t);
+}
+
+void measure_triangles(const View& view, Triangulation& mesh) {
+  const std::size_t n = mesh.triangle.size();
+  mesh.normal.resize(n);
+  mesh.area.resize(n);
+  constexpr std::size_t kGrain = 1024;  // triangles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const auto& corner = mesh.triangle[t];
+      const Vec3d &a = mesh.position[corner[0]], &b = mesh.position[corner[1]],
+                  &c = mesh.position[corner[2]];
+      const Vec3d twice = cross(b - a, c - a);
+      const Vec3d middle = (a + b + c) / 3;
+      const PixelPosition at = project(view, middle);
+      const Vec3d towards = -ray_direction(view, at.u, at.v);
+      const Vec3d normal = normalized(twice, normalized(towards));
+      mesh.normal[t] = dot(normal, towards) < 0 ? -normal : normal;
+      mesh.area[t] = length(twice) / 2;
+    }
+  });
+}
+
+}  // namespace
+
+Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
+                          const TriangleParams& params) {
+  Triangulation mesh = vertices_of(projected, visible);
+  take_triangles(projected, delaunay(mesh.screen), params, mesh);
+  measure_triangles(view, mesh);
   return mesh;
 }
 
@@ -118,6 +149,30 @@ Visible without_pits(const View& view, const Triangulation& mesh, const Visible&
     kept.owned.push_back(visible.owned[v]);
   }
   return kept;
+}
+
+SeenMesh triangulate_without_pits(const View& view, const Projected& projected, Visible visible,
+                                  const TriangleParams& params) {
+  constexpr int kRounds = 3;
+  Triangulation mesh = vertices_of(projected, visible);
+  ScreenDelaunay net(mesh.screen);
+  take_triangles(projected, net.triangles(), params, mesh);
+  for (int round = 0; round < kRounds; ++round) {
+    Visible rest = without_pits(view, mesh, visible);
+    if (rest.index.size() == visible.index.size()) break;
+    std::vector<std::int32_t> gone;
+    for (std::size_t v = 0, kept = 0; v < visible.index.size(); ++v)
+      if (kept < rest.index.size() && rest.index[kept] == visible.index[v])
+        ++kept;
+      else
+        gone.push_back(static_cast<std::int32_t>(v));
+    net.remove(gone);
+    visible = std::move(rest);
+    mesh = vertices_of(projected, visible);
+    take_triangles(projected, net.triangles(), params, mesh);
+  }
+  measure_triangles(view, mesh);
+  return {std::move(visible), std::move(mesh)};
 }
 
 }  // namespace meniscus

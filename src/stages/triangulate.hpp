@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "meniscus/parameters.hpp"
@@ -15,14 +16,30 @@ struct ScreenPoint {
   double u, v;  // pixels
 };
 
-/// Delaunay triangulation of points on the screen.
-///
-///   points  [n] finite, in canonical order; of points at one place only the first is used
-///
-/// Returns triangles of point indices, the smallest first, in ascending order, all wound the same
-/// way. Cocircular points (lattices) are settled by the lexicographic order of their coordinates,
-/// so the result depends on the set alone.
-std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>& points);
+/// Delaunay triangulation of points on the screen, which can lose points again. Cocircular points
+/// (lattices) are settled by the lexicographic order of their coordinates, so the triangles depend
+/// on the set of points alone, and not on how it came about.
+class ScreenDelaunay {
+ public:
+  /// Of [n] points, finite, in canonical order; of points at one place only the first is used.
+  explicit ScreenDelaunay(const std::vector<ScreenPoint>& points);
+  ~ScreenDelaunay();
+
+  /// Leaves out the points with these indices, ascending; the others move up.
+  void remove(const std::vector<std::int32_t>& indices);
+
+  /// Triangles of point indices, the smallest first, in ascending order, all wound the same way.
+  std::vector<std::array<std::int32_t, 3>> triangles() const;
+
+ private:
+  struct Net;
+  std::unique_ptr<Net> net_;
+};
+
+/// The triangles of all points.
+inline std::vector<std::array<std::int32_t, 3>> delaunay(const std::vector<ScreenPoint>& points) {
+  return ScreenDelaunay(points).triangles();
+}
 
 enum class TriangleKind : std::uint8_t {
   dropped,  // an edge too long on the screen: it bridges a gap
@@ -52,5 +69,16 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
 /// vertices more than 0.9 particle radii plus the ring's own RMS distance behind the plane through
 /// their ring of at least four neighbours.
 Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible);
+
+/// Visible particles and their triangulation.
+struct SeenMesh {
+  Visible visible;
+  Triangulation mesh;
+};
+
+/// triangulate() of the visible particles without_pits(), over and over until none is left in a
+/// pit, at most three times: particles side by side in a pit go one after the other.
+SeenMesh triangulate_without_pits(const View& view, const Projected& projected, Visible visible,
+                                  const TriangleParams& params);
 
 }  // namespace meniscus

@@ -137,6 +137,40 @@ TEST(Delaunay, OfEqualPointsTheFirstIsUsed) {
   EXPECT_THAT(corners, ElementsAre(0, 1, 3));
 }
 
+std::vector<std::int32_t> some_of(std::size_t n, double share, unsigned seed) {
+  Random random(seed);
+  std::vector<std::int32_t> some;
+  for (std::size_t k = 0; k < n; ++k)
+    if (random(0, 1) < share) some.push_back(static_cast<std::int32_t>(k));
+  return some;
+}
+
+// Points go in two steps, and what is left is as if they had never been there: at random places, on
+// lattices (every square is cocircular), on a circle, and with several points at one place.
+TEST(Delaunay, ForgetsPointsThatAreRemoved) {
+  std::vector<Whole> circle;
+  for (const auto& [x, y] : lattice(131, 131, 1))
+    if ((x - 65) * (x - 65) + (y - 65) * (y - 65) == 65 * 65) circle.emplace_back(x, y);
+  ASSERT_EQ(circle.size(), 36u);
+  circle.emplace_back(65, 65);
+  auto doubled = random_points(60, 40, 3);
+  doubled.insert(doubled.end(), doubled.begin(), doubled.begin() + 20);
+  for (const auto& points : {random_points(300, 1000, 1), random_points(300, 30, 2),
+                             lattice(15, 15, 4), lattice(40, 4, 1), circle, doubled})
+    for (const double share : {0.02, 0.1, 0.5, 0.95})
+      for (unsigned seed = 1; seed <= 8; ++seed) {
+        ScreenDelaunay net(points_of(points));
+        auto left = points;
+        for (unsigned step = 0; step < 2; ++step) {
+          const auto gone = some_of(left.size(), share, 10 * seed + step);
+          net.remove(gone);
+          for (auto k = gone.rbegin(); k != gone.rend(); ++k) left.erase(left.begin() + *k);
+          ASSERT_EQ(net.triangles(), delaunay(points_of(left)))
+              << points.size() << " points, share " << share << ", seed " << seed;
+        }
+      }
+}
+
 TEST(Delaunay, FewOrCollinearPointsGiveNoTriangle) {
   EXPECT_THAT(delaunay({}), IsEmpty());
   EXPECT_THAT(delaunay(points_of({{1, 2}})), IsEmpty());
@@ -241,6 +275,33 @@ TEST(WithoutPits, LeavesOutWhatLiesFarBehindItsRing) {
   }
   EXPECT_GT(pits, 20);
   EXPECT_GT(shallow, 20);
+}
+
+TEST(WithoutPits, GoOneAfterTheOtherAsIfTheyHadNeverBeenThere) {
+  Random random(12);
+  const View view = plain_view();
+  const Projected p = field(30, 2, [&](double u, double v) {
+    const double t = 25 + std::sin(0.3 * u) + std::cos(0.3 * v);
+    return random(0, 1) < 0.15 ? t + random(1, 4) : t;
+  });
+  Visible wanted = all_visible(p);
+  int rounds = 0;
+  for (; rounds < 3; ++rounds) {
+    const Visible rest = without_pits(view, triangulate(view, p, wanted, {}), wanted);
+    if (rest.index.size() == wanted.index.size()) break;
+    wanted = rest;
+  }
+  EXPECT_GT(rounds, 1);
+  const auto [visible, mesh] = triangulate_without_pits(view, p, all_visible(p), {});
+  EXPECT_EQ(visible.index, wanted.index);
+  const Triangulation expected = triangulate(view, p, wanted, {});
+  EXPECT_EQ(mesh.particle, expected.particle);
+  EXPECT_EQ(mesh.triangle, expected.triangle);
+  EXPECT_EQ(mesh.kind, expected.kind);
+  EXPECT_EQ(mesh.normal, expected.normal);
+  EXPECT_EQ(mesh.area, expected.area);
+  EXPECT_EQ(mesh.fan, expected.fan);
+  EXPECT_EQ(mesh.fan_start, expected.fan_start);
 }
 
 TEST(WithoutPits, ARingOfThreeTellsNothing) {
