@@ -20,8 +20,13 @@ struct Cells {
 };
 
 inline std::int32_t cell_of(float coordinate, float inverse_cell) {
-  return static_cast<std::int32_t>(
-      std::floor(std::fmin(std::fmax(coordinate * inverse_cell, -1e9f), 1e9f)));
+  constexpr float kFarthest = 1e9f;
+  const float scaled = coordinate * inverse_cell;
+  if (!(scaled > -kFarthest)) return -1000000000;
+  if (!(scaled < kFarthest)) return 1000000000;
+  // floor(), which without SSE 4.1 is a call
+  const std::int32_t cut = static_cast<std::int32_t>(scaled);
+  return cut - (scaled < static_cast<float>(cut) ? 1 : 0);
 }
 
 inline std::uint32_t bucket_of(std::int32_t cx, std::int32_t cy, std::int32_t cz,

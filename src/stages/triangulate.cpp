@@ -9,17 +9,21 @@
 namespace meniscus {
 namespace {
 
-// Length of the screen edge a-b in particle radii, at the edge's mean scale.
-double edge_length(const Projected& projected, const Triangulation& mesh, std::int32_t a,
-                   std::int32_t b) {
+// Whether the screen edge a-b is longer than `most` particle radii, at the edge's mean scale.
+bool is_longer(const Projected& projected, const Triangulation& mesh, std::int32_t a,
+               std::int32_t b, double most) {
   const std::size_t pa = mesh.particle[a], pb = mesh.particle[b];
   // Pixels per common radius: a particle's own size does not stretch its neighbourhood.
   const double ku =
       0.5 * (projected.ku[pa] / projected.scale[pa] + projected.ku[pb] / projected.scale[pb]);
   const double kv =
       0.5 * (projected.kv[pa] / projected.scale[pa] + projected.kv[pb] / projected.scale[pb]);
-  return std::hypot((mesh.screen[a].u - mesh.screen[b].u) / ku,
-                    (mesh.screen[a].v - mesh.screen[b].v) / kv);
+  const double du = (mesh.screen[a].u - mesh.screen[b].u) / ku;
+  const double dv = (mesh.screen[a].v - mesh.screen[b].v) / kv;
+  const double squared = du * du + dv * dv;  // decides but for edges within rounding of the limit
+  if (squared < 0.999 * most * most) return false;
+  if (squared > 1.001 * most * most) return true;
+  return std::hypot(du, dv) > most;
 }
 
 // Whether vertex v lies in a pit of its ring.
@@ -72,11 +76,11 @@ void take_triangles(const Projected& projected,
   mesh.kind.reserve(triangles.size());
   for (const auto& t : triangles) {
     const Vec3d &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
-    const double longest = std::max({edge_length(projected, mesh, t[0], t[1]),
-                                     edge_length(projected, mesh, t[1], t[2]),
-                                     edge_length(projected, mesh, t[2], t[0])});
+    if (is_longer(projected, mesh, t[0], t[1], params.max_edge) ||
+        is_longer(projected, mesh, t[1], t[2], params.max_edge) ||
+        is_longer(projected, mesh, t[2], t[0], params.max_edge))
+      continue;
     const double range = std::max({-a.z, -b.z, -c.z}) - std::min({-a.z, -b.z, -c.z});
-    if (longest > params.max_edge) continue;
     mesh.triangle.push_back(t);
     mesh.kind.push_back(range > params.d_max ? TriangleKind::ghost : TriangleKind::kept);
   }

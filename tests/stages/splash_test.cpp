@@ -95,6 +95,20 @@ TEST(SplitByNeighbours, TakesThoseWithFewerThanThree) {
   EXPECT_EQ(split.splash, splash);
 }
 
+TEST(Cells, AreNumberedByTheFloor) {
+  Random random(8);
+  for (int k = 0; k < 10000; ++k) {
+    const float x = static_cast<float>(random(-1, 1) * std::pow(10, random(-3, 8)));
+    EXPECT_EQ(cell_of(x, 0.25f), static_cast<std::int32_t>(std::floor(x * 0.25f))) << x;
+  }
+  EXPECT_EQ(cell_of(-0.0f, 1), 0);
+  EXPECT_EQ(cell_of(-1e-30f, 1), -1);
+  EXPECT_EQ(cell_of(-3, 1), -3);
+  EXPECT_EQ(cell_of(1e30f, 1), 1000000000);
+  EXPECT_EQ(cell_of(-1e30f, 1), -1000000000);
+  EXPECT_EQ(cell_of(INFINITY, 1), 1000000000);
+}
+
 TEST(Cells, VisitsEveryPointWithinACellOnce) {
   const Projected p = scattered(300, 12, 7);
   const float cell = 3.5f;
