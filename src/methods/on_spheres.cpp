@@ -19,14 +19,7 @@ Extraction run_on_spheres(Device& device, const View& view, const WorldParticles
   const auto make_surface = [&](const SampleGrid& grid) {
     clock.start("filter");
     const DepthAndNormals filtered = filter(spheres, grid);
-    const SurfaceBuffers surface{
-        grid,
-        filtered.depth,
-        filtered.normal,
-        filled<cl_int>(device, grid.size(), -1),
-        {},
-        filled<cl_uchar>(device, grid.size(), static_cast<cl_uchar>(Kind::surface))};
-    return download(device, surface);
+    return download(device, SurfaceBuffers{grid, filtered.depth, filtered.normal, {}, {}, {}});
   };
   if (params.image) result.image = make_surface(pixel_grid(view));
   if (params.mesh) {

@@ -30,10 +30,10 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
     for (std::size_t s = begin; s < end; ++s) {
       const bool there = depth[s] < kNoSurface;
       map.depth[s] = depth[s];
-      map.group[s] = there ? group[s] : -1;
+      map.group[s] = there && group.size() > 0 ? group[s] : -1;
       if (!there) continue;  // zero as made
       map.normal[s] = {normal[s], normal[n + s], normal[2 * n + s]};
-      map.kind[s] = static_cast<Kind>(kind[s]);
+      map.kind[s] = kind.size() > 0 ? static_cast<Kind>(kind[s]) : Kind::surface;
     }
   });
   return map;

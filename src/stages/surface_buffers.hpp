@@ -20,7 +20,8 @@ struct SurfaceBuffers {
 /// No surface anywhere.
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid);
 
-/// Waits and copies to the host; samples without depth get zero normals, no group, no kind.
+/// Waits and copies to the host; samples without depth get zero normals, no group, no kind. Without
+/// a buffer for them, no sample has a group, and all kinds are `surface`.
 SurfaceMap download(Device& device, const SurfaceBuffers& surface);
 
 /// The rays of a view, as kernels take them (density.cl).
