@@ -7,6 +7,7 @@
 
 #include "meniscus/error.hpp"
 #include "stages/vec.hpp"
+#include "stream/survey.hpp"
 
 namespace meniscus {
 namespace {
@@ -69,6 +70,31 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
   return camera;
 }
 
+namespace {
+
+constexpr double kFov = 40;  // degrees
+
+// Shows the box from `low` to `high`, in which particles of radius `particle` (0: unknown) lie.
+Camera frame_box(const Vec3d& low, const Vec3d& high, double particle, int width, int height) {
+  const Vec3d centre = (low + high) / 2;
+  // Particles have a size; where nothing tells it, 1 is what extract() assumes of a single point.
+  if (low == high && !(particle > 0)) particle = 1;
+  const double radius = std::max(length(high - low) / 2 + particle, length(centre) * 1e-6);
+  // The sphere around the box must fit the narrower field of view.
+  const double half_v = kFov * std::numbers::pi / 360;
+  const double half_h = std::atan(std::tan(half_v) * width / height);
+  const double distance = 1.05 * radius / std::sin(std::min(half_v, half_h));
+  const Vec3d eye = centre + normalized({0.55, 0.45, 0.8}) * distance;
+  return look_at({eye.x, eye.y, eye.z}, {centre.x, centre.y, centre.z}, {0, 1, 0}, kFov, width,
+                 height);
+}
+
+Camera frame_nothing(int width, int height) {
+  return look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, kFov, width, height);
+}
+
+}  // namespace
+
 Camera frame_particles(const Particles& particles, int width, int height) {
   std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   bool any = false;
@@ -81,24 +107,21 @@ Camera frame_particles(const Particles& particles, int width, int height) {
       high[k] = std::max(high[k], p[k]);
     }
   }
-  constexpr double kFov = 40;
-  if (!any) return look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, kFov, width, height);
-  const Vec3d a{low[0], low[1], low[2]}, b{high[0], high[1], high[2]};
-  const Vec3d centre = (a + b) / 2;
-  // Particles have a size; where nothing tells it, 1 is what extract() assumes of a single point.
-  const bool point = a == b;
+  if (!any) return frame_nothing(width, height);
   double particle = particles.particle_radius;
   for (const float own : particles.radius)
     if (std::isfinite(own)) particle = std::max(particle, static_cast<double>(own));
-  if (point && !(particle > 0)) particle = 1;
-  const double radius = std::max(length(b - a) / 2 + particle, length(centre) * 1e-6);
-  // The sphere around the box must fit the narrower field of view.
-  const double half_v = kFov * std::numbers::pi / 360;
-  const double half_h = std::atan(std::tan(half_v) * width / height);
-  const double distance = 1.05 * radius / std::sin(std::min(half_v, half_h));
-  const Vec3d eye = centre + normalized({0.55, 0.45, 0.8}) * distance;
-  return look_at({eye.x, eye.y, eye.z}, {centre.x, centre.y, centre.z}, {0, 1, 0}, kFov, width,
-                 height);
+  return frame_box({low[0], low[1], low[2]}, {high[0], high[1], high[2]}, particle, width, height);
+}
+
+Camera frame_particles(const ParticleSource& source, int width, int height) {
+  if (const Particles* all = source.in_memory()) return frame_particles(*all, width, height);
+  const Survey& survey = survey_of(source);
+  if (survey.finite == 0) return frame_nothing(width, height);
+  return frame_box({survey.low[0], survey.low[1], survey.low[2]},
+                   {survey.high[0], survey.high[1], survey.high[2]},
+                   std::max(source.particle_radius(), double{survey.largest_radius}), width,
+                   height);
 }
 
 void check(const Camera& camera) {

@@ -189,7 +189,8 @@ std::int64_t DamBreak::count_at(double spacing) {
   return count;
 }
 
-// The smallest spacing found that gives at most `wanted` particles; the spray makes up the rest.
+// The largest spacing found with sites for at least `wanted` particles. The number of sites jumps
+// by a thousandth and more when another row of columns fits the tank: the surplus stays empty.
 void DamBreak::find_spacing(std::int64_t wanted) {
   constexpr int kSteps = 256;
   double volume = 0;
@@ -200,23 +201,29 @@ void DamBreak::find_spacing(std::int64_t wanted) {
   const double n = static_cast<double>(wanted);
   // Rounded to a float, so that it does not depend on the last bits of the library's cube root.
   double spacing = static_cast<float>(std::cbrt(volume / n)), best = 0;
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < 6; ++round) {
     const std::int64_t count = count_at(spacing);
-    if (count <= wanted && (best == 0 || spacing < best)) best = spacing;
+    if (count >= wanted && spacing > best) best = spacing;
     const double off = static_cast<double>(count) / n;
-    if (count <= wanted && off > 0.9995) break;
-    spacing = static_cast<float>(spacing * std::cbrt(off) * 1.00005);
+    if (count >= wanted && off < 1.0005) break;
+    spacing = static_cast<float>(spacing * std::cbrt(off) * 0.9999);
   }
   if (best == 0)
-    for (best = spacing; count_at(best) > wanted; best *= 1.001) {
+    for (best = spacing; count_at(best) < wanted; best *= 0.999) {
     }
-  spacing_ = best;
+  sites_ = count_at(best);
+  spare_ = sites_ - wanted;
 }
 
 void DamBreak::emit(const std::function<void(std::span<const float>)>& take) const {
   std::vector<float> block;
   block.reserve(3 * kBlock);
-  std::int64_t made = 0;
+  std::int64_t made = 0, site = 0;
+  // Spare sites are spread evenly.
+  const auto is_spare = [&] {
+    const std::int64_t before = site * spare_ / sites_;
+    return ++site * spare_ / sites_ != before;
+  };
   const auto put = [&](double x, double y, double z) {
     block.push_back(static_cast<float>(x));
     block.push_back(static_cast<float>(y));
@@ -249,6 +256,7 @@ void DamBreak::emit(const std::function<void(std::span<const float>)>& take) con
       const double slope_x = (height(c.x + nearby, c.z) - h) / nearby;
       const double slope_z = (height(c.x, c.z + nearby) - h) / nearby;
       for (std::int64_t layer = c.first; layer < c.layers; layer += 2) {
+        if (is_spare()) continue;
         const Noise e = noise();
         const double y = c.top - static_cast<double>(layer) * c.step;
         const double share = y / std::max(c.top, 1e-9);  // the floor stays flat
@@ -258,6 +266,7 @@ void DamBreak::emit(const std::function<void(std::span<const float>)>& take) con
   for (const Drop& drop : drops_) {
     if (drop.radius < spacing_ / 2) continue;
     visit_drop(drop.radius, spacing_, [&](double x, double y, double z) {
+      if (is_spare()) return;
       const Noise e = noise();
       put(drop.centre[0] + x + e.x, drop.centre[1] + y + e.y, drop.centre[2] + z + e.z);
     });

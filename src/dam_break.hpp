@@ -56,6 +56,7 @@ class DamBreak {
   std::int64_t size_;
   std::uint64_t seed_;
   double spacing_ = 0;
+  std::int64_t sites_ = 0, spare_ = 0;  // of the body and the drops; left empty
   std::array<double, 7> phase_{};
   std::vector<Wave> waves_;
   std::vector<Drop> drops_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "canonical_order.hpp"
+#include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "pipeline.hpp"
@@ -60,6 +61,8 @@ std::string number(double value) {
   return text;
 }
 
+}  // namespace
+
 double choose_radius(const Particles& p, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings) {
   if (params.particle_radius > 0) return params.particle_radius;
@@ -84,8 +87,6 @@ double choose_radius(const Particles& p, const std::vector<std::size_t>& order,
   return 1;
 }
 
-}  // namespace
-
 Surface extract(Device& device, const Particles& particles, const Camera& camera,
                 const Parameters& params, std::vector<StageTime>* timings) {
   check(camera);
@@ -96,7 +97,8 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
   require(particles.radius.empty() || particles.radius.size() == n,
           "particles: radius has " + std::to_string(particles.radius.size()) + " values for " +
               std::to_string(n) + " particles");
-  require(n < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in one call");
+  if (static_cast<std::int64_t>(n) >= kStreamed)
+    return extract(device, *source_of(particles), camera, params, timings);
 
   Surface surface;
   surface.camera = camera;

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "meniscus/source.hpp"
 #include "meniscus/types.hpp"
 
 namespace meniscus {
@@ -20,6 +21,7 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
 /// A perspective camera that shows all finite particles, with their radius where they have one,
 /// from above and to the side. An empty set gets a camera at (0, 0, 1) that looks at the origin.
 Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
+Camera frame_particles(const ParticleSource& source, int width = 1024, int height = 768);
 
 /// Throws InvalidArgument unless the camera has a size of 1..16384 pixels a side, finite matrices,
 /// a rigid view, and an invertible projection that is perspective or orthographic. The message

@@ -9,18 +9,23 @@
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/parameters.hpp"
+#include "meniscus/source.hpp"
 #include "meniscus/types.hpp"
 
 namespace meniscus {
 
 class Device;
 
+/// Of the device, for the passes over particles that stream, bytes.
+inline constexpr std::size_t kStreamMemory = std::size_t{128} << 20;
+
 /// Time spent in one stage, in milliseconds.
 struct StageTime {
   std::string stage;
   double host_ms = 0;    // wall time on the host
   double device_ms = 0;  // sum of the stage's kernels, from their events
-  std::vector<std::pair<std::string, double>> kernels;  // each launch's name and device_ms, in order
+  std::vector<std::pair<std::string, double>>
+      kernels;  // each launch's name and device_ms, in order
 };
 
 /// Extracts the surface of `particles` seen by `camera` (the whole paper, 2.1 to 2.5).
@@ -33,6 +38,19 @@ struct StageTime {
 /// Throws InvalidArgument for bad parameters or camera, DeviceError when the device fails.
 Surface extract(Device& device, const Particles& particles, const Camera& camera,
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr);
+
+/// The same for particles that need not fit into memory. Frames of 2^18 particles and more stream:
+/// they pass through the device in parts, and only what can matter to the image is kept. Where most
+/// particles in view lie closer than params.thin / 1.5 pixels, methods fit and stable work on fewer
+/// that stand for them, about params.thin pixels apart.
+///
+///   memory  of the device that the passes over the particles may take, bytes; never changes the
+///           result
+///
+/// Throws InputError when the source cannot be read, InvalidArgument when `memory` is too little.
+Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
+                const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr,
+                std::size_t memory = kStreamMemory);
 
 /// The version, "major.minor.patch".
 std::string version();

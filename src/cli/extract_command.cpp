@@ -39,6 +39,7 @@ struct ExtractOptions {
   Compression compression = Compression::zip;
   Preview preview = Preview::lit;
   int threads = 0;  // 0: all
+  std::size_t memory = kStreamMemory;
   bool timings = false, quiet = false, verbose = false;
 };
 
@@ -58,6 +59,24 @@ Triple parse_triple(const std::string& name, const std::string& text) {
     at = next + 1;
   }
   return triple;
+}
+
+/// 134217728, 128M or 0.5G: powers of 1024.
+std::size_t parse_bytes(const std::string& text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit, error] = std::from_chars(text.data(), end, value);
+  const std::string letters = "KMG";
+  std::size_t shift = 0;
+  bool good = error == std::errc() && value > 0;
+  if (good && unit != end) {
+    const std::size_t place = letters.find(*unit);
+    good = place != std::string::npos && unit + 1 == end;
+    shift = 10 * (place + 1);
+  }
+  if (good) value *= static_cast<double>(std::size_t{1} << shift);
+  if (good && value < 0x1p62) return static_cast<std::size_t>(value);
+  throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M");
 }
 
 template <class T>
@@ -166,7 +185,7 @@ struct ChosenCamera {
   std::string origin;  // in words
 };
 
-ChosenCamera choose_camera(const ExtractOptions& options, const Particles& particles) {
+ChosenCamera choose_camera(const ExtractOptions& options, const ParticleSource& particles) {
   if (!options.camera_file.empty()) {
     const Camera camera = read_camera(options.camera_file);
     try {
@@ -187,21 +206,22 @@ ChosenCamera choose_camera(const ExtractOptions& options, const Particles& parti
 }
 
 // In the order in which extract() chooses.
-std::string radius_line(const ExtractOptions& options, const Particles& particles, double used) {
+std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
+                        double used) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", used);
-  const char* origin = options.particle_radius         ? "given"
-                       : !particles.radius.empty()     ? "the middle of the file's radii"
-                       : particles.particle_radius > 0 ? "from the file"
-                                                       : "see the warning";
+  const char* origin = options.particle_radius           ? "given"
+                       : particles.has_radius()          ? "the middle of the file's radii"
+                       : particles.particle_radius() > 0 ? "from the file"
+                                                         : "see the warning";
   return std::string(text) + ", " + origin;
 }
 
 /// extract(), with the file's name before what it finds wrong with the particles.
-Surface extract_from(const ExtractOptions& options, Device& device, const Particles& particles,
+Surface extract_from(const ExtractOptions& options, Device& device, const ParticleSource& particles,
                      const Camera& camera, std::vector<StageTime>& stages) {
   try {
-    return extract(device, particles, camera, options.parameters, &stages);
+    return extract(device, particles, camera, options.parameters, &stages, options.memory);
   } catch (const InputError& error) {
     throw InputError(options.input + ": " + error.what());
   }
@@ -235,8 +255,9 @@ void run_extract(ExtractOptions options) {
     (kind_of(path) == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
 
   const Talk say(options.quiet);
-  const Particles particles = read_particles(options.input, options.particle_radius.value_or(0));
-  say("particles", options.input + ": " + grouped(static_cast<std::int64_t>(particles.size())));
+  const auto source = open_particles(options.input, options.particle_radius.value_or(0));
+  const ParticleSource& particles = *source;
+  say("particles", options.input + ": " + grouped(particles.size()));
   const auto [camera, origin] = choose_camera(options, particles);
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
   std::string why;
@@ -313,6 +334,12 @@ void add_extract_command(CLI::App& program) {
   command.add_flag("--strict", o.parameters.strict,
                    "NaN and infinite coordinates are an error instead of being dropped");
   add_threads_option(command, o.threads);
+  command
+      .add_option_function<std::string>(
+          "--memory", [&o](const std::string& text) { o.memory = parse_bytes(text); },
+          "device memory that the passes over large files may take: bytes, or with K, M or G "
+          "(default 128M)")
+      ->type_name("BYTES");
   command.add_flag("--timings", o.timings, "print what each stage took, and counts");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
   command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);

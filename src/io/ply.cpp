@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -7,6 +8,7 @@
 
 #include "io/fields.hpp"
 #include "io/readers.hpp"
+#include "io/rows.hpp"
 #include "io/scalar.hpp"
 #include "io/text_cursor.hpp"
 
@@ -259,6 +261,34 @@ void read_ascii(const InputFile& file, const Header& header, Particles& particle
 }
 
 }  // namespace
+
+std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size) {
+  const Header header = read_header(head);
+  if (header.ascii || !std::isfinite(header.stated.time)) return std::nullopt;
+  RowLayout rows;
+  rows.order = header.order;
+  rows.particle_radius = header.stated.particle_radius;
+  std::uint64_t at = header.data_offset;
+  for (const Element& element : header.elements) {
+    std::size_t size = 0;
+    for (const Property& property : element.properties) {
+      if (property.list_count) return std::nullopt;
+      if (element.is_vertex() && property.field != Field::none)
+        rows.columns.push_back({property.field, size, property.type});
+      size += size_of(property.type);
+    }
+    if (size == 0) continue;
+    if (element.count > (file_size - at) / size) return std::nullopt;
+    if (element.is_vertex()) {
+      rows.count = static_cast<std::int64_t>(element.count);
+      rows.offset = at;
+      rows.stride = size;
+    }
+    at += element.count * size;
+  }
+  if (at != file_size) return std::nullopt;
+  return rows;
+}
 
 Particles read_ply(const InputFile& file) {
   const Header header = read_header(file);

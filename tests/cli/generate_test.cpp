@@ -54,5 +54,26 @@ TEST_F(ProgramGenerate, LeavesNothingWhenTheDiskIsFull) {
   EXPECT_THAT(files(), IsEmpty());
 }
 
+TEST_F(ProgramGenerate, ALargeFrameStreamsToTheSameBytes) {
+  ASSERT_EQ(run({"generate", "--particles", "280000", "-o", "dam.ply", "-q"}).exit_code, 0);
+  const std::vector<std::string> extract{"extract", "dam.ply", "--size", "200x150", "-q"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), extract.begin(), extract.end());
+    return run(more);
+  };
+  ASSERT_EQ(with({"-o", "a.exr", "-o", "a.ply"}).exit_code, 0);
+  ASSERT_EQ(with({"-o", "b.exr", "-o", "b.ply", "--memory", "2M"}).exit_code, 0);
+  EXPECT_EQ(read("a.exr"), read("b.exr"));
+  EXPECT_EQ(read("a.ply"), read("b.ply"));
+  expect_error(with({"-o", "c.png", "--memory", "1K"}), 1, {"--memory is 1024 bytes", "at least"});
+}
+
+TEST_F(ProgramGenerate, ALargeFileThatIsCutSaysWhere) {
+  ASSERT_EQ(run({"generate", "--particles", "280000", "-o", "dam.ply", "-q"}).exit_code, 0);
+  const std::string bytes = read("dam.ply");
+  write("cut.ply", bytes.substr(0, bytes.size() - 5));
+  expect_error(run({"extract", "cut.ply", "-o", "out.png"}), 1, {"cut.ply", "truncated"});
+}
+
 }  // namespace
 }  // namespace meniscus::test

@@ -155,5 +155,14 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"QuietAndVerbose", extract_with({"-q", "-v"}), {"--quiet", "--verbose"}}),
     [](const auto& info) { return std::string(info.param.name); });
 
+TEST_F(ProgramUsage, RefusesMemoryThatIsNone) {
+  write_particles("block.ply", block(3));
+  for (const char* memory : {"0", "-1", "1Q", "M", "12MB", "many", "nan", "1e99"})
+    expect_error(run({"extract", "block.ply", "-o", "out.png", "--memory", memory}), 2,
+                 {"--memory is", memory, "e.g. 512M"});
+  for (const char* memory : {"1G", "0.5G", "1000000", "64K"})
+    EXPECT_EQ(run({"extract", "block.ply", "-o", "out.png", "--memory", memory}).exit_code, 0);
+}
+
 }  // namespace
 }  // namespace meniscus::test

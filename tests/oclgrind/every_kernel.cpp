@@ -11,6 +11,7 @@
 #include "device/kernel_sources.hpp"
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
+#include "stream/gather.hpp"
 
 namespace {
 
@@ -107,6 +108,10 @@ int main(int argc, char** argv) try {
         good = false;
       }
     }
+    const auto source = source_of(particles);
+    const View view = make_view(camera, 0.5, {0, 0, 0});
+    const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
+    select_near(device, view, *source, 64, map, false, [](const auto&, const auto&) {});
     measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
     for (const auto& [key, kernel] : device.state().kernels)
       missing.erase(key.substr(0, key.find(' ')) + key.substr(key.rfind(' ')));

@@ -1,0 +1,53 @@
+// Particles that need not fit into memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "meniscus/types.hpp"
+
+namespace meniscus {
+
+struct Survey;
+
+/// A frame of particles that is read in parts, several times if need be. Reading changes nothing:
+/// several threads may read at once.
+class ParticleSource {
+ public:
+  ParticleSource() = default;
+  ParticleSource(const ParticleSource&) = delete;
+  ParticleSource& operator=(const ParticleSource&) = delete;
+  virtual ~ParticleSource() = default;
+
+  virtual std::int64_t size() const = 0;
+  virtual bool has_radius() const = 0;         // whether each particle has a radius of its own
+  virtual double particle_radius() const = 0;  // world units, as it is stated; 0: it is not
+  virtual std::string item() const = 0;        // what a particle is called in messages
+
+  /// Copies `count` particles from `first` on: positions, and their own radii where the source has
+  /// them and `radius` is not null. Values are as the source has them. Throws InputError.
+  virtual void read(std::int64_t first, std::size_t count, float* x, float* y, float* z,
+                    float* radius) const = 0;
+
+  /// The particles where they are all in memory anyway, else null.
+  virtual const Particles* in_memory() const { return nullptr; }
+
+ private:
+  friend const Survey& survey_of(const ParticleSource& source);
+  mutable std::shared_ptr<const Survey> survey_;  // once somebody has asked
+};
+
+/// Opens a file of particles (see read_particles). A large binary .ply whose rows all have one size
+/// is left on disk; all else is read into memory here.
+///
+///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
+///
+/// Throws InputError.
+std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius = 0);
+
+/// Particles in memory, which must outlive the source and stay as they are.
+std::unique_ptr<ParticleSource> source_of(const Particles& particles);
+
+}  // namespace meniscus

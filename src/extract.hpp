@@ -1,0 +1,23 @@
+// What both ways through extract() share: particles in memory, and particles that stream.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "meniscus/parameters.hpp"
+#include "meniscus/types.hpp"
+
+namespace meniscus {
+
+/// Frames of at least this many particles stream.
+inline constexpr std::int64_t kStreamed = std::int64_t{1} << 18;
+
+/// The particle radius (world units): the parameters', else the middle of the particles' own, else
+/// the one stated, else an estimate from the spacing, with a warning.
+///
+///   order  of the particles with finite coordinates, canonical
+double choose_radius(const Particles& particles, const std::vector<std::size_t>& order,
+                     const Parameters& params, std::vector<std::string>& warnings);
+
+}  // namespace meniscus

@@ -1,0 +1,232 @@
+// extract() of particles that stream: what the frame is like, then what of it can matter, then the
+// same pipeline as for any frame.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "canonical_order.hpp"
+#include "extract.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+#include "pipeline.hpp"
+#include "stage_clock.hpp"
+#include "stream/gather.hpp"
+#include "stream/spray.hpp"
+#include "stream/survey.hpp"
+#include "stream/thin.hpp"
+#include "to_world.hpp"
+
+namespace meniscus {
+namespace {
+
+// Frames of more particles must say how large they are: an estimate looks at each many times.
+constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
+
+Particles read_all(const ParticleSource& source) {
+  Particles all;
+  const std::size_t n = static_cast<std::size_t>(source.size());
+  for (std::vector<float>* values : {&all.x, &all.y, &all.z}) values->resize(n);
+  if (source.has_radius()) all.radius.resize(n);
+  all.particle_radius = source.particle_radius();
+  source.read(0, n, all.x.data(), all.y.data(), all.z.data(),
+              all.radius.empty() ? nullptr : all.radius.data());
+  return all;
+}
+
+void report_bad(const Survey& survey, const Parameters& params,
+                std::vector<std::string>& warnings) {
+  const std::int64_t bad = survey.size - survey.finite;
+  if (bad == 0) return;
+  const std::string what = std::to_string(bad) + " of " + std::to_string(survey.size) +
+                           " particles have NaN or infinite coordinates (the first is particle " +
+                           std::to_string(survey.first_bad) + ")";
+  if (params.strict) throw InputError(what + "; leave --strict away to drop them");
+  warnings.push_back(what + " and were dropped");
+}
+
+double radius_of(const ParticleSource& source, const Survey& survey, const Parameters& params,
+                 std::vector<std::string>& warnings) {
+  if (params.particle_radius > 0) return params.particle_radius;
+  if (survey.middle_radius > 0) return survey.middle_radius;
+  if (source.particle_radius() > 0) return source.particle_radius();
+  if (survey.size >= kMostEstimated)
+    throw InputError("no particle radius in the file, and with " + std::to_string(survey.size) +
+                     " particles it is not estimated (give --particle-radius)");
+  const Particles all = read_all(source);
+  std::vector<std::string> repeated;  // of bad coordinates, which are reported already
+  return choose_radius(all, canonical_order(all, {}, repeated), params, warnings);
+}
+
+// How close particles lie on the screen: the upper quartile of their spacing over the sample's
+// particles in view (pixels), and about how many are in view.
+struct OnScreen {
+  double spacing = 0, particles = 0;
+};
+
+OnScreen measure_spacing(const View& view, const Survey& survey) {
+  std::vector<double> spacing;
+  for (const std::array<float, 3>& p : survey.sample) {
+    const Vec3d eye = eye_from_world(view, {p[0], p[1], p[2]});
+    const PixelPosition at = project(view, eye);
+    if (-eye.z > view.near_depth && at.u >= 0 && at.v >= 0 && at.u <= view.width &&
+        at.v <= view.height)
+      spacing.push_back(2 * std::min(view.u_scale, view.v_scale) / at.w);
+  }
+  if (spacing.empty()) return {};
+  const auto quartile = spacing.begin() + static_cast<std::ptrdiff_t>(3 * spacing.size() / 4);
+  std::nth_element(spacing.begin(), quartile, spacing.end());
+  return {*quartile, static_cast<double>(spacing.size()) * static_cast<double>(survey.finite) /
+                         static_cast<double>(survey.sample.size())};
+}
+
+// How many times as far apart the representatives lie as the particles: a power of the fourth root
+// of two, so that it stays the same while a camera moves a little; 1: as they are.
+double thinning(const OnScreen& screen, const Parameters& params) {
+  constexpr double kLeast = 1.5, kStep = 1.189207115002721;
+  const bool thins = params.method == Method::fit || params.method == Method::stable;
+  if (!thins || screen.particles < kStreamed || !(screen.spacing * kLeast <= params.thin)) return 1;
+  double factor = 1;
+  while (factor * kStep * screen.spacing <= params.thin) factor *= kStep;
+  return factor;
+}
+
+// Everything in view, or for methods that look at spheres what lies near the front.
+Particles gather(Device& device, const View& view, const ParticleSource& source,
+                 const Parameters& params, std::size_t memory, const OnScreen& screen,
+                 StageClock& clock) {
+  // No stage looks farther than this beyond the screen's edge, in radii.
+  constexpr double kMargin = 16;
+  const bool whole = params.method == Method::fit || params.method == Method::stable ||
+                     params.method == Method::paper;
+  FrontMap map;
+  std::size_t chunk = 0;
+  if (whole || screen.particles < kStreamed) {
+    map = empty_map(device, view, kMargin);
+    chunk = chunk_size(memory, 0);
+  } else {
+    // Spheres overlap, so that behind so many radii of fluid nothing is seen.
+    constexpr double kReach = 24, kAround = 12;
+    const double cell = std::max(1.0, 1.5 * screen.spacing), radius = screen.spacing / 2;
+    clock.start("fronts");
+    const std::size_t map_bytes = map_size(view, cell, kAround * radius);
+    chunk = chunk_size(memory, map_bytes);
+    map = find_fronts(device, view, source, chunk, cell, kAround * radius, kMargin, 4 * cell,
+                      kAround * radius, kReach, 0);
+  }
+  clock.start("select");
+  Particles kept;
+  select_near(device, view, source, chunk, map, true,
+              [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
+                for (const cl_uint place : places) {
+                  const std::size_t i = place & ~kIsSeen;
+                  kept.x.push_back(now.x[i]);
+                  kept.y.push_back(now.y[i]);
+                  kept.z.push_back(now.z[i]);
+                  if (!now.radius.empty()) kept.radius.push_back(now.radius[i]);
+                }
+              });
+  return kept;
+}
+
+// The voxels near what the camera sees. All lengths on the screen are in pixels.
+VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& source,
+                      double particle_radius, const Parameters& params, std::size_t memory,
+                      const OnScreen& screen, StageClock& clock) {
+  // In radii of the representatives: how far beyond the screen, around a gap and behind the front
+  // particles may matter to a fit near the edge.
+  constexpr double kMargin = 10, kAround = 6, kReach = 10;
+  // Thickness of the front layer, in the particles' own radii; the next layer lies 1.6 behind.
+  constexpr double kLayer = 0.8;
+  // Cells that hold two particles of a layer, so that hardly one is empty.
+  const double cell = std::max(1.0, 1.5 * screen.spacing), radius = params.thin / 2;
+  clock.start("fronts");
+  const double border = kMargin * radius;
+  const std::size_t chunk = chunk_size(memory, map_size(view, cell, border));
+  const FrontMap map =
+      find_fronts(device, view, source, chunk, cell, border, kMargin, params.thin, kAround * radius,
+                  kReach, kLayer * particle_radius / view.radius);
+  clock.start("select");
+  const double side = 2 * view.radius, step = 1024 * side;
+  const auto snapped = [&](double x) { return std::floor(x / step + 0.5) * step; };
+  VoxelGrid grid(side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)});
+  select_near(device, view, source, chunk, map, false,
+              [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
+                for (const cl_uint place : places) {
+                  const std::size_t i = place & ~kIsSeen;
+                  grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0);
+                }
+              });
+  return grid;
+}
+
+void set_count(Extraction& extraction, const std::string& name, std::int64_t value) {
+  for (auto& [known, count] : extraction.counts)
+    if (known == name) count = value;
+}
+
+}  // namespace
+
+Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
+                const Parameters& params, std::vector<StageTime>* timings, std::size_t memory) {
+  if (source.size() < kStreamed) {
+    if (const Particles* all = source.in_memory())
+      return extract(device, *all, camera, params, timings);
+    return extract(device, read_all(source), camera, params, timings);
+  }
+  check(camera);
+  check(params);
+  Surface surface;
+  surface.camera = camera;
+  StageClock clock(device, timings);
+  clock.start("survey");
+  const Survey& survey = survey_of(source);
+  report_bad(survey, params, surface.warnings);
+  const double radius = radius_of(source, survey, params, surface.warnings);
+  surface.particle_radius = radius;
+  // The origin that is subtracted first: the middle of the particles, exact in float.
+  std::array<double, 3> origin{};
+  for (std::size_t k = 0; k < 3; ++k)
+    origin[k] = static_cast<float>((double{survey.low[k]} + double{survey.high[k]}) / 2);
+  const View view = make_view(camera, radius, origin);
+  const OnScreen screen = measure_spacing(view, survey);
+  const double factor = thinning(screen, params);
+
+  if (factor > 1) {
+    const View coarse = make_view(camera, factor * radius, origin);
+    const VoxelGrid grid =
+        fill_voxels(device, coarse, source, radius, params, memory, screen, clock);
+    clock.start("thin");
+    const Vec3d eye = world_from_eye(coarse, {0, 0, coarse.orthographic ? 1e5 : 0});
+    const Thinned thinned = thin_particles(device, grid, radius, eye, params.fit.offset);
+    clock.stop();
+    Extraction extraction = run_pipeline(device, coarse, thinned.particles, params, timings);
+    clock.start("spray");
+    if (params.image) draw_spray(coarse, thinned.spray, extraction.image);
+    clock.stop();
+    for (float& residual : extraction.residual) residual *= static_cast<float>(factor);
+    set_count(extraction, "particles", survey.size);
+    extraction.counts.emplace_back("representatives",
+                                   static_cast<std::int64_t>(thinned.particles.x.size()));
+    extraction.counts.emplace_back("spray", static_cast<std::int64_t>(thinned.spray.size()));
+    return to_world(coarse, std::move(extraction), std::move(surface), params);
+  }
+
+  const Particles kept = gather(device, view, source, params, memory, screen, clock);
+  clock.start("order");
+  require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
+  WorldParticles world;
+  for (const std::size_t i : canonical_order(kept, params, surface.warnings)) {
+    world.x.push_back(kept.x[i]);
+    world.y.push_back(kept.y[i]);
+    world.z.push_back(kept.z[i]);
+    if (!kept.radius.empty()) world.scale.push_back(static_cast<float>(kept.radius[i] / radius));
+  }
+  clock.stop();
+  Extraction extraction = run_pipeline(device, view, world, params, timings);
+  set_count(extraction, "particles", survey.size);
+  return to_world(view, std::move(extraction), std::move(surface), params);
+}
+
+}  // namespace meniscus

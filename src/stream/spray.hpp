@@ -1,0 +1,17 @@
+// spray: drops that are too small for the surface, drawn on the image.
+#pragma once
+
+#include <vector>
+
+#include "stages/stage_data.hpp"
+#include "stages/view.hpp"
+#include "stream/thin.hpp"
+
+namespace meniscus {
+
+/// Draws each drop as a sphere where it lies in front of the image's surface: on the pixels whose
+/// centres it covers, or on the one that holds its centre, so that none is lost between pixels. The
+/// nearest wins, of equally near ones the first. Changes the image.
+void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMap& image);
+
+}  // namespace meniscus

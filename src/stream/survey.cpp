@@ -1,0 +1,191 @@
+#include "stream/survey.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <future>
+
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kChunk = std::size_t{1} << 20;  // particles
+constexpr std::size_t kRun = 1024;                    // particles that are looked at together
+
+// A hash of a position's bits; which of equal hashes a particle has does not depend on its place.
+std::uint32_t hash_of(float x, float y, float z) {
+  std::uint32_t h = std::bit_cast<std::uint32_t>(x) * 0x9e3779b1u ^
+                    std::bit_cast<std::uint32_t>(y) * 0x85ebca77u ^
+                    std::bit_cast<std::uint32_t>(z) * 0xc2b2ae3du;
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  h = (h ^ (h >> 12)) * 0x297a2d39u;
+  return h ^ (h >> 15);
+}
+
+// Whole numbers that order as floats do.
+std::int32_t ordered(float value) {
+  const std::int32_t bits = std::bit_cast<std::int32_t>(value);
+  return bits ^ ((bits >> 31) & 0x7fffffff);
+}
+float from_ordered(std::int32_t key) {
+  return std::bit_cast<float>(key ^ ((key >> 31) & 0x7fffffff));
+}
+
+bool finite(float x, float y, float z) {
+  return std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
+}
+
+// The middle of many positive floats, exactly, without keeping them: their bits order like whole
+// numbers, so that the first pass finds its upper half and the second its lower.
+class Middle {
+ public:
+  void add(float value) {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    if (upper_ < 0)
+      ++count_[bits >> 16];
+    else if (static_cast<std::int64_t>(bits >> 16) == upper_)
+      ++count_[bits & 0xffff];
+  }
+  /// Ends the first pass over `total` values.
+  void narrow(std::int64_t total) {
+    rank_ = total / 2;
+    upper_ = static_cast<std::int64_t>(place());
+    count_.assign(count_.size(), 0);
+  }
+  float value() {
+    return std::bit_cast<float>(
+        static_cast<std::uint32_t>(upper_ << 16 | static_cast<std::int64_t>(place())));
+  }
+
+ private:
+  // Where the value of rank_ lies; rank_ becomes its rank there.
+  std::size_t place() {
+    std::size_t k = 0;
+    while (k + 1 < count_.size() && rank_ >= count_[k]) rank_ -= count_[k++];
+    return k;
+  }
+  std::vector<std::int64_t> count_ = std::vector<std::int64_t>(1 << 16);
+  std::int64_t upper_ = -1, rank_ = 0;
+};
+
+}  // namespace
+
+void for_each_chunk(const ParticleSource& source, std::size_t size, bool with_radius,
+                    const std::function<void(const ParticleChunk&)>& work) {
+  const bool radius = with_radius && source.has_radius();
+  const auto read = [&](ParticleChunk& chunk, std::int64_t first) {
+    chunk.first = first;
+    chunk.count =
+        static_cast<std::size_t>(std::min(static_cast<std::int64_t>(size), source.size() - first));
+    const std::size_t stride = (chunk.count + 63) / 64 * 64;
+    for (std::vector<float>* values : {&chunk.x, &chunk.y, &chunk.z}) {
+      values->resize(stride);
+      std::fill(values->begin() + static_cast<std::ptrdiff_t>(chunk.count), values->end(), 0.0f);
+    }
+    chunk.radius.resize(radius ? stride : 0);
+    source.read(first, chunk.count, chunk.x.data(), chunk.y.data(), chunk.z.data(),
+                radius ? chunk.radius.data() : nullptr);
+  };
+  if (source.size() == 0) return;
+  ParticleChunk now, next;
+  read(now, 0);
+  for (;;) {
+    const std::int64_t after = now.first + static_cast<std::int64_t>(now.count);
+    std::future<void> ahead;  // its destructor waits
+    if (after < source.size()) ahead = std::async(std::launch::async, [&] { read(next, after); });
+    work(now);
+    if (!ahead.valid()) return;
+    ahead.get();
+    std::swap(now, next);
+  }
+}
+
+const Survey& survey_of(const ParticleSource& source) {
+  if (!source.survey_) source.survey_ = std::make_shared<const Survey>(survey_particles(source));
+  return *source.survey_;
+}
+
+Survey survey_particles(const ParticleSource& source) {
+  Survey survey;
+  survey.size = source.size();
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  std::array<float, 3> low{kNone, kNone, kNone}, high{-kNone, -kNone, -kNone};
+  const double share =
+      static_cast<double>(kSample) / static_cast<double>(std::max<std::int64_t>(1, survey.size));
+  const std::uint32_t most =
+      share >= 1 ? UINT32_MAX : static_cast<std::uint32_t>(share * 4294967296.0);
+  Middle middle;
+  for_each_chunk(source, kChunk, true, [&](const ParticleChunk& chunk) {
+    for (std::size_t begin = 0; begin < chunk.count; begin += kRun) {
+      const std::size_t end = std::min(begin + kRun, chunk.count);
+      // Straight loops over whole numbers, which the compiler turns into vectors; a run with a bad
+      // particle is rare.
+      const std::vector<float>* const axes[3] = {&chunk.x, &chunk.y, &chunk.z};
+      bool good = true;
+      std::array<std::int32_t, 3> least{}, largest{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const float* const values = axes[a]->data();
+        std::int32_t bad = 0, lower = INT32_MAX, upper = INT32_MIN;
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::int32_t key = ordered(values[i]);
+          bad |= (std::bit_cast<std::int32_t>(values[i]) & 0x7f800000) == 0x7f800000;
+          lower = key < lower ? key : lower;
+          upper = key > upper ? key : upper;
+        }
+        good = good && bad == 0;
+        least[a] = lower;
+        largest[a] = upper;
+      }
+      if (good)
+        for (std::size_t a = 0; a < 3; ++a) {
+          low[a] = std::min(low[a], from_ordered(least[a]));
+          high[a] = std::max(high[a], from_ordered(largest[a]));
+        }
+      for (std::size_t i = begin; i < end; ++i) {
+        const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
+        if (!chunk.radius.empty()) {
+          const float own = chunk.radius[i];
+          if (!(own > 0) || !std::isfinite(own)) {
+            char text[32];
+            std::snprintf(text, sizeof text, "%g", static_cast<double>(own));
+            throw InputError(source.item() + " " +
+                             std::to_string(chunk.first + static_cast<std::int64_t>(i)) +
+                             ": radius is " + text +
+                             ", must be > 0 and finite (give --particle-radius to override)");
+          }
+        }
+        if (!good && !finite(x, y, z)) {
+          if (survey.first_bad < 0) survey.first_bad = chunk.first + static_cast<std::int64_t>(i);
+          continue;
+        }
+        if (!good)
+          for (std::size_t a = 0; a < 3; ++a) {
+            low[a] = std::min(low[a], (*axes[a])[i]);
+            high[a] = std::max(high[a], (*axes[a])[i]);
+          }
+        ++survey.finite;
+        if (!chunk.radius.empty()) {
+          middle.add(chunk.radius[i]);
+          survey.largest_radius = std::max(survey.largest_radius, chunk.radius[i]);
+        }
+        if (hash_of(x, y, z) <= most) survey.sample.push_back({x, y, z});
+      }
+    }
+  });
+  if (survey.finite > 0) {
+    survey.low = low;
+    survey.high = high;
+  }
+  if (source.has_radius() && survey.finite > 0) {
+    middle.narrow(survey.finite);
+    for_each_chunk(source, kChunk, true, [&](const ParticleChunk& chunk) {
+      for (std::size_t i = 0; i < chunk.count; ++i)
+        if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
+    });
+    survey.middle_radius = middle.value();
+  }
+  return survey;
+}
+
+}  // namespace meniscus

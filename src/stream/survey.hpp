@@ -1,0 +1,48 @@
+// survey: what a frame is like as a whole, from one pass over its particles.
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "meniscus/source.hpp"
+
+namespace meniscus {
+
+/// Some particles in memory, padded to a multiple of 64 with positions at the origin.
+struct ParticleChunk {
+  std::int64_t first = 0;
+  std::size_t count = 0;
+  std::vector<float> x, y, z;  // [stride] world units
+  std::vector<float> radius;   // [stride]; empty where the source has none or none was asked for
+  std::size_t stride() const { return x.size(); }
+};
+
+/// Calls work(chunk) for all particles, `size` at a time, in order; the next chunk is read by
+/// another thread meanwhile. Throws what reading or `work` throws.
+void for_each_chunk(const ParticleSource& source, std::size_t size, bool with_radius,
+                    const std::function<void(const ParticleChunk&)>& work);
+
+struct Survey {
+  std::int64_t size = 0, finite = 0;            // particles; those whose coordinates are all finite
+  std::int64_t first_bad = -1;                  // the first of the others
+  std::array<float, 3> low{}, high{};           // of the finite ones, world units
+  float middle_radius = 0, largest_radius = 0;  // of the finite ones' own; 0: none has one
+  std::vector<std::array<float, 3>> sample;     // finite ones whose position has a small hash
+};
+
+/// survey_particles of a source, made when it is first asked for. Not for two threads at once.
+const Survey& survey_of(const ParticleSource& source);
+
+/// The size of a sample of more particles than that, about: one in n / kSample is taken.
+inline constexpr std::int64_t kSample = 1 << 16;
+
+/// Looks at every particle. The result does not depend on their order but for `first_bad`. Throws
+/// InputError, naming the particle, when a radius is not a positive number.
+Survey survey_particles(const ParticleSource& source);
+
+}  // namespace meniscus

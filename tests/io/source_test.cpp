@@ -1,0 +1,110 @@
+// Particles that are left on disk, against those that are read at once.
+#include "meniscus/source.hpp"
+
+#include <gmock/gmock.h>
+
+#include "io/io_test_support.hpp"
+#include "io/rows.hpp"
+
+namespace meniscus {
+namespace {
+
+using testing::HasSubstr;
+
+using Source = InputTest;
+
+/// A PLY of five vertices with an element before them and columns of several types between.
+std::string mixed_ply(std::endian order) {
+  std::string bytes = std::string("ply\nformat binary_") +
+                      (order == std::endian::little ? "little" : "big") +
+                      "_endian 1.0\ncomment time 1.5 particle_radius 0.25\nelement camera 1\n"
+                      "property double focal\nelement vertex 5\nproperty uchar flag\n"
+                      "property double z\nproperty float x\nproperty short y\n"
+                      "property float radius\nproperty int id\nend_header\n";
+  bytes += stored(50.0, order);
+  for (int i = 0; i < 5; ++i)
+    bytes += stored(static_cast<unsigned char>(i), order) + stored(0.1 + i, order) +
+             stored(1.5f * static_cast<float>(i), order) +
+             stored(static_cast<std::int16_t>(-7 * i), order) +
+             stored(0.5f + static_cast<float>(i), order) + stored(std::int32_t{i}, order);
+  return bytes;
+}
+
+Particles all_of(const ParticleSource& source, std::size_t at_once) {
+  Particles all;
+  for (std::int64_t first = 0; first < source.size(); first += static_cast<std::int64_t>(at_once)) {
+    const std::size_t n = std::min(at_once, static_cast<std::size_t>(source.size() - first));
+    std::vector<float> x(n), y(n), z(n), radius(n);
+    source.read(first, n, x.data(), y.data(), z.data(),
+                source.has_radius() ? radius.data() : nullptr);
+    all.x.insert(all.x.end(), x.begin(), x.end());
+    all.y.insert(all.y.end(), y.begin(), y.end());
+    all.z.insert(all.z.end(), z.begin(), z.end());
+    if (source.has_radius()) all.radius.insert(all.radius.end(), radius.begin(), radius.end());
+  }
+  return all;
+}
+
+TEST_F(Source, RowsAreWhatReadingAtOnceGives) {
+  for (const std::endian order : {std::endian::little, std::endian::big}) {
+    const std::string path = write("mixed.ply", mixed_ply(order));
+    const Particles expected = read_particles(path);
+    const auto rows = open_rows(path, 0);
+    ASSERT_TRUE(rows);
+    EXPECT_EQ(rows->size(), 5);
+    EXPECT_EQ(rows->particle_radius(), 0.25);
+    EXPECT_TRUE(rows->has_radius());
+    for (const std::size_t at_once : {1, 2, 5}) {
+      const Particles found = all_of(*rows, at_once);
+      EXPECT_EQ(found.x, expected.x);
+      EXPECT_EQ(found.y, expected.y);
+      EXPECT_EQ(found.z, expected.z);
+      EXPECT_EQ(found.radius, expected.radius);
+    }
+    const auto given = open_rows(path, 0.125);
+    EXPECT_EQ(given->particle_radius(), 0.125);
+    EXPECT_FALSE(given->has_radius());
+  }
+}
+
+TEST_F(Source, LeavesToTheReaderWhatIsNotOnlyRows) {
+  const std::string good = mixed_ply(std::endian::little);
+  EXPECT_FALSE(open_rows(write("cut.ply", good.substr(0, good.size() - 1)), 0));
+  EXPECT_FALSE(open_rows(write("long.ply", good + "x"), 0));
+  EXPECT_FALSE(open_rows(write("ascii.ply",
+                               "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                               "property float y\nproperty float z\nend_header\n1 2 3\n"),
+                         0));
+  EXPECT_FALSE(open_rows(write("list.ply",
+                               "ply\nformat binary_little_endian 1.0\nelement vertex 0\n"
+                               "property float x\nproperty float y\nproperty float z\n"
+                               "element face 0\nproperty list uchar int v\nend_header\n"),
+                         0));
+  EXPECT_FALSE(open_rows(write("no.ply", "not a ply"), 0));
+  EXPECT_FALSE(open_rows(write("rows.xyz", good), 0));
+  EXPECT_FALSE(open_rows(write("gone.ply", "") + "x", 0));
+}
+
+TEST_F(Source, SaysWhereAFileEndedThatGrewShorter) {
+  const std::string good = mixed_ply(std::endian::little);
+  const auto rows = open_rows(write("shrunk.ply", good), 0);
+  write("shrunk.ply", good.substr(0, good.size() - 30));
+  try {
+    all_of(*rows, 5);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("byte " + std::to_string(good.size() - 30)));
+    EXPECT_THAT(error.what(), HasSubstr("ends here"));
+  }
+}
+
+TEST_F(Source, SmallFilesAndOtherFormatsAreInMemory) {
+  EXPECT_TRUE(open_particles(write("mixed.ply", mixed_ply(std::endian::little)))->in_memory());
+  const auto rows = open_particles(write("rows.xyz", "1 2 3\n4 5 6\n"), 0.5);
+  ASSERT_TRUE(rows->in_memory());
+  EXPECT_EQ(rows->in_memory()->x, (std::vector<float>{1, 4}));
+  EXPECT_EQ(rows->particle_radius(), 0.5);
+}
+
+}  // namespace
+}  // namespace meniscus

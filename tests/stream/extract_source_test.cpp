@@ -1,0 +1,226 @@
+// extract() of frames that stream: the same bytes whatever way they came, and a surface that is
+// where the fluid's is.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "dam_break.hpp"
+#include "extract.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+namespace {
+
+Particles dam_particles(const DamBreak& dam) {
+  Particles particles;
+  particles.particle_radius = dam.particle_radius();
+  dam.emit([&](std::span<const float> block) {
+    for (std::size_t k = 0; k < block.size(); k += 3) {
+      particles.x.push_back(block[k]);
+      particles.y.push_back(block[k + 1]);
+      particles.z.push_back(block[k + 2]);
+    }
+  });
+  return particles;
+}
+
+const DamBreak& dam() {
+  static const DamBreak made(300000, 1);
+  return made;
+}
+const Particles& frame() {
+  static const Particles made = dam_particles(dam());
+  return made;
+}
+
+// Particles of this frame are some 1.7 pixels apart.
+Camera small_camera() { return look_at({5, 2.2, 3.4}, {1.5, .3, .75}, {0, 1, 0}, 32, 320, 240); }
+
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+bool same(const Surface& a, const Surface& b) {
+  return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
+         same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
+         same_bits(a.residual, b.residual) && same_bits(a.mesh.position, b.mesh.position) &&
+         same_bits(a.mesh.triangle, b.mesh.triangle) && a.counts == b.counts;
+}
+
+std::int64_t count_of(const Surface& surface, const std::string& name) {
+  for (const auto& [known, count] : surface.counts)
+    if (known == name) return count;
+  return -1;
+}
+
+class ExtractSource : public testing::Test {
+ protected:
+  Device device_;
+};
+
+TEST_F(ExtractSource, GivesTheSameBytesForAnyMemoryAndOrder) {
+  ASSERT_GE(static_cast<std::int64_t>(frame().size()), kStreamed);
+  const Surface expected = extract(device_, frame(), small_camera());
+  EXPECT_EQ(count_of(expected, "particles"), 300000);
+  EXPECT_GT(count_of(expected, "representatives"), 1000);
+  EXPECT_LT(count_of(expected, "representatives"), 100000);
+  const auto source = source_of(frame());
+  for (const std::size_t memory : {std::size_t{2} << 20, std::size_t{9} << 20})
+    EXPECT_TRUE(same(expected, extract(device_, *source, small_camera(), {}, nullptr, memory)))
+        << memory;
+
+  std::vector<std::size_t> order(frame().size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  Particles shuffled = frame();
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    shuffled.x[i] = frame().x[order[i]];
+    shuffled.y[i] = frame().y[order[i]];
+    shuffled.z[i] = frame().z[order[i]];
+  }
+  EXPECT_TRUE(same(expected, extract(device_, shuffled, small_camera())));
+}
+
+TEST_F(ExtractSource, NamesTheLeastMemory) {
+  const auto source = source_of(frame());
+  try {
+    extract(device_, *source, small_camera(), {}, nullptr, 1000);
+    FAIL();
+  } catch (const InvalidArgument& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("--memory is 1000 bytes, must be at least"));
+  }
+}
+
+// The error of the thinned surface, along its normal, in pixels: representatives are 3.4 pixels
+// apart, and docs/performance.md has a median of .1 pixels at 1.5 and at .7 pixels a spacing.
+TEST_F(ExtractSource, ThinningKeepsTheSurface) {
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface surface = extract(device_, frame(), small_camera(), parameters);
+  std::vector<double> errors;
+  int found = 0, open = 0;
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) {
+    const Vec3 p = surface.position[s];
+    if (surface.kind[s] != Kind::surface || p.x < 0.1f || p.x > 1 || p.z < 0.1f || p.z > 1.3f)
+      continue;
+    const double h = dam().height(p.x, p.z), e = 1e-4;
+    const double slope =
+        std::hypot((dam().height(p.x + e, p.z) - h) / e, (dam().height(p.x, p.z + e) - h) / e);
+    const double pixel = 5 * 2 * std::tan(0.2793) / 240;  // world units, 5 units before the eye
+    errors.push_back(std::abs(p.y - h) / std::sqrt(1 + slope * slope) / pixel);
+    ++found;
+  }
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) open += surface.kind[s] == Kind::none;
+  ASSERT_GT(found, 1000);
+  EXPECT_LT(open, 70000);
+  std::nth_element(errors.begin(), errors.begin() + found / 2, errors.end());
+  EXPECT_LT(errors[static_cast<std::size_t>(found / 2)], 0.2);
+  std::nth_element(errors.begin(), errors.begin() + found * 95 / 100, errors.end());
+  EXPECT_LT(errors[static_cast<std::size_t>(found * 95 / 100)], 0.8);
+}
+
+// A lone particle far from the rest shows as one pixel, nearer than a particle's size can.
+TEST_F(ExtractSource, LosesNoLoneParticle) {
+  Particles particles = frame();
+  const Vec3 lone{1.5f, 1.1f, 0.75f};
+  particles.x.push_back(lone.x);
+  particles.y.push_back(lone.y);
+  particles.z.push_back(lone.z);
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface without = extract(device_, frame(), small_camera(), parameters);
+  const Surface with = extract(device_, particles, small_camera(), parameters);
+  int more = 0;
+  for (std::size_t s = 0; s < with.depth.size(); ++s) {
+    if (with.kind[s] != Kind::splash || without.kind[s] == Kind::splash) continue;
+    ++more;
+    const double apart = std::hypot(with.position[s].x - lone.x, with.position[s].y - lone.y,
+                                    with.position[s].z - lone.z);
+    EXPECT_LT(apart, 0.02);  // a pixel and a particle: .012 and .009
+  }
+  EXPECT_GE(more, 1);
+  EXPECT_LE(more, 4);
+}
+
+// What is not thinned is what a smaller frame of the same particles gives: far ones, out of view,
+// make a frame large and change nothing.
+TEST_F(ExtractSource, WithoutThinningNothingChanges) {
+  const DamBreak small(20000, 1);
+  Particles particles = dam_particles(small);
+  // The same middle for both: a corner of the box on either side.
+  for (const float corner : {-1000.0f, 1000.0f}) {
+    particles.x.push_back(corner);
+    particles.y.push_back(corner);
+    particles.z.push_back(corner);
+  }
+  Particles large = particles;
+  std::mt19937 random(4);
+  while (static_cast<std::int64_t>(large.size()) < kStreamed) {
+    large.x.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
+    large.y.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
+    large.z.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
+  }
+  const Camera camera = small_camera();
+  for (const Method method : {Method::fit, Method::ssm, Method::paper}) {
+    Parameters parameters;
+    parameters.method = method;
+    const Surface expected = extract(device_, particles, camera, parameters);
+    Surface found = extract(device_, large, camera, parameters);
+    EXPECT_EQ(count_of(found, "particles"), kStreamed);
+    for (auto& [name, count] : found.counts)
+      if (name == "particles") count = static_cast<std::int64_t>(particles.size());
+    EXPECT_TRUE(same(expected, found)) << to_string(method);
+  }
+}
+
+TEST_F(ExtractSource, ReportsBadParticlesOnceAndRefusesThemWhenStrict) {
+  Particles particles = frame();
+  particles.x[17] = NAN;
+  particles.y[400] = INFINITY;
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface surface = extract(device_, particles, small_camera(), parameters);
+  EXPECT_THAT(surface.warnings,
+              testing::ElementsAre("2 of 300000 particles have NaN or infinite coordinates (the "
+                                   "first is particle 17) and were dropped"));
+  parameters.strict = true;
+  EXPECT_THROW(extract(device_, particles, small_camera(), parameters), InputError);
+}
+
+TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
+  Parameters parameters;
+  const Camera away = look_at({5, 2.2, 3.4}, {10, 3, 9}, {0, 1, 0}, 32, 64, 48);
+  const Surface surface = extract(device_, frame(), away, parameters);
+  EXPECT_EQ(count_of(surface, "in view"), 0);
+  EXPECT_THAT(surface.warnings,
+              testing::ElementsAre("no particle is in view: the surface is empty"));
+}
+
+TEST(FrameSource, FramesWhatItsParticlesWould) {
+  const Camera a = frame_particles(frame(), 320, 240);
+  class OnDisk : public ParticleSource {
+   public:
+    std::int64_t size() const override { return inner_->size(); }
+    bool has_radius() const override { return inner_->has_radius(); }
+    double particle_radius() const override { return inner_->particle_radius(); }
+    std::string item() const override { return "row"; }
+    void read(std::int64_t first, std::size_t count, float* x, float* y, float* z,
+              float* radius) const override {
+      inner_->read(first, count, x, y, z, radius);
+    }
+
+   private:
+    std::unique_ptr<ParticleSource> inner_ = source_of(frame());
+  };
+  const Camera b = frame_particles(OnDisk(), 320, 240);
+  EXPECT_EQ(a.view, b.view);
+  EXPECT_EQ(a.projection, b.projection);
+}
+
+}  // namespace
+}  // namespace meniscus

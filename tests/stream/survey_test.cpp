@@ -1,0 +1,126 @@
+// What one pass over the particles finds out.
+#include "stream/survey.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "meniscus/error.hpp"
+#include "stages/stage_test_support.hpp"
+
+namespace meniscus {
+namespace {
+
+Particles random_particles(std::size_t n, bool radii) {
+  Random random(3);
+  Particles particles;
+  for (std::size_t i = 0; i < n; ++i) {
+    particles.x.push_back(static_cast<float>(random(-3, 2)));
+    particles.y.push_back(static_cast<float>(random(-1, -0.5)));
+    particles.z.push_back(static_cast<float>(random(0, 7)));
+    if (radii) particles.radius.push_back(static_cast<float>(std::exp(random(-9, 9))));
+  }
+  return particles;
+}
+
+TEST(Survey, FindsBoundsAndTheMiddleRadius) {
+  for (const std::size_t n : {1, 2, 63, 1023, 1024, 1025, 5000}) {
+    const Particles particles = random_particles(n, true);
+    const Survey survey = survey_particles(*source_of(particles));
+    EXPECT_EQ(survey.size, static_cast<std::int64_t>(n));
+    EXPECT_EQ(survey.finite, static_cast<std::int64_t>(n));
+    EXPECT_EQ(survey.first_bad, -1);
+    const std::vector<float>* const axes[3] = {&particles.x, &particles.y, &particles.z};
+    for (std::size_t a = 0; a < 3; ++a) {
+      EXPECT_EQ(survey.low[a], *std::min_element(axes[a]->begin(), axes[a]->end()));
+      EXPECT_EQ(survey.high[a], *std::max_element(axes[a]->begin(), axes[a]->end()));
+    }
+    std::vector<float> sorted = particles.radius;
+    std::sort(sorted.begin(), sorted.end());
+    EXPECT_EQ(survey.middle_radius, sorted[n / 2]);
+    EXPECT_EQ(survey.largest_radius, sorted.back());
+    EXPECT_EQ(survey.sample.size(), n);  // all of so few
+  }
+}
+
+TEST(Survey, LeavesOutWhatIsNotFinite) {
+  Particles particles = random_particles(3000, true);
+  particles.x[1500] = NAN;
+  particles.y[2100] = -INFINITY;
+  particles.z[2999] = INFINITY;
+  particles.x[2999] = 1e30f;
+  const Survey survey = survey_particles(*source_of(particles));
+  EXPECT_EQ(survey.finite, 2997);
+  EXPECT_EQ(survey.first_bad, 1500);
+  EXPECT_LE(survey.high[0], 2);
+  EXPECT_TRUE(std::isfinite(survey.low[1]));
+  std::vector<float> radii;
+  for (std::size_t i = 0; i < 3000; ++i)
+    if (i != 1500 && i != 2100 && i != 2999) radii.push_back(particles.radius[i]);
+  std::nth_element(radii.begin(), radii.begin() + 2997 / 2, radii.end());
+  EXPECT_EQ(survey.middle_radius, radii[2997 / 2]);
+}
+
+TEST(Survey, NothingHasNoBounds) {
+  Particles particles;
+  EXPECT_EQ(survey_particles(*source_of(particles)).finite, 0);
+  particles.x = particles.y = particles.z = {NAN};
+  EXPECT_EQ(survey_particles(*source_of(particles)).first_bad, 0);
+}
+
+TEST(Survey, TakesASampleThatDoesNotDependOnTheOrder) {
+  const std::size_t n = 4 * kSample;
+  Particles particles = random_particles(n, false);
+  const auto sorted_sample = [&] {
+    auto sample = survey_particles(*source_of(particles)).sample;
+    std::sort(sample.begin(), sample.end());
+    return sample;
+  };
+  const auto before = sorted_sample();
+  // A quarter of n trials of chance 1/4: five deviations.
+  EXPECT_NEAR(static_cast<double>(before.size()), kSample, 5 * std::sqrt(0.75 * kSample));
+  for (std::vector<float>* axis : {&particles.x, &particles.y, &particles.z})
+    std::reverse(axis->begin(), axis->end());
+  EXPECT_EQ(before, sorted_sample());
+}
+
+TEST(Survey, RefusesRadiiThatAreNone) {
+  for (const float radius : {0.0f, -1.0f, NAN, INFINITY}) {
+    Particles particles = random_particles(100, true);
+    particles.radius[42] = radius;
+    try {
+      survey_particles(*source_of(particles));
+      FAIL() << radius;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("particle 42: radius is "));
+    }
+  }
+}
+
+TEST(Chunks, HoldAllParticlesInOrder) {
+  const Particles particles = random_particles(1000, true);
+  const auto source = source_of(particles);
+  for (const std::size_t size : {1, 63, 64, 999, 1000, 5000}) {
+    Particles seen;
+    for_each_chunk(*source, size, true, [&](const ParticleChunk& chunk) {
+      EXPECT_EQ(chunk.first, static_cast<std::int64_t>(seen.size()));
+      EXPECT_EQ(chunk.stride() % 64, 0u);
+      EXPECT_LE(chunk.count, size);
+      const auto add = [&](const std::vector<float>& from, std::vector<float>& to) {
+        to.insert(to.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(chunk.count));
+      };
+      add(chunk.x, seen.x);
+      add(chunk.y, seen.y);
+      add(chunk.z, seen.z);
+      add(chunk.radius, seen.radius);
+    });
+    EXPECT_EQ(seen.x, particles.x);
+    EXPECT_EQ(seen.y, particles.y);
+    EXPECT_EQ(seen.z, particles.z);
+    EXPECT_EQ(seen.radius, particles.radius);
+  }
+}
+
+}  // namespace
+}  // namespace meniscus
