@@ -3,13 +3,33 @@
 #include "dam_break.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
+#include "meniscus/source.hpp"
 
 namespace meniscus {
 FrameInput dam_frame() {
   const auto file = [](const std::string& name) {
     return InputFile{name, std::string(dam_file(name))};
   };
-  return {"dam 015", particles_of(file("frame_015.ply"), 0), camera_of(file("camera.json"))};
+  FrameInput frame;
+  frame.name = "dam 015";
+  frame.particles = particles_of(file("frame_015.ply"), 0);
+  frame.count = static_cast<std::int64_t>(frame.particles.size());
+  frame.camera = camera_of(file("camera.json"));
+  return frame;
+}
+
+FrameInput file_frame(const std::string& path, double particle_radius) {
+  const auto source = open_particles(path, particle_radius);
+  FrameInput frame;
+  frame.name = path;
+  frame.count = source->size();
+  frame.particle_radius = particle_radius;
+  frame.camera = frame_particles(*source);
+  if (const Particles* particles = source->in_memory())
+    frame.particles = *particles;
+  else
+    frame.file = path;
+  return frame;
 }
 
 FrameInput synthetic_frame(std::int64_t particles, int width, int height) {
@@ -26,6 +46,7 @@ FrameInput synthetic_frame(std::int64_t particles, int width, int height) {
     }
   });
   frame.name = "synthetic";
+  frame.count = dam.size();
   frame.camera = frame_particles(p, width, height);
   return frame;
 }

@@ -29,6 +29,14 @@ class Stopwatch {
   double cpu_begin_ = processor_ms();
 };
 
+Surface extract_frame(Device& device, const FrameInput& input, const Parameters& parameters,
+                      const FrameBenchOptions& options, std::vector<StageTime>* timings = nullptr) {
+  if (input.file.empty())
+    return extract(device, input.particles, input.camera, parameters, timings);
+  return extract(device, *open_particles(input.file, input.particle_radius), input.camera,
+                 parameters, timings, options.memory);
+}
+
 // Calls frame() until both the time and the number of frames are reached.
 template <class Frame>
 void repeat(const FrameBenchOptions& options, const Frame& frame) {
@@ -44,7 +52,7 @@ void measure_overlapped(const DeviceInfo& info, const FrameInput& input,
   std::vector<std::unique_ptr<Device>> devices;
   for (int k = 0; k < threads; ++k) {
     devices.push_back(std::make_unique<Device>(info));
-    extract(*devices.back(), input.particles, input.camera, parameters);  // builds its kernels
+    extract_frame(*devices.back(), input, parameters, options);  // builds its kernels
   }
   const int frames =
       std::max(options.least_frames * threads,
@@ -59,8 +67,7 @@ void measure_overlapped(const DeviceInfo& info, const FrameInput& input,
       workers.emplace_back([&, k] {
         try {
           while (next++ < frames)
-            extract(*devices[static_cast<std::size_t>(k)], input.particles, input.camera,
-                    parameters);
+            extract_frame(*devices[static_cast<std::size_t>(k)], input, parameters, options);
         } catch (...) {
           const std::scoped_lock lock(failing);
           failure = std::current_exception();
@@ -138,7 +145,8 @@ FrameFigures measure_frame(const DeviceInfo& info, const FrameInput& input,
   FrameFigures figures;
   figures.frame = input.name;
   figures.method = to_string(parameters.method);
-  figures.particles = static_cast<std::int64_t>(input.particles.size());
+  figures.particles = input.count;
+  figures.streamed = !input.file.empty();
   figures.width = input.camera.width;
   figures.height = input.camera.height;
   figures.mesh = parameters.mesh;
@@ -147,7 +155,7 @@ FrameFigures measure_frame(const DeviceInfo& info, const FrameInput& input,
   {
     Device device(info);
     const auto frame = [&](std::vector<StageTime>* timings = nullptr) {
-      return extract(device, input.particles, input.camera, parameters, timings);
+      return extract_frame(device, input, parameters, options, timings);
     };
     {
       const Stopwatch watch;

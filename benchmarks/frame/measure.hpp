@@ -13,9 +13,10 @@
 namespace meniscus {
 
 struct FrameBenchOptions {
-  double seconds = 2;    // how long each of the three measurements goes on ...
-  int least_frames = 5;  // ... and for how many frames at least
-  int in_flight = 2;     // frames that are extracted at the same time, each by a thread
+  double seconds = 2;                  // how long each of the three measurements goes on ...
+  int least_frames = 5;                // ... and for how many frames at least
+  std::size_t memory = kStreamMemory;  // as for extract(), bytes
+  int in_flight = 2;  // frames that are extracted at the same time, each by a thread
 };
 
 /// What a stage takes of a frame: medians over frames. A stage that runs several times is summed.
@@ -26,13 +27,13 @@ struct StageFigures {
   std::vector<std::pair<std::string, double>> kernels;  // ms, each name once
 };
 
-/// What one method takes for one frame. A frame is a call of extract(): particles in memory to
-/// depth, normals and what else there is in a Surface, on the host.
+/// What one method takes for one frame. A frame is a call of extract(): particles in memory, or in
+/// the file they stream from, to depth, normals and what else there is in a Surface, on the host.
 struct FrameFigures {
   std::string frame, method;
   std::int64_t particles = 0, pixels = 0;  // pixels: covered ones
   int width = 0, height = 0;
-  bool mesh = false;
+  bool mesh = false, streamed = false;
 
   double first_ms = 0;  // on a device just opened: kernels are built or loaded
   double median_ms = 0, least_ms = 0, p10_ms = 0, p90_ms = 0;  // wall, one frame after another

@@ -36,6 +36,7 @@ ordered_json json_of(const FrameFigures& f) {
           {"height", f.height},
           {"pixels", f.pixels},
           {"mesh", f.mesh},
+          {"streamed", f.streamed},
           {"median_ms", f.median_ms},
           {"least_ms", f.least_ms},
           {"p10_ms", f.p10_ms},
@@ -74,7 +75,8 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows) {
 
 std::string heading(const FrameFigures& f) {
   return f.frame + ": " + std::to_string(f.particles) + " particles, " + std::to_string(f.width) +
-         "x" + std::to_string(f.height) + (f.mesh ? ", with the mesh" : "");
+         "x" + std::to_string(f.height) + (f.streamed ? ", with reading the file" : "") +
+         (f.mesh ? ", with the mesh" : "");
 }
 
 // The stages of the methods of one frame, one column a method.

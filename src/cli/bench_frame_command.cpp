@@ -53,12 +53,9 @@ template <class Measure>
 void for_each_frame(const BenchFrameOptions& options, const Measure& measure) {
   using Sizes = std::vector<std::array<int, 2>>;
   if (options.particles.empty() && !options.sweep) {
-    FrameInput frame = dam_frame();
-    if (!options.input.empty()) {
-      frame.particles = read_particles(options.input, options.particle_radius.value_or(0));
-      frame.name = options.input;
-      frame.camera = frame_particles(frame.particles);
-    }
+    FrameInput frame = options.input.empty()
+                           ? dam_frame()
+                           : file_frame(options.input, options.particle_radius.value_or(0));
     if (!options.camera_file.empty()) frame.camera = read_camera(options.camera_file);
     const Sizes own{{frame.camera.width, frame.camera.height}};
     for (const auto& [width, height] : options.sizes.empty() ? own : options.sizes) {
@@ -177,10 +174,14 @@ void add_bench_frame_command(CLI::App& bench) {
       ->excludes(input);
   command.add_flag("--mesh", o.mesh, "make the mesh, too");
   command
-      .add_option("--seconds", o.measure.seconds,
-                  "how long each measurement goes on, at least five frames (default 2)")
+      .add_option("--seconds", o.measure.seconds, "how long each measurement goes on (default 2)")
       ->check(CLI::Range(0.0, 1e6).description(""))
       ->type_name("S");
+  command
+      .add_option("--frames", o.measure.least_frames,
+                  "for how many frames each measurement goes on at least (default 5)")
+      ->check(CLI::Range(1, 1'000'000).description(""))
+      ->type_name("N");
   command
       .add_option("--in-flight", o.measure.in_flight,
                   "frames that are extracted at the same time for frames/s (default 2)")
@@ -192,6 +193,7 @@ void add_bench_frame_command(CLI::App& bench) {
                   "kind found, see meniscus devices)")
       ->type_name("D");
   add_threads_option(command, o.threads);
+  add_memory_option(command, o.measure.memory);
   command.add_option("--json", o.json, "write the figures to this file")->type_name("FILE");
   command.callback([options] { run_bench_frame(*options); });
 }

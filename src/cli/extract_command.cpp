@@ -61,24 +61,6 @@ Triple parse_triple(const std::string& name, const std::string& text) {
   return triple;
 }
 
-/// 134217728, 128M or 0.5G: powers of 1024.
-std::size_t parse_bytes(const std::string& text) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [unit, error] = std::from_chars(text.data(), end, value);
-  const std::string letters = "KMG";
-  std::size_t shift = 0;
-  bool good = error == std::errc() && value > 0;
-  if (good && unit != end) {
-    const std::size_t place = letters.find(*unit);
-    good = place != std::string::npos && unit + 1 == end;
-    shift = 10 * (place + 1);
-  }
-  if (good) value *= static_cast<double>(std::size_t{1} << shift);
-  if (good && value < 0x1p62) return static_cast<std::size_t>(value);
-  throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M");
-}
-
 template <class T>
 using Choices = std::vector<std::pair<std::string, T>>;
 
@@ -334,12 +316,7 @@ void add_extract_command(CLI::App& program) {
   command.add_flag("--strict", o.parameters.strict,
                    "NaN and infinite coordinates are an error instead of being dropped");
   add_threads_option(command, o.threads);
-  command
-      .add_option_function<std::string>(
-          "--memory", [&o](const std::string& text) { o.memory = parse_bytes(text); },
-          "device memory that the passes over large files may take: bytes, or with K, M or G "
-          "(default 128M)")
-      ->type_name("BYTES");
+  add_memory_option(command, o.memory);
   command.add_flag("--timings", o.timings, "print what each stage took, and counts");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
   command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);

@@ -35,6 +35,37 @@ std::int64_t parse_particles(const std::string& text) {
                     std::to_string(DamBreak::kFewest) + " to " + std::to_string(DamBreak::kMost));
 }
 
+namespace {
+
+// 134217728, 128M or 0.5G: powers of 1024.
+std::size_t parse_bytes(const std::string& text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit, error] = std::from_chars(text.data(), end, value);
+  const std::string letters = "KMG";
+  std::size_t shift = 0;
+  bool good = error == std::errc() && value > 0;
+  if (good && unit != end) {
+    const std::size_t place = letters.find(*unit);
+    good = place != std::string::npos && unit + 1 == end;
+    shift = 10 * (place + 1);
+  }
+  if (good) value *= static_cast<double>(std::size_t{1} << shift);
+  if (good && value < 0x1p62) return static_cast<std::size_t>(value);
+  throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M");
+}
+
+}  // namespace
+
+void add_memory_option(CLI::App& command, std::size_t& memory) {
+  command
+      .add_option_function<std::string>(
+          "--memory", [&memory](const std::string& text) { memory = parse_bytes(text); },
+          "device memory that the passes over large files may take: bytes, or with K, M or G "
+          "(default 128M)")
+      ->type_name("BYTES");
+}
+
 CLI::Option* add_threads_option(CLI::App& command, int& threads) {
   return command.add_option("--threads", threads, "processor threads (default: all)")
       ->type_name("N")

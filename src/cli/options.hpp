@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -18,6 +19,9 @@ std::array<int, 2> parse_size(const std::string& text);
 
 /// How many particles to generate: 1000000 or 1e6. Throws usage_error.
 std::int64_t parse_particles(const std::string& text);
+
+/// --memory BYTES.
+void add_memory_option(CLI::App& command, std::size_t& memory);
 
 /// --threads N; 0 stands for all.
 CLI::Option* add_threads_option(CLI::App& command, int& threads);

@@ -51,13 +51,11 @@ struct ScreenDelaunay::Net {
   std::vector<Delaunay::Vertex_handle> vertex;  // of each point; none where an earlier one lies
 
   void insert_all();
-  void remove(Delaunay::Vertex_handle gone);
-  bool flip_one(Delaunay::Vertex_handle around);
 };
 
 // Each point with its predecessor's face as a hint: short walks. The triangulation does not depend
 // on the order, because CGAL settles cocircular points by a symbolic perturbation in the
-// lexicographic order of the points.
+// lexicographic order of the points, when it inserts and when it removes.
 void ScreenDelaunay::Net::insert_all() {
   triangulation.clear();
   vertex.assign(points.size(), nullptr);
@@ -71,43 +69,6 @@ void ScreenDelaunay::Net::insert_all() {
     }
     hint = at->face();
   }
-}
-
-// CGAL fills the hole with a Delaunay triangulation, but does not settle cocircular points there as
-// insertion does. Flips settle them: the perturbed triangulation is the only one without an edge to
-// flip, and all new edges lie between neighbours of the vertex.
-void ScreenDelaunay::Net::remove(Delaunay::Vertex_handle gone) {
-  if (triangulation.dimension() < 2) return triangulation.remove(gone);
-  std::vector<Delaunay::Vertex_handle> around;
-  auto next = triangulation.incident_vertices(gone);
-  const auto first = next;
-  do {
-    if (!triangulation.is_infinite(next)) around.push_back(next);
-  } while (++next != first);
-  triangulation.remove(gone);
-  if (triangulation.dimension() < 2) return;
-  for (bool flipped = true; flipped;) {
-    flipped = false;
-    for (const auto& v : around) flipped = flip_one(v) || flipped;
-  }
-}
-
-bool ScreenDelaunay::Net::flip_one(Delaunay::Vertex_handle around) {
-  auto face = triangulation.incident_faces(around);
-  const auto first = face;
-  do {
-    if (triangulation.is_infinite(face)) continue;
-    for (int i = 0; i < 3; ++i) {
-      const auto other = face->neighbor(i);
-      if (triangulation.is_infinite(other) ||
-          triangulation.side_of_oriented_circle(other, face->vertex(i)->point(), true) !=
-              CGAL::ON_POSITIVE_SIDE)
-        continue;
-      triangulation.flip(face, i);
-      return true;
-    }
-  } while (++face != first);
-  return false;
 }
 
 ScreenDelaunay::ScreenDelaunay(const std::vector<ScreenPoint>& points)
@@ -127,7 +88,7 @@ void ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
   for (std::size_t i = 0; i < net.points.size(); ++i) {
     if (next < indices.size() && indices[next] == static_cast<std::int32_t>(i)) {
       ++next;
-      if (!again) net.remove(net.vertex[i]);
+      if (!again) net.triangulation.remove(net.vertex[i]);
       continue;
     }
     net.points[kept] = net.points[i];

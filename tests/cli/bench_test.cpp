@@ -38,6 +38,7 @@ TEST_F(ProgramBench, FramesOfEveryMethodWithTheirStagesAndMemory) {
     SCOPED_TRACE(method);
     methods.insert(method);
     EXPECT_EQ(f["particles"], 125);
+    EXPECT_EQ(f["streamed"], false);
     EXPECT_EQ(f["width"], 64);
     EXPECT_EQ(f["height"], 48);
     EXPECT_GT(f["pixels"], 0);
@@ -78,6 +79,16 @@ TEST_F(ProgramBench, SyntheticFramesOfEverySize) {
     sizes.emplace_back(std::lround(f["particles"].get<double>() / 1000), f["width"]);
   EXPECT_THAT(sizes, testing::ElementsAre(std::pair{1, 64}, std::pair{1, 100}, std::pair{4, 64},
                                           std::pair{4, 100}));
+}
+
+TEST_F(ProgramBench, LargeFilesStreamAndTheirFramesHaveTheReading) {
+  ASSERT_EQ(run({"generate", "--particles", "300000", "-o", "large.ply", "-q"}).exit_code, 0);
+  const json f =
+      measured({"large.ply", "--method", "ssm", "--frames", "1", "--memory", "32M"})["results"][0];
+  EXPECT_NEAR(f["particles"].get<double>(), 300000, 300);
+  EXPECT_EQ(f["streamed"], true);
+  EXPECT_EQ(f["frames"], 1);
+  EXPECT_THAT(table_, HasSubstr("with reading the file"));
 }
 
 TEST_F(ProgramBench, SaysWhichInputIsMissing) {
