@@ -21,7 +21,10 @@ namespace meniscus::bench {
 struct Case {
   std::string unit;  // what `items` counts: "particles"
   double items = 0, bytes = 0, operations = 0, atomics = 0;
-  std::function<void()> launch;          // by the stage's host function; other kernels may run, too
+  std::function<void()> launch;  // by the stage's host function; other kernels may run, too
+  /// Instead of `launch`, for kernels whose inputs only a whole frame has: the milliseconds of all
+  /// launches in each of some frames; the counts are those of all launches then.
+  std::vector<double> frame_ms;
   std::function<void(Workers&)> native;  // empty: there is none
   std::function<void()> reset_native;    // before each native run, not timed; may be empty
   /// After a launch and a native run: how many values of the two results differ in their bits.
@@ -37,6 +40,21 @@ struct KernelBench {
 const std::vector<KernelBench>& kernel_benches();
 
 Case prepare_project(Frame& frame);
+Case prepare_splat(Frame& frame);
+Case prepare_owned(Frame& frame);
+Case prepare_gradients(Frame& frame);
+Case prepare_weigh(Frame& frame);
+Case prepare_edges(Frame& frame);
+Case prepare_blend(Frame& frame);
+Case prepare_settle(Frame& frame);
+Case prepare_specks(Frame& frame);
+Case prepare_cast_spheres(Frame& frame);
+Case prepare_smooth_columns(Frame& frame);
+Case prepare_smooth_rows(Frame& frame);
+Case prepare_normals(Frame& frame);
+Case prepare_blend_particles(Frame& frame);
+Case prepare_shape_kernels(Frame& frame);
+Case prepare_cast_field(Frame& frame);
 Case prepare_triangles(Frame& frame);
 Case prepare_fit(Frame& frame);
 Case prepare_bilateral(Frame& frame);

@@ -1,12 +1,14 @@
 #include "kernels/frame.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <numeric>
 #include <tuple>
 
 #include "frame/input.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"
+#include "stages/surface.hpp"
 
 namespace meniscus::bench {
 
@@ -42,23 +44,69 @@ const SplashSplit& Frame::split() {
   return *split_;
 }
 
-const Visible& Frame::visible() {
-  if (!visible_)
-    visible_ =
-        find_visible(device, view, projected(), split().body, params.visible, params.visible.owned);
-  return *visible_;
+const Visible& Frame::seen() {
+  if (!seen_)
+    seen_ = find_visible(device, view, projected(), split().body, params.visible, kLeastFitted);
+  return *seen_;
 }
 
 const Triangulation& Frame::mesh() {
-  if (!mesh_) mesh_ = triangulate(view, projected(), visible(), params.triangle);
+  if (!mesh_)
+    mesh_ =
+        triangulate(view, projected(), more_visible(seen(), params.visible.owned), params.triangle);
   return *mesh_;
 }
 
 const std::vector<Vec3d>& Frame::normals() {
   if (!normals_)
-    normals_ = first_normals(view, projected(), visible(), mesh(),
+    normals_ = first_normals(view, projected(), seen(), mesh(),
                              smooth_normals(mesh(), params.merge.smoothing_rounds));
   return *normals_;
+}
+
+const Cells& Frame::cells() {
+  if (!cells_) cells_ = make_cells(projected().x, projected().y, projected().z, kDensitySupport);
+  return *cells_;
+}
+
+const SurfaceParticles& Frame::surface() {
+  if (!surface_) {
+    const Buffer<float> field = measure_gradients(device, upload_cells(device, cells()));
+    surface_ = find_surface(projected(), seen(), normals(), cells(), download(device, field));
+  }
+  return *surface_;
+}
+
+const Visible& Frame::rim() {
+  if (!rim_) rim_ = with_rim(projected(), seen(), surface());
+  return *rim_;
+}
+
+const ParticleFits& Frame::fits() {
+  if (!fits_) fits_ = fit_particles(device, projected(), rim(), surface(), params.fit);
+  return *fits_;
+}
+
+const Frame::Frames& Frame::frames(Method method) {
+  if (const auto found = frames_.find(method); found != frames_.end()) return found->second;
+  Parameters own = params;
+  own.method = method;
+  own.mesh = false;
+  Frames& frames = frames_[method];
+  frames.result = run_pipeline(device, view, world, own, nullptr);  // not timed
+  const auto begin = std::chrono::steady_clock::now();
+  const auto passed = [&](double s) {
+    return std::chrono::steady_clock::now() - begin > std::chrono::duration<double>(s);
+  };
+  for (int k = 0; k < 3 || (k < repetitions && !passed(10 * seconds)); ++k) {
+    std::vector<StageTime> stages;
+    run_pipeline(device, view, world, own, &stages);
+    std::map<std::string, double> sums;
+    for (const StageTime& stage : stages)
+      for (const auto& [kernel, ms] : stage.kernels) sums[kernel] += ms;
+    for (const auto& [kernel, ms] : sums) frames.kernels[kernel].push_back(ms);
+  }
+  return frames;
 }
 
 }  // namespace meniscus::bench

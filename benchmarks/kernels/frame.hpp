@@ -1,10 +1,16 @@
 // The frame that the kernels are measured on, and what the pipeline's stages make of it.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
+#include "pipeline.hpp"
+#include "stages/cells.hpp"
+#include "stages/particle_fit.hpp"
 #include "stages/project.hpp"
 #include "stages/splash.hpp"
 #include "stages/stage_data.hpp"
@@ -28,16 +34,35 @@ class Frame {
 
   const Projected& projected();
   const SplashSplit& split();
-  const Visible& visible();
+  const Visible& seen();  // the particles that may be fitted
   const Triangulation& mesh();
-  const std::vector<Vec3d>& normals();  // first normals of the visible particles
+  const std::vector<Vec3d>& normals();  // first normals of the seen particles
+  const Cells& cells();                 // of the projected particles
+  const SurfaceParticles& surface();
+  const Visible& rim();  // the particles that are fitted
+  const ParticleFits& fits();
+
+  /// What whole frames of a method take: of each kernel, the milliseconds of all its launches
+  /// together in each frame. `repetitions` frames, or as many as ten times `seconds` allow, and
+  /// at least three.
+  struct Frames {
+    std::map<std::string, std::vector<double>> kernels;
+    Extraction result;
+  };
+  const Frames& frames(Method method);
+  int repetitions = 20;
+  double seconds = 0.3;
 
  private:
   std::optional<Projected> projected_;
   std::optional<SplashSplit> split_;
-  std::optional<Visible> visible_;
+  std::optional<Visible> seen_, rim_;
   std::optional<Triangulation> mesh_;
   std::optional<std::vector<Vec3d>> normals_;
+  std::optional<Cells> cells_;
+  std::optional<SurfaceParticles> surface_;
+  std::optional<ParticleFits> fits_;
+  std::map<Method, Frames> frames_;
 };
 
 }  // namespace meniscus::bench

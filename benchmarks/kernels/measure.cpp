@@ -1,13 +1,15 @@
 #include "kernels/measure.hpp"
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
+#include <fstream>
 #include <map>
 
+#include "frame/process.hpp"
 #include "kernels/cases.hpp"
 
 namespace meniscus::bench {
@@ -26,6 +28,39 @@ class Collector : public benchmark::BenchmarkReporter {
   }
   std::map<std::string, std::vector<double>> ms;
   std::string error;
+};
+
+// How many processors other processes keep busy, on average since it was made; 0 where the system
+// does not tell.
+class OtherWork {
+ public:
+  double processors() const {
+    const Clocks now = read();
+    return now.wall > begin_.wall ? std::max(0.0, (now.all - begin_.all) - (now.own - begin_.own)) /
+                                        (now.wall - begin_.wall)
+                                  : 0;
+  }
+
+ private:
+  struct Clocks {
+    double wall = 0, all = 0, own = 0;  // seconds
+  };
+  static Clocks read() {
+    Clocks clocks;
+    clocks.wall =
+        1e-9 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch().count());
+    clocks.own = 1e-3 * processor_ms();
+    std::ifstream stat("/proc/stat");  // cpu user nice system idle iowait irq softirq steal
+    std::string name;
+    double ticks[8] = {};
+    stat >> name;
+    for (double& tick : ticks) stat >> tick;
+    if (!stat) return {};
+    clocks.all = (ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6]) /
+                 static_cast<double>(sysconf(_SC_CLK_TCK));
+    return clocks;
+  }
+  Clocks begin_ = read();
 };
 
 double wall_ms(const std::function<void()>& run) {
@@ -55,10 +90,18 @@ double native_ms(const Case& measured, Workers& workers) {
   return wall_ms([&] { measured.native(workers); });
 }
 
+// As many as the options want, or fill their time; but three where those would take ten times it.
+int repetitions_of(double once_ms, const MeasureOptions& options) {
+  const double fill = 1e3 * options.seconds / once_ms;
+  const int wanted =
+      std::max(options.repetitions, static_cast<int>(std::min(fill, kMostRepetitions)));
+  return std::min(wanted, std::max(3, static_cast<int>(std::min(10 * fill, 1e6))));
+}
+
 void add_benchmark(const char* variant, const std::function<double()>& time_ms,
                    const MeasureOptions& options) {
   const double once = wall_ms(time_ms);
-  const int fit_in = static_cast<int>(std::min(1e3 * options.seconds / once, kMostRepetitions));
+  const int repetitions = repetitions_of(once, options);
   benchmark::RegisterBenchmark(variant,
                                [time_ms](benchmark::State& state) {
                                  try {
@@ -70,7 +113,7 @@ void add_benchmark(const char* variant, const std::function<double()>& time_ms,
                                })
       ->UseManualTime()
       ->Iterations(1)
-      ->Repetitions(std::max(options.repetitions, fit_in));
+      ->Repetitions(repetitions);
 }
 
 Result result_of(const Case& measured, const char* kernel, const char* variant, const Frame& frame,
@@ -93,6 +136,10 @@ Result result_of(const Case& measured, const char* kernel, const char* variant, 
 void measure_kernel(const KernelBench& bench, Frame& frame, Workers* workers,
                     const MeasureOptions& options, std::vector<Result>& results) {
   const Case measured = bench.prepare(frame);
+  if (!measured.launch) {
+    results.push_back(result_of(measured, bench.kernel, kDevice, frame, measured.frame_ms));
+    return;
+  }
   launch_ms(frame.device, bench.kernel, measured);  // not counted: builds the kernel
   std::string note;
   bool native = workers && measured.native;
@@ -164,14 +211,15 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
   session.driver = info.driver;
   session.compute_units = info.compute_units;
   session.threads = threads;
-  double load = 0;
-  if (getloadavg(&load, 1) == 1) session.load = load;
+  const OtherWork other_work;
   say("the roofline");
   session.roofline = measure_roofline(device, options.probes);
   const std::unique_ptr<Workers> workers =
       threads > 0 ? std::make_unique<Workers>(threads) : nullptr;
   for (const long long particles : options.particles) {
     Frame frame(device, particles, options.width, options.height);
+    frame.repetitions = options.repetitions;
+    frame.seconds = options.seconds;
     for (const KernelBench& bench : benches) {
       say(std::string(bench.kernel) + ", " + std::to_string(particles) + " particles");
       try {
@@ -182,6 +230,7 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
       }
     }
   }
+  session.other_work = other_work.processors();
   return session;
 }
 

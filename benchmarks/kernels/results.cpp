@@ -173,7 +173,7 @@ std::string to_json(const BenchRun& run) {
                         {"driver", session.driver},
                         {"compute_units", session.compute_units},
                         {"threads", session.threads},
-                        {"load", session.load},
+                        {"other_work", session.other_work},
                         {"roofline", json_of(session.roofline)},
                         {"results", results}});
   }
@@ -197,7 +197,7 @@ BenchRun from_json(const std::string& text, const std::string& name) try {
     session.driver = entry.at("driver");
     session.compute_units = entry.at("compute_units");
     session.threads = entry.at("threads");
-    session.load = entry.at("load");
+    session.other_work = entry.at("other_work");
     session.roofline = roofline_of(entry.at("roofline"));
     for (const Json& result : entry.at("results")) session.results.push_back(result_of(result));
     run.sessions.push_back(session);

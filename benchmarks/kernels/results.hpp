@@ -47,13 +47,13 @@ Share share_of_roofline(const Result& result, const Roofline& roofline);
 struct Session {
   std::string device, kind, platform, driver;
   unsigned compute_units = 0;
-  int threads = 0;  // of the device, where it is a CPU, and of the native versions; 0: a GPU
-  double load = 0;  // processes that ran on the machine beforehand, on average over a minute
+  int threads = 0;        // of the device, where it is a CPU, and of the native versions; 0: a GPU
+  double other_work = 0;  // processors that other processes kept busy meanwhile, on average
   Roofline roofline;
   std::vector<Result> results;
 
   /// Whether so much else ran that several threads cannot be trusted to have run at once.
-  bool disturbed() const { return kind == "CPU" && load > 0.3 * compute_units; }
+  bool disturbed() const { return kind == "CPU" && other_work > 0.25; }
 
   const Result* find(const std::string& kernel, const std::string& variant, long long particles,
                      int width, int height) const;

@@ -59,8 +59,8 @@ std::string roofline_line(const Roofline& roofline) {
 
 std::string warning_on(const Session& session) {
   if (!session.disturbed()) return "";
-  return printed("other work ran beside (load %.1f on %u cores): threads may not have run at once",
-                 session.load, session.compute_units);
+  return printed("other work ran beside, on %.1f processors: threads may not have run at once",
+                 session.other_work);
 }
 
 }  // namespace meniscus::bench

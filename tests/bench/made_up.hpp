@@ -29,7 +29,7 @@ inline Session made_up_session(int threads) {
   session.driver = "1.2";
   session.compute_units = static_cast<unsigned>(threads);
   session.threads = threads;
-  session.load = 0.25;
+  session.other_work = 0.1;
   session.roofline = {{{1e5, 50.0}, {1e8, 10.0}}, 100.0, 90.0, 12.0, 1.5, 0.4, 0.1};
   return session;
 }

@@ -36,7 +36,7 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
     const Result* const result = session.find(name, kDevice, 700, 91, 67);
     ASSERT_NE(result, nullptr) << name;
     EXPECT_EQ(result->note, "") << name;
-    ASSERT_EQ(result->ms.size(), 2u) << name;
+    ASSERT_GE(result->ms.size(), 2u) << name;
     EXPECT_GT(result->best_ms(), 0) << name;
     EXPECT_GT(result->items, 0) << name;
     EXPECT_GT(result->bytes, 0) << name;
@@ -45,7 +45,9 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
     EXPECT_GT(share.value, 0) << name;
     EXPECT_TRUE(std::isfinite(share.value)) << name;
   }
-  for (const char* hot : {"project_particles", "draw_triangles", "fit_groups"})
+  for (const char* hot :
+       {"project_particles", "measure_gradients", "weigh_neighbours", "fit_groups",
+        "draw_triangles", "smooth_columns", "smooth_rows", "depth_normals"})
     EXPECT_EQ(session.find(hot, kNative, 700, 91, 67) != nullptr, cpu) << hot;
 }
 

@@ -55,9 +55,9 @@ TEST(Page, SaysHowManyAreFarAndEscapesNames) {
 TEST(Page, SaysWhenOtherWorkRanBeside) {
   BenchRun run = made_up_run();
   EXPECT_THAT(to_html(run, {}) + results_table(run), Not(HasSubstr("other work")));
-  run.sessions[0].load = 3;
-  EXPECT_THAT(to_html(run, {}), HasSubstr("other work ran beside (load 3.0 on 2 cores)"));
-  EXPECT_THAT(results_table(run), HasSubstr("other work ran beside (load 3.0 on 2 cores)"));
+  run.sessions[0].other_work = 1.5;
+  EXPECT_THAT(to_html(run, {}), HasSubstr("other work ran beside, on 1.5 processors"));
+  EXPECT_THAT(results_table(run), HasSubstr("other work ran beside, on 1.5 processors"));
   EXPECT_THAT(comparison_table(pair_sessions(&run, run)), HasSubstr("other work"));
 }
 

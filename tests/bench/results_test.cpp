@@ -69,9 +69,9 @@ TEST(Results, BothNumbersOfThreadsMustBeNearTheNativeVersion) {
 
 TEST(Results, ABusyMachineIsSaidToBe) {
   Session session = made_up_session(2);
-  session.load = 0.5;
+  session.other_work = 0.2;
   EXPECT_FALSE(session.disturbed());
-  session.load = 0.7;
+  session.other_work = 0.3;
   EXPECT_TRUE(session.disturbed());
   session.kind = "GPU";
   EXPECT_FALSE(session.disturbed());
@@ -95,7 +95,7 @@ TEST(Results, JsonHoldsTheDerivedFiguresUnderTheirNames) {
   EXPECT_EQ(json.at("meniscus"), "1.2.3");
   const auto& session = json.at("sessions").at(0);
   for (const char* key :
-       {"device", "kind", "platform", "driver", "compute_units", "threads", "load"})
+       {"device", "kind", "platform", "driver", "compute_units", "threads", "other_work"})
     EXPECT_TRUE(session.contains(key)) << key;
   for (const char* key : {"copy", "fused_gflops", "plain_gflops", "launch_us", "batched_launch_us",
                           "spread_atomics_g_per_s", "contended_atomics_g_per_s"})

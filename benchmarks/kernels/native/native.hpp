@@ -42,4 +42,65 @@ struct Fits {
 /// Batches [begin, end) of eight lanes each.
 void fit_groups(const Fits& input, std::size_t begin, std::size_t end);
 
+/// Particles in bucket order (cells.hpp), every weight 1.
+struct Field {
+  const float *x, *y, *z;
+  const std::int32_t* start;
+  float* result;  // [4][count]
+  std::size_t count;
+  float inverse_cell;
+  std::uint32_t mask;
+};
+void measure_gradients(const Field& input, std::size_t begin, std::size_t end);
+
+struct Smoothing {
+  const float* depth;  // [ny*nx]
+  float* smoothed;     // [ny*nx]
+  int nx, ny;
+  float z_max, spread[3];
+};
+/// Rows [begin, end).
+void smooth_columns(const Smoothing& input, std::size_t begin, std::size_t end);
+void smooth_rows(const Smoothing& input, std::size_t begin, std::size_t end);
+
+struct Normals {
+  const float* depth;  // [ny*nx]
+  float* normal;       // [3][ny*nx]
+  int nx, ny;
+  float first, step, z_max, ray[12];
+};
+/// Rows [begin, end).
+void depth_normals(const Normals& input, std::size_t begin, std::size_t end);
+
+/// The first pass of particle_fit.cl's weigh_neighbours.
+struct Neighbours {
+  const float *particles, *normal;
+  const std::int32_t *particle, *neighbour, *first, *length;
+  const float* support;
+  float* points;
+  std::size_t count, slots;
+  float falloff, height, height_growth;
+};
+/// Batches [begin, end) of eight lanes each.
+void weigh_neighbours(const Neighbours& input, std::size_t begin, std::size_t end);
+
+/// One round of specks.cl: what changes, and the change. Sixteen values before and after each map
+/// may be read.
+struct Specks {
+  float *depth, *normal;
+  std::int32_t* group;
+  std::uint8_t* kind;
+  float *new_depth, *new_normal;
+  std::int32_t* new_group;
+  std::uint8_t *new_kind, *change;
+  const std::uint8_t* changed;
+  std::uint8_t* changes;
+  int nx, ny;
+  float jump;
+  int strips() const { return (nx + 7) / 8; }
+};
+/// Rows [begin, end).
+void close_specks(const Specks& input, std::size_t begin, std::size_t end);
+void apply_closed(const Specks& input, std::size_t begin, std::size_t end);
+
 }  // namespace meniscus::bench::native

@@ -1,0 +1,56 @@
+#include <memory>
+
+#include "kernels/cases.hpp"
+#include "kernels/native/native.hpp"
+#include "stages/density.hpp"
+
+namespace meniscus::bench {
+namespace {
+
+// Pairs of particles within the support of each other, each pair twice and each particle with
+// itself.
+double count_pairs(const Cells& cells) {
+  double pairs = 0;
+  for (std::size_t k = 0; k < cells.x.size(); ++k)
+    visit_near(cells, cells.x[k], cells.y[k], cells.z[k], [&](std::int32_t p) {
+      const float dx = cells.x[p] - cells.x[k], dy = cells.y[p] - cells.y[k],
+                  dz = cells.z[p] - cells.z[k];
+      pairs += dx * dx + dy * dy + dz * dz < kDensitySupport * kDensitySupport;
+      return true;
+    });
+  return pairs;
+}
+
+}  // namespace
+
+Case prepare_gradients(Frame& frame) {
+  const Cells& cells = frame.cells();
+  const auto device_cells = std::make_shared<DeviceCells>(upload_cells(frame.device, cells));
+  const double n = static_cast<double>(cells.x.size());
+  Case result;
+  result.unit = "particles";
+  result.items = n;
+  // Position and weight read, gradient and density written.
+  result.bytes = 32 * n;
+  // A pair: difference 3, square 6, root 1, r 1, kernel 5, its weight 2, its derivative 4, gradient
+  // 6. A particle: 4.
+  result.operations = 28 * count_pairs(cells) + 4 * n;
+  const auto field = std::make_shared<Buffer<float>>();
+  result.launch = [&frame, device_cells, field] {
+    *field = measure_gradients(frame.device, *device_cells);
+  };
+  const auto own = std::make_shared<std::vector<float>>(4 * cells.x.size());
+  const native::Field input{cells.x.data(), cells.y.data(), cells.z.data(),     cells.start.data(),
+                            own->data(),    cells.x.size(), cells.inverse_cell, cells.mask};
+  result.native = [own, input](Workers& workers) {
+    workers.run(input.count, 256, [&](std::size_t begin, std::size_t end) {
+      native::measure_gradients(input, begin, end);
+    });
+  };
+  result.differing = [&frame, own, field] {
+    return count_differing(*own, download(frame.device, *field));
+  };
+  return result;
+}
+
+}  // namespace meniscus::bench

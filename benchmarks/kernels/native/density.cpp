@@ -1,0 +1,103 @@
+#include <cmath>
+
+#include "kernels/native/lanes.hpp"
+#include "kernels/native/native.hpp"
+
+namespace meniscus::bench::native {
+namespace {
+
+int cell_of(float coordinate, float inverse_cell) {
+  const float cell = coordinate * inverse_cell;
+  const float low = cell > -1e9f ? cell : -1e9f;
+  return static_cast<int>(std::floor(low < 1e9f ? low : 1e9f));
+}
+
+// The particles of a cell and its 26 neighbours, in the order in which sums take them, without
+// those of other cells that share their buckets. Particles of one cell lie in a row, so that the
+// list serves one after the other.
+struct Near {
+  static constexpr int kMost = 4096;
+  float x[kMost], y[kMost], z[kMost];
+  int count = 0;
+  bool whole = true;  // it holds all of them
+};
+
+void gather(const Field& in, int cx, int cy, int cz, Near& near) {
+  near.count = 0;
+  near.whole = true;
+  for (int k = -1; k <= 1; ++k)
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i) {
+        const std::uint32_t bucket = (static_cast<std::uint32_t>(cx + i) * 73856093u ^
+                                      static_cast<std::uint32_t>(cy + j) * 19349663u ^
+                                      static_cast<std::uint32_t>(cz + k) * 83492791u) &
+                                     in.mask;
+        for (int p = in.start[bucket]; p < in.start[bucket + 1]; ++p) {
+          if (cell_of(in.x[p], in.inverse_cell) != cx + i ||
+              cell_of(in.y[p], in.inverse_cell) != cy + j ||
+              cell_of(in.z[p], in.inverse_cell) != cz + k)
+            continue;
+          if (near.count == Near::kMost) {
+            near.whole = false;
+            return;
+          }
+          near.x[near.count] = in.x[p];
+          near.y[near.count] = in.y[p];
+          near.z[near.count] = in.z[p];
+          ++near.count;
+        }
+      }
+}
+
+}  // namespace
+
+void measure_gradients(const Field& in, std::size_t begin, std::size_t end) {
+  Near near;
+  int cx = 0, cy = 0, cz = 0;
+  bool gathered = false;
+  for (std::size_t a = begin; a < end;) {
+    const int own_x = cell_of(in.x[a], in.inverse_cell), own_y = cell_of(in.y[a], in.inverse_cell),
+              own_z = cell_of(in.z[a], in.inverse_cell);
+    if (!gathered || own_x != cx || own_y != cy || own_z != cz) {
+      cx = own_x;
+      cy = own_y;
+      cz = own_z;
+      gather(in, cx, cy, cz, near);
+      gathered = true;
+    }
+    // Up to eight particles of the cell side by side; lanes that are left repeat the first.
+    Floats x = all(in.x[a]), y = all(in.y[a]), z = all(in.z[a]);
+    int lanes = 1;
+    while (lanes < 8 && a + lanes < end && cell_of(in.x[a + lanes], in.inverse_cell) == cx &&
+           cell_of(in.y[a + lanes], in.inverse_cell) == cy &&
+           cell_of(in.z[a + lanes], in.inverse_cell) == cz) {
+      x[lanes] = in.x[a + lanes];
+      y[lanes] = in.y[a + lanes];
+      z[lanes] = in.z[a + lanes];
+      ++lanes;
+    }
+    Floats gx{}, gy{}, gz{}, c{};
+    for (int p = 0; p < near.count; ++p) {
+      const Floats dx = x - near.x[p], dy = y - near.y[p], dz = z - near.z[p];
+      const Floats squared = (dx * dx + dy * dy + dz * dz) * 0.25f;
+      const Floats q = root(squared), r = 2.0f - q;
+      const Ints core = q < 1.0f, reached = squared < 4.0f;
+      // One out of reach adds a zero, which leaves a sum as it is.
+      c += reached ? (core ? 1.0f - 1.5f * squared + 0.75f * squared * q : 0.25f * r * r * r)
+                   : Floats{};
+      const Floats slope =
+          reached ? (core ? -3.0f + 2.25f * q : -0.75f * r * r / (core ? all(1.0f) : q)) : Floats{};
+      gx += slope * dx;
+      gy += slope * dy;
+      gz += slope * dz;
+    }
+    constexpr float kNorm = 0.318309886f;
+    const Floats rows[4] = {gx * (0.25f * kNorm), gy * (0.25f * kNorm), gz * (0.25f * kNorm),
+                            near.whole ? c * kNorm : all(-1.0f)};
+    for (std::size_t row = 0; row < 4; ++row)
+      for (int k = 0; k < lanes; ++k) in.result[row * in.count + a + k] = rows[row][k];
+    a += static_cast<std::size_t>(lanes);
+  }
+}
+
+}  // namespace meniscus::bench::native

@@ -1,0 +1,32 @@
+#include <memory>
+#include <numbers>
+
+#include "kernels/cases.hpp"
+#include "stages/spheres.hpp"
+
+namespace meniscus::bench {
+
+Case prepare_cast_spheres(Frame& frame) {
+  const SampleGrid grid = pixel_grid(frame.view);
+  const double footprint = frame.params.ssm.footprint;
+  const Projected& projected = frame.projected();
+  const auto spheres = std::make_shared<DeviceSpheres>(
+      upload_spheres(frame.device, frame.view, projected, footprint));
+  double pairs = 0;
+  for (const std::int32_t i : frame.seen().index)
+    pairs += std::numbers::pi * footprint * footprint * projected.ku[i] * projected.kv[i];
+  Case result;
+  result.unit = "pixels";
+  result.items = static_cast<double>(grid.size());
+  // Eight values a sphere; a depth written a pixel.
+  result.bytes = 32.0 * spheres->count + 4.0 * result.items;
+  // A pixel under a sphere that is seen: offset 6, b 3, c 4, discriminant 3, root 2, depth 3,
+  // minimum 1. A pixel: its ray 16, a 4.
+  result.operations = 22 * pairs + 20 * result.items;
+  result.launch = [&frame, grid, spheres] {
+    cast_spheres(frame.device, frame.view, *spheres, grid);
+  };
+  return result;
+}
+
+}  // namespace meniscus::bench
