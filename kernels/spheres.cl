@@ -21,7 +21,7 @@
 kernel void outline_spheres(global const float* particles,  // [8][stride] eye x, y, depth, radius,
                                                             // particle radii; pixels u, v and half
                                                             // extents on the screen
-                            global float* sphere,           // [stride][8] x, y, t, R^2
+                            global float* sphere,           // [stride][8] x, y, t, R^2, nearest
                             global int* box, global float* key, global int* cover,
                             global float* deepest, const int stride, const int2 samples,
                             const float2 grid,  // first sample and step, pixels
@@ -53,6 +53,7 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   store_record(y, record, 1);
   store_record(t, record, 2);
   store_record(radius * radius, record, 3);
+  store_record(nearest, record, 4);
 
   const intv i0 = first_cell((u - 0.69f * hu) * inverse, shift);
   const intv i1 = last_cell((u + 0.69f * hu) * inverse, samples.x, shift);
@@ -88,11 +89,15 @@ inline void draw_spheres(const Part part, global const float* sphere, global con
     map[row] = (floatv)(INFINITY);
     if (owned) owner[row] = (intv)(INT_MAX);
   }
+  float deepest = INFINITY;
   for (int e = part.begin; e < part.end; ++e) {
     const int p = entry[e].x, packed = entry[e].y;
     const int j0 = max(packed >> 8 & 15, part.row),
               j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
     const float8 s = vload8(p, sphere);
+    // Long lists are mostly of what lies behind the rest.
+    if ((e - part.begin) % 8 == 7) deepest = deepest_of(map);
+    if (fmax(s.s4, 1e-6f) > deepest) continue;
     const intv inside = (column >= (packed & 15)) & (column <= (packed >> 4 & 15));
     for (int j = j0; j <= j1; ++j) {
       const int row = j - part.row;

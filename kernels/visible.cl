@@ -16,7 +16,7 @@
 
 // What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
-                          global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, 0, 0
+                          global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, nearest
                           global int* box,     // [4][stride] see bins.cl
                           global float* key,   // [stride] FRONT: nearest depth; BEHIND: the least
                                                // negative depth; BACK: none is left out
@@ -36,8 +36,9 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   STOREI(last_within((u + ru - origin.x) * origin.y, nodes.x), box + stride + p);
   STOREI(first_within((v - rv - origin.x) * origin.y), box + 2 * stride + p);
   STOREI(last_within((v + rv - origin.x) * origin.y, nodes.y), box + 3 * stride + p);
+  const floatv nearest = fmax(fmin(t - bulge, t), (floatv)(1e-6f));
   floatv bound = (floatv)(-INFINITY);
-  if (drawn == FRONT) bound = fmax(fmin(t - bulge, t), (floatv)(1e-6f));
+  if (drawn == FRONT) bound = nearest;
   if (drawn == BEHIND) bound = -fmax(fmax(t - bulge, t), (floatv)(1e-6f));
   STOREF(bound, key + p);
   global float* record = disc + 8 * p;
@@ -47,6 +48,7 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   store_record(1.0f / ru, record, 3);
   store_record(1.0f / rv, record, 4);
   store_record(bulge, record, 5);
+  store_record(drawn == BACK ? (floatv)(-INFINITY) : nearest, record, 6);
 }
 
 // The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
@@ -115,11 +117,15 @@ inline void draw_discs(const Part part, global const float* disc, global const i
                        const int2 nodes, const float2 grid, const int drawn, const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  float deepest = INFINITY;
   for (int e = part.begin; e < part.end; ++e) {
     const int p = entry[e].x, packed = entry[e].y;
     const int j0 = max(packed >> 8 & 15, part.row),
               j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
     const float8 d = vload8(p, disc);
+    // Long lists are mostly of what lies behind the rest.
+    if ((e - part.begin) % 8 == 7) deepest = deepest_of(map);
+    if (d.s6 > deepest) continue;
     const float t = drawn == BACK ? -d.s0 : d.s0, bulge = d.s5;
     const floatv du = (node_u - d.s1) * d.s3;
     // Nodes outside the box are infinitely far: sqrt is NaN there and no comparison holds.
