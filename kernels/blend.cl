@@ -9,8 +9,8 @@
 //
 // A fit's record is 24 floats: 0-2 particle, 3-5 normal, 6-15 quadric (see fit.hpp), 16 one over the
 // reach squared, 17 weight where the fluid ends, 18 weight in the blend, 19-21 foot, 22 one over the
-// trust that is part of the weights (trust.hpp).
-// Fits are listed by tile of 16x16 samples.
+// trust that is part of the weights (trust.hpp), 23 reach.
+// Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 
 #define RECORD 24
 #define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
@@ -24,6 +24,7 @@ typedef struct {
   floatv tau;         // depth behind the reference depth, particle radii
   floatv weight;      // of the fit there; 0: no hit
   floatv gx, gy, gz;  // unit gradient there
+  floatv pull;        // how fast the weight changes across the ray, see add_hit
 } Hit;
 
 // The gradient of a fit's quadric at X from its particle.
@@ -34,9 +35,9 @@ inline void gradient_at(global const float* g, const floatv x, const floatv y, c
   *gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
 }
 
-// Where the ray enters a fit's fluid.
-inline Hit hit_fit(global const float* g, const Sample s, const float d_max) {
-  const floatv none = (floatv)(0.0f);
+// Where the rays enter a fit's fluid. Returns whether any does within the fit's reach.
+inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit* hit) {
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
   floatv gx, gy, gz;
   gradient_at(g, x, y, z, &gx, &gy, &gz);
@@ -48,36 +49,86 @@ inline Hit hit_fit(global const float* g, const Sample s, const float d_max) {
   const floatv D = B * B - 4.0f * A * C;
   const floatv root = sqrt(fmax(D, none));
   // The entering root in its stable form: f falls there.
-  const floatv bent = SELECT((floatv)(1.0f), A, fabs(A) > 1e-12f);
-  floatv tau = SELECT(-(B + root) / (2.0f * bent), 2.0f * C / (root - B), B < 0.0f);
-  intv met = (D >= 0.0f) & (fabs(tau) <= 4.0f * d_max) & ((B < 0.0f) | (fabs(A) > 1e-12f));
+  const intv falls = B < 0.0f, curved = fabs(A) > 1e-12f;
+  floatv tau = SELECT(-(B + root), 2.0f * C, falls) /
+               SELECT(2.0f * SELECT(one, A, curved), root - B, falls);
+  intv met = (D >= 0.0f) & (fabs(tau) <= 4.0f * d_max) & (falls | curved);
   tau = SELECT(none, tau, met);
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
   const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
-  const floatv d = sqrt(fmin(squared, (floatv)(1.0f)));
+  if (!ANY(met & (squared < 1.0f))) return 0;
+  const floatv d = sqrt(fmin(squared, one));
   const floatv q = (1.0f - d) * (1.0f - d);
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
   const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
-  Hit hit;
-  hit.tau = tau;
+  hit->tau = tau;
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
-  const floatv facing = fabs(gx * s.dx + gy * s.dy - gz) * slope;
-  met &= fabs(tau) * fmin(2.0f * facing, (floatv)(1.0f)) <= d_max;
-  hit.weight = SELECT(none, q * q * (4.0f * d + 1.0f) * g[18], met);
-  hit.gx = gx * slope;
-  hit.gy = gy * slope;
-  hit.gz = gz * slope;
-  return hit;
+  const floatv facing = (gx * s.dx + gy * s.dy - gz) * slope;
+  met &= fabs(tau) * fmin(2.0f * fabs(facing), one) <= d_max;
+  hit->weight = SELECT(none, q * q * (4.0f * d + 1.0f) * g[18], met);
+  hit->gx = gx * slope;
+  hit->gy = gy * slope;
+  hit->gz = gz * slope;
+  hit->pull = -10.0f * g[16] / ((1.0f - d) * (4.0f * d + 1.0f) + 1e-6f) * facing;
+  return ANY(hit->weight > 0.0f);
 }
 
-// Whether any ray passes a fit's foot within its reach. A hundredth more is let through, so that
-// rounding, which depends on no width, never decides about a hit with weight.
-inline int in_reach(global const float* g, const Sample s) {
-  const floatv x = s.sx - g[19], y = s.sy - g[20], z = -s.t - g[21];
-  const floatv along = x * s.dx + y * s.dy - z, squared = s.dx * s.dx + s.dy * s.dy + 1.0f;
-  const floatv apart = (x * x + y * y + z * z) * squared - along * along;
-  return ANY(apart * g[16] < 1.01f * squared);
+// The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
+// the rays are from it in the plane of depth t, at most wide + t spread.
+typedef struct {
+  float ox, oy, dx, dy, wide, spread;
+  float slant;  // a ray's length over its depth, at most
+} Beam;
+
+inline Beam beam_of(const Sample s) {
+  const floatv ox = s.sx - s.t * s.dx, oy = s.sy - s.t * s.dy;
+  float x[WIDTH], y[WIDTH], u[WIDTH], v[WIDTH];
+  STOREF(ox, x);
+  STOREF(oy, y);
+  STOREF(s.dx, u);
+  STOREF(s.dy, v);
+  Beam b = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) {
+    b.ox += x[k] * (1.0f / WIDTH);
+    b.oy += y[k] * (1.0f / WIDTH);
+    b.dx += u[k] * (1.0f / WIDTH);
+    b.dy += v[k] * (1.0f / WIDTH);
+  }
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) {
+    const float px = x[k] - b.ox, py = y[k] - b.oy, pu = u[k] - b.dx, pv = v[k] - b.dy;
+    b.wide = fmax(b.wide, px * px + py * py);
+    b.spread = fmax(b.spread, pu * pu + pv * pv);
+    b.slant = fmax(b.slant, u[k] * u[k] + v[k] * v[k]);
+  }
+  b.wide = sqrt(b.wide);
+  b.spread = sqrt(b.spread);
+  b.slant = sqrt(1.0f + b.slant);
+  return b;
+}
+
+// Which of the WIDTH fits from place k of a list a ray of the beam may pass within their reach: the
+// ray passes a foot at no less than its distance in the foot's plane of depth over its slant. A
+// hundredth more is let through, so that rounding never decides about a hit with weight.
+inline void find_near(global const int* list, const int k, const int count,
+                      global const float* groups, const Beam b, int* id, int* near) {
+  int at[WIDTH];
+#pragma unroll
+  for (int l = 0; l < WIDTH; ++l) {
+    id[l] = list[min(k + l, count - 1)];
+    at[l] = id[l] * RECORD;
+  }
+  const floatv t = -gather_float(groups + 21, at);
+  const floatv x = gather_float(groups + 19, at) - (b.ox + t * b.dx);
+  const floatv y = gather_float(groups + 20, at) - (b.oy + t * b.dy);
+  const floatv reach =
+      1.01f * (gather_float(groups + 23, at) * b.slant + b.wide + fabs(t) * b.spread);
+  STOREI(x * x + y * y < reach * reach, near);
+#pragma unroll
+  for (int l = 0; l < WIDTH; ++l)
+    if (k + l >= count) near[l] = 0;
 }
 
 typedef struct {
@@ -90,117 +141,159 @@ typedef struct {
 #define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on
 #define ENDED 4.0f    // beyond a convex edge of the fluid
 
-inline Blended blend_at(const Sample s, global const int* list, const int count,
-                        global const float* groups, const float d_max, const float4 sheets) {
+// Sums over the hits of one sheet: weight, depth, foot, gradient, and half the weight's own gradient
+// times how f changes along the ray (see the normal in blend_at), which is v - tau u.
+typedef struct {
+  floatv w, t, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
+} Sheet;
+
+inline void clear_sheet(Sheet* sum) {
+  const floatv none = (floatv)(0.0f);
+  sum->w = sum->t = sum->cx = sum->cy = sum->cz = sum->nx = sum->ny = sum->nz = none;
+  sum->vx = sum->vy = sum->vz = sum->ux = sum->uy = sum->uz = none;
+}
+
+// Adds a hit to a sheet with weight w.
+inline void add_hit(Sheet* sum, global const float* g, const Sample s, const Hit hit,
+                    const floatv w) {
+  sum->w += w;
+  sum->t += w * hit.tau;
+  sum->cx += w * g[19];
+  sum->cy += w * g[20];
+  sum->cz += w * g[21];
+  sum->nx += w * hit.gx;
+  sum->ny += w * hit.gy;
+  sum->nz += w * hit.gz;
+  const floatv p = w * hit.pull;
+  const floatv px = p * (s.sx + hit.tau * s.dx - g[19]);
+  const floatv py = p * (s.sy + hit.tau * s.dy - g[20]);
+  const floatv pz = p * (-(s.t + hit.tau) - g[21]);
+  sum->vx += px;
+  sum->vy += py;
+  sum->vz += pz;
+  sum->ux += px * hit.tau;
+  sum->uy += py * hit.tau;
+  sum->uz += pz * hit.tau;
+}
+
+// The fits of a tile: those that rays may meet, and those that may turn away from the eye there.
+typedef struct {
+  global const int* met;
+  global const int* rim;
+  int met_count, rim_count;
+} Listed;
+
+inline Blended blend_at(const Sample s, const Listed listed, global const float* groups,
+                        const float d_max, const float4 sheets) {
+  const floatv none = (floatv)(0.0f);
+  const Beam beam = beam_of(s);
   Hit cache[CACHED];
   int cached_group[CACHED];
-  int kept = 0;      // hits in the cache
-  int rest = count;  // first listed fit that did not fit into it
-  floatv best = (floatv)(0.0f);
+  int kept = 0;                 // hits in the cache
+  int rest = listed.met_count;  // first listed fit that did not fit into it
+  int id[WIDTH], near[WIDTH];
+  floatv best = none;
   intv best_group = (intv)(-1);
-  floatv ax = (floatv)(0.0f), ay = (floatv)(0.0f), az = (floatv)(0.0f);
-  for (int k = 0; k < count; ++k) {
-    const int id = list[k];
-    global const float* g = groups + id * RECORD;
-    if (!(g[18] > 0.0f) || !in_reach(g, s)) continue;
-    const Hit hit = hit_fit(g, s, d_max);
-    if (!ANY(hit.weight > 0.0f)) continue;
-    if (kept < CACHED) {
-      cache[kept] = hit;
-      cached_group[kept++] = id;
-    } else {
-      rest = min(rest, k);
+  floatv ax = none, ay = none, az = none;
+  floatv trust = none;
+  Sheet A, B;  // A: as if all hits were of one sheet
+  clear_sheet(&A);
+  for (int k = 0; k < listed.met_count; k += WIDTH) {
+    find_near(listed.met, k, listed.met_count, groups, beam, id, near);
+    for (int l = 0; l < WIDTH; ++l) {
+      if (!near[l]) continue;
+      global const float* g = groups + id[l] * RECORD;
+      Hit hit;
+      if (!hit_fit(g, s, d_max, &hit)) continue;
+      if (kept < CACHED) {
+        cache[kept] = hit;
+        cached_group[kept++] = id[l];
+      } else {
+        rest = min(rest, k + l);
+      }
+      const intv better = hit.weight > best;
+      best = SELECT(best, hit.weight, better);
+      best_group = SELECT(best_group, (intv)(id[l]), better);
+      ax = SELECT(ax, hit.gx, better);
+      ay = SELECT(ay, hit.gy, better);
+      az = SELECT(az, hit.gz, better);
+      trust += hit.weight * g[22];
+      add_hit(&A, g, s, hit, hit.weight);
     }
-    const intv better = hit.weight > best;
-    best = SELECT(best, hit.weight, better);
-    best_group = SELECT(best_group, (intv)(id), better);
-    ax = SELECT(ax, hit.gx, better);
-    ay = SELECT(ay, hit.gy, better);
-    az = SELECT(az, hit.gz, better);
   }
 
   Blended out;
   out.group = best_group;
   if (!ANY(best > 0.0f)) {
     out.depth = (floatv)(INFINITY);
-    out.nx = out.ny = out.nz = out.trust = (floatv)(0.0f);
+    out.nx = out.ny = out.nz = out.trust = none;
     return out;
   }
+  const int total = kept + (listed.met_count - rest);
 
-  // Two rounds of mean shift to the gradient that dominates; then the sums of both sheets.
-  floatv wa, ta, cax, cay, caz, nax, nay, naz;
-  floatv wb, tb, cbx, cby, cbz, nbx, nby, nbz;
-  floatv vax, vay, vaz, uax, uay, uaz, vbx, vby, vbz, ubx, uby, ubz;
-  floatv trust = (floatv)(0.0f);
-  for (int round = 0; round < 3; ++round) {
-    wa = ta = cax = cay = caz = nax = nay = naz = (floatv)(0.0f);
-    wb = tb = cbx = cby = cbz = nbx = nby = nbz = (floatv)(0.0f);
-    vax = vay = vaz = uax = uay = uaz = vbx = vby = vbz = ubx = uby = ubz = (floatv)(0.0f);
-    const int total = kept + (count - rest);
-    for (int k = 0; k < total; ++k) {
-      const int id = k < kept ? cached_group[k] : list[rest + k - kept];
-      global const float* g = groups + id * RECORD;
-      if (!(g[18] > 0.0f)) continue;
-      const Hit hit = k < kept ? cache[k] : hit_fit(g, s, d_max);
-      const floatv same = smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
-      const floatv a = hit.weight * same, b = hit.weight - a;
-      nax += a * hit.gx;
-      nay += a * hit.gy;
-      naz += a * hit.gz;
-      if (round < 2) continue;
-      trust += hit.weight * g[22];
-      wa += a;
-      ta += a * hit.tau;
-      cax += a * g[19];
-      cay += a * g[20];
-      caz += a * g[21];
-      wb += b;
-      tb += b * hit.tau;
-      cbx += b * g[19];
-      cby += b * g[20];
-      cbz += b * g[21];
-      nbx += b * hit.gx;
-      nby += b * hit.gy;
-      nbz += b * hit.gz;
-      // Half the weight's own gradient times how f changes along the ray (see the normal below).
-      const floatv qx = s.sx + hit.tau * s.dx - g[19], qy = s.sy + hit.tau * s.dy - g[20],
-                   qz = -(s.t + hit.tau) - g[21];
-      const floatv d = sqrt(fmin((qx * qx + qy * qy + qz * qz) * g[16], (floatv)(1.0f)));
-      const floatv pull = -10.0f * g[16] / ((1.0f - d) * (4.0f * d + 1.0f) + 1e-6f) *
-                          (hit.gx * s.dx + hit.gy * s.dy - hit.gz);
-      const floatv pa = a * pull, pb = b * pull;
-      vax += pa * qx;
-      vay += pa * qy;
-      vaz += pa * qz;
-      uax += pa * qx * hit.tau;
-      uay += pa * qy * hit.tau;
-      uaz += pa * qz * hit.tau;
-      vbx += pb * qx;
-      vby += pb * qy;
-      vbz += pb * qz;
-      ubx += pb * qx * hit.tau;
-      uby += pb * qy * hit.tau;
-      ubz += pb * qz * hit.tau;
+  // Two rounds of mean shift to the gradient that dominates. Where all hits belong to its sheet,
+  // both give the sum of them all, and there is no other sheet: most samples.
+  int one_sheet = rest == listed.met_count;
+  for (int round = 0; round < 2; ++round) {
+    if (one_sheet) {
+      floatv least = (floatv)(1.0f);
+      for (int k = 0; k < kept; ++k)
+        least = fmin(least, SELECT((floatv)(1.0f),
+                                   cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az,
+                                   cache[k].weight > 0.0f));
+      one_sheet = !ANY(smooth_step(sheets.x, sheets.y, least) < 1.0f);
     }
-    if (round == 2) break;
-    const floatv size = nax * nax + nay * nay + naz * naz;
+    floatv nx = A.nx, ny = A.ny, nz = A.nz;
+    if (!one_sheet) {
+      nx = ny = nz = none;
+      for (int k = 0; k < total; ++k) {
+        Hit hit;
+        if (k < kept)
+          hit = cache[k];
+        else if (!hit_fit(groups + listed.met[rest + k - kept] * RECORD, s, d_max, &hit))
+          continue;
+        const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
+                                                  hit.gx * ax + hit.gy * ay + hit.gz * az);
+        nx += a * hit.gx;
+        ny += a * hit.gy;
+        nz += a * hit.gz;
+      }
+    }
+    const floatv size = nx * nx + ny * ny + nz * nz;
     const floatv scale = 1.0f / sqrt(fmax(size, (floatv)(1e-30f)));
-    ax = SELECT(ax, nax * scale, size > 1e-30f);
-    ay = SELECT(ay, nay * scale, size > 1e-30f);
-    az = SELECT(az, naz * scale, size > 1e-30f);
+    ax = SELECT(ax, nx * scale, size > 1e-30f);
+    ay = SELECT(ay, ny * scale, size > 1e-30f);
+    az = SELECT(az, nz * scale, size > 1e-30f);
+  }
+  clear_sheet(&B);
+  if (!one_sheet) {
+    clear_sheet(&A);
+    for (int k = 0; k < total; ++k) {
+      const int fit = k < kept ? cached_group[k] : listed.met[rest + k - kept];
+      global const float* g = groups + fit * RECORD;
+      Hit hit;
+      if (k < kept)
+        hit = cache[k];
+      else if (!hit_fit(g, s, d_max, &hit))
+        continue;
+      const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
+                                                hit.gx * ax + hit.gy * ay + hit.gz * az);
+      add_hit(&A, g, s, hit, a);
+      add_hit(&B, g, s, hit, hit.weight - a);
+    }
   }
 
   const floatv tiny = (floatv)(1e-30f);
-  const floatv va = 1.0f / fmax(wa, tiny), vb = 1.0f / fmax(wb, tiny);
-  const floatv za = ta * va, zb = tb * vb;
-  const floatv sb = 1.0f / sqrt(fmax(nbx * nbx + nby * nby + nbz * nbz, tiny));
-  const floatv hx = cbx * vb - cax * va, hy = cby * vb - cay * va, hz = cbz * vb - caz * va;
+  const floatv va = 1.0f / fmax(A.w, tiny), vb = 1.0f / fmax(B.w, tiny);
+  const floatv za = A.t * va, zb = B.t * vb;
+  const floatv sb = 1.0f / sqrt(fmax(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, tiny));
+  const floatv hx = B.cx * vb - A.cx * va, hy = B.cy * vb - A.cy * va, hz = B.cz * vb - A.cz * va;
   // The mean of each sheet's centre over the other's plane.
-  const floatv h = hx * ax + hy * ay + hz * az - (hx * nbx + hy * nby + hz * nbz) * sb;
+  const floatv h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
   const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
-  const intv only_b = !(wa > 1e-9f * wb);
-  floatv share = smooth_step(0.003f, 0.02f, wb / fmax(wa + wb, tiny));
+  const intv only_b = !(A.w > 1e-9f * B.w);
+  floatv share = smooth_step(0.003f, 0.02f, B.w / fmax(A.w + B.w, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);
   share = SELECT(share, (floatv)(1.0f), only_b);
   const floatv rest_share = (floatv)(1.0f) - share;
@@ -209,10 +302,10 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   // with f = (depth - t_k) (grad f . d) to first order. The whole second term carries the fits' noise
   // into the normal, without it waves look too flat: half of it has the smallest error (median .88
   // degrees over seven scenes; 0: .93, all: .97; waves 2.2, 3.2, 1.8).
-  const floatv gax = nax + (za * vax - uax), gay = nay + (za * vay - uay),
-               gaz = naz + (za * vaz - uaz);
-  const floatv gbx = nbx + (zb * vbx - ubx), gby = nby + (zb * vby - uby),
-               gbz = nbz + (zb * vbz - ubz);
+  const floatv gax = A.nx + (za * A.vx - A.ux), gay = A.ny + (za * A.vy - A.uy),
+               gaz = A.nz + (za * A.vz - A.uz);
+  const floatv gbx = B.nx + (zb * B.vx - B.ux), gby = B.ny + (zb * B.vy - B.uy),
+               gbz = B.nz + (zb * B.vz - B.uz);
   const floatv la = rest_share / sqrt(fmax(gax * gax + gay * gay + gaz * gaz, tiny));
   const floatv lb = share / sqrt(fmax(gbx * gbx + gby * gby + gbz * gbz, tiny));
   const floatv nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
@@ -224,9 +317,10 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
   // convex edge between the surface and R ends the surface where it leaves R's fluid.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
-  for (int k = 0; k < count; ++k) {
-    global const float* g = groups + list[k] * RECORD;
-    if (!(g[17] > 0.0f) || !in_reach(g, s)) continue;
+  for (int k = 0; k < listed.rim_count; ++k) {
+    if (k % WIDTH == 0) find_near(listed.rim, k, listed.rim_count, groups, beam, id, near);
+    if (!near[k % WIDTH]) continue;
+    global const float* g = groups + id[k % WIDTH] * RECORD;
     const floatv fx = ex - g[19], fy = ey - g[20], fz = -out.depth - g[21];
     const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
     if (!ANY(squared < 1.0f)) continue;
@@ -257,24 +351,55 @@ inline Blended blend_at(const Sample s, global const int* list, const int count,
     nrz += SELECT((floatv)(0.0f), w * gz, away);
   }
   const floatv vr = 1.0f / fmax(wr, tiny);
-  const floatv rx = crx * vr - cax * va, ry = cry * vr - cay * va, rz = crz * vr - caz * va;
+  const floatv rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
   const intv ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1.
   // Where a ray meets hardly more than the bevel of a lone edge there is nothing to trust.
-  out.trust = fmin(1.001f * (wa + wb) / fmax(trust, tiny), (floatv)(1.0f)) *
-              smooth_step(0.001f, 0.005f, wa + wb);
-  const intv edge = (wb > 0.03f * wa) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
+  out.trust = fmin(1.001f * (A.w + B.w) / fmax(trust, tiny), (floatv)(1.0f)) *
+              smooth_step(0.001f, 0.005f, A.w + B.w);
+  const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
   return out;
+}
+
+inline Listed fits_of(const int tile, global const int* met_start, global const int* met,
+                      global const int* rim_start, global const int* rim) {
+  const Listed listed = {met + met_start[tile], rim + rim_start[tile],
+                         met_start[tile + 1] - met_start[tile],
+                         rim_start[tile + 1] - rim_start[tile]};
+  return listed;
+}
+
+inline Sample sample_at(const float16 rays, const floatv u, const floatv v, const floatv t) {
+  const Rays r = rays_at(rays, u, v);
+  const Sample s = {r.ox + t * r.dx, r.oy + t * r.dy, t, r.dx, r.dy};
+  return s;
+}
+
+inline void store_blended(const Blended b, const int* at, const intv wanted, const int n,
+                          global float* depth, global float* normal, global int* group,
+                          global float* trust) {
+  scatter_float(b.depth, depth, at, wanted);
+  scatter_float(b.nx, normal, at, wanted);
+  scatter_float(b.ny, normal + n, at, wanted);
+  scatter_float(b.nz, normal + 2 * n, at, wanted);
+  scatter_float(b.trust, trust, at, wanted);
+  int id[WIDTH], want[WIDTH];
+  STOREI(b.group, id);
+  STOREI(wanted, want);
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k)
+    if (want[k]) group[at[k]] = id[k];
 }
 
 // The same at a list of positions: one work-item per point, WIDTH 1.
 #if WIDTH == 1
 kernel void blend_points(global const float* reference,  // [n] depth; +inf: leave the point
                          global const float* points,     // [2][n] u, v, pixels
-                         global const float* groups, global const int* tile_start,
-                         global const int* tile_group, global float* depth,
+                         global const float* groups, global const int* met_start,
+                         global const int* met, global const int* rim_start,
+                         global const int* rim, global float* depth,
                          global float* normal,  // [3][n]
                          global int* group, global float* trust, const int n,
                          const int2 tiles,  // of the grid whose lists these are
@@ -285,91 +410,37 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
   const float u = points[p], v = points[n + p];
   const int i = clamp((int)((u - first) * inverse_tile), 0, tiles.x - 1);
   const int j = clamp((int)((v - first) * inverse_tile), 0, tiles.y - 1);
-  const int tile = j * tiles.x + i;
-  const int begin = tile_start[tile];
-  Sample s;
-  s.t = reference[p];
-  s.dx = rays.s6 + rays.s7 * u + rays.s8 * v;
-  s.dy = rays.s9 + rays.sa * u + rays.sb * v;
-  s.sx = rays.s0 + rays.s1 * u + rays.s2 * v + s.t * s.dx;
-  s.sy = rays.s3 + rays.s4 * u + rays.s5 * v + s.t * s.dy;
-  const Blended b = blend_at(s, tile_group + begin, tile_start[tile + 1] - begin, groups, d_max,
-                             sheets);
-  depth[p] = b.depth;
-  normal[p] = b.nx;
-  normal[n + p] = b.ny;
-  normal[2 * n + p] = b.nz;
-  group[p] = b.group;
-  trust[p] = b.trust;
+  const Listed listed = fits_of(j * tiles.x + i, met_start, met, rim_start, rim);
+  const Blended b = blend_at(sample_at(rays, u, v, reference[p]), listed, groups, d_max, sheets);
+  store_blended(b, &p, 1, n, depth, normal, group, trust);
 }
 #endif
 
-// One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples, so that the
-// bounds of the list are the same for all its items.
-kernel void blend_groups(global const float* reference,  // [samples] depth; +inf: leave the sample
+// One work-item per WIDTH samples of a tile's list (samples.cl).
+kernel void blend_groups(global const int* sample,       // [tiles][256]
+                         global const int* count,        // [tiles]
+                         global const float* reference,  // [samples] depth, finite where listed
                          global const float* groups,     // [groups][RECORD]
-                         global const int* tile_start,   // [tiles + 1]
-                         global const int* tile_group,   // group ids, ascending in each tile
-                         global float* depth,            // [samples] out where reference is finite
+                         global const int* met_start,    // [tiles + 1]
+                         global const int* met,          // fits that rays may meet, ascending in
+                                                         // each tile
+                         global const int* rim_start,    // [tiles + 1]
+                         global const int* rim,          // fits that may turn away from the eye
+                         global float* depth,            // [samples] out where listed
                          global float* normal,           // [3][samples]
                          global int* group,              // [samples]
                          global float* trust,            // [samples]
                          const int2 samples, const float first, const float step,
                          const float16 rays, const float d_max,
                          const float4 sheets) {  // same_low, same_high; crease, particle radii
-  const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
-  const int tile = get_group_id(1) * get_num_groups(0) + get_group_id(0);
-  const int begin = tile_start[tile], count = tile_start[tile + 1] - begin;
-  if (j >= samples.y || i >= samples.x) return;
-  const int at = j * samples.x + i;
-  const int n = samples.x * samples.y;
-
-  Sample s;
-#if WIDTH == 1
-  s.t = reference[at];
-#else
-  // The last item of a row may reach past it.
-  float part[WIDTH];
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) part[k] = i + k < samples.x ? reference[at + k] : INFINITY;
-  s.t = LOADF(part);
-#endif
-  const intv wanted = s.t < INFINITY;
-  if (!ANY(wanted)) return;
-  s.t = SELECT((floatv)(1.0f), s.t, wanted);
-  const floatv u = first + step * ((float)i + LANES);
-  const float v = first + step * (float)j;
-  s.dx = rays.s6 + rays.s7 * u + rays.s8 * v;
-  s.dy = rays.s9 + rays.sa * u + rays.sb * v;
-  s.sx = rays.s0 + rays.s1 * u + rays.s2 * v + s.t * s.dx;
-  s.sy = rays.s3 + rays.s4 * u + rays.s5 * v + s.t * s.dy;
-  const Blended b = blend_at(s, tile_group + begin, count, groups, d_max, sheets);
-#if WIDTH == 1
-  depth[at] = b.depth;
-  normal[at] = b.nx;
-  normal[n + at] = b.ny;
-  normal[2 * n + at] = b.nz;
-  group[at] = b.group;
-  trust[at] = b.trust;
-#else
-  float t[WIDTH], x[WIDTH], y[WIDTH], z[WIDTH], c[WIDTH];
-  int id[WIDTH], w[WIDTH];
-  STOREF(b.depth, t);
-  STOREF(b.nx, x);
-  STOREF(b.ny, y);
-  STOREF(b.nz, z);
-  STOREF(b.trust, c);
-  STOREI(b.group, id);
-  STOREI(wanted, w);
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) {
-    if (!w[k] || i + k >= samples.x) continue;
-    depth[at + k] = t[k];
-    normal[at + k] = x[k];
-    normal[n + at + k] = y[k];
-    normal[2 * n + at + k] = z[k];
-    group[at + k] = id[k];
-    trust[at + k] = c[k];
-  }
-#endif
+  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
+  if (place >= count[tile]) return;
+  int at[WIDTH];
+  floatv u, v;
+  const intv wanted = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
+                                   first, step, at, &u, &v);
+  const Listed listed = fits_of(tile, met_start, met, rim_start, rim);
+  const Blended b = blend_at(sample_at(rays, u, v, gather_float(reference, at)), listed, groups,
+                             d_max, sheets);
+  store_blended(b, at, wanted, samples.x * samples.y, depth, normal, group, trust);
 }

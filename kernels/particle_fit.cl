@@ -3,13 +3,35 @@
 // nothing changes abruptly from frame to frame; docs/method.md).
 //
 // A fit is a lane of fit.cl's batches: slot k of lane l of batch b lies at first[b] + 8 k + l. The
-// slots name the neighbours, the particle itself among them; -1 is an unused slot. One work-item
-// per lane.
+// slots name the neighbours, the particle itself among them; -1 is an unused slot, behind those in
+// use. A work-item takes WIDTH lanes of one batch.
 
 // The quadratic B-spline on [0, 1).
-inline float spline(const float x) {
-  const float y = 1.5f * x;
-  return y < 0.5f ? 0.75f - y * y : 0.5f * (1.5f - y) * (1.5f - y);
+inline floatv spline(const floatv x) {
+  const floatv y = 1.5f * x;
+  return SELECT(0.5f * (1.5f - y) * (1.5f - y), 0.75f - y * y, y < 0.5f);
+}
+
+// A quadric through a particle at (x, y, z) from it.
+inline floatv evaluate(const floatv* c, const floatv x, const floatv y, const floatv z) {
+  return c[0] + (c[1] + c[4] * x + c[7] * y) * x + (c[2] + c[5] * y + c[8] * z) * y +
+         (c[3] + c[6] * z + c[9] * x) * z;
+}
+
+// Loads WIDTH particle indices; lanes that are not in use (-1) get the first particle.
+inline intv load_used(global const int* index, int* at) {
+  int used[WIDTH];
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) {
+    const int i = index[k];
+    used[k] = i >= 0;
+    at[k] = max(i, 0);
+  }
+#if WIDTH == 1
+  return used[0];
+#else
+  return LOADI(used) != 0;
+#endif
 }
 
 // Weight of neighbour j in the fit around particle i at distance l with normals n_i, n_j:
@@ -30,47 +52,65 @@ kernel void weigh_neighbours(
     global float* points,           // [7][slots] q = (x_j - x_i) / rho; n_j; weight
     const int n, const int slots, const int lanes, const int pass,
     const float4 options) {  // 2 / sigma^2; tau and h_0, particle radii; h_1, 1 / particle radii
-  const int lane = get_global_id(0);
+  const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
-  const int i = particle[lane];
-  if (i < 0) return;
-  const float px = particles[i], py = particles[n + i], pz = particles[2 * n + i];
-  const float nx = normal[i], ny = normal[n + i], nz = normal[2 * n + i];
-  const int refit = pass > 0 && quality[lane] >= 0.0f;
-  float c[10];
+  int i[WIDTH], j[WIDTH];
+  const intv lane_used = load_used(particle + lane, i);
+  const floatv none = (floatv)(0.0f);
+  const floatv px = gather_float(particles, i), py = gather_float(particles + n, i),
+               pz = gather_float(particles + 2 * n, i);
+  const floatv nx = gather_float(normal, i), ny = gather_float(normal + n, i),
+               nz = gather_float(normal + 2 * n, i);
+  intv refit = (intv)(0);
+  floatv c[10];
 #pragma unroll
-  for (int k = 0; k < 10; ++k) c[k] = refit ? quadric[k * lanes + lane] : 0.0f;
-  const float inverse_rho = 1.0f / support[lane], inverse_tau = 1.0f / options.y;
+  for (int k = 0; k < 10; ++k) c[k] = none;
+  if (pass > 0) {
+    refit = LOADF(quality + lane) >= 0.0f;
+#pragma unroll
+    for (int k = 0; k < 10; ++k) c[k] = SELECT(none, LOADF(quadric + k * lanes + lane), refit);
+  }
+  const floatv inverse_rho = 1.0f / LOADF(support + lane);
+  const float inverse_tau = 1.0f / options.y;
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
-  int used = 0;
+  intv used = (intv)(0);
   for (int k = 0; k < count; ++k) {
     const int slot = begin + 8 * k;
-    const int j = neighbour[slot];
-    if (j < 0) break;
-    const float x = particles[j] - px, y = particles[n + j] - py, z = particles[2 * n + j] - pz;
-    const float mx = normal[j], my = normal[n + j], mz = normal[2 * n + j];
-    const float squared = x * x + y * y + z * z;
-    const float h = x * nx + y * ny + z * nz;
-    const float width = options.z + options.w * squared;
-    const float flat = fmax(exp_negative(-(h * h) / (width * width)), 1e-5f);
-    const float f = c[0] + (c[1] + c[4] * x + c[7] * y) * x + (c[2] + c[5] * y + c[8] * z) * y +
-                    (c[3] + c[6] * z + c[9] * x) * z;
-    const float behind = fmax(-f, 0.0f) * inverse_tau;
-    const float robust = fmax(exp_negative(-behind * behind), 1e-4f);
-    const float turned = fmin(nx * mx + ny * my + nz * mz - 1.0f, 0.0f);
-    const float near = particles[3 * n + j] * spline(fmin(sqrt(squared) * inverse_rho, 1.0f)) *
-                       exp_negative(options.x * turned);
-    used += near >= 1e-6f;
-    points[slot] = x * inverse_rho;
-    points[slots + slot] = y * inverse_rho;
-    points[2 * slots + slot] = z * inverse_rho;
-    points[3 * slots + slot] = mx;
-    points[4 * slots + slot] = my;
-    points[5 * slots + slot] = mz;
-    points[6 * slots + slot] = near >= 1e-6f ? near * (refit ? robust : flat) : 0.0f;
+    const intv there = load_used(neighbour + slot, j) & lane_used;
+    const floatv x = gather_float(particles, j) - px, y = gather_float(particles + n, j) - py,
+                 z = gather_float(particles + 2 * n, j) - pz;
+    const floatv mx = gather_float(normal, j), my = gather_float(normal + n, j),
+                 mz = gather_float(normal + 2 * n, j);
+    const floatv squared = x * x + y * y + z * z;
+    const floatv turned = fmin(nx * mx + ny * my + nz * mz - 1.0f, none);
+    const floatv near = gather_float(particles + 3 * n, j) *
+                        spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f))) *
+                        exp_negative(options.x * turned);
+    floatv weight = none;
+    if (ANY(!refit)) {
+      const floatv h = x * nx + y * ny + z * nz;
+      const floatv width = options.z + options.w * squared;
+      weight = fmax(exp_negative(-(h * h) / (width * width)), (floatv)(1e-5f));
+    }
+    if (ANY(refit)) {
+      const floatv behind = fmax(-evaluate(c, x, y, z), none) * inverse_tau;
+      weight = SELECT(weight, fmax(exp_negative(-behind * behind), (floatv)(1e-4f)), refit);
+    }
+    const intv counts = there & (near >= 1e-6f);
+    used += SELECT((intv)(0), (intv)(1), counts);
+    STOREF(x * inverse_rho, points + slot);
+    STOREF(y * inverse_rho, points + slots + slot);
+    STOREF(z * inverse_rho, points + 2 * slots + slot);
+    STOREF(mx, points + 3 * slots + slot);
+    STOREF(my, points + 4 * slots + slot);
+    STOREF(mz, points + 5 * slots + slot);
+    STOREF(SELECT(none, near * weight, counts), points + 6 * slots + slot);
   }
-  if (used >= 3) return;
-  for (int k = 0; k < count; ++k) points[6 * slots + begin + 8 * k] = 0.0f;
+  if (!ANY(used < 3)) return;
+  for (int k = 0; k < count; ++k) {
+    global float* weight = points + 6 * slots + begin + 8 * k;
+    STOREF(SELECT(LOADF(weight), none, used < 3), weight);
+  }
 }
 
 // Turns each particle's normal to its quadric's gradient at the particle; the side stays.
@@ -108,40 +148,43 @@ kernel void measure_edges(global const float* particles, global const float* nor
                           const int n, const int lanes,
                           const float falloff,  // 2 / sigma^2
                           const float reach) {  // particle radii
-  const int lane = get_global_id(0);
+  const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
-  const int i = particle[lane];
-  if (i < 0) return;
+  int i[WIDTH], j[WIDTH];
+  load_used(particle + lane, i);
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
+  const floatv px = gather_float(particles, i), py = gather_float(particles + n, i),
+               pz = gather_float(particles + 2 * n, i);
+  const floatv nx = gather_float(normal, i), ny = gather_float(normal + n, i),
+               nz = gather_float(normal + 2 * n, i);
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
-  const float inverse_rho = 1.0f / support[lane];
-  float c[10];
+  const floatv inverse_rho = 1.0f / LOADF(support + lane);
+  floatv c[10];
 #pragma unroll
-  for (int k = 0; k < 10; ++k) c[k] = quadric[k * lanes + lane];
-  float near = 0.0f, agree = 0.0f, weight = 0.0f, squares = 0.0f, number = 0.0f;
+  for (int k = 0; k < 10; ++k) c[k] = LOADF(quadric + k * lanes + lane);
+  floatv near = none, agree = none, weight = none, squares = none, number = none;
   for (int k = 0; k < count; ++k) {
-    const int j = neighbour[begin + 8 * k];
-    if (j < 0) break;
-    const float x = particles[j] - particles[i], y = particles[n + j] - particles[n + i],
-                z = particles[2 * n + j] - particles[2 * n + i], u = particles[3 * n + j];
-    const float l = sqrt(x * x + y * y + z * z);
-    const float same = normal[i] * normal[j] + normal[n + i] * normal[n + j] +
-                       normal[2 * n + i] * normal[2 * n + j];
-    const float f = c[0] + (c[1] + c[4] * x + c[7] * y) * x + (c[2] + c[5] * y + c[8] * z) * y +
-                    (c[3] + c[6] * z + c[9] * x) * z;
-    const float apart = clamp(f, -2.0f, 2.0f);
-    const float w =
-        u * spline(fmin(l * inverse_rho, 1.0f)) * exp_negative(falloff * fmin(same - 1.0f, 0.0f));
+    const intv there = load_used(neighbour + begin + 8 * k, j);
+    const floatv x = gather_float(particles, j) - px, y = gather_float(particles + n, j) - py,
+                 z = gather_float(particles + 2 * n, j) - pz;
+    const floatv u = SELECT(none, gather_float(particles + 3 * n, j), there);
+    const floatv l = sqrt(x * x + y * y + z * z);
+    const floatv same = nx * gather_float(normal, j) + ny * gather_float(normal + n, j) +
+                        nz * gather_float(normal + 2 * n, j);
+    const floatv apart = clamp(evaluate(c, x, y, z), -2.0f, 2.0f);
+    const floatv w =
+        u * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
     weight += w;
     squares += w * apart * apart;
     number += u;
-    const float d = l / reach;
-    if (d >= 1.0f) continue;
-    const float r = (1.0f - d) * (1.0f - d);
-    const float q = u * r * r * (4.0f * d + 1.0f);
+    const floatv d = l / reach;
+    const floatv r = (1.0f - d) * (1.0f - d);
+    const floatv q = SELECT(none, u * r * r * (4.0f * d + 1.0f), d < 1.0f);
     near += q;
     agree += q * smooth_step(0.85f, 0.95f, same);
   }
-  rows[lane] = near > 0.0f ? fmax(0.005f, smooth_step(0.7f, 1.0f, agree / near)) : 1.0f;
-  rows[lanes + lane] = weight > 0.0f ? sqrt(squares / weight) : 2.0f;
-  rows[2 * lanes + lane] = number;
+  STOREF(SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, agree / near)), near > 0.0f),
+         rows + lane);
+  STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + lanes + lane);
+  STOREF(number, rows + 2 * lanes + lane);
 }

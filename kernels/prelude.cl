@@ -7,6 +7,10 @@
 #define WIDTH 1
 #endif
 
+// Samples are taken in tiles (samples.cl).
+#define TILE 16
+#define TILE_SAMPLES 256
+
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 
@@ -51,6 +55,33 @@ inline int all_lanes(const intv test) {
   return (pair.x & pair.y) == -1;
 }
 #endif
+
+// Values at WIDTH places of an array, and back.
+inline floatv gather_float(global const float* values, const int* at) {
+  float lane[WIDTH];
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) lane[k] = values[at[k]];
+  return LOADF(lane);
+}
+
+inline void scatter_float(const floatv v, global float* values, const int* at, const intv wanted) {
+  float lane[WIDTH];
+  int want[WIDTH];
+  STOREF(v, lane);
+  STOREI(wanted, want);
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k)
+    if (want[k]) values[at[k]] = lane[k];
+}
+
+inline float least_lane(const floatv v) {
+  float lane[WIDTH];
+  STOREF(v, lane);
+  float least = lane[0];
+#pragma unroll
+  for (int k = 1; k < WIDTH; ++k) least = fmin(least, lane[k]);
+  return least;
+}
 
 // exp(x) for x <= 0, the same bits on every device: 2^(x/ln 2) split into an integer part, set as
 // the exponent's bits, and a polynomial on [-1/2, 1/2]; relative error 2e-7. Below -87: zero.

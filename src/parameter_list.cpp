@@ -47,6 +47,8 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
        "the surface ends where the particle density falls below this"},
       {"Region (paper 2.4.1)", "blob-density", &p.region.blob_density, none, 0, 1, true,
        "level of the density field that draws splash; higher makes smaller blobs"},
+      {"Region (paper 2.4.1)", "interpolation", &p.region.interpolation, r, 0, 10, false,
+       "samples between others that lie this near each other's planes are interpolated; 0: none"},
       {"Region (paper 2.4.1)", "sigma-s", &p.region.sigma_s, "cells", 0, 100, true,
        "method paper: width of the contour filter (Eq. 4)"},
       {"Region (paper 2.4.1)", "sigma-n", &p.region.sigma_n, none, 0, 100, true,

@@ -68,10 +68,9 @@ cl::Kernel& Device::State::kernel(const std::string& file, const std::string& na
   auto program = programs.find(program_key);
   if (program == programs.end()) {
     std::string source;
-    source += "#line 1 \"prelude.cl\"\n";
-    source += text_of("prelude.cl");
-    source += "\n#line 1 \"" + file + "\"\n";
-    source += text_of(file);
+    std::istringstream parts("prelude.cl " + file);
+    for (std::string part; parts >> part;)
+      source += "\n#line 1 \"" + part + "\"\n" + std::string(text_of(part));
     try {
       cl::Program built(context, source);
       try {

@@ -149,8 +149,9 @@ const T& kernel_argument(const T& value) {
   return value;
 }
 
-/// Builds (once) and launches a kernel: the only place that sets arguments. `options` go to the
-/// compiler, e.g. width_option(8). Does not wait.
+/// Builds (once) and launches a kernel: the only place that sets arguments. `file` names the kernel's
+/// file, after those whose functions it uses: "field.cl settle.cl". `options` go to the compiler,
+/// e.g. width_option(8). Does not wait.
 template <class... Arguments>
 void launch(Device& device, const std::string& file, const std::string& name, const Range& range,
             const std::string& options, const Arguments&... arguments) {

@@ -5,6 +5,7 @@
 #include "stages/blend.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"
+#include "stages/interpolate.hpp"
 #include "stages/mesh.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/region.hpp"
@@ -25,7 +26,15 @@ struct FittedFrame {
   SplatParticles splash;
   DeviceCells cells;     // all particles in view
   DeviceCells levelled;  // the same with even level
+  double least_radius;   // of a particle on the screen, pixels
 };
+
+double least_radius(const Projected& projected) {
+  double least = INFINITY;
+  for (std::size_t i = 0; i < projected.size(); ++i)
+    least = std::min<double>({least, projected.ku[i], projected.kv[i]});
+  return least;
+}
 
 // Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
 // layer when the blend, or the field where the layer is splash, goes on there.
@@ -33,7 +42,7 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
                                             const SurfaceMap& nodes, const GroupRecords& records,
                                             const FittedFrame& frame, const Parameters& params) {
   const std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, params.grid.z_max);
-  const TileLists tiles = list_tiles(view, records, nodes.grid);
+  const FitTiles tiles = list_fits(device, view, records, nodes.grid);
   const auto sample = [&](const std::vector<float>& points, const std::vector<float>& near) {
     std::vector<float> blended = near;
     for (std::size_t e = 0; e < edges.size(); ++e)
@@ -54,7 +63,8 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
 }
 
 // The surface where it is asked for: reference depth, blend, contour. Samples whose nearest layer
-// ends before them look again behind it; then the splash is drawn.
+// ends before them look again behind it; then the splash is drawn. First every second sample of
+// each row and column, then those between that these do not tell.
 SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
                             const Triangulation& mesh, const GroupRecords& records,
                             const FittedFrame& frame, const Parameters& params, StageClock& clock) {
@@ -64,31 +74,46 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
   const Buffer<float> front = splat_depth(device, frame.body, grid, footprint, bulge);
   const Buffer<float> front_core = splat_depth(device, frame.body, grid, kCoreFootprint);
-  const TileLists tiles = list_tiles(view, records, grid);
+  const FitTiles tiles = list_fits(device, view, records, grid);
+  const SplashExtent splash = splash_extent(device, frame.splash, grid);
 
-  constexpr int kLayers = 3;
-  constexpr double kLayerGap = 3;  // particle radii
-  Buffer<float> reference = front, core = front_core;
-  const auto settle = [&](bool only_gaps) {
-    clock.start("settle");
-    return settle_samples(device, view, frame.cells, frame.levelled, triangles, reference, core,
-                          surface, params.region, only_gaps);
+  const auto fill = [&](const SampleLists& wanted) {
+    constexpr int kLayers = 3;
+    constexpr double kLayerGap = 3;  // particle radii
+    const auto settle = [&](const SampleLists& lists, const Buffer<float>& reference,
+                            const Buffer<float>& core, bool only_gaps) {
+      clock.start("settle");
+      return settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference,
+                            core, surface, params.region, only_gaps);
+    };
+    SampleLists lists = keep_samples(device, wanted, front, surface.depth);
+    SampleLists gaps;  // what the first layer leaves open
+    Buffer<float> reference = front, core = front_core;
+    for (int layer = 0; layer < kLayers; ++layer) {
+      clock.start("blend");
+      blend_groups(device, view, lists, frame.records, tiles, reference, surface, params.blend);
+      const Buffer<float> behind = settle(lists, reference, core, false);
+      if (layer + 1 == kLayers) break;
+      core = splat_depth(device, frame.hidden, grid, kCoreFootprint, 1, &behind, kLayerGap);
+      lists = keep_samples(device, lists, behind, surface.depth);
+      if (layer == 0) gaps = lists;
+      reference = core;
+      lists = keep_samples(device, lists, reference, surface.depth);
+    }
+    settle(gaps, front, front_core, true);
+    clock.start("splash");
+    draw_splash(device, view, wanted, frame.levelled, splash, surface, params.region);
   };
-  for (int layer = 0; layer < kLayers; ++layer) {
-    clock.start("blend");
-    blend_groups(device, view, frame.records, tiles, reference, surface, params.blend);
-    const Buffer<float> behind = settle(false);
-    if (layer + 1 == kLayers) break;
-    core = splat_depth(device, frame.hidden, grid, kCoreFootprint, 1, &behind, kLayerGap);
-    reference = core;
+  const bool coarse = params.region.interpolation > 0;
+  fill(list_samples(device, grid, front, splash.from, coarse ? 2 : 1));
+  if (coarse) {
+    clock.start("interpolate");
+    fill(interpolate_samples(device, view, front, splash.from, surface, params.region.interpolation,
+                             frame.least_radius));
   }
-  reference = front;
-  core = front_core;
-  settle(true);
-  clock.start("splash");
-  draw_splash(device, view, frame.levelled, frame.splash, surface, params.region);
   clock.start("specks");
-  return close_specks(device, surface);
+  close_specks(device, surface);
+  return surface;
 }
 
 }  // namespace
@@ -130,7 +155,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
                           upload_splats(device, projected, split.body),
                           upload_splats(device, projected, split.splash),
                           cells,
-                          levelled};
+                          levelled,
+                          least_radius(projected)};
 
   if (params.image) {
     const SurfaceBuffers image =

@@ -53,7 +53,9 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
     const SurfaceBuffers surface = blend_particles(device, view, region, device_records,
                                                    list_tiles(view, records, grid), params.blend);
     clock.start("splash");
-    draw_splash(device, view, levelled, splash, surface, params.region);
+    const SplashExtent extent = splash_extent(device, splash, grid);
+    draw_splash(device, view, list_samples(device, grid, extent.from, extent.from), levelled,
+                extent, surface, params.region);
     return surface;
   };
   if (params.image) {

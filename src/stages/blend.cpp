@@ -37,6 +37,62 @@ Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGri
           std::max(0, sample(v0, grid.ny)), std::min(grid.ny - 1, sample(v1, grid.ny) + 1)};
 }
 
+std::vector<Box> boxes_of(const View& view, const GroupRecords& records, const SampleGrid& grid) {
+  std::vector<Box> boxes(records.billboard.size());
+  for (std::size_t k = 0; k < boxes.size(); ++k)
+    if (records.billboard[k] > 0)
+      boxes[k] = box_of(view, records.centre[k], records.billboard[k], grid);
+  return boxes;
+}
+
+// The wanted boxes that meet each tile.
+TileLists list_boxes(const std::vector<Box>& boxes, const std::vector<char>& wanted,
+                     const SampleGrid& grid) {
+  TileLists tiles;
+  tiles.nx = (grid.nx + kTile - 1) / kTile;
+  tiles.ny = (grid.ny + kTile - 1) / kTile;
+  tiles.start.assign(static_cast<std::size_t>(tiles.nx) * tiles.ny + 1, 0);
+  const auto each_tile = [&](auto&& visit) {
+    for (std::size_t g = 0; g < boxes.size(); ++g) {
+      if (!wanted[g]) continue;
+      const Box& box = boxes[g];
+      for (int j = box.j0 / kTile; j * kTile <= box.j1; ++j)
+        for (int i = box.i0 / kTile; i * kTile <= box.i1; ++i)
+          visit(static_cast<std::size_t>(j) * tiles.nx + i, static_cast<cl_int>(g));
+    }
+  };
+  each_tile([&](std::size_t tile, cl_int) { ++tiles.start[tile + 1]; });
+  for (std::size_t t = 0; t + 1 < tiles.start.size(); ++t) tiles.start[t + 1] += tiles.start[t];
+  tiles.group.resize(tiles.start.back());
+  std::vector<cl_int> next(tiles.start.begin(), tiles.start.end() - 1);
+  each_tile([&](std::size_t tile, cl_int g) { tiles.group[next[tile]++] = g; });
+  return tiles;
+}
+
+// Whether a fit's gradient may point away from the eye anywhere within its reach: at X from the
+// particle it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
+// at a corner of the box because rays are affine in the pixels.
+bool may_turn_away(const View& view, const GroupRecords& records, std::size_t k, const Box& box,
+                   const SampleGrid& grid) {
+  const float* record = &records.values[k * kRecord];
+  const float* c = record + 6;
+  const auto square = [](double x) { return x * x; };
+  const double hessian = std::sqrt(4 * (square(c[4]) + square(c[5]) + square(c[6])) +
+                                   2 * (square(c[7]) + square(c[8]) + square(c[9])));
+  const Vec3d particle{record[0], record[1], record[2]};
+  const double farthest = records.billboard[k] + length(records.centre[k] - particle);
+  for (const int i : {box.i0 - 1, box.i1 + 1})
+    for (const int j : {box.j0 - 1, box.j1 + 1}) {
+      const Vec3d d = ray_direction(view, grid.first + grid.step * i, grid.first + grid.step * j);
+      const double along = c[1] * d.x + c[2] * d.y + c[3] * d.z;
+      if (along + (hessian * farthest + 1e-3) * length(d) > 0) return true;
+    }
+  return false;
+}
+
+// The files with the functions that the kernels use.
+constexpr char kBlend[] = "samples.cl blend.cl";
+
 // Where gradients are the same sheet, and how far sheets lie apart that meet, as kernels take it.
 cl_float4 sheets_of(const BlendParams& params) {
   return {{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
@@ -68,57 +124,58 @@ GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& t
     record[20] = static_cast<float>(foot.y);
     record[21] = static_cast<float>(foot.z);
     record[22] = static_cast<float>(1 / trust[k]);
+    record[23] = static_cast<float>(reach);
   }
   return records;
 }
 
 TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid) {
-  TileLists tiles;
-  tiles.nx = (grid.nx + kTile - 1) / kTile;
-  tiles.ny = (grid.ny + kTile - 1) / kTile;
-  const std::size_t n = records.billboard.size();
-  std::vector<Box> boxes(n);
-  tiles.start.assign(static_cast<std::size_t>(tiles.nx) * tiles.ny + 1, 0);
-  const auto each_tile = [&](std::size_t g, auto&& visit) {
-    if (!(records.billboard[g] > 0)) return;
-    const Box& box = boxes[g];
-    for (int j = box.j0 / kTile; j * kTile <= box.j1; ++j)
-      for (int i = box.i0 / kTile; i * kTile <= box.i1; ++i)
-        visit(static_cast<std::size_t>(j) * tiles.nx + i);
-  };
-  for (std::size_t g = 0; g < n; ++g) {
-    boxes[g] = box_of(view, records.centre[g], records.billboard[g], grid);
-    each_tile(g, [&](std::size_t tile) { ++tiles.start[tile + 1]; });
-  }
-  for (std::size_t t = 0; t + 1 < tiles.start.size(); ++t) tiles.start[t + 1] += tiles.start[t];
-  tiles.group.resize(tiles.start.back());
-  std::vector<cl_int> next(tiles.start.begin(), tiles.start.end() - 1);
-  for (std::size_t g = 0; g < n; ++g)
-    each_tile(g, [&](std::size_t tile) { tiles.group[next[tile]++] = static_cast<cl_int>(g); });
-  return tiles;
+  std::vector<char> wanted;
+  for (const double radius : records.billboard) wanted.push_back(radius > 0);
+  return list_boxes(boxes_of(view, records, grid), wanted, grid);
 }
 
-void blend_groups(Device& device, const View& view, const Buffer<float>& records,
-                  const TileLists& tiles, const Buffer<float>& reference,
-                  const SurfaceBuffers& surface, const BlendParams& params) {
+FitTiles list_fits(Device& device, const View& view, const GroupRecords& records,
+                   const SampleGrid& grid) {
+  const std::vector<Box> boxes = boxes_of(view, records, grid);
+  const std::size_t n = boxes.size();
+  std::vector<char> met(n), rim(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    if (!(records.billboard[k] > 0)) continue;
+    const float* record = &records.values[k * kRecord];
+    met[k] = record[18] > 0;
+    rim[k] = record[17] > 0 && may_turn_away(view, records, k, boxes[k], grid);
+  }
+  const TileLists met_lists = list_boxes(boxes, met, grid),
+                  rim_lists = list_boxes(boxes, rim, grid);
+  return {met_lists.nx,
+          met_lists.ny,
+          upload(device, met_lists.start),
+          upload(device, met_lists.group),
+          upload(device, rim_lists.start),
+          upload(device, rim_lists.group)};
+}
+
+void blend_groups(Device& device, const View& view, const SampleLists& lists,
+                  const Buffer<float>& records, const FitTiles& tiles,
+                  const Buffer<float>& reference, const SurfaceBuffers& surface,
+                  const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
-  const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
-  const Range range{static_cast<std::size_t>(tiles.nx) * kTile / width,
-                    static_cast<std::size_t>(tiles.ny) * kTile, kTile / width, kTile};
-  launch(device, "blend.cl", "blend_groups", range, width_option(static_cast<int>(width)),
-         reference, records, upload(device, tiles.start), upload(device, tiles.group),
+  const int width = device.state().vector_width;
+  launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
+         lists.count, reference, records, tiles.met_start, tiles.met, tiles.rim_start, tiles.rim,
          surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
          sheets_of(params));
 }
 
 void blend_points(Device& device, const View& view, const Buffer<float>& records,
-                  const TileLists& tiles, const SampleGrid& grid, const Buffer<float>& points,
+                  const FitTiles& tiles, const SampleGrid& grid, const Buffer<float>& points,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  launch(device, "blend.cl", "blend_points", {n}, width_option(1), reference, points, records,
-         upload(device, tiles.start), upload(device, tiles.group), surface.depth, surface.normal,
+  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records,
+         tiles.met_start, tiles.met, tiles.rim_start, tiles.rim, surface.depth, surface.normal,
          surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
          grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
          static_cast<cl_float>(params.d_max), sheets_of(params));

@@ -5,6 +5,7 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/particle_fit.hpp"
+#include "stages/samples.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -34,18 +35,30 @@ struct TileLists {
 
 TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid);
 
-/// Blends the groups at every sample whose reference depth is finite (kernel blend_groups) and
-/// writes depth, normal and group there. Does not wait.
-void blend_groups(Device& device, const View& view, const Buffer<float>& records,
-                  const TileLists& tiles, const Buffer<float>& reference,
-                  const SurfaceBuffers& surface, const BlendParams& params);
+/// The fits of each tile on the device, in two lists: those that rays may meet (kernel
+/// blend_groups, record 18) and those that may turn away from the eye within their reach (record
+/// 17).
+struct FitTiles {
+  int nx = 0, ny = 0;  // tiles
+  Buffer<cl_int> met_start, met, rim_start, rim;
+};
+
+FitTiles list_fits(Device& device, const View& view, const GroupRecords& records,
+                   const SampleGrid& grid);
+
+/// Blends the groups at the listed samples, whose reference depths are finite (kernel
+/// blend_groups), and writes depth, normal and group there. Does not wait.
+void blend_groups(Device& device, const View& view, const SampleLists& lists,
+                  const Buffer<float>& records, const FitTiles& tiles,
+                  const Buffer<float>& reference, const SurfaceBuffers& surface,
+                  const BlendParams& params);
 
 /// The same at a list of points (kernel blend_points), with the lists of `tiles` on `grid`.
 ///
 ///   points  [2][n] u then v, pixels
 ///   surface  receives the n samples; its grid is n x 1
 void blend_points(Device& device, const View& view, const Buffer<float>& records,
-                  const TileLists& tiles, const SampleGrid& grid, const Buffer<float>& points,
+                  const FitTiles& tiles, const SampleGrid& grid, const Buffer<float>& points,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params);
 

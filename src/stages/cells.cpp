@@ -12,10 +12,13 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
   const std::uint32_t buckets = std::bit_ceil(static_cast<std::uint32_t>(n / 2 + 1));
   cells.mask = buckets - 1;
   cells.start.assign(buckets + 1, 0);
-  std::vector<std::uint32_t> bucket(n);
+  std::vector<std::uint32_t> bucket(n), tag(n);
   for (std::size_t i = 0; i < n; ++i) {
-    bucket[i] = bucket_of(cell_of(x[i], cells.inverse_cell), cell_of(y[i], cells.inverse_cell),
-                          cell_of(z[i], cells.inverse_cell), cells.mask);
+    const std::int32_t cx = cell_of(x[i], cells.inverse_cell),
+                       cy = cell_of(y[i], cells.inverse_cell),
+                       cz = cell_of(z[i], cells.inverse_cell);
+    bucket[i] = bucket_of(cx, cy, cz, cells.mask);
+    tag[i] = tag_of(cx, cy, cz);
     ++cells.start[bucket[i] + 1];
   }
   for (std::size_t b = 0; b < buckets; ++b) cells.start[b + 1] += cells.start[b];
@@ -23,12 +26,14 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
   cells.x.resize(n);
   cells.y.resize(n);
   cells.z.resize(n);
+  cells.tag.resize(n);
   cells.item.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t place = static_cast<std::size_t>(next[bucket[i]]++);
     cells.x[place] = x[i];
     cells.y[place] = y[i];
     cells.z[place] = z[i];
+    cells.tag[place] = tag[i];
     cells.item[place] = static_cast<std::int32_t>(i);
   }
   return cells;

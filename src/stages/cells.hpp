@@ -2,7 +2,7 @@
 //
 // A point's cell is floor(coordinate * inverse_cell) for each axis, in float, and its bucket a hash
 // of the cell; points of several cells may share a bucket, so whoever visits a cell compares the
-// points' own cells. Buckets hold points in ascending order: sums over them have one fixed order.
+// points' tags. Buckets hold points in ascending order: sums over them have one fixed order.
 #pragma once
 
 #include <cmath>
@@ -16,6 +16,7 @@ struct Cells {
   std::uint32_t mask = 0;           // buckets - 1
   std::vector<std::int32_t> start;  // [buckets + 1]
   std::vector<float> x, y, z;       // [n] positions in bucket order, particle radii
+  std::vector<std::uint32_t> tag;   // [n] tag_of each point's cell
   std::vector<std::int32_t> item;   // [n] index of each into the arrays it was built from
 };
 
@@ -36,12 +37,20 @@ inline std::uint32_t bucket_of(std::int32_t cx, std::int32_t cy, std::int32_t cz
          mask;
 }
 
+/// The low bits of a cell's coordinates: tells cells apart that are fewer than 1024 cells from each
+/// other along each axis.
+inline std::uint32_t tag_of(std::int32_t cx, std::int32_t cy, std::int32_t cz) {
+  return (static_cast<std::uint32_t>(cx) & 2047u) | (static_cast<std::uint32_t>(cy) & 2047u) << 11 |
+         (static_cast<std::uint32_t>(cz) & 1023u) << 22;
+}
+
 /// Sorts n points into cells of side `cell` (particle radii).
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
                  const std::vector<float>& z, float cell);
 
 /// Calls visit(k) for every point k (position in bucket order) in the 27 cells around (x, y, z)
-/// until visit returns false. Every point within one cell side is among them.
+/// until visit returns false. Every point within one cell side is among them; a few may lie far
+/// away (more than 1000 cells).
 template <class Visit>
 void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
   const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
@@ -50,13 +59,9 @@ void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
     for (std::int32_t j = -1; j <= 1; ++j)
       for (std::int32_t i = -1; i <= 1; ++i) {
         const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
-        for (std::int32_t p = cells.start[bucket]; p < cells.start[bucket + 1]; ++p) {
-          if (cell_of(cells.x[p], cells.inverse_cell) != cx + i ||
-              cell_of(cells.y[p], cells.inverse_cell) != cy + j ||
-              cell_of(cells.z[p], cells.inverse_cell) != cz + k)
-            continue;
-          if (!visit(p)) return;
-        }
+        const std::uint32_t tag = tag_of(cx + i, cy + j, cz + k);
+        for (std::int32_t p = cells.start[bucket]; p < cells.start[bucket + 1]; ++p)
+          if (cells.tag[p] == tag && !visit(p)) return;
       }
 }
 

@@ -17,20 +17,23 @@ cl_float4 limits_of(const RegionParams& params) {
            kTriangleReach, kSearch}};
 }
 
-Range tiles(const SampleGrid& grid) {
-  return {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
+// The files with the functions that the kernels use.
+constexpr char kDensity[] = "field.cl density.cl";
+constexpr char kSettle[] = "field.cl samples.cl settle.cl";
+
+// Work-items for n points, WIDTH = `width` each.
+Range items_for(std::size_t n, int width) {
+  const std::size_t lanes = static_cast<std::size_t>(width);
+  return {(n + lanes - 1) / lanes};
 }
 
 }  // namespace
 
 DeviceCells upload_cells(Device& device, const Cells& cells) {
-  return {upload(device, cells.x),
-          upload(device, cells.y),
-          upload(device, cells.z),
-          upload(device, std::vector<float>(cells.x.size(), 1.0f)),
-          upload(device, cells.start),
-          cells.inverse_cell,
-          cells.mask};
+  return {upload(device, cells.x),   upload(device, cells.y),
+          upload(device, cells.z),   upload(device, std::vector<float>(cells.x.size(), 1.0f)),
+          upload(device, cells.tag), upload(device, cells.start),
+          cells.inverse_cell,        cells.mask};
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
@@ -42,17 +45,21 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
     z.push_back(static_cast<float>(point.z));
   }
   const auto density = allocate<float>(device, points.size());
-  launch(device, "density.cl", "measure_density", {points.size()}, "", upload(device, x),
-         upload(device, y), upload(device, z), density, cells.x, cells.y, cells.z, cells.weight,
-         cells.start, cells.inverse_cell, cells.mask, static_cast<cl_int>(points.size()));
+  const int width = device.state().vector_width;
+  launch(device, kDensity, "measure_density", items_for(points.size(), width), width_option(width),
+         upload(device, x), upload(device, y), upload(device, z), density, cells.x, cells.y,
+         cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         static_cast<cl_int>(points.size()));
   return download(device, density);
 }
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells) {
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
-  launch(device, "density.cl", "measure_gradients", {n}, "", result, cells.x, cells.y, cells.z,
-         cells.weight, cells.start, cells.inverse_cell, cells.mask, static_cast<cl_int>(n));
+  const int width = device.state().vector_width;
+  launch(device, kDensity, "measure_gradients", items_for(n, width), width_option(width), result,
+         cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell,
+         cells.mask, static_cast<cl_int>(n));
   return result;
 }
 
@@ -60,26 +67,34 @@ DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<f
                         const RegionParams& params) {
   const std::size_t n = cells.x.size;
   const auto weight = allocate<float>(device, n);
-  launch(device, "density.cl", "level_weights", {n}, "", field, weight,
+  launch(device, kDensity, "level_weights", {n}, "", field, weight,
          static_cast<cl_float>(params.blob_density), static_cast<cl_int>(n));
   DeviceCells levelled = cells;
   levelled.weight = weight;
   return levelled;
 }
 
-Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells& cells,
-                             const DeviceCells& levelled, const Buffer<float>& triangle_depth,
-                             const Buffer<float>& reference, const Buffer<float>& core,
-                             const SurfaceBuffers& surface, const RegionParams& params,
-                             bool only_gaps) {
+Buffer<float> settle_samples(Device& device, const View& view, const SampleLists& lists,
+                             const DeviceCells& cells, const DeviceCells& levelled,
+                             const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                             const Buffer<float>& core, const SurfaceBuffers& surface,
+                             const RegionParams& params, bool only_gaps) {
   const SampleGrid& grid = surface.grid;
-  const auto behind = allocate<float>(device, grid.size());
-  launch(device, "density.cl", "settle_samples", tiles(grid), "", triangle_depth, reference, core,
-         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, cells.x,
-         cells.y, cells.z, cells.weight, levelled.weight, cells.start, cells.inverse_cell,
-         cells.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         limits_of(params), static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch),
-         static_cast<cl_int>(only_gaps));
+  const auto behind = filled<float>(device, grid.size(), kNoSurface);
+  const auto follow = allocate<float>(device, grid.size());
+  const int width = device.state().vector_width;
+  launch(device, kSettle, "settle_samples", range_of(lists, width), width_option(width),
+         lists.sample, lists.count, triangle_depth, reference, surface.trust, surface.depth, behind,
+         follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         limits_of(params), static_cast<cl_int>(only_gaps));
+  const SampleLists rest = keep_samples(device, lists, follow);
+  launch(device, kSettle, "follow_field", range_of(rest, width), width_option(width), rest.sample,
+         rest.count, reference, core, surface.trust, surface.depth, surface.normal, surface.group,
+         surface.kind, behind, cells.x, cells.y, cells.z, cells.tag, cells.start,
+         cells.inverse_cell, cells.mask, cells.weight, levelled.weight, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), limits_of(params),
+         static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch));
   return behind;
 }
 
@@ -89,27 +104,32 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const RegionParams& params) {
   const std::size_t n = surface.grid.size();
   const auto no_triangle = filled<float>(device, n, kNoSurface);
-  const auto behind = allocate<float>(device, n);
-  launch(device, "density.cl", "settle_points", {n}, "", no_triangle, reference, reference,
-         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, points,
-         cells.x, cells.y, cells.z, cells.weight, levelled.weight, cells.start, cells.inverse_cell,
-         cells.mask, static_cast<cl_int>(n), kernel_rays(view), limits_of(params), kSearch);
+  const auto behind = allocate<float>(device, n), follow = allocate<float>(device, n);
+  launch(device, kSettle, "settle_points", {n}, "", no_triangle, reference, reference,
+         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, follow,
+         points, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         cells.weight, levelled.weight, static_cast<cl_int>(n), kernel_rays(view),
+         limits_of(params), kSearch);
 }
 
-void draw_splash(Device& device, const View& view, const DeviceCells& levelled,
-                 const SplatParticles& splash, const SurfaceBuffers& surface,
-                 const RegionParams& params) {
-  if (splash.count == 0) return;
-  const SampleGrid& grid = surface.grid;
+SplashExtent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid) {
   // The field of a lone particle reaches one particle radius; among others it reaches farther.
   constexpr double kBlobReach = 2;
-  const Buffer<float> from = splat_depth(device, splash, grid, kBlobReach);
-  const Buffer<float> to = splat_far(device, splash, grid, kBlobReach);
-  launch(device, "density.cl", "draw_splash", tiles(grid), "", from, to, surface.depth,
-         surface.normal, surface.group, surface.kind, levelled.x, levelled.y, levelled.z,
-         levelled.weight, levelled.start, levelled.inverse_cell, levelled.mask,
-         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         static_cast<cl_float>(params.blob_density));
+  return {splat_depth(device, splash, grid, kBlobReach),
+          splat_far(device, splash, grid, kBlobReach)};
+}
+
+void draw_splash(Device& device, const View& view, const SampleLists& lists,
+                 const DeviceCells& levelled, const SplashExtent& extent,
+                 const SurfaceBuffers& surface, const RegionParams& params) {
+  const SampleGrid& grid = surface.grid;
+  const SampleLists near = keep_samples(device, lists, extent.from, surface.depth);
+  const int width = device.state().vector_width;
+  launch(device, kSettle, "draw_splash", range_of(near, width), width_option(width), near.sample,
+         near.count, extent.from, extent.to, surface.depth, surface.normal, surface.group,
+         surface.kind, levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag,
+         levelled.start, levelled.inverse_cell, levelled.mask, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.blob_density));
 }
 
 }  // namespace meniscus

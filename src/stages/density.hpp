@@ -5,6 +5,7 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
+#include "stages/samples.hpp"
 #include "stages/surface_buffers.hpp"
 #include "stages/visible.hpp"
 
@@ -22,6 +23,7 @@ inline constexpr double kCoreFootprint = 1.4;
 struct DeviceCells {
   Buffer<float> x, y, z;  // [n] eye space in bucket order, particle radii
   Buffer<float> weight;   // [n] a particle's share in the field is multiplied by this
+  Buffer<cl_uint> tag;    // [n] of each particle's cell (cells.hpp)
   Buffer<cl_int> start;   // [buckets + 1]
   float inverse_cell = 1;
   cl_uint mask = 0;
@@ -45,16 +47,16 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells);
 DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<float>& field,
                         const RegionParams& params);
 
-/// Decides what each sample of a layer shows (kernel settle_samples): the blend where its groups
-/// are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled density
-/// field where they are not and `core` is finite, nothing outside the fluid. Changes the surface.
-/// Returns for each sample that has a reference but shows nothing that reference, and kNoSurface
-/// elsewhere. Does not wait.
-Buffer<float> settle_samples(Device& device, const View& view, const DeviceCells& cells,
-                             const DeviceCells& levelled, const Buffer<float>& triangle_depth,
-                             const Buffer<float>& reference, const Buffer<float>& core,
-                             const SurfaceBuffers& surface, const RegionParams& params,
-                             bool only_gaps);
+/// Decides what each listed sample of a layer shows (kernel settle_samples): the blend where its
+/// groups are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled
+/// density field where they are not and `core` is finite, nothing outside the fluid. Changes the
+/// surface. Returns for each listed sample that has a reference but shows nothing that reference,
+/// and kNoSurface elsewhere. Does not wait.
+Buffer<float> settle_samples(Device& device, const View& view, const SampleLists& lists,
+                             const DeviceCells& cells, const DeviceCells& levelled,
+                             const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                             const Buffer<float>& core, const SurfaceBuffers& surface,
+                             const RegionParams& params, bool only_gaps);
 
 /// The same at a list of points (pixels, [2][n] u then v) whose samples `surface` holds, on a grid
 /// of n x 1: what lies near each point's reference depth, without triangles that vouch.
@@ -63,10 +65,19 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const Buffer<float>& reference, const SurfaceBuffers& surface,
                    const RegionParams& params);
 
-/// Draws the first crossing of the levelled field around `splash` particles where it lies in front
-/// of the surface. Changes the surface. Does not wait.
-void draw_splash(Device& device, const View& view, const DeviceCells& levelled,
-                 const SplatParticles& splash, const SurfaceBuffers& surface,
-                 const RegionParams& params);
+/// Where rays may meet the levelled field around splash particles: the nearest front and the
+/// farthest back of spheres that hold it.
+struct SplashExtent {
+  Buffer<float> from, to;  // [samples] particle radii; kNoSurface and 0 where nothing is
+};
+
+/// Does not wait.
+SplashExtent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid);
+
+/// Draws the first crossing of the levelled field within `extent` where it lies in front of the
+/// surface, at the listed samples. Changes the surface. Does not wait.
+void draw_splash(Device& device, const View& view, const SampleLists& lists,
+                 const DeviceCells& levelled, const SplashExtent& extent,
+                 const SurfaceBuffers& surface, const RegionParams& params);
 
 }  // namespace meniscus

@@ -140,23 +140,26 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const auto device_neighbour = upload(device, host.neighbour);
   const cl_int surface_count = static_cast<cl_int>(n), lane_count = static_cast<cl_int>(lanes);
   const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
+  // Few items of much work: small work-groups spread them over the compute units.
+  const int width = device.state().vector_width;
+  const Range items{lanes / static_cast<std::size_t>(width), 1, 8, 1};
   for (int pass = 0; pass < params.passes; ++pass) {
     if (pass > 0 && pass + 1 == params.passes && params.least_support < 1) {
       rho = narrow_supports(host, near, particles, download(device, device_normal),
                             download(device, device_fits.quality), params);
       device_fits.scale = upload(device, rho);
     }
-    launch(device, "particle_fit.cl", "weigh_neighbours", {lanes, 1, 8, 1}, "", device_particles,
-           device_normal, device_particle, device_neighbour, device_fits.first, device_fits.length,
-           device_fits.scale, device_fits.quadric, device_fits.quality, device_fits.points,
-           surface_count, static_cast<cl_int>(slots), lane_count, cl_int{pass},
+    launch(device, "particle_fit.cl", "weigh_neighbours", items, width_option(width),
+           device_particles, device_normal, device_particle, device_neighbour, device_fits.first,
+           device_fits.length, device_fits.scale, device_fits.quadric, device_fits.quality,
+           device_fits.points, surface_count, static_cast<cl_int>(slots), lane_count, cl_int{pass},
            cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
     fit_batches(device, device_fits, params);
     launch(device, "particle_fit.cl", "turn_normals", {lanes}, "", device_particle,
            device_fits.quadric, device_fits.quality, device_normal, surface_count, lane_count);
   }
   const auto device_rows = allocate<float>(device, 3 * lanes);
-  launch(device, "particle_fit.cl", "measure_edges", {lanes, 1, 8, 1}, "", device_particles,
+  launch(device, "particle_fit.cl", "measure_edges", items, width_option(width), device_particles,
          device_normal, device_particle, device_neighbour, device_fits.first, device_fits.length,
          device_fits.scale, device_fits.quadric, device_rows, surface_count, lane_count, falloff,
          kEdgeReach);

@@ -1,5 +1,7 @@
 #include "stages/region.hpp"
 
+#include <utility>
+
 namespace meniscus {
 
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
@@ -23,21 +25,27 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
   return depth;
 }
 
-SurfaceBuffers close_specks(Device& device, const SurfaceBuffers& surface) {
+void close_specks(Device& device, const SurfaceBuffers& surface) {
   constexpr int kRounds = 4;
   constexpr float kJump = 3;  // particle radii
   const SampleGrid& grid = surface.grid;
-  const Range range{static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
-  SurfaceBuffers current = surface;
+  const std::size_t n = grid.size();
+  const int width = device.state().vector_width, strips = (grid.nx + width - 1) / width;
+  const Range range{static_cast<std::size_t>(strips), static_cast<std::size_t>(grid.ny), 32, 2};
+  const auto depth = allocate<float>(device, n), normal = allocate<float>(device, 3 * n);
+  const auto group = allocate<cl_int>(device, n);
+  const auto kind = allocate<cl_uchar>(device, n), change = allocate<cl_uchar>(device, n);
+  auto changed = filled<cl_uchar>(device, range.nx * range.ny, 1);
+  auto changes = allocate<cl_uchar>(device, range.nx * range.ny);
   for (int round = 0; round < kRounds; ++round) {
-    SurfaceBuffers closed = empty_surface(device, grid);
-    closed.trust = current.trust;
-    launch(device, "region.cl", "close_specks", range, "", current.depth, current.normal,
-           current.group, current.kind, closed.depth, closed.normal, closed.group, closed.kind,
-           cl_int2{{grid.nx, grid.ny}}, kJump);
-    current = closed;
+    launch(device, "specks.cl", "close_specks", range, width_option(width), surface.depth,
+           surface.normal, surface.group, surface.kind, depth, normal, group, kind, change, changed,
+           changes, cl_int2{{grid.nx, grid.ny}}, strips, kJump);
+    launch(device, "specks.cl", "apply_closed", range, width_option(width), depth, normal, group,
+           kind, change, changes, surface.depth, surface.normal, surface.group, surface.kind,
+           cl_int2{{grid.nx, grid.ny}}, strips);
+    std::swap(changed, changes);
   }
-  return current;
 }
 
 }  // namespace meniscus

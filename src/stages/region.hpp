@@ -14,7 +14,7 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
                              const SampleGrid& grid);
 
 /// Closes pinholes and removes specks of the surface (kernel close_specks), four times, for holes
-/// of a few samples. Returns a new surface. Does not wait.
-SurfaceBuffers close_specks(Device& device, const SurfaceBuffers& surface);
+/// of a few samples. Changes the surface. Does not wait.
+void close_specks(Device& device, const SurfaceBuffers& surface);
 
 }  // namespace meniscus

@@ -83,8 +83,10 @@ Samples blended(Device& device, const View& view, const SampleGrid& grid, const 
   device.state().vector_width = width;
   const GroupRecords records = make_records(scene.fits, scene.trust, kFit, kBlend);
   const SurfaceBuffers surface = empty_surface(device, grid);
-  blend_groups(device, view, upload(device, records.values), list_tiles(view, records, grid),
-               upload(device, reference), surface, kBlend);
+  const auto depth = upload(device, reference);
+  blend_groups(device, view, list_samples(device, grid, depth, depth),
+               upload(device, records.values), list_fits(device, view, records, grid), depth,
+               surface, kBlend);
   return samples_of(device, surface);
 }
 
@@ -497,8 +499,9 @@ TEST_P(Blend, PointsGiveTheBitsOfSamples) {
   const Samples expected = blended(device_, view, grid, scene, reference);
   const GroupRecords records = make_records(scene.fits, scene.trust, kFit, kBlend);
   const SurfaceBuffers list = empty_surface(device_, {static_cast<int>(n), 1, 0, 1});
-  blend_points(device_, view, upload(device_, records.values), list_tiles(view, records, grid),
-               grid, upload(device_, points), upload(device_, reference), list, kBlend);
+  blend_points(device_, view, upload(device_, records.values),
+               list_fits(device_, view, records, grid), grid, upload(device_, points),
+               upload(device_, reference), list, kBlend);
   const Samples actual = samples_of(device_, list);
   EXPECT_EQ(actual.map.depth, expected.map.depth);
   EXPECT_EQ(actual.map.normal, expected.map.normal);

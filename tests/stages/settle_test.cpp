@@ -189,11 +189,9 @@ TEST_P(Settle, SplashIsTheFirstCrossingInFrontOfTheSurface) {
   }
   SurfaceBuffers surface = empty_surface(device_, grid_);
   surface.depth = upload(device_, depth);
-  launch(device_, "density.cl", "draw_splash", {kWidth, kHeight, 1, 1}, "", upload(device_, from),
-         upload(device_, to), surface.depth, surface.normal, surface.group, surface.kind,
-         levelled_.x, levelled_.y, levelled_.z, levelled_.weight, levelled_.start,
-         levelled_.inverse_cell, levelled_.mask, cl_int2{{kWidth, kHeight}}, grid_.first,
-         grid_.step, kernel_rays(view_), static_cast<cl_float>(kParams.blob_density));
+  const SplashExtent extent{upload(device_, from), upload(device_, to)};
+  draw_splash(device_, view_, list_samples(device_, grid_, extent.from, extent.from), levelled_,
+              extent, surface, kParams);
   const SurfaceMap map = download(device_, surface);
   std::size_t drawn = 0;
   for (std::size_t s = 0; s < n_; ++s) {
@@ -269,9 +267,10 @@ Layer settled(Device& device, const View& view, const DeviceCells& cells,
               const DeviceCells& levelled, const SampleGrid& grid, const Layer& before,
               bool only_gaps) {
   const SurfaceBuffers surface = upload(device, grid, before);
-  const auto behind = settle_samples(device, view, cells, levelled, upload(device, before.triangle),
-                                     upload(device, before.reference), upload(device, before.core),
-                                     surface, kParams, only_gaps);
+  const auto reference = upload(device, before.reference);
+  const auto behind = settle_samples(device, view, list_samples(device, grid, reference, reference),
+                                     cells, levelled, upload(device, before.triangle), reference,
+                                     upload(device, before.core), surface, kParams, only_gaps);
   Layer after = download(device, before, surface);
   after.behind = download(device, behind);
   return after;
@@ -461,15 +460,24 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
     if (!(crossing[s] < kEnd)) before.reference[s] = before.core[s] = 19;
   // The points are searched two radii behind, samples four: the kernel by itself takes the same.
   const SurfaceBuffers samples = upload(device_, grid_, before);
-  launch(device_, "density.cl", "settle_samples", {kWidth, kHeight, 1, 1}, "",
-         upload(device_, before.triangle), upload(device_, before.reference),
-         upload(device_, before.core), samples.trust, samples.depth, samples.normal, samples.group,
-         samples.kind, allocate<float>(device_, n_), cells_.x, cells_.y, cells_.z, cells_.weight,
-         levelled_.weight, cells_.start, cells_.inverse_cell, cells_.mask,
-         cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_),
-         cl_float4{{static_cast<float>(kParams.contour_density),
-                    static_cast<float>(kParams.blob_density), 3, 2}},
-         2.0f, cl_int{0});
+  const auto reference = upload(device_, before.reference);
+  const SampleLists lists = list_samples(device_, grid_, reference, reference);
+  const auto behind = allocate<float>(device_, n_);
+  const auto follow = filled<float>(device_, n_, kNoSurface);
+  const cl_float4 limits{{static_cast<float>(kParams.contour_density),
+                          static_cast<float>(kParams.blob_density), 3, 2}};
+  const std::string files = "field.cl samples.cl settle.cl";
+  launch(device_, files, "settle_samples", range_of(lists, 1), "", lists.sample, lists.count,
+         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
+         cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
+         cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_),
+         limits, cl_int{0});
+  const SampleLists rest = keep_samples(device_, lists, follow);
+  launch(device_, files, "follow_field", range_of(rest, 1), "", rest.sample, rest.count, reference,
+         filled<float>(device_, n_, 0.0f), samples.trust, samples.depth, samples.normal,
+         samples.group, samples.kind, behind, cells_.x, cells_.y, cells_.z, cells_.tag,
+         cells_.start, cells_.inverse_cell, cells_.mask, cells_.weight, levelled_.weight,
+         cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_), limits, 2.0f);
   const Layer expected = download(device_, before, samples);
 
   std::vector<float> points(2 * n_);

@@ -1,0 +1,218 @@
+// interpolate.cl: samples between those of a coarser lattice, where the surface is smooth enough
+// that evaluating it there would say the same. The lattice has every second sample of each row and
+// column; a cell of it is the 2 x 2 samples from its upper left corner on. One work-item per WIDTH
+// cells of a row.
+
+// A corner of the cells: point of the surface in eye space, normal, depth.
+typedef struct {
+  floatv x, y, z, nx, ny, nz, t;
+} Corner;
+
+// Samples of the cells' corners; lanes past the last cell repeat it.
+inline void corners_of(const int a, const int b, const int right, const int down,
+                       const int2 samples, const int2 cells, int* at) {
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k)
+    at[k] = min(2 * b + down, samples.y - 1) * samples.x +
+            min(2 * min(a + k, cells.x - 1) + right, samples.x - 1);
+}
+
+inline Corner corner_at(global const float* depth, global const float* normal, const int* at,
+                        const int n, const Rays r) {
+  Corner c;
+  c.t = gather_float(depth, at);
+  c.x = r.ox + c.t * r.dx;
+  c.y = r.oy + c.t * r.dy;
+  c.z = -c.t;
+  c.nx = gather_float(normal, at);
+  c.ny = gather_float(normal + n, at);
+  c.nz = gather_float(normal + 2 * n, at);
+  return c;
+}
+
+// How far two corners lie from each other's planes, the larger of both.
+inline floatv apart(const Corner a, const Corner b) {
+  const floatv x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
+  return fmax(fabs(a.nx * x + a.ny * y + a.nz * z), fabs(b.nx * x + b.ny * y + b.nz * z));
+}
+
+inline floatv agreement(const Corner a, const Corner b) {
+  return a.nx * b.nx + a.ny * b.ny + a.nz * b.nz;
+}
+
+// What a cell's corners say.
+#define ROUGH 0
+#define SMOOTH 1  // one smooth surface: each corner lies near the others' planes
+#define EMPTY 2   // no surface
+
+inline Rays corner_ray(const float16 rays, const int a, const int b, const int right, const int down,
+                      const float first, const float step) {
+  return rays_at(rays, first + step * (2.0f * ((float)a + LANES) + (float)right),
+                (floatv)(first + step * (float)(2 * b + down)));
+}
+
+kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
+                            global const float* normal,  // [3][samples]
+                            global const uchar* kind,    // [samples]
+                            global uchar* shows,         // [cells] out
+                            const int2 samples, const int2 cells, const float first,
+                            const float step, const float16 rays,
+                            const float tolerance) {  // particle radii
+  const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
+  if (a >= cells.x || b >= cells.y) return;
+  const int n = samples.x * samples.y;
+  int at[4][WIDTH], found[WIDTH], smooth[WIDTH];
+  Corner corner[4];
+  intv covered = (intv)(0);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, at[k]);
+    covered += SELECT((intv)(0), (intv)(1), gather_float(depth, at[k]) < INFINITY);
+  }
+  intv agree = covered == 4;
+  if (ANY(agree)) {
+#pragma unroll
+    for (int k = 0; k < 4; ++k)
+      corner[k] = corner_at(depth, normal, at[k], n,
+                            corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
+    const floatv farthest =
+        fmax(fmax(fmax(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
+                  fmax(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
+             fmax(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
+    const floatv turned = fmin(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
+    agree &= (farthest < tolerance) & (turned > 0.93f);
+  }
+  STOREI(agree, smooth);
+  int corners[WIDTH];
+  STOREI(covered, corners);
+  const int row_ends = 2 * b + 2 >= samples.y;
+  for (int k = 0; k < WIDTH; ++k) {
+    if (a + k >= cells.x) break;
+    const int same = kind[at[0][k]] == kind[at[1][k]] && kind[at[0][k]] == kind[at[2][k]] &&
+                     kind[at[0][k]] == kind[at[3][k]];
+    found[k] = corners[k] == 0 ? EMPTY : smooth[k] && same ? SMOOTH : ROUGH;
+    // A cell that ends outside the image has no corner there.
+    shows[b * cells.x + a + k] =
+        row_ends || 2 * (a + k) + 2 >= samples.x ? ROUGH : found[k];
+  }
+}
+
+// The surface on a ray between `number` corners.
+typedef struct {
+  floatv depth, nx, ny, nz;
+  intv sure;  // it faces the ray and the corners' planes agree about the depth
+} Between;
+
+inline void add_corner(Between* sum, floatv* linear, floatv* low, floatv* high, const Corner c,
+                       const Rays r, const int perspective) {
+  const floatv slope = c.nx * r.dx + c.ny * r.dy - c.nz;
+  const floatv t = (c.nx * (c.x - r.ox) + c.ny * (c.y - r.oy) + c.nz * c.z) / slope;
+  sum->sure &= slope < -0.1f;
+  sum->depth += t;
+  *low = fmin(*low, t);
+  *high = fmax(*high, t);
+  *linear += perspective ? 1.0f / c.t : c.t;
+  sum->nx += c.nx;
+  sum->ny += c.ny;
+  sum->nz += c.nz;
+}
+
+// Over a surface of constant curvature the chord lies as far on its one side as the planes that
+// touch it at the corners lie on the other.
+inline Between between(const Corner* corner, const int* which, const int number, const Rays r,
+                       const intv smooth, const int perspective) {
+  const floatv none = (floatv)(0.0f);
+  Between b = {none, none, none, none, smooth};
+  floatv linear = none, low = (floatv)(INFINITY), high = none;
+  for (int k = 0; k < number; ++k)
+    add_corner(&b, &linear, &low, &high, corner[which[k]], r, perspective);
+  b.sure &= high - low < 0.25f;
+  const float share = 1.0f / (float)number;
+  linear = perspective ? 1.0f / (linear * share) : linear * share;
+  b.depth = 0.5f * (linear + b.depth * share);
+  const floatv size = 1.0f / sqrt(fmax(b.nx * b.nx + b.ny * b.ny + b.nz * b.nz, (floatv)(1e-30f)));
+  b.nx *= size;
+  b.ny *= size;
+  b.nz *= size;
+  return b;
+}
+
+// The samples of each cell but the lattice's own. One between two of the lattice's lies between two
+// cells.
+kernel void interpolate_samples(global const uchar* shows,      // [cells]
+                                global const float* reference,  // [samples] finite where there may
+                                                                // be surface
+                                global const float* splash,     // [samples] finite where there may
+                                                                // be splash
+                                global float* depth,            // [samples] in and out
+                                global float* normal,           // [3][samples] in and out
+                                global int* group,              // [samples] in and out
+                                global uchar* kind,             // [samples] in and out
+                                global float* wanted,  // [samples] out, finite: to be evaluated;
+                                                       // +inf before
+                                const int2 samples, const int2 cells, const float first,
+                                const float step, const float16 rays, const int perspective,
+                                const int trust_empty) {  // 1: nothing fits between the lattice's
+                                                          // samples
+  const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
+  if (a >= cells.x || b >= cells.y) return;
+  const int n = samples.x * samples.y;
+  // What each of the three samples' cells say: right of the corner, below it, and between both.
+  int says[3][WIDTH], smooth[3][WIDTH];
+  int any_smooth = 0, any_rough = 0;
+  for (int k = 0; k < WIDTH; ++k) {
+    const int c = min(a + k, cells.x - 1), cell = b * cells.x + c;
+    const int own = shows[cell] == EMPTY && !trust_empty ? ROUGH : shows[cell];
+    says[0][k] = b == 0 || shows[cell - cells.x] == own ? own : ROUGH;
+    says[1][k] = c == 0 || shows[cell - 1] == own ? own : ROUGH;
+    says[2][k] = own;
+    for (int m = 0; m < 3; ++m) {
+      smooth[m][k] = says[m][k] == SMOOTH ? -1 : 0;
+      any_smooth |= smooth[m][k];
+      any_rough |= says[m][k] == ROUGH;
+    }
+  }
+  if (!any_smooth && !any_rough) return;
+  Corner corner[4];
+  int at[WIDTH], mark[WIDTH], sure[WIDTH];
+  if (any_smooth) {
+    for (int k = 0; k < 4; ++k) {
+      corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, at);
+      corner[k] = corner_at(depth, normal, at, n,
+                            corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
+    }
+  }
+  for (int m = 0; m < 3; ++m) {
+    const int right = m != 1, down = m != 0;
+    if (2 * b + down >= samples.y) continue;
+    for (int k = 0; k < WIDTH; ++k) {
+      const int i = 2 * (a + k) + right;
+      at[k] = (2 * b + down) * samples.x + min(i, samples.x - 1);
+      mark[k] = i < samples.x && says[m][k] != EMPTY;
+      sure[k] = 0;
+    }
+    if (any_smooth) {
+      const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
+      const intv wanted_here = LOADI(smooth[m]);
+      const Between s =
+          between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
+                  wanted_here != 0, perspective);
+      STOREI(s.sure, sure);
+      for (int k = 0; k < WIDTH; ++k) sure[k] = sure[k] && mark[k];
+      const intv store = LOADI(sure) != 0;
+      scatter_float(s.depth, depth, at, store);
+      scatter_float(s.nx, normal, at, store);
+      scatter_float(s.ny, normal + n, at, store);
+      scatter_float(s.nz, normal + 2 * n, at, store);
+    }
+    for (int k = 0; k < WIDTH; ++k) {
+      if (sure[k]) {
+        const int corner_sample = 2 * b * samples.x + 2 * (a + k);
+        group[at[k]] = group[corner_sample];
+        kind[at[k]] = kind[corner_sample];
+      } else if (mark[k]) {
+        wanted[at[k]] = fmin(reference[at[k]], splash[at[k]]);
+      }
+    }
+  }
+}

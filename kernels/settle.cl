@@ -1,0 +1,329 @@
+// settle.cl: what each sample of a layer shows, the blend or the density field's level (paper 2.4.1
+// and, for the splash, the end of 3: particles too few for a fit are rendered directly).
+// A work-item takes WIDTH samples of a tile's list (samples.cl).
+
+// Rays are followed in windows of this depth, so that one search serves several steps.
+#define WINDOW 5.0f  // particle radii
+
+#define REFINE 5  // positions of a crossing within a step
+
+// Where the levelled field first reaches `level` on rays between depths `from` and `to`.
+typedef struct {
+  floatv depth;       // +infinity: nowhere, or already reached at `from`
+  floatv nx, ny, nz;  // unit outward normal, eye axes
+} Crossing;
+
+//
+// `near` may hold the particles of the first window already.
+inline Crossing first_crossing(const Cells cells, global const float* weight, const Rays r,
+                               const floatv from, const floatv to, const float level,
+                               const intv wanted, Near* near, int listed) {
+  const floatv none = (floatv)(0.0f);
+  Crossing crossing = {(floatv)(INFINITY), none, none, none};
+  // Depth of one particle radius along the ray.
+  const floatv unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);
+  floatv t = from, low = from;         // the last point below the level
+  floatv short_of = (floatv)(-level);  // how far below
+  intv going = wanted & (t <= to), fresh = going, steps = (intv)(0);
+  while (ANY(going)) {
+    const float window = least_lane(SELECT((floatv)(INFINITY), t, going));
+    // A crossing lies up to one step, at most a particle radius, before the point that shows it.
+    if (!listed) list_near(cells, r, going, window - 1.0f, window + WINDOW, near);
+    listed = 0;
+    intv here = going & (t <= window + WINDOW), found = (intv)(0);
+    floatv over = none;
+    while (ANY(here)) {
+      const floatv c = field_near(cells, weight, near, r, t, 0).c * NORM;
+      const intv inside = here & (c >= level), below = here & (c < level);
+      over = SELECT(over, c - level, inside);
+      found |= inside & !fresh;
+      fresh &= !here;
+      // The field of a lone particle falls below 0.35 levels at two radii and below 0.1 at three,
+      // so that these steps do not pass over one.
+      low = SELECT(low, t, below);
+      short_of = SELECT(short_of, c - level, below);
+      const floatv step = SELECT(SELECT((floatv)(0.3f), (floatv)(0.6f), c < 0.35f * level),
+                                 (floatv)(1.0f), c < 0.1f * level);
+      t = SELECT(t, t + unit * step, below);
+      steps += SELECT((intv)(0), (intv)(1), here);
+      going &= !inside & (t <= to) & (steps < 1000);
+      here = going & (t <= window + WINDOW);
+    }
+    if (!ANY(found)) continue;
+    // False position with the Illinois rule: the value of an end that stays twice is halved. The
+    // fifth position comes within 1/1024 particle radii.
+    floatv high = t, middle = t;
+    intv side = (intv)(0);  // the end that moved last: -1 low, 1 high
+    for (int step = 0; step < REFINE; ++step) {
+      middle = low + (high - low) * (short_of / (short_of - over));
+      if (step == REFINE - 1) break;
+      const floatv there = field_near(cells, weight, near, r, middle, 0).c * NORM - level;
+      const intv less = found & (there < 0.0f), more = found & !(there < 0.0f);
+      low = SELECT(low, middle, less);
+      short_of = SELECT(short_of, there, less);
+      over = SELECT(over, over * 0.5f, less & (side < 0));
+      high = SELECT(high, middle, more);
+      over = SELECT(over, there, more);
+      short_of = SELECT(short_of, short_of * 0.5f, more & (side > 0));
+      side = SELECT(SELECT(side, (intv)(1), more), (intv)(-1), less);
+    }
+    const Field f = field_near(cells, weight, near, r, middle, 1);
+    const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM), gz = f.gz * (0.25f * NORM);
+    const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
+    const intv crossed = found & (size > 0.0f);
+    crossing.depth = SELECT(crossing.depth, middle, crossed);
+    crossing.nx = SELECT(crossing.nx, -gx / size, crossed);
+    crossing.ny = SELECT(crossing.ny, -gy / size, crossed);
+    crossing.nz = SELECT(crossing.nz, -gz / size, crossed);
+  }
+  return crossing;
+}
+
+// The density at depth t of rays, where wanted.
+inline floatv density_on(const Cells cells, global const float* weight, const Rays r,
+                         const floatv t, const intv wanted) {
+  floatv density = (floatv)(0.0f);
+  intv left = wanted;
+  Near near;
+  while (ANY(left)) {
+    const float window = least_lane(SELECT((floatv)(INFINITY), t, left));
+    const intv here = left & (t <= window + 1.0f);
+    list_near(cells, r, here, window, window + 1.0f, &near);
+    density = SELECT(density, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
+    left &= !here;
+  }
+  return density;
+}
+
+// Blended samples carry where they lie with their trust (blend.cl): at a convex crease the sheets
+// vouch for each other down to a third of the contour's density, beyond an edge nothing shows.
+inline floatv trust_of(const floatv carried, intv* on_edge, intv* ended) {
+  *ended = carried > 3.5f;
+  *on_edge = !*ended & (carried > 1.5f);
+  return carried -
+         SELECT(SELECT((floatv)(0.0f), (floatv)(2.0f), *on_edge), (floatv)(4.0f), *ended);
+}
+
+// The density below which the surface has ended.
+inline floatv contour_of(const intv on_edge, const float4 limits) {
+  return SELECT((floatv)(1.0f), (floatv)(0.3f), on_edge) * limits.x;
+}
+
+// Decides what the samples `at` of a layer, on rays r, show.
+// Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
+// its point reaches the contour's. Where they are not, or no group was met, the density field is
+// followed near by (`follow` is finite): in between the two are mixed by the trust, without it the
+// blend goes.
+// `behind` receives the depth beyond which a sample that shows nothing may look again (its
+// reference), and infinity elsewhere.
+inline void settle(const int* at, const intv listed, const Rays r, global const float* triangle,
+                   global const float* reference, global const float* trust, global float* depth,
+                   global float* behind, global float* follow, const Cells cells,
+                   global const float* weight, const float4 limits, const int only_gaps) {
+  const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
+  const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
+  const intv met = t < INFINITY;
+  intv live = listed & (t0 < INFINITY);
+  if (only_gaps) live &= !met;
+  const intv on_triangle = fabs(t - gather_float(triangle, at)) < limits.z;
+  intv on_edge, ended;
+  const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
+  intv gone = live & ended & !on_triangle;
+
+  // A trusted surface that has ended lets what lies behind it be seen.
+  const intv doubted = live & !gone & (trusted >= 1.0f) & !on_triangle;
+  if (ANY(doubted))
+    gone |= doubted & (density_on(cells, weight, r, t, doubted) < contour_of(on_edge, limits));
+
+  // The rest is for follow_field.
+  const intv mixed = live & !gone & (trusted < 1.0f);
+  scatter_float(nowhere, depth, at, gone);
+  scatter_float(SELECT(nowhere, t0, gone), behind, at, listed);
+  scatter_float(SELECT(nowhere, t0, mixed), follow, at, listed);
+}
+
+// Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
+// nothing outside the fluid: with less trust the contour draws in to where the field has its own. And
+// it gives way where it disagrees with the field.
+inline void follow(const int* at, const intv listed, const int n, const Rays r,
+                   global const float* reference, global const float* core,
+                   global const float* trust, global float* depth, global float* normal,
+                   global int* group, global uchar* kind, global float* behind, const Cells cells,
+                   global const float* weight, global const float* level_weight,
+                   const float4 limits, const float beyond) {
+  const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
+  const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
+  const floatv front = gather_float(core, at);
+  const intv met = t < INFINITY;
+  intv on_edge, ended;
+  const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
+  const floatv from = fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f));
+  const floatv to = SELECT(t0, t, met) + beyond;
+  const intv reaches = listed & (front < INFINITY) & (from <= to);
+  // One search serves the density and the way to the crossing, most of the time.
+  Near near;
+  int listed_near = 0;
+  floatv density = none;
+  intv left = listed & met;
+  if (ANY(reaches)) {
+    const float window = least_lane(SELECT(nowhere, from, reaches));
+    list_near(cells, r, listed, window - 1.0f, window + WINDOW, &near);
+    listed_near = 1;
+    const intv here = left & (t >= window - 1.0f) & (t <= window + WINDOW);
+    if (ANY(here))
+      density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
+    left &= !here;
+  }
+  if (ANY(left)) density = SELECT(density, density_on(cells, weight, r, t, left), left);
+  const floatv inside = density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
+  floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
+  const Crossing c =
+      first_crossing(cells, level_weight, r, from, to, limits.y, reaches, &near, listed_near);
+  const floatv apart = SELECT(nowhere, fabs(c.depth - t), met);
+  const floatv yielding = fmax(share - (1.0f - share) * 2.0f * fmax(apart - 0.5f, none), none);
+  const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
+  share = SELECT(choice, yielding, apart < limits.w);
+  const intv changed = listed & (share < 1.0f), both = share > 0.0f;
+  const intv drawn = changed & (c.depth < INFINITY), gone = changed & !(c.depth < INFINITY);
+  const floatv rest = 1.0f - share;
+  const floatv mx = gather_float(normal, at), my = gather_float(normal + n, at),
+               mz = gather_float(normal + 2 * n, at);
+  const floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
+  const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
+  const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
+  const floatv size = sqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-30f)));
+  scatter_float(SELECT(c.depth, share * t + rest * c.depth, both), depth, at, drawn);
+  scatter_float(nx / size, normal, at, drawn);
+  scatter_float(ny / size, normal + n, at, drawn);
+  scatter_float(nz / size, normal + 2 * n, at, drawn);
+  int field_shows[WIDTH];
+  STOREI(drawn & (share <= 0.5f), field_shows);
+  for (int k = 0; k < WIDTH; ++k) {
+    if (!field_shows[k]) continue;
+    group[at[k]] = -1;
+    kind[at[k]] = 2;
+  }
+  scatter_float(nowhere, depth, at, gone);
+  scatter_float(t0, behind, at, gone);
+}
+
+kernel void settle_samples(
+    global const int* sample,       // [tiles][256] of samples.cl
+    global const int* count,        // [tiles]
+    global const float* triangle,   // [samples] depth of kept triangles
+    global const float* reference,  // [samples] reference depth
+    global const float* trust,      // [samples] of the blend (blend.cl)
+    global float* depth,            // [samples] in and out
+    global float* behind,           // [samples] out
+    global float* follow,           // [samples] out
+    global const float* cell_x, global const float* cell_y, global const float* cell_z,
+    global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
+    const uint mask,
+    global const float* weight, const int2 samples, const float first, const float step,
+    const float16 rays,
+    const float4 limits,    // contour density; level of the field; a triangle this near vouches,
+                            // radii; search before, radii
+    const int only_gaps) {  // 1: samples that show something stay
+  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
+  if (place >= count[tile]) return;
+  int at[WIDTH];
+  floatv u, v;
+  const intv listed = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
+                                   first, step, at, &u, &v);
+  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  settle(at, listed, rays_at(rays, u, v), triangle, reference, trust, depth, behind, follow, cells,
+         weight, limits, only_gaps);
+}
+
+kernel void follow_field(
+    global const int* sample, global const int* count,
+    global const float* reference,
+    global const float* core,   // [samples] finite where the ray comes near enough to a particle to
+                                // meet the field's level
+    global const float* trust,  // [samples] of the blend (blend.cl)
+    global float* depth,        // [samples] in and out
+    global float* normal,       // [3][samples] in and out
+    global int* group,          // [samples] in and out
+    global uchar* kind,         // [samples] out: 2 where the field shows
+    global float* behind,       // [samples] out where nothing is found
+    global const float* cell_x, global const float* cell_y, global const float* cell_z,
+    global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
+    const uint mask,
+    global const float* weight, global const float* level_weight, const int2 samples,
+    const float first, const float step, const float16 rays, const float4 limits,
+    const float beyond) {  // search behind, particle radii
+  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
+  if (place >= count[tile]) return;
+  int at[WIDTH];
+  floatv u, v;
+  const intv listed = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
+                                   first, step, at, &u, &v);
+  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  follow(at, listed, samples.x * samples.y, rays_at(rays, u, v), reference, core, trust, depth,
+         normal, group, kind, behind, cells, weight, level_weight, limits, beyond);
+}
+
+// Both at a list of positions. One work-item per point, WIDTH 1.
+#if WIDTH == 1
+kernel void settle_points(
+    global const float* triangle, global const float* reference, global const float* core,
+    global float* trust, global float* depth, global float* normal, global int* group,
+    global uchar* kind, global float* behind, global float* to_follow,
+    global const float* points,  // [2][n] u, v, pixels
+    global const float* cell_x, global const float* cell_y, global const float* cell_z,
+    global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
+    const uint mask,
+    global const float* weight, global const float* level_weight, const int n, const float16 rays,
+    const float4 limits, const float beyond) {
+  const int p = get_global_id(0);
+  if (p >= n) return;
+  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  const Rays r = rays_at(rays, points[p], points[n + p]);
+  settle(&p, 1, r, triangle, reference, trust, depth, behind, to_follow, cells, weight, limits, 0);
+  if (to_follow[p] < INFINITY)
+    follow(&p, 1, n, r, reference, core, trust, depth, normal, group, kind, behind, cells,
+           weight, level_weight, limits, beyond);
+}
+#endif
+
+// The splash: the levelled field's first crossing between the splash particles' fronts and backs,
+// where it lies in front of the surface.
+kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
+                        global const int* count,   // [tiles]
+                        global const float* from,  // [samples] start depth
+                        global const float* to,    // [samples] end depth
+                        global float* depth,       // [samples] in and out
+                        global float* normal,      // [3][samples] eye axes, in and out
+                        global int* group,         // [samples] -1 where splash was drawn
+                        global uchar* kind,        // [samples] 2 where splash was drawn
+                        global const float* cell_x, global const float* cell_y,
+                        global const float* cell_z, global const float* level_weight,
+                        global const uint* cell_tag, global const int* cell_start, const float inverse_cell, const uint mask,
+                        const int2 samples, const float first, const float step,
+                        const float16 rays, const float level) {
+  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
+  if (place >= count[tile]) return;
+  int at[WIDTH];
+  floatv u, v;
+  const intv listed =
+      load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x, first, step, at, &u, &v);
+  const floatv start = gather_float(from, at);
+  const floatv end = fmin(gather_float(to, at), gather_float(depth, at));
+  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  Near near;
+  const Crossing c = first_crossing(cells, level_weight, rays_at(rays, u, v), start, end, level,
+                                    listed & (start < end), &near, 0);
+  const intv drawn = listed & (c.depth < end);
+  const int n = samples.x * samples.y;
+  scatter_float(c.depth, depth, at, drawn);
+  scatter_float(c.nx, normal, at, drawn);
+  scatter_float(c.ny, normal + n, at, drawn);
+  scatter_float(c.nz, normal + 2 * n, at, drawn);
+  int draw[WIDTH];
+  STOREI(drawn, draw);
+  for (int k = 0; k < WIDTH; ++k) {
+    if (!draw[k]) continue;
+    group[at[k]] = -1;
+    kind[at[k]] = 2;
+  }
+}

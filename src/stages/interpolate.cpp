@@ -1,0 +1,27 @@
+#include "stages/interpolate.hpp"
+
+namespace meniscus {
+
+SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
+                                const Buffer<float>& splash, const SurfaceBuffers& surface,
+                                double tolerance, double least_radius) {
+  const SampleGrid& grid = surface.grid;
+  const int nx = (grid.nx + 1) / 2, ny = (grid.ny + 1) / 2;
+  const cl_int2 samples{{grid.nx, grid.ny}}, cells{{nx, ny}};
+  const int width = device.state().vector_width;
+  const Range range{static_cast<std::size_t>((nx + width - 1) / width),
+                    static_cast<std::size_t>(ny), 16, 4};
+  const auto shows = allocate<cl_uchar>(device, static_cast<std::size_t>(nx) * ny);
+  const auto wanted = filled<float>(device, grid.size(), kNoSurface);
+  launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
+         surface.normal, surface.kind, shows, samples, cells, grid.first, grid.step,
+         kernel_rays(view), static_cast<cl_float>(tolerance));
+  launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
+         reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
+         samples, cells, grid.first, grid.step, kernel_rays(view),
+         static_cast<cl_int>(!view.orthographic),
+         static_cast<cl_int>(least_radius >= 4 * grid.step));
+  return list_samples(device, grid, wanted, wanted);
+}
+
+}  // namespace meniscus

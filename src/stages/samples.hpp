@@ -1,0 +1,33 @@
+// samples: lists of the samples that a stage has to work on (samples.cl).
+#pragma once
+
+#include "device/device.hpp"
+#include "stages/stage_data.hpp"
+
+namespace meniscus {
+
+/// Samples of a grid, by tile of 16 x 16.
+struct SampleLists {
+  SampleGrid grid;
+  int nx = 0, ny = 0;     // tiles
+  Buffer<cl_int> sample;  // [tiles][256] indices into the grid, small blocks of the screen in a row
+  Buffer<cl_int> count;   // [tiles] how many are in use
+  std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
+};
+
+/// The samples where one of two maps is finite, of every `every`th row and column. Does not wait.
+SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                         const Buffer<float>& or_wanted, int every = 1);
+
+/// Those of `lists` where `nearer` is less than `depth`. Does not wait.
+SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
+                         const Buffer<float>& depth);
+
+/// Those of `lists` where `wanted` is finite. Does not wait.
+SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted);
+
+/// The range of a kernel with one work-item per WIDTH = `width` places of the lists, one work-group
+/// per tile.
+Range range_of(const SampleLists& lists, int width);
+
+}  // namespace meniscus
