@@ -511,6 +511,54 @@ TEST_P(Blend, PointsGiveTheBitsOfSamples) {
   EXPECT_EQ(actual.ended, expected.ended);
 }
 
+TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatTurnsAway) {
+  const View view = view_of(70, 50);
+  Random random(6);
+  Scene scene;
+  for (int k = 0; k < 80; ++k) {
+    scene.add({random(-30, 30), random(-20, 20), random(-40, -12)},
+              {random(-1, 1), random(-1, 1), random(-1, 1)}, k % 3 == 0 ? 0 : 1, random(-0.1, 0.1));
+    scene.fits.support.back() = random(3, 10);
+  }
+  const GroupRecords records = make_records(scene.fits, scene.trust, kFit, kBlend);
+  const SampleGrid grid{70, 50, 0.5f, 1};
+  const FitTiles tiles = list_fits(device_, view, records, grid);
+  const auto met_start = download(device_, tiles.met_start), met = download(device_, tiles.met);
+  const auto rim_start = download(device_, tiles.rim_start), rim = download(device_, tiles.rim);
+  std::size_t away = 0;
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const int tile = j / 16 * tiles.nx + i / 16;
+      const auto in = [&](const std::vector<cl_int>& start, const std::vector<cl_int>& list,
+                          std::size_t k) {
+        return std::binary_search(list.begin() + start[tile], list.begin() + start[tile + 1],
+                                  static_cast<cl_int>(k));
+      };
+      const Vec3d from = point_at(view, i + 0.5, j + 0.5, 0);
+      const Vec3d d = ray_direction(view, i + 0.5, j + 0.5);
+      for (std::size_t k = 0; k < scene.fits.size(); ++k) {
+        const double reach = reference::reach(scene.fits, k, kFit, kBlend);
+        const double nearest = dot(scene.fits.foot[k] - from, d) / dot(d, d);
+        bool reached = false, turns = false;
+        for (double t = nearest - reach; t < nearest + reach; t += reach / 20) {
+          if (length(from + d * t - scene.fits.foot[k]) >= reach) continue;
+          reached = true;
+          const Vec3d x = from + d * t - scene.fits.position[k];
+          const auto& c = scene.fits.quadric[k];
+          const Vec3d g{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
+                        c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
+                        c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
+          turns |= dot(g, d) > 0;
+        }
+        if (reached) EXPECT_EQ(in(met_start, met, k), k % 3 != 0) << i << " " << j << " " << k;
+        if (turns) EXPECT_TRUE(in(rim_start, rim, k)) << i << " " << j << " " << k;
+        away += turns;
+      }
+    }
+  EXPECT_GT(away, 1000u);
+  EXPECT_LT(rim.size(), static_cast<std::size_t>(0.9 * tiles.nx * tiles.ny * 80)) << "all listed";
+}
+
 TEST(ListTiles, NamesEveryFitWhoseWeightReachesASample) {
   const View view = view_of(70, 50);
   Random random(5);

@@ -1,0 +1,93 @@
+// Lists of samples against what they must hold, on every device.
+#include "stages/samples.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "stages/stage_test_support.hpp"
+
+namespace meniscus {
+namespace {
+
+using Samples = OnDevice;
+
+const SampleGrid kGrids[] = {{37, 21, 0.5f, 1}, {16, 32, 0, 2}, {1, 1, 0.5f, 1}, {70, 3, 0.5f, 1}};
+
+std::vector<float> random_map(std::size_t n, unsigned seed) {
+  Random random(seed);
+  std::vector<float> map(n);
+  for (float& value : map) {
+    const double x = random(0, 1);
+    value = x < 0.6 ? kNoSurface : static_cast<float>(10 + x);
+  }
+  return map;
+}
+
+// The listed samples; each must be named once, in the list of its own tile.
+std::set<int> listed(Device& device, const SampleLists& lists) {
+  const std::vector<cl_int> sample = download(device, lists.sample);
+  const std::vector<cl_int> count = download(device, lists.count);
+  std::set<int> all;
+  for (std::size_t t = 0; t < lists.tiles(); ++t) {
+    EXPECT_LE(count[t], 256);
+    for (cl_int k = 0; k < count[t]; ++k) {
+      const int s = sample[t * 256 + static_cast<std::size_t>(k)];
+      const int tile = s / lists.grid.nx / 16 * lists.nx + s % lists.grid.nx / 16;
+      EXPECT_EQ(tile, static_cast<int>(t));
+      EXPECT_TRUE(all.insert(s).second) << "sample " << s << " is listed twice";
+    }
+  }
+  return all;
+}
+
+TEST_P(Samples, AreThoseWhereOneOfTwoMapsIsFiniteOnTheLattice) {
+  for (const SampleGrid& grid : kGrids)
+    for (const int every : {1, 2}) {
+      const std::vector<float> a = random_map(grid.size(), 1), b = random_map(grid.size(), 2);
+      std::set<int> expected;
+      for (int s = 0; s < static_cast<int>(grid.size()); ++s)
+        if ((a[s] < kNoSurface || b[s] < kNoSurface) && s % grid.nx % every == 0 &&
+            s / grid.nx % every == 0)
+          expected.insert(s);
+      EXPECT_EQ(listed(device_,
+                       list_samples(device_, grid, upload(device_, a), upload(device_, b), every)),
+                expected);
+    }
+}
+
+TEST_P(Samples, AreKeptWhereTheyLieNearer) {
+  for (const SampleGrid& grid : kGrids) {
+    const std::vector<float> a = random_map(grid.size(), 3), b = random_map(grid.size(), 4);
+    const auto near = upload(device_, a), far = upload(device_, b);
+    const auto all = filled<float>(device_, grid.size(), 0.0f);
+    const SampleLists lists = list_samples(device_, grid, all, all);
+    std::set<int> nearer, finite;
+    for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
+      if (a[s] < b[s]) nearer.insert(s);
+      if (a[s] < kNoSurface) finite.insert(s);
+    }
+    EXPECT_EQ(listed(device_, keep_samples(device_, lists, near, far)), nearer);
+    EXPECT_EQ(listed(device_, keep_samples(device_, lists, near)), finite);
+  }
+}
+
+TEST_P(Samples, NeighboursInAListLieCloseTogether) {
+  const SampleGrid grid{32, 32, 0.5f, 1};
+  const auto all = filled<float>(device_, grid.size(), 0.0f);
+  const std::vector<cl_int> sample =
+      download(device_, list_samples(device_, grid, all, all).sample);
+  // Eight places of a full list are a block of 4 x 2 samples.
+  for (std::size_t first = 0; first < sample.size(); first += 8) {
+    const auto [low, high] =
+        std::minmax_element(sample.begin() + static_cast<std::ptrdiff_t>(first),
+                            sample.begin() + static_cast<std::ptrdiff_t>(first + 8),
+                            [&](cl_int a, cl_int b) { return a % grid.nx < b % grid.nx; });
+    EXPECT_EQ(*high % grid.nx - *low % grid.nx, 3);
+    EXPECT_EQ(sample[first + 7] / grid.nx - sample[first] / grid.nx, 1);
+  }
+}
+
+MENISCUS_ON_EVERY_DEVICE(Samples);
+
+}  // namespace
+}  // namespace meniscus
