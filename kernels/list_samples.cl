@@ -1,6 +1,7 @@
 // list_samples.cl: makes the lists of samples.cl. One work-item per tile.
 
-// The samples of a tile where one of two maps is finite, of every `every`th row and column.
+// The samples of a tile where one of two maps is finite, of every `every`th row and column (1 or
+// 2).
 kernel void list_samples(global const float* wanted,     // [samples]
                          global const float* or_wanted,  // [samples]
                          global int* sample,             // [tiles][256] out
@@ -10,31 +11,31 @@ kernel void list_samples(global const float* wanted,     // [samples]
   if (tile >= tiles.x * tiles.y) return;
   const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
   int used = 0;
-  for (int k = 0; k < TILE_SAMPLES; ++k) {
+  for (int k = 0; k < TILE_SAMPLES / (every * every); ++k) {
     // Morton order: the even bits of k are the column's, the odd ones the row's.
     const int column = k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8;
     const int row = k >> 1 & 1 | k >> 2 & 2 | k >> 3 & 4 | k >> 4 & 8;
-    const int i = i0 + column, j = j0 + row;
-    if (i >= samples.x || j >= samples.y || i % every != 0 || j % every != 0) continue;
+    const int i = i0 + every * column, j = j0 + every * row;
+    if (i >= samples.x || j >= samples.y) continue;
     const int at = j * samples.x + i;
     if (fmin(wanted[at], or_wanted[at]) < INFINITY) sample[tile * TILE_SAMPLES + used++] = at;
   }
   count[tile] = used;
 }
 
-// Those of a list where `nearer` is less than `depth`.
+// Those of a list where `nearer` is less than `depth`, or finite.
 kernel void keep_samples(global const int* sample, global const int* count,
                          global const float* nearer,  // [samples]
-                         global const float* depth,   // [samples]
+                         global const float* depth,   // [samples], not read where `finite`
                          global int* kept,            // [tiles][256] out
                          global int* kept_count,      // [tiles] out
-                         const int tiles) {
+                         const int tiles, const int finite) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
   int used = 0;
   for (int k = 0; k < count[tile]; ++k) {
     const int at = sample[tile * TILE_SAMPLES + k];
-    if (nearer[at] < depth[at]) kept[tile * TILE_SAMPLES + used++] = at;
+    if (nearer[at] < (finite ? INFINITY : depth[at])) kept[tile * TILE_SAMPLES + used++] = at;
   }
   kept_count[tile] = used;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "parallel.hpp"
 #include "stages/fit.hpp"
 
 namespace meniscus {
@@ -16,9 +17,11 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 // frame's least), and how far around a particle residuals are averaged.
 constexpr double kNoise = 0.14, kOverLeast = 1.5, kSheetReach = 6;
 
+constexpr std::size_t kGrain = 256;  // fits that a processor takes at a time
+
 // The places in `around` within `reach` of each of `centre` (CSR).
 struct Neighbours {
-  std::vector<std::size_t> start{0};
+  std::vector<std::size_t> start;
   std::vector<std::int32_t> index;
 };
 
@@ -26,16 +29,35 @@ Neighbours find_neighbours(const Projected& projected, const std::vector<std::in
                            const std::vector<std::int32_t>& around, double reach) {
   const Cells cells = cells_of(projected, around, reach);
   const float squared = static_cast<float>(reach * reach);
-  Neighbours near;
-  for (const std::int32_t i : centre) {
+  const std::size_t n = centre.size();
+  const auto visit = [&](std::size_t k, auto&& found) {
+    const std::int32_t i = centre[k];
     const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
     visit_near(cells, x, y, z, [&](std::int32_t p) {
       const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-      if (dx * dx + dy * dy + dz * dz < squared) near.index.push_back(cells.item[p]);
+      if (dx * dx + dy * dy + dz * dz < squared) found(cells.item[p]);
       return true;
     });
-    near.start.push_back(near.index.size());
-  }
+  };
+  // Each block of fits into a list of its own, then all into one.
+  const std::size_t blocks = (n + kGrain - 1) / kGrain;
+  std::vector<std::vector<std::int32_t>> found(blocks);
+  Neighbours near{std::vector<std::size_t>(n + 1, 0), {}};
+  parallel_for(blocks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t block = begin; block < end; ++block)
+      for (std::size_t k = block * kGrain; k < std::min(n, (block + 1) * kGrain); ++k) {
+        const std::size_t before = found[block].size();
+        visit(k, [&](std::int32_t p) { found[block].push_back(p); });
+        near.start[k + 1] = found[block].size() - before;
+      }
+  });
+  for (std::size_t k = 0; k < n; ++k) near.start[k + 1] += near.start[k];
+  near.index.resize(near.start[n]);
+  parallel_for(blocks, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t block = begin; block < end; ++block)
+      std::copy(found[block].begin(), found[block].end(),
+                near.index.begin() + static_cast<std::ptrdiff_t>(near.start[block * kGrain]));
+  });
   return near;
 }
 
@@ -52,13 +74,15 @@ Lanes make_lanes(const Neighbours& near, const std::vector<std::int32_t>& place)
   Lanes lanes{make_batches(sizes), {}, {}};
   lanes.particle.assign(lanes.batches.lanes, -1);
   lanes.neighbour.assign(lanes.batches.slots, -1);
-  for (std::size_t l = 0; l < place.size(); ++l) {
-    const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
-    lanes.particle[l] = place[k];
-    std::size_t slot = lanes.batches.first_slot(l);
-    for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
-      lanes.neighbour[slot] = near.index[p];
-  }
+  parallel_for(place.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t l = begin; l < end; ++l) {
+      const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
+      lanes.particle[l] = place[k];
+      std::size_t slot = lanes.batches.first_slot(l);
+      for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
+        lanes.neighbour[slot] = near.index[p];
+    }
+  });
   return lanes;
 }
 
@@ -81,24 +105,26 @@ std::vector<float> narrow_supports(const Lanes& lanes, const Neighbours& near,
   const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
-  for (std::size_t l = 0; l < fits; ++l) {
-    const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
-    const std::size_t i = static_cast<std::size_t>(lanes.particle[l]);
-    double sum = 0, weight = 0;
-    for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
-      const std::size_t j = static_cast<std::size_t>(near.index[p]);
-      if (!(own[j] > 0)) continue;
-      const double apart = length(vector_at(particles, j) - vector_at(particles, i));
-      const double w = std::max(0.0, 1 - apart / kSheetReach) *
-                       smooth_step(0.8, 0.95, dot(vector_at(normal, i), vector_at(normal, j)));
-      sum += w * own[j];
-      weight += w;
+  parallel_for(fits, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t l = begin; l < end; ++l) {
+      const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
+      const std::size_t i = static_cast<std::size_t>(lanes.particle[l]);
+      double sum = 0, weight = 0;
+      for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
+        const std::size_t j = static_cast<std::size_t>(near.index[p]);
+        const Vec3d apart = vector_at(particles, j) - vector_at(particles, i);
+        if (!(own[j] > 0) || dot(apart, apart) >= kSheetReach * kSheetReach) continue;
+        const double w = (1 - length(apart) / kSheetReach) *
+                         smooth_step(0.8, 0.95, dot(vector_at(normal, i), vector_at(normal, j)));
+        sum += w * own[j];
+        weight += w;
+      }
+      if (!(weight > 0)) continue;
+      const double share = noise * weight / sum;
+      rho[l] =
+          static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
     }
-    if (!(weight > 0)) continue;
-    const double share = noise * weight / sum;
-    rho[l] =
-        static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
-  }
+  });
   return rho;
 }
 

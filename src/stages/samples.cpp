@@ -13,6 +13,15 @@ SampleLists no_samples(Device& device, const SampleGrid& grid) {
           allocate<cl_int>(device, tiles)};
 }
 
+SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
+                 const Buffer<float>& depth, bool finite) {
+  const SampleLists kept = no_samples(device, lists.grid);
+  launch(device, "list_samples.cl", "keep_samples", {lists.tiles()}, "", lists.sample, lists.count,
+         nearer, depth, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
+         static_cast<cl_int>(finite));
+  return kept;
+}
+
 }  // namespace
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
@@ -26,14 +35,11 @@ SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<fl
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth) {
-  const SampleLists kept = no_samples(device, lists.grid);
-  launch(device, "list_samples.cl", "keep_samples", {lists.tiles()}, "", lists.sample, lists.count,
-         nearer, depth, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()));
-  return kept;
+  return keep(device, lists, nearer, depth, false);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted) {
-  return keep_samples(device, lists, wanted, filled<float>(device, lists.grid.size(), kNoSurface));
+  return keep(device, lists, wanted, wanted, true);
 }
 
 Range range_of(const SampleLists& lists, int width) {
