@@ -132,16 +132,18 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   clock.start("visible");
   const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
+  // The device measures the field while the host triangulates.
+  clock.start("field");
+  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);
+  const Buffer<float> field = measure_gradients(device, cells);
+  const DeviceCells levelled = level_cells(device, cells, field, params.region);
   clock.start("triangulate");
   const auto [visible, mesh] = triangulate_without_pits(
       view, projected, more_visible(fitted, params.visible.owned), params.triangle);
   clock.start("surface");
   const std::vector<Vec3d> normals = first_normals(
       view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
-  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);
-  const Buffer<float> field = measure_gradients(device, cells);
-  const DeviceCells levelled = level_cells(device, cells, field, params.region);
   const SurfaceParticles around =
       find_surface(projected, fitted, normals, host_cells, download(device, field));
   const Visible rim = with_rim(projected, fitted, around);
