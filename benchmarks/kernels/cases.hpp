@@ -25,6 +25,7 @@ struct Case {
   /// Instead of `launch`, for kernels whose inputs only a whole frame has: the milliseconds of all
   /// launches in each of some frames; the counts are those of all launches then.
   std::vector<double> frame_ms;
+  std::string also;                      // a second kernel of it; all launches count together then
   std::function<void(Workers&)> native;  // empty: there is none
   std::function<void()> reset_native;    // before each native run, not timed; may be empty
   /// After a launch and a native run: how many values of the two results differ in their bits.
@@ -47,6 +48,9 @@ Case prepare_weigh(Frame& frame);
 Case prepare_edges(Frame& frame);
 Case prepare_blend(Frame& frame);
 Case prepare_settle(Frame& frame);
+Case prepare_follow(Frame& frame);
+Case prepare_compare(Frame& frame);
+Case prepare_interpolate(Frame& frame);
 Case prepare_specks(Frame& frame);
 Case prepare_cast_spheres(Frame& frame);
 Case prepare_smooth_columns(Frame& frame);

@@ -109,4 +109,11 @@ const Frame::Frames& Frame::frames(Method method) {
   return frames;
 }
 
+const std::vector<double>& Frame::frame_ms(Method method, const std::string& kernel) {
+  const Frames& all = frames(method);
+  const auto found = all.kernels.find(kernel);
+  if (found == all.kernels.end()) throw DeviceError("its method did not launch it");
+  return found->second;
+}
+
 }  // namespace meniscus::bench

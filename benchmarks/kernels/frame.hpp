@@ -50,6 +50,8 @@ class Frame {
     Extraction result;
   };
   const Frames& frames(Method method);
+  /// Of one kernel. Throws DeviceError when the method does not launch it.
+  const std::vector<double>& frame_ms(Method method, const std::string& kernel);
   int repetitions = 20;
   double seconds = 0.3;
 

@@ -10,7 +10,7 @@ Case frame_case(Frame& frame, Method method, const char* kernel, double bytes_a_
   result.unit = "pixels";
   for (const float t : frames.result.image.depth) result.items += t < kNoSurface;
   result.bytes = bytes_a_pixel * result.items;
-  result.frame_ms = frames.kernels.at(kernel);
+  result.frame_ms = frame.frame_ms(method, kernel);
   return result;
 }
 

@@ -11,7 +11,7 @@ Case frame_case(Frame& frame, const char* kernel) {
   Case result;
   result.unit = "pixels";
   for (const float t : frames.result.image.depth) result.items += t < kNoSurface;
-  result.frame_ms = frames.kernels.at(kernel);
+  result.frame_ms = frame.frame_ms(Method::fit, kernel);
   return result;
 }
 
@@ -66,13 +66,26 @@ Case prepare_settle(Frame& frame) {
   return result;
 }
 
-Case prepare_specks(Frame& frame) {
-  Case result = frame_case(frame, "close_specks");
-  // Depth and kind of every pixel and normals of the surface, read once; little is written.
-  const double all = static_cast<double>(frame.view.width) * frame.view.height;
-  result.bytes = 5 * all + 12 * result.items;
-  // A pixel of the surface: differences 8, maxima 8, sums 32, their lengths 16.
-  result.operations = 64 * result.items;
+Case prepare_follow(Frame& frame) {
+  Case result = frame_case(frame, "follow_field");
+  // A reference depth; how many samples follow the field from there, and how far, is not counted.
+  result.bytes = 4 * result.items;
+  return result;
+}
+
+Case prepare_compare(Frame& frame) {
+  Case result = frame_case(frame, "compare_corners");
+  // Of every second sample of each row and column: depth, normal and kind read, one value written.
+  result.bytes = 18 * result.items / 4;
+  return result;
+}
+
+Case prepare_interpolate(Frame& frame) {
+  Case result = frame_case(frame, "interpolate_samples");
+  // Three of four samples written: depth, normal, group and kind; a flag read and written.
+  result.bytes = 23 * result.items * 3 / 4;
+  // Of each: the corners' depths 4, normals 12, their length 6.
+  result.operations = 22 * result.items * 3 / 4;
   return result;
 }
 

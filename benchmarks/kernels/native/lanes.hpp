@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <utility>
-#ifdef __FMA__
+#ifdef __AVX__
 #include <immintrin.h>
 #endif
 
@@ -23,6 +23,15 @@ inline Floats load(const float* p) {
   return v;
 }
 inline void store(const Floats& v, float* p) { std::memcpy(p, &v, sizeof v); }
+/// Whether a lane of a comparison holds.
+inline bool any(const Ints& test) {
+#ifdef __AVX__
+  return _mm256_movemask_ps(_mm256_castsi256_ps(reinterpret_cast<__m256i>(test))) != 0;
+#endif
+  int found = 0;
+  for (int k = 0; k < 8; ++k) found |= test[k];
+  return found != 0;
+}
 inline Floats smaller(const Floats& a, const Floats& b) { return a < b ? a : b; }
 inline Floats larger(const Floats& a, const Floats& b) { return a > b ? a : b; }
 inline Floats root(const Floats& a) {

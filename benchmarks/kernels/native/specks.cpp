@@ -8,11 +8,6 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
-inline bool any(const Ints& test) {
-  int found = 0;
-  for (int k = 0; k < 8; ++k) found |= test[k];
-  return found != 0;
-}
 inline Ints every(int x) { return Ints{} + x; }
 
 // Whether something within two samples of this strip changed in the round before.

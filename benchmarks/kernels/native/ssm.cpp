@@ -10,11 +10,6 @@ constexpr float kNone = std::numeric_limits<float>::infinity();
 
 inline Floats size_of(const Floats& a) { return a < 0.0f ? -a : a; }
 inline Floats index_of() { return Floats{0, 1, 2, 3, 4, 5, 6, 7}; }
-inline bool any(const Ints& test) {
-  int found = 0;
-  for (int k = 0; k < 8; ++k) found |= test[k];
-  return found != 0;
-}
 
 // Up to eight samples from p; beyond `count` there is no surface.
 inline Floats load_some(const float* p, int count) {
