@@ -18,6 +18,18 @@ inline intv load_kind(global const uchar* kind) {
   return LOADI(lane);
 }
 
+// Values from sample `first` on, which may lie before the map where its lanes are not used.
+inline floatv load_from(global const float* map, const int first) {
+#if WIDTH > 1
+  if (first < 0) {
+    float lane[WIDTH];
+    for (int k = 0; k < WIDTH; ++k) lane[k] = map[max(first + k, 0)];
+    return LOADF(lane);
+  }
+#endif
+  return LOADF(map + max(first, 0));
+}
+
 // Whether a strip within two samples of this one has changed.
 inline int changed_near(global const uchar* changed, const int strip, const int j, const int strips,
                         const int rows) {
@@ -58,7 +70,7 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   intv covered = zero, joined = zero;
   for (int k = 0; k < 9; ++k) {
     if (k == 4) continue;
-    const floatv d = LOADF(depth + s + (k / 3 - 1) * samples.x + k % 3 - 1);
+    const floatv d = load_from(depth, s + (k / 3 - 1) * samples.x + k % 3 - 1);
     const intv there = d < INFINITY;
     covered += SELECT(zero, one, there);
     far = SELECT(far, fmax(far, d), there);
@@ -69,7 +81,7 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
       around += SELECT(zero, one,
-                       LOADF(depth + s + (k / 5 - 2) * samples.x + k % 5 - 2) < INFINITY);
+                       load_from(depth, s + (k / 5 - 2) * samples.x + k % 5 - 2) < INFINITY);
     around = SELECT(zero, around, (column > 1.0f) & (column < (float)(samples.x - 2)));
   }
   // The farthest layer, which for a sample of the surface is one that it does not belong to unless
@@ -79,14 +91,14 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   for (int k = 0; k < 9; ++k) {
     if (k == 4) continue;
     const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
-    const floatv d = LOADF(depth + s + shift);
+    const floatv d = load_from(depth, s + shift);
     const intv deep = (d < INFINITY) & !(far - d > jump);
     first = SELECT(first, (intv)(shift), deep & (count == 0));
     count += SELECT(zero, one, deep);
     sum += SELECT(none, d, deep);
-    sx += SELECT(none, LOADF(normal + s + shift), deep);
-    sy += SELECT(none, LOADF(normal + n + s + shift), deep);
-    sz += SELECT(none, LOADF(normal + 2 * n + s + shift), deep);
+    sx += SELECT(none, load_from(normal, s + shift), deep);
+    sy += SELECT(none, load_from(normal, n + s + shift), deep);
+    sz += SELECT(none, load_from(normal, 2 * n + s + shift), deep);
   }
   const floatv size = sqrt(sx * sx + sy * sy + sz * sz);
   const floatv along =
