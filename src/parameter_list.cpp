@@ -18,9 +18,8 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
       {"Triangles and ghosts (paper 2.2)", "d-max", &p.triangle.d_max, r, 0, 100, true,
        "depth range beyond which a triangle is a ghost"},
       {"Large frames", "thin", &p.thin, "pixels", 0, 64, false,
-       "methods fit and stable: from 262,144 particles in view on, particles closer than two "
-       "thirds "
-       "of this are averaged to be about this far apart; 0: never"},
+       "methods fit and stable: from 262,144 particles in view on, particles closer than half of "
+       "this are averaged to be about this far apart; 0: never"},
       {"Groups (paper 2.2)", "merge-cosine", &p.merge.cosine, none, -1, 1, false,
        "method paper: groups merge when their normals' dot product exceeds this"},
       {"Groups (paper 2.2)", "normal-smoothing", &p.merge.smoothing_rounds, "rounds", 0, 20, false,

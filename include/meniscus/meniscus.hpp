@@ -40,9 +40,9 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr);
 
 /// The same for particles that need not fit into memory. Frames of 2^18 particles and more stream:
-/// they pass through the device in parts, and only what can matter to the image is kept. Where most
-/// particles in view lie closer than params.thin / 1.5 pixels, methods fit and stable work on fewer
-/// that stand for them, about params.thin pixels apart.
+/// they pass through the device in parts, and only what bears on the image is kept. Where three
+/// quarters of the particles in view lie closer than half of params.thin, methods fit and stable
+/// work on fewer that stand for them, about params.thin pixels apart.
 ///
 ///   memory  of the device that the passes over the particles may take, bytes; never changes the
 ///           result

@@ -149,7 +149,7 @@ struct Parameters {
   bool image = true;           // make the maps
   bool mesh = true;            // make the mesh
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
-                               // than two thirds of it are thinned to it. 0: never
+                               // than half of it are thinned to it. 0: never
   VisibleParams visible;
   SplashParams splash;
   TriangleParams triangle;

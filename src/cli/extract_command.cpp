@@ -13,6 +13,8 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/report.hpp"
+#include "device/device.hpp"
+#include "frame/process.hpp"
 #include "io/output_file.hpp"
 #include "io/writers.hpp"
 #include "meniscus/device.hpp"
@@ -266,7 +268,10 @@ void run_extract(ExtractOptions options) {
   char milliseconds[32];
   std::snprintf(milliseconds, sizeof milliseconds, "%.0f ms", total.count());
   say("total", milliseconds);
-  if (options.timings) print_timings(stages, surface.counts);
+  if (options.timings) {
+    print_timings(stages, surface.counts);
+    print_memory(device.state().memory->peak(), peak_memory());
+  }
 }
 
 }  // namespace
@@ -317,7 +322,7 @@ void add_extract_command(CLI::App& program) {
                    "NaN and infinite coordinates are an error instead of being dropped");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
-  command.add_flag("--timings", o.timings, "print what each stage took, and counts");
+  command.add_flag("--timings", o.timings, "print what each stage took, counts and memory");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
   command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
 

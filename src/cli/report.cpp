@@ -56,4 +56,10 @@ void print_timings(const std::vector<StageTime>& stages,
     std::printf("%-16s %12s\n", name.c_str(), grouped(count).c_str());
 }
 
+void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes) {
+  std::printf("\n%-16s %12s\n", "memory", "peak");
+  std::printf("%-16s %12s\n", "device buffers", bytes(device_bytes).c_str());
+  std::printf("%-16s %12s\n", "whole program", bytes(host_bytes).c_str());
+}
+
 }  // namespace meniscus::cli

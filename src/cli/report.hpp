@@ -23,4 +23,7 @@ std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>&
 void print_timings(const std::vector<StageTime>& stages,
                    const std::vector<std::pair<std::string, std::int64_t>>& counts);
 
+/// The most that the device's buffers and the program took at a time so far, on standard output.
+void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes);
+
 }  // namespace meniscus::cli

@@ -84,30 +84,27 @@ OnScreen measure_spacing(const View& view, const Survey& survey) {
 // How many times as far apart the representatives lie as the particles: a power of the fourth root
 // of two, so that it stays the same while a camera moves a little; 1: as they are.
 double thinning(const OnScreen& screen, const Parameters& params) {
-  constexpr double kLeast = 1.5, kStep = 1.189207115002721;
+  constexpr double kLeast = 2, kStep = 1.189207115002721;  // less saves nothing
   const bool thins = params.method == Method::fit || params.method == Method::stable;
-  if (!thins || screen.particles < kStreamed || !(screen.spacing * kLeast <= params.thin)) return 1;
+  if (!thins || screen.particles < kStreamed || !(kLeast * screen.spacing <= params.thin)) return 1;
   double factor = 1;
   while (factor * kStep * screen.spacing <= params.thin) factor *= kStep;
   return factor;
 }
 
-// Everything in view, or for methods that look at spheres what lies near the front.
-Particles gather(Device& device, const View& view, const ParticleSource& source,
-                 const Parameters& params, std::size_t memory, const OnScreen& screen,
-                 StageClock& clock) {
+// Everything in view, or where that is much what lies near the front.
+Particles gather(Device& device, const View& view, const ParticleSource& source, std::size_t memory,
+                 const OnScreen& screen, StageClock& clock) {
   // No stage looks farther than this beyond the screen's edge, in radii.
   constexpr double kMargin = 16;
-  const bool whole = params.method == Method::fit || params.method == Method::stable ||
-                     params.method == Method::paper;
   FrontMap map;
   std::size_t chunk = 0;
-  if (whole || screen.particles < kStreamed) {
+  if (screen.particles < kStreamed) {
     map = empty_map(device, view, kMargin);
     chunk = chunk_size(memory, 0);
   } else {
-    // Spheres overlap, so that behind so many radii of fluid nothing is seen.
-    constexpr double kReach = 24, kAround = 12;
+    // Behind so many radii of fluid, and so far from a gap, nothing bears on what is seen.
+    constexpr double kReach = 16, kAround = 12;
     const double cell = std::max(1.0, 1.5 * screen.spacing), radius = screen.spacing / 2;
     clock.start("fronts");
     const std::size_t map_bytes = map_size(view, cell, kAround * radius);
@@ -213,7 +210,7 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
     return to_world(coarse, std::move(extraction), std::move(surface), params);
   }
 
-  const Particles kept = gather(device, view, source, params, memory, screen, clock);
+  const Particles kept = gather(device, view, source, memory, screen, clock);
   clock.start("order");
   require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
   WorldParticles world;
