@@ -60,8 +60,9 @@ tr.native td { color: var(--soft); } td.note { text-align: left; color: var(--fa
 details { margin: .4rem 0; } summary { cursor: pointer; color: var(--soft); padding: .2rem 0; }
 )css";
 
-std::string chip(bool near) {
-  return near ? "<span class=\"chip near\">near</span>" : "<span class=\"chip far\">far</span>";
+std::string chip(const Verdict& v) {
+  const std::string word = v.word();
+  return "<span class=\"chip " + (v.open() ? "same" : word) + "\">" + word + "</span>";
 }
 
 // A bar of `value` (1: the whole limit) with a mark at what is good enough; the scale ends at
@@ -98,7 +99,7 @@ std::string verdict_bars(const std::vector<Verdict>& verdicts, const Session& se
     const double several = session.threads == 1 ? 0 : v.against_all;
     text += bar(one, kGoodAgainstNative, kFull, times(one));
     text += bar(several, kGoodAgainstNative, kFull, times(several));
-    text += "<div>" + chip(v.near_limit()) + "</div>\n";
+    text += "<div>" + chip(v) + "</div>\n";
   }
   return text + "</div></div>\n";
 }
@@ -198,8 +199,10 @@ std::string escaped(const std::string& text) {
 
 std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) {
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
-  const auto far = std::count_if(verdicts.begin(), verdicts.end(),
-                                 [](const Verdict& v) { return !v.near_limit(); });
+  const auto count = [&](const std::string& word) {
+    return std::count_if(verdicts.begin(), verdicts.end(),
+                         [&](const Verdict& v) { return v.word() == word; });
+  };
   std::string text =
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width\">\n"
@@ -208,11 +211,13 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
   text +=
       "</style></head><body><main>\n<h1>How near each kernel is to what the device can do</h1>\n";
   text += printed(
-      "<p>Meniscus %s. <strong>%td of %zu kernels are far from the limit</strong>; the "
-      "farthest come first. A kernel is near when it reaches %.0f %% of the roofline "
+      "<p>Meniscus %s. <strong>%td of %zu kernels are far from the limit</strong>, the "
+      "farthest first, then %td that are open: far from the roofline, with no native version to "
+      "tell whether more is possible. A kernel is near when it reaches %.0f %% of the roofline "
       "that was measured in the same run, or %.1f of the speed of a native C++ version "
       "of the same algorithm on one thread and on all.</p>\n",
-      escaped(run.version).c_str(), far, verdicts.size(), 100 * kGoodShare, kGoodAgainstNative);
+      escaped(run.version).c_str(), count("far"), verdicts.size(), count("open"), 100 * kGoodShare,
+      kGoodAgainstNative);
   for (const Session& session : run.sessions) text += session_section(session, verdicts);
   if (!pairs.empty()) text += "<h2>Comparison</h2>\n";
   for (const SessionPair& pair : pairs) text += comparison_rows(pair);

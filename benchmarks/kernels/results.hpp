@@ -82,6 +82,10 @@ struct Verdict {
   /// At least kGoodShare of the roofline, or kGoodAgainstNative of the native version's speed on
   /// one thread and on all.
   bool near_limit() const;
+  /// Neither near the roofline nor beside a native version that would tell.
+  bool open() const { return !near_limit() && !(against_all > 0); }
+  /// "near", "far" or "open".
+  const char* word() const { return near_limit() ? "near" : open() ? "open" : "far"; }
 };
 
 /// A verdict on every kernel of every device, in the order of the run.

@@ -1,5 +1,4 @@
 // close_specks, on the frame's surface with holes and specks put into it.
-#include <algorithm>
 #include <memory>
 
 #include "kernels/cases.hpp"
@@ -16,9 +15,9 @@ template <class T>
 struct Padded {
   std::vector<T> all;
   std::size_t size;
-  explicit Padded(const std::vector<T>& values) : all(kMargin), size(values.size()) {
-    all.insert(all.end(), values.begin(), values.end());
-    all.resize(all.size() + kMargin);
+  explicit Padded(const std::vector<T>& values)
+      : all(values.size() + 2 * kMargin), size(values.size()) {
+    for (std::size_t k = 0; k < size; ++k) all[kMargin + k] = values[k];
   }
   T* data() { return all.data() + kMargin; }
   std::vector<T> values() const {

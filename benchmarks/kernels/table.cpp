@@ -42,7 +42,8 @@ std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts) {
     return std::max(v.share.value / kGoodShare, native / kGoodAgainstNative);
   };
   std::stable_sort(verdicts.begin(), verdicts.end(), [&](const Verdict& a, const Verdict& b) {
-    return a.near_limit() != b.near_limit() ? b.near_limit() : reached(a) < reached(b);
+    const auto rank = [](const Verdict& v) { return v.near_limit() ? 2 : v.open() ? 1 : 0; };
+    return rank(a) != rank(b) ? rank(a) < rank(b) : reached(a) < reached(b);
   });
   return verdicts;
 }
@@ -50,7 +51,7 @@ std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts) {
 std::string verdict_table(const BenchRun& run) {
   std::string text = printed(
       "Near the limit: at least %.0f%% of the roofline, or %.1f of the native version's speed on "
-      "one thread and on all.\n\n",
+      "one thread and on all.\nOpen: far from the roofline, no native version.\n\n",
       100 * kGoodShare, kGoodAgainstNative);
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   for (const Session& session : run.sessions) {
@@ -66,7 +67,7 @@ std::string verdict_table(const BenchRun& run) {
             printed("%-20s %10s %9s %11.0f%% %10s %12s %12s  %s\n", v.result->kernel.c_str(),
                     grouped(v.result->particles).c_str(), three_digits(v.result->best_ms()).c_str(),
                     100 * v.share.value, v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
-                    ratio_text(v.against_all).c_str(), v.near_limit() ? "near" : "far");
+                    ratio_text(v.against_all).c_str(), v.word());
     text += "\n";
   }
   return text;

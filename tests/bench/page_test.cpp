@@ -46,7 +46,8 @@ TEST(Page, EveryTagIsClosed) {
 
 TEST(Page, SaysHowManyAreFarAndEscapesNames) {
   const std::string page = to_html(made_up_run(), {});
-  EXPECT_THAT(page, HasSubstr("2 of 3 kernels are far from the limit"));
+  EXPECT_THAT(page, HasSubstr("1 of 3 kernels are far from the limit"));
+  EXPECT_THAT(page, HasSubstr("then 1 that are open"));
   EXPECT_THAT(page, HasSubstr("A &lt;fast&gt; &amp; good device"));
   EXPECT_THAT(page, Not(HasSubstr("<fast>")));
   EXPECT_THAT(page, Not(HasSubstr("<h2>Comparison")));

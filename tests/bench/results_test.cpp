@@ -54,6 +54,8 @@ TEST(Results, VerdictsAreOnTheLargestSizeWithAllThreads) {
   EXPECT_FALSE(verdicts[1].near_limit());
   EXPECT_EQ(verdicts[2].against_one, 0);
   EXPECT_FALSE(verdicts[2].near_limit());
+  EXPECT_TRUE(verdicts[2].open());  // nothing to compare with
+  EXPECT_FALSE(verdicts[1].open());
 }
 
 TEST(Results, BothNumbersOfThreadsMustBeNearTheNativeVersion) {
