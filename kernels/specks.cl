@@ -9,7 +9,9 @@
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. A sample changes only where
 // something around it has changed in the round before, so that a round after the first has little to
-// do. One work-item per strip of WIDTH samples of a row.
+// do. One work-item per block of WIDTH samples of eight rows.
+
+#define BLOCK_ROWS 8
 
 inline intv load_kind(global const uchar* kind) {
   int lane[WIDTH];
@@ -30,33 +32,24 @@ inline floatv load_from(global const float* map, const int first) {
   return LOADF(map + max(first, 0));
 }
 
-// Whether a strip within two samples of this one has changed.
-inline int changed_near(global const uchar* changed, const int strip, const int j, const int strips,
-                        const int rows) {
+// Whether a block within two samples of this one has changed.
+inline int changed_near(global const uchar* changed, const int2 block, const int2 blocks) {
   int any_changed = 0;
   const int reach = WIDTH == 1 ? 2 : 1;
-  for (int y = max(j - 2, 0); y <= min(j + 2, rows - 1); ++y)
-    for (int x = max(strip - reach, 0); x <= min(strip + reach, strips - 1); ++x)
-      any_changed |= changed[y * strips + x];
+  for (int y = max(block.y - 1, 0); y <= min(block.y + 1, blocks.y - 1); ++y)
+    for (int x = max(block.x - reach, 0); x <= min(block.x + reach, blocks.x - 1); ++x)
+      any_changed |= changed[y * blocks.x + x];
   return any_changed;
 }
 
-kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
-                         global const float* normal,  // [3][ny*nx]
-                         global const int* group, global const uchar* kind,
-                         global float* closed_depth,  // out, where a sample changes
-                         global float* closed_normal, global int* closed_group,
-                         global uchar* closed_kind,
-                         global uchar* change,         // [ny*nx] out in changed strips
-                         global const uchar* changed,  // [ny*strips] in the round before
-                         global uchar* changes,        // [ny*strips] out: in this round
-                         const int2 samples, const int strips,
-                         const float jump) {  // particle radii
-  const int strip = get_global_id(0), j = get_global_id(1);
-  if (strip >= strips || j >= samples.y) return;
-  changes[j * strips + strip] = 0;
-  if (j == 0 || j == samples.y - 1 || !changed_near(changed, strip, j, strips, samples.y)) return;
-  const int i = strip * WIDTH, s = j * samples.x + i, n = samples.x * samples.y;
+// Finds what changes among WIDTH samples of row j from column i on; returns whether any does.
+inline int close_row(const int i, const int j, global const float* depth,
+                     global const float* normal, global const int* group,
+                     global const uchar* kind, global float* closed_depth,
+                     global float* closed_normal, global int* closed_group,
+                     global uchar* closed_kind, global uchar* change, const int2 samples,
+                     const float jump) {
+  const int s = j * samples.x + i, n = samples.x * samples.y;
   const floatv none = (floatv)(0.0f);
   const intv zero = (intv)(0), one = (intv)(1);
   const floatv t = LOADF(depth + s);
@@ -64,7 +57,7 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   const intv empty = !(t < INFINITY);
   const intv eligible = (column > 0.0f) & (column < (float)(samples.x - 1)) &
                         (empty | (load_kind(kind + s) != 2));
-  if (!ANY(eligible)) return;
+  if (!ANY(eligible)) return 0;
 
   floatv far = none;
   intv covered = zero, joined = zero;
@@ -76,7 +69,7 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
     far = SELECT(far, fmax(far, d), there);
     joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
   }
-  if (!ANY(eligible & (!empty | (covered > 0)))) return;
+  if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
   intv around = zero;
   if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
@@ -112,7 +105,7 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   const intv wants = SELECT(speck | alone, (covered >= 6) | (around >= 17), empty);
   const intv takes = eligible & !goes & wants & (count >= SELECT((intv)(3), one, empty)) &
                      (size > 0.0f);
-  if (!ANY(goes | takes)) return;
+  if (!ANY(goes | takes)) return 0;
 
   float new_depth[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
   int go[WIDTH], take[WIDTH], from[WIDTH];
@@ -123,7 +116,6 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   STOREI(goes, go);
   STOREI(takes, take);
   STOREI(first, from);
-  changes[j * strips + strip] = 1;
   for (int k = 0; k < WIDTH; ++k) {
     if (i + k >= samples.x) break;
     const int at = s + k;
@@ -136,24 +128,55 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
     closed_group[at] = take[k] ? group[at + from[k]] : -1;
     closed_kind[at] = take[k] ? kind[at + from[k]] : 0;
   }
+  return 1;
+}
+
+kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
+                         global const float* normal,  // [3][ny*nx]
+                         global const int* group, global const uchar* kind,
+                         global float* closed_depth,  // out, where a sample changes
+                         global float* closed_normal, global int* closed_group,
+                         global uchar* closed_kind,
+                         global uchar* change,         // [ny*nx] out in changed blocks
+                         global const uchar* changed,  // [blocks] in the round before
+                         global uchar* changes,        // [blocks] out: in this round
+                         const int2 samples, const int2 blocks,
+                         const float jump) {  // particle radii
+  const int2 block = (int2)(get_global_id(0), get_global_id(1));
+  if (block.x >= blocks.x || block.y >= blocks.y) return;
+  int any_change = 0;
+  if (changed_near(changed, block, blocks)) {
+    const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
+    for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j) {
+      const int row_changes =
+          j > 0 && j < samples.y - 1 &&
+          close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
+                    closed_kind, change, samples, jump);
+      any_change |= row_changes;
+      if (row_changes) continue;
+      for (int k = 0; k < WIDTH && i + k < samples.x; ++k) change[j * samples.x + i + k] = 0;
+    }
+  }
+  changes[block.y * blocks.x + block.x] = any_change;
 }
 
 kernel void apply_closed(global const float* closed_depth, global const float* closed_normal,
                          global const int* closed_group, global const uchar* closed_kind,
                          global const uchar* change, global const uchar* changes,
                          global float* depth, global float* normal, global int* group,
-                         global uchar* kind, const int2 samples, const int strips) {
-  const int strip = get_global_id(0), j = get_global_id(1);
-  if (strip >= strips || j >= samples.y || !changes[j * strips + strip]) return;
-  const int n = samples.x * samples.y;
-  for (int k = 0; k < WIDTH; ++k) {
-    const int i = strip * WIDTH + k, at = j * samples.x + i;
-    if (i >= samples.x || !change[at]) continue;
-    depth[at] = closed_depth[at];
-    normal[at] = closed_normal[at];
-    normal[n + at] = closed_normal[n + at];
-    normal[2 * n + at] = closed_normal[2 * n + at];
-    group[at] = closed_group[at];
-    kind[at] = closed_kind[at];
-  }
+                         global uchar* kind, const int2 samples, const int2 blocks) {
+  const int2 block = (int2)(get_global_id(0), get_global_id(1));
+  if (block.x >= blocks.x || block.y >= blocks.y || !changes[block.y * blocks.x + block.x]) return;
+  const int n = samples.x * samples.y, first = block.y * BLOCK_ROWS;
+  for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j)
+    for (int i = block.x * WIDTH; i < min((block.x + 1) * WIDTH, samples.x); ++i) {
+      const int at = j * samples.x + i;
+      if (!change[at]) continue;
+      depth[at] = closed_depth[at];
+      normal[at] = closed_normal[at];
+      normal[n + at] = closed_normal[n + at];
+      normal[2 * n + at] = closed_normal[2 * n + at];
+      group[at] = closed_group[at];
+      kind[at] = closed_kind[at];
+    }
 }

@@ -152,7 +152,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const std::size_t lanes = host.batches.lanes, slots = host.batches.slots;
   std::vector<float> rho(lanes, static_cast<float>(params.support));
 
-  DeviceFits device_fits{filled<float>(device, 7 * slots, 0.0f),
+  DeviceFits device_fits{allocate<float>(device, 7 * slots),
                          upload(device, host.batches.first),
                          upload(device, host.batches.length),
                          upload(device, rho),
