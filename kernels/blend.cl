@@ -141,8 +141,8 @@ typedef struct {
 #define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on
 #define ENDED 4.0f    // beyond a convex edge of the fluid
 
-// Sums over the hits of one sheet: weight, depth, foot, gradient, and half the weight's own gradient
-// times how f changes along the ray (see the normal in blend_at), which is v - tau u.
+// Sums over the hits of one sheet: weight, depth, foot, gradient, and half the weight's own
+// gradient times how f changes along the ray (see the normal in blend_at), which is v - tau u.
 typedef struct {
   floatv w, t, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
 } Sheet;

@@ -6,8 +6,8 @@ kernel void measure_density(global const float* x, global const float* y, global
                             global float* density,  // [n]
                             global const float* cell_x, global const float* cell_y,
                             global const float* cell_z, global const float* cell_weight,
-                            global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-                            const uint mask, const int n) {
+                            global const uint* cell_tag, global const int* cell_start,
+                            const float inverse_cell, const uint mask, const int n) {
   const int p = get_global_id(0) * WIDTH;
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
@@ -20,8 +20,8 @@ kernel void measure_density(global const float* x, global const float* y, global
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,
-                              global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-                              const uint mask, const int n) {
+                              global const uint* cell_tag, global const int* cell_start,
+                              const float inverse_cell, const uint mask, const int n) {
   const int p = get_global_id(0) * WIDTH;
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};

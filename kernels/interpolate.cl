@@ -45,8 +45,8 @@ inline floatv agreement(const Corner a, const Corner b) {
 #define SMOOTH 1  // one smooth surface: each corner lies near the others' planes
 #define EMPTY 2   // no surface
 
-inline Rays corner_ray(const float16 rays, const int a, const int b, const int right, const int down,
-                      const float first, const float step) {
+inline Rays corner_ray(const float16 rays, const int a, const int b, const int right,
+                       const int down, const float first, const float step) {
   return rays_at(rays, first + step * (2.0f * ((float)a + LANES) + (float)right),
                 (floatv)(first + step * (float)(2 * b + down)));
 }
@@ -194,9 +194,9 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
     if (any_smooth) {
       const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
       const intv wanted_here = LOADI(smooth[m]);
+      const Rays r = corner_ray(rays, a, b, right, down, first, step);
       const Between s =
-          between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
-                  wanted_here != 0, perspective);
+          between(corner, which[m], m == 2 ? 4 : 2, r, wanted_here != 0, perspective);
       STOREI(s.sure, sure);
       for (int k = 0; k < WIDTH; ++k) sure[k] = sure[k] && mark[k];
       const intv store = LOADI(sure) != 0;

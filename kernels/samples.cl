@@ -1,5 +1,5 @@
-// samples.cl: lists of the samples that a stage has to work on, tile by tile, so that the items of a
-// work-group have work that lies close together on the screen.
+// samples.cl: lists of the samples that a stage has to work on, tile by tile, so that the items of
+// a work-group have work that lies close together on the screen.
 //
 // A tile is 16 x 16 samples. Its list has room for all of them, in Morton order: neighbours in the
 // list form small blocks on the screen.

@@ -143,8 +143,8 @@ inline void settle(const int* at, const intv listed, const Rays r, global const 
 }
 
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
-// nothing outside the fluid: with less trust the contour draws in to where the field has its own. And
-// it gives way where it disagrees with the field.
+// nothing outside the fluid: with less trust the contour draws in to where the field has its own.
+// And it gives way where it disagrees with the field.
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
                    global const float* reference, global const float* core,
                    global const float* trust, global float* depth, global float* normal,
@@ -298,15 +298,16 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
                         global uchar* kind,        // [samples] 2 where splash was drawn
                         global const float* cell_x, global const float* cell_y,
                         global const float* cell_z, global const float* level_weight,
-                        global const uint* cell_tag, global const int* cell_start, const float inverse_cell, const uint mask,
+                        global const uint* cell_tag, global const int* cell_start,
+                        const float inverse_cell, const uint mask,
                         const int2 samples, const float first, const float step,
                         const float16 rays, const float level) {
   const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
   if (place >= count[tile]) return;
   int at[WIDTH];
   floatv u, v;
-  const intv listed =
-      load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x, first, step, at, &u, &v);
+  const intv listed = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
+                                   first, step, at, &u, &v);
   const floatv start = gather_float(from, at);
   const floatv end = fmin(gather_float(to, at), gather_float(depth, at));
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
