@@ -46,12 +46,17 @@ typedef JOIN(int, WIDTH) intv;
 #define TO_INTV(x) JOIN(convert_int, WIDTH)(x)
 
 // Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
+#if WIDTH == 8
+#define FOUR(test, op) ((test).lo op (test).hi)
+#else
+#define FOUR(test, op) (test)  // WIDTH is 4
+#endif
 inline int any_lane(const intv test) {
-  const long2 pair = as_long2(test.lo | test.hi);
+  const long2 pair = as_long2(FOUR(test, |));
   return (pair.x | pair.y) != 0;
 }
 inline int all_lanes(const intv test) {
-  const long2 pair = as_long2(test.lo & test.hi);
+  const long2 pair = as_long2(FOUR(test, &));
   return (pair.x & pair.y) == -1;
 }
 #endif
