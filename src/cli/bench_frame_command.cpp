@@ -41,7 +41,7 @@ std::vector<Method> parse_methods(const std::string& list) {
   for (const std::string& word : words_of(list)) try {
       methods.push_back(method_named(word));
     } catch (const InvalidArgument& error) {
-      throw usage_error("--method: " + std::string(error.what()));
+      throw usage_error(error.what());
     }
   if (methods.empty()) throw usage_error("--method names no method, e.g. --method fit,ssm");
   return methods;
