@@ -30,13 +30,6 @@ std::string with_prefix(double value) {
   return three_digits(value) + kPrefixes[prefix];
 }
 
-std::string grouped(long long number) {
-  std::string text = std::to_string(number);
-  for (int at = static_cast<int>(text.size()) - 3; at > (number < 0 ? 1 : 0); at -= 3)
-    text.insert(static_cast<std::size_t>(at), 1, ',');
-  return text;
-}
-
 std::string size_of(double bytes) {
   constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB"};
   int unit = 0;

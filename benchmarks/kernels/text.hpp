@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "grouped.hpp"
 #include "kernels/results.hpp"
 
 namespace meniscus::bench {
@@ -15,9 +16,6 @@ std::string three_digits(double value);
 
 /// "634 M", "1.2 G".
 std::string with_prefix(double value);
-
-/// 40000 -> "40,000".
-std::string grouped(long long number);
 
 /// "256 KiB".
 std::string size_of(double bytes);

@@ -5,17 +5,6 @@
 
 namespace meniscus::cli {
 
-std::string grouped(std::int64_t number) {
-  const std::string digits = std::to_string(number);
-  const std::size_t sign = number < 0 ? 1 : 0;
-  std::string text;
-  for (std::size_t k = 0; k < digits.size(); ++k) {
-    if (k > sign && (digits.size() - k) % 3 == 0) text += ',';
-    text += digits[k];
-  }
-  return text;
-}
-
 std::string bytes(std::uint64_t number) {
   constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
   double value = static_cast<double>(number);

@@ -6,12 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "grouped.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus::cli {
-
-/// 35937 -> "35,937".
-std::string grouped(std::int64_t number);
 
 /// 1.5e9 -> "1.4 GiB".
 std::string bytes(std::uint64_t number);
