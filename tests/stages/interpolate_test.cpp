@@ -191,8 +191,12 @@ TEST_P(Interpolate, DoesNotMixSurfaceAndSplash) {
   const Result result = interpolated(device_, view, scene, kinds, 0);
   expect_complete(result);
   for (int s = 0; s < kWidth * kHeight; ++s) {
-    if (s % kWidth == 59) EXPECT_TRUE(result.wanted.count(s));
-    if (!on_lattice(s) && result.map.depth[s] < kNoSurface) EXPECT_EQ(result.map.kind[s], kinds[s]);
+    if (s % kWidth == 59) {
+      EXPECT_TRUE(result.wanted.count(s));
+    }
+    if (!on_lattice(s) && result.map.depth[s] < kNoSurface) {
+      EXPECT_EQ(result.map.kind[s], kinds[s]);
+    }
   }
 }
 
