@@ -14,14 +14,6 @@ typedef struct {
   uint mask;
 } Grid;
 
-inline int cell_of(const float coordinate, const float inverse_cell) {
-  return (int)floor(fmin(fmax(coordinate * inverse_cell, -1e9f), 1e9f));
-}
-
-inline uint bucket_of(const int cx, const int cy, const int cz, const uint mask) {
-  return ((uint)cx * 73856093u ^ (uint)cy * 19349663u ^ (uint)cz * 83492791u) & mask;
-}
-
 // The cubic spline over its value at zero; support 2.
 inline float spline(const float q) {
   const float r = fmax(2.0f - q, 0.0f);

@@ -371,8 +371,7 @@ inline Listed fits_of(const int tile, global const int* met_start, global const 
   return listed;
 }
 
-inline Sample sample_at(const float16 rays, const floatv u, const floatv v, const floatv t) {
-  const Rays r = rays_at(rays, u, v);
+inline Sample sample_at(const Rays r, const floatv t) {
   const Sample s = {r.ox + t * r.dx, r.oy + t * r.dy, t, r.dx, r.dy};
   return s;
 }
@@ -380,10 +379,7 @@ inline Sample sample_at(const float16 rays, const floatv u, const floatv v, cons
 inline void store_blended(const Blended b, const int* at, const intv wanted, const int n,
                           global float* depth, global float* normal, global int* group,
                           global float* trust) {
-  scatter_float(b.depth, depth, at, wanted);
-  scatter_float(b.nx, normal, at, wanted);
-  scatter_float(b.ny, normal + n, at, wanted);
-  scatter_float(b.nz, normal + 2 * n, at, wanted);
+  store_surface(b.depth, b.nx, b.ny, b.nz, at, wanted, n, depth, normal);
   scatter_float(b.trust, trust, at, wanted);
   int id[WIDTH], want[WIDTH];
   STOREI(b.group, id);
@@ -411,7 +407,8 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
   const int i = clamp((int)((u - first) * inverse_tile), 0, tiles.x - 1);
   const int j = clamp((int)((v - first) * inverse_tile), 0, tiles.y - 1);
   const Listed listed = fits_of(j * tiles.x + i, met_start, met, rim_start, rim);
-  const Blended b = blend_at(sample_at(rays, u, v, reference[p]), listed, groups, d_max, sheets);
+  const Blended b =
+      blend_at(sample_at(rays_at(rays, u, v), reference[p]), listed, groups, d_max, sheets);
   store_blended(b, &p, 1, n, depth, normal, group, trust);
 }
 #endif
@@ -433,14 +430,10 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          const int2 samples, const float first, const float step,
                          const float16 rays, const float d_max,
                          const float4 sheets) {  // same_low, same_high; crease, particle radii
-  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
-  if (place >= count[tile]) return;
-  int at[WIDTH];
-  floatv u, v;
-  const intv wanted = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
-                                   first, step, at, &u, &v);
-  const Listed listed = fits_of(tile, met_start, met, rim_start, rim);
-  const Blended b = blend_at(sample_at(rays, u, v, gather_float(reference, at)), listed, groups,
-                             d_max, sheets);
-  store_blended(b, at, wanted, samples.x * samples.y, depth, normal, group, trust);
+  Lanes lanes;
+  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
+  const Listed listed = fits_of(get_group_id(0), met_start, met, rim_start, rim);
+  const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
+                             groups, d_max, sheets);
+  store_blended(b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
 }

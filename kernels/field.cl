@@ -19,19 +19,6 @@ typedef struct {
   uint mask;
 } Cells;
 
-inline int cell_of(const float coordinate, const float inverse_cell) {
-  return (int)floor(fmin(fmax(coordinate * inverse_cell, -1e9f), 1e9f));
-}
-
-inline uint bucket_of(const int cx, const int cy, const int cz, const uint mask) {
-  return ((uint)cx * 73856093u ^ (uint)cy * 19349663u ^ (uint)cz * 83492791u) & mask;
-}
-
-// Tells the particles of a cell from others in its bucket.
-inline uint tag_of(const int cx, const int cy, const int cz) {
-  return ((uint)cx & 2047u) | ((uint)cy & 2047u) << 11 | ((uint)cz & 1023u) << 22;
-}
-
 // pi C and the gradient of pi C times h^2, in particle radii.
 typedef struct {
   floatv c, gx, gy, gz;
@@ -58,7 +45,7 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   sum->gz += g * dz;
 }
 
-// The field at points of one cell, lanes with `wanted`; the rest of `sum` is left as it is.
+// Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
                              const int cy, const int cz, const floatv x, const floatv y,
                              const floatv z, const int with_gradient, Field* sum) {

@@ -48,7 +48,7 @@ inline floatv agreement(const Corner a, const Corner b) {
 inline Rays corner_ray(const float16 rays, const int a, const int b, const int right,
                        const int down, const float first, const float step) {
   return rays_at(rays, first + step * (2.0f * ((float)a + LANES) + (float)right),
-                (floatv)(first + step * (float)(2 * b + down)));
+                 (floatv)(first + step * (float)(2 * b + down)));
 }
 
 kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
@@ -61,7 +61,7 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y;
-  int at[4][WIDTH], found[WIDTH], smooth[WIDTH];
+  int at[4][WIDTH], smooth[WIDTH];
   Corner corner[4];
   intv covered = (intv)(0);
 #pragma unroll
@@ -90,10 +90,9 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
     if (a + k >= cells.x) break;
     const int same = kind[at[0][k]] == kind[at[1][k]] && kind[at[0][k]] == kind[at[2][k]] &&
                      kind[at[0][k]] == kind[at[3][k]];
-    found[k] = corners[k] == 0 ? EMPTY : smooth[k] && same ? SMOOTH : ROUGH;
+    const int found = corners[k] == 0 ? EMPTY : smooth[k] && same ? SMOOTH : ROUGH;
     // A cell that ends outside the image has no corner there.
-    shows[b * cells.x + a + k] =
-        row_ends || 2 * (a + k) + 2 >= samples.x ? ROUGH : found[k];
+    shows[b * cells.x + a + k] = row_ends || 2 * (a + k) + 2 >= samples.x ? ROUGH : found;
   }
 }
 

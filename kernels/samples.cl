@@ -4,24 +4,41 @@
 // A tile is 16 x 16 samples. Its list has room for all of them, in Morton order: neighbours in the
 // list form small blocks on the screen.
 
-// Whether lanes `place` .. `place + WIDTH - 1` of a tile's list are in use; their samples (unused
-// lanes repeat the first) and positions on the screen.
-inline intv load_samples(global const int* list, const int place, const int count, const int nx,
-                         const float first, const float step, int* at, floatv* u, floatv* v) {
-  float us[WIDTH], vs[WIDTH];
+// WIDTH places of a list, as a work-item takes them.
+typedef struct {
+  int at[WIDTH];  // samples; lanes that are not in use repeat the first
+  intv used;
+  Rays rays;
+} Lanes;
+
+// The work-item's lanes of its work-group's tile. Returns whether any is in use.
+inline int load_lanes(global const int* sample,  // [tiles][256]
+                      global const int* count,   // [tiles]
+                      const int nx, const float first, const float step, const float16 rays,
+                      Lanes* lanes) {
+  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
+  global const int* list = sample + tile * TILE_SAMPLES;
+  float u[WIDTH], v[WIDTH];
   int used[WIDTH];
+  if (place >= count[tile]) return 0;
 #pragma unroll
   for (int k = 0; k < WIDTH; ++k) {
-    used[k] = place + k < count ? 1 : 0;
-    at[k] = list[used[k] ? place + k : place];
-    us[k] = first + step * (float)(at[k] % nx);
-    vs[k] = first + step * (float)(at[k] / nx);
+    used[k] = place + k < count[tile] ? -1 : 0;
+    lanes->at[k] = list[used[k] ? place + k : place];
+    u[k] = first + step * (float)(lanes->at[k] % nx);
+    v[k] = first + step * (float)(lanes->at[k] / nx);
   }
-  *u = LOADF(us);
-  *v = LOADF(vs);
-#if WIDTH == 1
+  lanes->used = LOADI(used);
+  lanes->rays = rays_at(rays, LOADF(u), LOADF(v));
   return 1;
-#else
-  return LOADI(used) != 0;
-#endif
+}
+
+// Stores depths and normals at the samples where wanted.
+inline void store_surface(const floatv t, const floatv nx, const floatv ny, const floatv nz,
+                          const int* at, const intv wanted, const int n, global float* depth,
+                          global float* normal) {  // [3][n]
+  scatter_float(t, depth, at, wanted);
+  scatter_float(nx, normal, at, wanted);
+  scatter_float(ny, normal + n, at, wanted);
+  scatter_float(nz, normal + 2 * n, at, wanted);
 }

@@ -7,14 +7,13 @@
 
 #define REFINE 5  // positions of a crossing within a step
 
-// Where the levelled field first reaches `level` on rays between depths `from` and `to`.
 typedef struct {
-  floatv depth;       // +infinity: nowhere, or already reached at `from`
+  floatv depth;       // +infinity: nowhere, or already reached at the start
   floatv nx, ny, nz;  // unit outward normal, eye axes
 } Crossing;
 
-//
-// `near` may hold the particles of the first window already.
+// Where the levelled field first reaches `level` on rays between depths `from` and `to`. With
+// `listed`, `near` holds the particles of the first window already.
 inline Crossing first_crossing(const Cells cells, global const float* weight, const Rays r,
                                const floatv from, const floatv to, const float level,
                                const intv wanted, Near* near, int listed) {
@@ -109,6 +108,17 @@ inline floatv contour_of(const intv on_edge, const float4 limits) {
   return SELECT((floatv)(1.0f), (floatv)(0.3f), on_edge) * limits.x;
 }
 
+// The samples are the field's.
+inline void mark_splash(const int* at, const intv wanted, global int* group, global uchar* kind) {
+  int want[WIDTH];
+  STOREI(wanted, want);
+  for (int k = 0; k < WIDTH; ++k) {
+    if (!want[k]) continue;
+    group[at[k]] = -1;
+    kind[at[k]] = 2;
+  }
+}
+
 // Decides what the samples `at` of a layer, on rays r, show.
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
 // its point reaches the contour's. Where they are not, or no group was met, the density field is
@@ -192,17 +202,9 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
   const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
   const floatv size = sqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-30f)));
-  scatter_float(SELECT(c.depth, share * t + rest * c.depth, both), depth, at, drawn);
-  scatter_float(nx / size, normal, at, drawn);
-  scatter_float(ny / size, normal + n, at, drawn);
-  scatter_float(nz / size, normal + 2 * n, at, drawn);
-  int field_shows[WIDTH];
-  STOREI(drawn & (share <= 0.5f), field_shows);
-  for (int k = 0; k < WIDTH; ++k) {
-    if (!field_shows[k]) continue;
-    group[at[k]] = -1;
-    kind[at[k]] = 2;
-  }
+  store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx / size, ny / size, nz / size,
+                at, drawn, n, depth, normal);
+  mark_splash(at, drawn & (share <= 0.5f), group, kind);
   scatter_float(nowhere, depth, at, gone);
   scatter_float(t0, behind, at, gone);
 }
@@ -218,26 +220,20 @@ kernel void settle_samples(
     global float* follow,           // [samples] out
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
     global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-    const uint mask,
-    global const float* weight, const int2 samples, const float first, const float step,
-    const float16 rays,
+    const uint mask, global const float* weight, const int2 samples, const float first,
+    const float step, const float16 rays,
     const float4 limits,    // contour density; level of the field; a triangle this near vouches,
                             // radii; search before, radii
     const int only_gaps) {  // 1: samples that show something stay
-  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
-  if (place >= count[tile]) return;
-  int at[WIDTH];
-  floatv u, v;
-  const intv listed = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
-                                   first, step, at, &u, &v);
+  Lanes lanes;
+  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  settle(at, listed, rays_at(rays, u, v), triangle, reference, trust, depth, behind, follow, cells,
+  settle(lanes.at, lanes.used, lanes.rays, triangle, reference, trust, depth, behind, follow, cells,
          weight, limits, only_gaps);
 }
 
 kernel void follow_field(
-    global const int* sample, global const int* count,
-    global const float* reference,
+    global const int* sample, global const int* count, global const float* reference,
     global const float* core,   // [samples] finite where the ray comes near enough to a particle to
                                 // meet the field's level
     global const float* trust,  // [samples] of the blend (blend.cl)
@@ -248,18 +244,14 @@ kernel void follow_field(
     global float* behind,       // [samples] out where nothing is found
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
     global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-    const uint mask,
-    global const float* weight, global const float* level_weight, const int2 samples,
-    const float first, const float step, const float16 rays, const float4 limits,
+    const uint mask, global const float* weight, global const float* level_weight,
+    const int2 samples, const float first, const float step, const float16 rays,
+    const float4 limits,
     const float beyond) {  // search behind, particle radii
-  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
-  if (place >= count[tile]) return;
-  int at[WIDTH];
-  floatv u, v;
-  const intv listed = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
-                                   first, step, at, &u, &v);
+  Lanes lanes;
+  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  follow(at, listed, samples.x * samples.y, rays_at(rays, u, v), reference, core, trust, depth,
+  follow(lanes.at, lanes.used, samples.x * samples.y, lanes.rays, reference, core, trust, depth,
          normal, group, kind, behind, cells, weight, level_weight, limits, beyond);
 }
 
@@ -272,9 +264,8 @@ kernel void settle_points(
     global const float* points,  // [2][n] u, v, pixels
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
     global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-    const uint mask,
-    global const float* weight, global const float* level_weight, const int n, const float16 rays,
-    const float4 limits, const float beyond) {
+    const uint mask, global const float* weight, global const float* level_weight, const int n,
+    const float16 rays, const float4 limits, const float beyond) {
   const int p = get_global_id(0);
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
@@ -302,29 +293,15 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
                         const float inverse_cell, const uint mask,
                         const int2 samples, const float first, const float step,
                         const float16 rays, const float level) {
-  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
-  if (place >= count[tile]) return;
-  int at[WIDTH];
-  floatv u, v;
-  const intv listed = load_samples(sample + tile * TILE_SAMPLES, place, count[tile], samples.x,
-                                   first, step, at, &u, &v);
-  const floatv start = gather_float(from, at);
-  const floatv end = fmin(gather_float(to, at), gather_float(depth, at));
+  Lanes lanes;
+  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
+  const floatv start = gather_float(from, lanes.at);
+  const floatv end = fmin(gather_float(to, lanes.at), gather_float(depth, lanes.at));
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   Near near;
-  const Crossing c = first_crossing(cells, level_weight, rays_at(rays, u, v), start, end, level,
-                                    listed & (start < end), &near, 0);
-  const intv drawn = listed & (c.depth < end);
-  const int n = samples.x * samples.y;
-  scatter_float(c.depth, depth, at, drawn);
-  scatter_float(c.nx, normal, at, drawn);
-  scatter_float(c.ny, normal + n, at, drawn);
-  scatter_float(c.nz, normal + 2 * n, at, drawn);
-  int draw[WIDTH];
-  STOREI(drawn, draw);
-  for (int k = 0; k < WIDTH; ++k) {
-    if (!draw[k]) continue;
-    group[at[k]] = -1;
-    kind[at[k]] = 2;
-  }
+  const Crossing c = first_crossing(cells, level_weight, lanes.rays, start, end, level,
+                                    lanes.used & (start < end), &near, 0);
+  const intv drawn = lanes.used & (c.depth < end);
+  store_surface(c.depth, c.nx, c.ny, c.nz, lanes.at, drawn, samples.x * samples.y, depth, normal);
+  mark_splash(lanes.at, drawn, group, kind);
 }

@@ -8,6 +8,7 @@
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"
 #include "stages/particle_fit.hpp"
+#include "stages/settle.hpp"
 #include "stages/splash.hpp"
 #include "stages/triangulate.hpp"
 #include "stages/visible.hpp"

@@ -9,6 +9,9 @@
 namespace meniscus {
 namespace {
 
+// The files with the functions that the kernels use.
+constexpr char kAnisotropic[] = "cells.cl anisotropic.cl";
+
 constexpr std::size_t kRows = 11;  // of shapes
 
 }  // namespace
@@ -25,7 +28,7 @@ AnisotropicKernels shape_kernels(Device& device, const Projected& particles,
   const auto found = allocate<float>(device, kRows * n);
   // The variance along an axis of a full ball of radius 2 h with the weights 1 - (d / 2h)^3.
   const double full = 0.15 * std::pow(2 * params.h, 2);
-  launch(device, "anisotropic.cl", "shape_kernels", {n}, "", upload(device, near.x),
+  launch(device, kAnisotropic, "shape_kernels", {n}, "", upload(device, near.x),
          upload(device, near.y), upload(device, near.z), upload(device, near.start), found,
          static_cast<cl_int>(n), near.inverse_cell, near.mask,
          cl_float4{{static_cast<float>(params.h), static_cast<float>(params.lambda),
@@ -64,7 +67,7 @@ std::vector<SurfaceSample> cast_field(Device& device, const View& view,
           "cast_field: points, from and to have different sizes");
   const auto depth = allocate<float>(device, n);
   const auto normal = allocate<float>(device, 3 * n);
-  launch(device, "anisotropic.cl", "cast_field", {n}, "", upload(device, rays.points), rays.from,
+  launch(device, kAnisotropic, "cast_field", {n}, "", upload(device, rays.points), rays.from,
          rays.to, depth, normal, kernels.x, kernels.y, kernels.z, kernels.start, kernels.shapes,
          kernels.count, kernels.inverse_cell, kernels.mask, static_cast<cl_int>(n),
          kernel_rays(view), static_cast<cl_float>(level));

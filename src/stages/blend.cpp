@@ -9,7 +9,6 @@ constexpr int kRecord = 24;           // floats, as in blend.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kSeen = 1e-3;        // those seen less are not met by rays, they only end sheets
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
-constexpr int kTile = 16;             // samples, as the work-group of blend_groups
 
 // Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
 struct Box {

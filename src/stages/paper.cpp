@@ -13,7 +13,6 @@ constexpr std::size_t kNeighbours = 3;  // fewer make a splash particle
 constexpr int kQuadricPoints = 8;       // fewer make a plane
 constexpr double kSupport = 1.3;        // radius of the fit's weight over the farthest member
 constexpr float kLinearRidge = 1e-6f;   // keeps a group of collinear particles solvable
-constexpr std::size_t kTile = 16;       // samples, as list_tiles
 
 Range samples_of(const SampleGrid& grid) {
   return {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};

@@ -1,7 +1,5 @@
 #include "stages/region.hpp"
 
-#include <utility>
-
 namespace meniscus {
 
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
@@ -23,32 +21,6 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
          static_cast<cl_int>(n), static_cast<cl_int>(stride), cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, static_cast<cl_int>(!view.orthographic));
   return depth;
-}
-
-void close_specks(Device& device, const SurfaceBuffers& surface) {
-  constexpr int kRounds = 4;
-  constexpr float kJump = 3;  // particle radii
-  const SampleGrid& grid = surface.grid;
-  const std::size_t n = grid.size();
-  constexpr int kBlockRows = 8;  // as in specks.cl
-  const int width = device.state().vector_width;
-  const int across = (grid.nx + width - 1) / width, down = (grid.ny + kBlockRows - 1) / kBlockRows;
-  const cl_int2 blocks{{across, down}};
-  const Range range{static_cast<std::size_t>(across), static_cast<std::size_t>(down), 16, 2};
-  const auto depth = allocate<float>(device, n), normal = allocate<float>(device, 3 * n);
-  const auto group = allocate<cl_int>(device, n);
-  const auto kind = allocate<cl_uchar>(device, n), change = allocate<cl_uchar>(device, n);
-  auto changed = filled<cl_uchar>(device, range.nx * range.ny, 1);
-  auto changes = allocate<cl_uchar>(device, range.nx * range.ny);
-  for (int round = 0; round < kRounds; ++round) {
-    launch(device, "specks.cl", "close_specks", range, width_option(width), surface.depth,
-           surface.normal, surface.group, surface.kind, depth, normal, group, kind, change, changed,
-           changes, cl_int2{{grid.nx, grid.ny}}, blocks, kJump);
-    launch(device, "specks.cl", "apply_closed", range, width_option(width), depth, normal, group,
-           kind, change, changes, surface.depth, surface.normal, surface.group, surface.kind,
-           cl_int2{{grid.nx, grid.ny}}, blocks);
-    std::swap(changed, changes);
-  }
 }
 
 }  // namespace meniscus

@@ -13,8 +13,4 @@ namespace meniscus {
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
                              const SampleGrid& grid);
 
-/// Closes pinholes and removes specks of the surface (kernel close_specks), four times, for holes
-/// of a few samples. Changes the surface. Does not wait.
-void close_specks(Device& device, const SurfaceBuffers& surface);
-
 }  // namespace meniscus

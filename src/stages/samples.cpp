@@ -3,8 +3,7 @@
 namespace meniscus {
 namespace {
 
-constexpr int kTile = 16;
-constexpr std::size_t kTileSamples = 256;
+constexpr std::size_t kTileSamples = kTile * kTile;
 
 SampleLists no_samples(Device& device, const SampleGrid& grid) {
   const int nx = (grid.nx + kTile - 1) / kTile, ny = (grid.ny + kTile - 1) / kTile;

@@ -6,6 +6,9 @@
 
 namespace meniscus {
 
+/// Side of a tile, samples: TILE of prelude.cl.
+inline constexpr int kTile = 16;
+
 /// Samples of a grid, by tile of 16 x 16.
 struct SampleLists {
   SampleGrid grid;

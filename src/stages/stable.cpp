@@ -7,8 +7,6 @@
 namespace meniscus {
 namespace {
 
-constexpr int kTile = 16;  // samples, as the work-group of blend_particles
-
 Range samples_of(const SampleGrid& grid) {
   return {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), 16, 4};
 }

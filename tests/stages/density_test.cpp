@@ -3,6 +3,7 @@
 
 #include "reference/density.hpp"
 #include "reference/settle.hpp"
+#include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {

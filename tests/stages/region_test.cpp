@@ -2,6 +2,7 @@
 #include "stages/region.hpp"
 
 #include "stages/mesh_by_hand.hpp"
+#include "stages/specks.hpp"
 
 namespace meniscus {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "stages/density.hpp"
+#include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {
@@ -466,7 +466,7 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   const auto follow = filled<float>(device_, n_, kNoSurface);
   const cl_float4 limits{{static_cast<float>(kParams.contour_density),
                           static_cast<float>(kParams.blob_density), 3, 2}};
-  const std::string files = "field.cl samples.cl settle.cl";
+  const std::string files = "cells.cl field.cl samples.cl settle.cl";
   launch(device_, files, "settle_samples", range_of(lists, 1), "", lists.sample, lists.count,
          upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
          cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,

@@ -1,0 +1,83 @@
+#include "stages/settle.hpp"
+
+namespace meniscus {
+namespace {
+
+// A kept triangle's depth within this many particle radii of a sample vouches for it without
+// measuring the density.
+constexpr float kTriangleReach = 3;
+
+// The density field is sought this many particle radii before and twice as many behind the blend or
+// the reference depth; in gaps, which have nothing behind them, farther.
+constexpr float kSearch = 2;
+constexpr float kFarSearch = 100;
+
+cl_float4 limits_of(const RegionParams& params) {
+  return {{static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
+           kTriangleReach, kSearch}};
+}
+
+// The files with the functions that the kernels use.
+constexpr char kSettle[] = "cells.cl field.cl samples.cl settle.cl";
+
+}  // namespace
+
+Buffer<float> settle_samples(Device& device, const View& view, const SampleLists& lists,
+                             const DeviceCells& cells, const DeviceCells& levelled,
+                             const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                             const Buffer<float>& core, const SurfaceBuffers& surface,
+                             const RegionParams& params, bool only_gaps) {
+  const SampleGrid& grid = surface.grid;
+  const auto behind = filled<float>(device, grid.size(), kNoSurface);
+  const auto follow = allocate<float>(device, grid.size());
+  const int width = device.state().vector_width;
+  launch(device, kSettle, "settle_samples", range_of(lists, width), width_option(width),
+         lists.sample, lists.count, triangle_depth, reference, surface.trust, surface.depth, behind,
+         follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         limits_of(params), static_cast<cl_int>(only_gaps));
+  const SampleLists rest = keep_samples(device, lists, follow);
+  launch(device, kSettle, "follow_field", range_of(rest, width), width_option(width), rest.sample,
+         rest.count, reference, core, surface.trust, surface.depth, surface.normal, surface.group,
+         surface.kind, behind, cells.x, cells.y, cells.z, cells.tag, cells.start,
+         cells.inverse_cell, cells.mask, cells.weight, levelled.weight, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), limits_of(params),
+         static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch));
+  return behind;
+}
+
+void settle_points(Device& device, const View& view, const DeviceCells& cells,
+                   const DeviceCells& levelled, const Buffer<float>& points,
+                   const Buffer<float>& reference, const SurfaceBuffers& surface,
+                   const RegionParams& params) {
+  const std::size_t n = surface.grid.size();
+  const auto no_triangle = filled<float>(device, n, kNoSurface);
+  const auto behind = allocate<float>(device, n), follow = allocate<float>(device, n);
+  launch(device, kSettle, "settle_points", {n}, "", no_triangle, reference, reference,
+         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, follow,
+         points, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         cells.weight, levelled.weight, static_cast<cl_int>(n), kernel_rays(view),
+         limits_of(params), kSearch);
+}
+
+SplashExtent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid) {
+  // The field of a lone particle reaches one particle radius; among others it reaches farther.
+  constexpr double kBlobReach = 2;
+  return {splat_depth(device, splash, grid, kBlobReach),
+          splat_far(device, splash, grid, kBlobReach)};
+}
+
+void draw_splash(Device& device, const View& view, const SampleLists& lists,
+                 const DeviceCells& levelled, const SplashExtent& extent,
+                 const SurfaceBuffers& surface, const RegionParams& params) {
+  const SampleGrid& grid = surface.grid;
+  const SampleLists near = keep_samples(device, lists, extent.from, surface.depth);
+  const int width = device.state().vector_width;
+  launch(device, kSettle, "draw_splash", range_of(near, width), width_option(width), near.sample,
+         near.count, extent.from, extent.to, surface.depth, surface.normal, surface.group,
+         surface.kind, levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag,
+         levelled.start, levelled.inverse_cell, levelled.mask, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.blob_density));
+}
+
+}  // namespace meniscus

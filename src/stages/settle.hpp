@@ -1,0 +1,49 @@
+// settle: what each sample shows, the blend or the density field (paper 2.4.1 and, for the splash,
+// the end of 3).
+#pragma once
+
+#include "stages/density.hpp"
+#include "stages/samples.hpp"
+#include "stages/surface_buffers.hpp"
+#include "stages/visible.hpp"
+
+namespace meniscus {
+
+/// A ray that passes every particle at more than this many of its radii does not meet the levelled
+/// field's surface, which lies one radius outside the particles, a little more between two.
+inline constexpr double kCoreFootprint = 1.4;
+
+/// Decides what each listed sample of a layer shows (kernel settle_samples): the blend where its
+/// groups are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled
+/// density field where they are not and `core` is finite, nothing outside the fluid. Changes the
+/// surface. Returns for each listed sample that has a reference but shows nothing that reference,
+/// and kNoSurface elsewhere. Does not wait.
+Buffer<float> settle_samples(Device& device, const View& view, const SampleLists& lists,
+                             const DeviceCells& cells, const DeviceCells& levelled,
+                             const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                             const Buffer<float>& core, const SurfaceBuffers& surface,
+                             const RegionParams& params, bool only_gaps);
+
+/// The same at a list of points (pixels, [2][n] u then v) whose samples `surface` holds, on a grid
+/// of n x 1: what lies near each point's reference depth, without triangles that vouch.
+void settle_points(Device& device, const View& view, const DeviceCells& cells,
+                   const DeviceCells& levelled, const Buffer<float>& points,
+                   const Buffer<float>& reference, const SurfaceBuffers& surface,
+                   const RegionParams& params);
+
+/// Where rays may meet the levelled field around splash particles: the nearest front and the
+/// farthest back of spheres that hold it.
+struct SplashExtent {
+  Buffer<float> from, to;  // [samples] particle radii; kNoSurface and 0 where nothing is
+};
+
+/// Waits.
+SplashExtent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid);
+
+/// Draws the first crossing of the levelled field within `extent` where it lies in front of the
+/// surface, at the listed samples. Changes the surface. Does not wait.
+void draw_splash(Device& device, const View& view, const SampleLists& lists,
+                 const DeviceCells& levelled, const SplashExtent& extent,
+                 const SurfaceBuffers& surface, const RegionParams& params);
+
+}  // namespace meniscus

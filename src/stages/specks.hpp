@@ -1,0 +1,12 @@
+// specks: pinholes and specks of the surface (specks.cl).
+#pragma once
+
+#include "stages/surface_buffers.hpp"
+
+namespace meniscus {
+
+/// Closes pinholes and removes specks of the surface (kernel close_specks), four times, for holes
+/// of a few samples. Changes the surface. Does not wait.
+void close_specks(Device& device, const SurfaceBuffers& surface);
+
+}  // namespace meniscus
