@@ -62,7 +62,14 @@ std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& p
   const auto before = [&](const Key& a, const Key& b) {
     if (p.y[a.index] != p.y[b.index]) return p.y[a.index] < p.y[b.index];
     if (p.z[a.index] != p.z[b.index]) return p.z[a.index] < p.z[b.index];
-    return !p.radius.empty() && p.radius[a.index] < p.radius[b.index];
+    if (!p.radius.empty() && p.radius[a.index] != p.radius[b.index])
+      return p.radius[a.index] < p.radius[b.index];
+    if (p.vx.empty()) return false;
+    for (const std::vector<float>* v : {&p.vx, &p.vy, &p.vz}) {  // by their bits: they may be NaN
+      const std::uint32_t va = ordered_bits((*v)[a.index]), vb = ordered_bits((*v)[b.index]);
+      if (va != vb) return va < vb;
+    }
+    return false;
   };
   for (auto first = keys.begin(); first != keys.end();) {
     auto last = first + 1;

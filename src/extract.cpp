@@ -1,15 +1,17 @@
 // The one call: checks, canonical order, the pipeline, and the way back to world space.
+#include "extract.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "canonical_order.hpp"
-#include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "pipeline.hpp"
 #include "to_world.hpp"
+#include "velocities.hpp"
 
 namespace meniscus {
 namespace {
@@ -97,6 +99,12 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
   require(particles.radius.empty() || particles.radius.size() == n,
           "particles: radius has " + std::to_string(particles.radius.size()) + " values for " +
               std::to_string(n) + " particles");
+  for (const std::vector<float>* v : {&particles.vx, &particles.vy, &particles.vz})
+    require(v->size() == particles.vx.size() && (v->empty() || v->size() == n),
+            "particles: vx, vy and vz have " + std::to_string(particles.vx.size()) + ", " +
+                std::to_string(particles.vy.size()) + " and " +
+                std::to_string(particles.vz.size()) + " values for " + std::to_string(n) +
+                " particles");
   if (static_cast<std::int64_t>(n) >= kStreamed)
     return extract(device, *source_of(particles), camera, params, timings);
 
@@ -124,6 +132,14 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
   if (!particles.radius.empty())
     for (const std::size_t i : order)
       world.scale.push_back(static_cast<float>(particles.radius[i] / surface.particle_radius));
+  world.moving = params.motion && !particles.vx.empty();
+  if (world.moving) {
+    VelocityCheck velocities;
+    for (const std::size_t i : order)
+      world.velocity.push_back(velocities.checked(
+          {particles.vx[i], particles.vy[i], particles.vz[i]}, static_cast<std::int64_t>(i)));
+    velocities.report("particles", params, surface.warnings);
+  }
   // The origin that is subtracted first: the middle of the particles, exact in float.
   std::array<double, 3> origin{};
   if (!order.empty())

@@ -58,6 +58,18 @@ TEST(CanonicalOrder, RadiiDecideAtOnePlace) {
   EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(1, 2, 0));
 }
 
+TEST(CanonicalOrder, VelocitiesDecideBetweenOneRadius) {
+  std::vector<std::string> warnings;
+  Particles p = particles_at({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
+  p.radius = {2, 2, 2, 1};
+  p.vx = {-1, -1, -2, 9};
+  p.vy = {5, -5, 0, 0};
+  p.vz = {0, 0, 0, NAN};
+  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(3, 2, 1, 0));
+  p.vx = {1, NAN, 0, 0};
+  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(3, 2, 0, 1));
+}
+
 // Few values, so that many agree in x, in x and y, and in all three.
 TEST(CanonicalOrder, GivesTheSameSequenceForEveryOrderOfInput) {
   std::mt19937 random(5);

@@ -145,9 +145,10 @@ struct AnisotropicParams {
 struct Parameters {
   Method method = Method::fit;
   double particle_radius = 0;  // world units; 0: the file's, else estimated
-  bool strict = false;         // NaN and infinite coordinates are an error
+  bool strict = false;         // NaN and infinite coordinates and velocities are an error
   bool image = true;           // make the maps
   bool mesh = true;            // make the mesh
+  bool motion = true;          // make velocities where the particles carry them
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
                                // than half of it are thinned to it. 0: never
   VisibleParams visible;

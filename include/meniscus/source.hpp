@@ -12,6 +12,14 @@ namespace meniscus {
 
 struct Survey;
 
+/// Where ParticleSource::read puts what: for each value that is wanted an array with room for one a
+/// particle, null for the others.
+struct ParticleArrays {
+  float *x = nullptr, *y = nullptr, *z = nullptr;
+  float *vx = nullptr, *vy = nullptr, *vz = nullptr;
+  float* radius = nullptr;
+};
+
 /// A frame of particles that is read in parts, several times if need be. Reading changes nothing:
 /// several threads may read at once.
 class ParticleSource {
@@ -23,13 +31,14 @@ class ParticleSource {
 
   virtual std::int64_t size() const = 0;
   virtual bool has_radius() const = 0;         // whether each particle has a radius of its own
+  virtual bool has_velocity() const = 0;       // whether each particle has a velocity
   virtual double particle_radius() const = 0;  // world units, as it is stated; 0: it is not
   virtual std::string item() const = 0;        // what a particle is called in messages
 
-  /// Copies `count` particles from `first` on: positions, and their own radii where the source has
-  /// them and `radius` is not null. Values are as the source has them. Throws InputError.
-  virtual void read(std::int64_t first, std::size_t count, float* x, float* y, float* z,
-                    float* radius) const = 0;
+  /// Copies `count` particles from `first` on into the arrays that are not null; those of values
+  /// that the source does not have stay as they are. Values are as the source has them. Throws
+  /// InputError.
+  virtual void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const = 0;
 
   /// The particles where they are all in memory anyway, else null.
   virtual const Particles* in_memory() const { return nullptr; }

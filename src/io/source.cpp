@@ -28,18 +28,21 @@ class MemorySource : public ParticleSource {
 
   std::int64_t size() const override { return static_cast<std::int64_t>(particles_->size()); }
   bool has_radius() const override { return !particles_->radius.empty(); }
+  bool has_velocity() const override { return !particles_->vx.empty(); }
   double particle_radius() const override { return particles_->particle_radius; }
   std::string item() const override { return "particle"; }
   const Particles* in_memory() const override { return particles_; }
-  void read(std::int64_t first, std::size_t count, float* x, float* y, float* z,
-            float* radius) const override {
-    const auto copy = [&](const std::vector<float>& from, float* to) {
-      if (to && !from.empty()) std::copy_n(from.begin() + first, count, to);
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    const auto copy = [&](const std::vector<float>& from, float* values) {
+      if (values && !from.empty()) std::copy_n(from.begin() + first, count, values);
     };
-    copy(particles_->x, x);
-    copy(particles_->y, y);
-    copy(particles_->z, z);
-    copy(particles_->radius, radius);
+    copy(particles_->x, to.x);
+    copy(particles_->y, to.y);
+    copy(particles_->z, to.z);
+    copy(particles_->vx, to.vx);
+    copy(particles_->vy, to.vy);
+    copy(particles_->vz, to.vz);
+    copy(particles_->radius, to.radius);
   }
 
  private:
@@ -57,21 +60,22 @@ class RowSource : public ParticleSource {
 
   std::int64_t size() const override { return rows_.count; }
   bool has_radius() const override { return column(Field::radius) != nullptr; }
+  bool has_velocity() const override { return column(Field::vx) != nullptr; }
   double particle_radius() const override { return rows_.particle_radius; }
   std::string item() const override { return "vertex"; }
 
-  void read(std::int64_t first, std::size_t count, float* x, float* y, float* z,
-            float* radius) const override {
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    const std::pair<Field, float*> wanted[] = {
+        {Field::x, to.x},   {Field::y, to.y},   {Field::z, to.z},          {Field::vx, to.vx},
+        {Field::vy, to.vy}, {Field::vz, to.vz}, {Field::radius, to.radius}};
     const std::size_t step = std::max<std::size_t>(1, kBlock / rows_.stride);
     std::vector<char> block(std::min(step, count) * rows_.stride);
     for (std::size_t done = 0; done < count; done += step) {
       const std::size_t now = std::min(step, count - done);
       fetch(rows_.offset + (static_cast<std::uint64_t>(first) + done) * rows_.stride, block.data(),
             now * rows_.stride);
-      unpack(block.data(), now, Field::x, x + done);
-      unpack(block.data(), now, Field::y, y + done);
-      unpack(block.data(), now, Field::z, z + done);
-      if (radius) unpack(block.data(), now, Field::radius, radius + done);
+      for (const auto& [field, values] : wanted)
+        if (values) unpack(block.data(), now, field, values + done);
     }
   }
 

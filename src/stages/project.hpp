@@ -13,6 +13,8 @@ namespace meniscus {
 struct WorldParticles {
   std::vector<float> x, y, z;  // [n] world units, finite
   std::vector<float> scale;    // [n] own radius over the common radius; empty: all 1
+  bool moving = false;         // whether they carry velocities
+  std::vector<Vec3> velocity;  // [n] where moving: world units per second, or kNoVelocity
 };
 
 /// The particles in view, in canonical order.

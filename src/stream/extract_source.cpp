@@ -17,6 +17,7 @@
 #include "stream/survey.hpp"
 #include "stream/thin.hpp"
 #include "to_world.hpp"
+#include "velocities.hpp"
 
 namespace meniscus {
 namespace {
@@ -27,11 +28,16 @@ constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 Particles read_all(const ParticleSource& source) {
   Particles all;
   const std::size_t n = static_cast<std::size_t>(source.size());
-  for (std::vector<float>* values : {&all.x, &all.y, &all.z}) values->resize(n);
-  if (source.has_radius()) all.radius.resize(n);
+  ParticleArrays to;
+  const auto add = [&](std::vector<float>& values, float*& array) {
+    values.resize(n);
+    array = values.data();
+  };
+  add(all.x, to.x), add(all.y, to.y), add(all.z, to.z);
+  if (source.has_velocity()) add(all.vx, to.vx), add(all.vy, to.vy), add(all.vz, to.vz);
+  if (source.has_radius()) add(all.radius, to.radius);
   all.particle_radius = source.particle_radius();
-  source.read(0, n, all.x.data(), all.y.data(), all.z.data(),
-              all.radius.empty() ? nullptr : all.radius.data());
+  source.read(0, n, to);
   return all;
 }
 
@@ -92,9 +98,18 @@ double thinning(const OnScreen& screen, const Parameters& params) {
   return factor;
 }
 
+Vec3 checked_velocity(const ParticleChunk& chunk, std::size_t i, VelocityCheck& velocities) {
+  return velocities.checked({chunk.vx[i], chunk.vy[i], chunk.vz[i]},
+                            chunk.first + static_cast<std::int64_t>(i));
+}
+
+// Whose velocities are looked at: all that pass.
+constexpr char kLookedAt[] = "particles near what is seen";
+
 // Everything in view, or where that is much what lies near the front.
-Particles gather(Device& device, const View& view, const ParticleSource& source, std::size_t memory,
-                 const OnScreen& screen, StageClock& clock) {
+Particles gather(Device& device, const View& view, const ParticleSource& source,
+                 const Parameters& params, std::size_t memory, const OnScreen& screen,
+                 StageClock& clock, std::vector<std::string>& warnings) {
   // No stage looks farther than this beyond the screen's edge, in radii.
   constexpr double kMargin = 16;
   FrontMap map;
@@ -114,7 +129,8 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
   }
   clock.start("select");
   Particles kept;
-  select_near(device, view, source, chunk, map, true,
+  VelocityCheck velocities;
+  select_near(device, view, source, chunk, map, {.radius = true, .velocity = params.motion},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
                 for (const cl_uint place : places) {
                   const std::size_t i = place & ~kIsSeen;
@@ -122,15 +138,22 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
                   kept.y.push_back(now.y[i]);
                   kept.z.push_back(now.z[i]);
                   if (!now.radius.empty()) kept.radius.push_back(now.radius[i]);
+                  if (now.vx.empty()) continue;
+                  const Vec3 velocity = checked_velocity(now, i, velocities);
+                  kept.vx.push_back(velocity.x);
+                  kept.vy.push_back(velocity.y);
+                  kept.vz.push_back(velocity.z);
                 }
               });
+  velocities.report(kLookedAt, params, warnings);
   return kept;
 }
 
 // The voxels near what the camera sees. All lengths on the screen are in pixels.
 VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& source,
                       double particle_radius, const Parameters& params, std::size_t memory,
-                      const OnScreen& screen, StageClock& clock) {
+                      const OnScreen& screen, StageClock& clock,
+                      std::vector<std::string>& warnings) {
   // In radii of the representatives: how far beyond the screen, around a gap and behind the front
   // particles may matter to a fit near the edge.
   constexpr double kMargin = 10, kAround = 6, kReach = 10;
@@ -147,14 +170,19 @@ VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& so
   clock.start("select");
   const double side = 2 * view.radius, step = 1024 * side;
   const auto snapped = [&](double x) { return std::floor(x / step + 0.5) * step; };
-  VoxelGrid grid(side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)});
-  select_near(device, view, source, chunk, map, false,
+  const bool moving = params.motion && source.has_velocity();
+  VoxelGrid grid(side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)},
+                 moving);
+  VelocityCheck velocities;
+  select_near(device, view, source, chunk, map, {.velocity = moving},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
                 for (const cl_uint place : places) {
                   const std::size_t i = place & ~kIsSeen;
-                  grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0);
+                  grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0,
+                           moving ? checked_velocity(now, i, velocities) : kNoVelocity);
                 }
               });
+  velocities.report(kLookedAt, params, warnings);
   return grid;
 }
 
@@ -192,8 +220,8 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
 
   if (factor > 1) {
     const View coarse = make_view(camera, factor * radius, origin);
-    const VoxelGrid grid =
-        fill_voxels(device, coarse, source, radius, params, memory, screen, clock);
+    const VoxelGrid grid = fill_voxels(device, coarse, source, radius, params, memory, screen,
+                                       clock, surface.warnings);
     clock.start("thin");
     const Vec3d eye = world_from_eye(coarse, {0, 0, coarse.orthographic ? 1e5 : 0});
     const Thinned thinned = thin_particles(device, grid, radius, eye, params.fit.offset);
@@ -210,15 +238,18 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
     return to_world(coarse, std::move(extraction), std::move(surface), params);
   }
 
-  const Particles kept = gather(device, view, source, memory, screen, clock);
+  const Particles kept =
+      gather(device, view, source, params, memory, screen, clock, surface.warnings);
   clock.start("order");
   require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
   WorldParticles world;
+  world.moving = params.motion && source.has_velocity();
   for (const std::size_t i : canonical_order(kept, params, surface.warnings)) {
     world.x.push_back(kept.x[i]);
     world.y.push_back(kept.y[i]);
     world.z.push_back(kept.z[i]);
     if (!kept.radius.empty()) world.scale.push_back(static_cast<float>(kept.radius[i] / radius));
+    if (world.moving) world.velocity.push_back({kept.vx[i], kept.vy[i], kept.vz[i]});
   }
   clock.stop();
   Extraction extraction = run_pipeline(device, view, world, params, timings);

@@ -197,7 +197,7 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
   const Projection p = projection_of(view, map);
   ChunkBuffers buffers(device, chunk);
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
-  for_each_chunk(source, chunk, false, [&](const ParticleChunk& now) {
+  for_each_chunk(source, chunk, {}, [&](const ParticleChunk& now) {
     buffers.fill(device, now);
     launch(device, "stream.cl", "find_fronts", {(now.count + width - 1) / width},
            width_option(device.state().vector_width), buffers.x, buffers.y, buffers.z, fronts,
@@ -230,7 +230,7 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
 
 void select_near(
     Device& device, const View& view, const ParticleSource& source, std::size_t chunk,
-    const FrontMap& map, bool with_radius,
+    const FrontMap& map, const ChunkValues& also,
     const std::function<void(const ParticleChunk&, const std::vector<cl_uint>&)>& take) {
   const Projection p = projection_of(view, map);
   ChunkBuffers buffers(device, chunk);
@@ -238,7 +238,7 @@ void select_near(
   const Buffer<cl_uint> selected = allocate<cl_uint>(device, chunk);
   const Buffer<float> limit = upload(device, map.limit);
   std::vector<cl_uint> places;
-  for_each_chunk(source, chunk, with_radius, [&](const ParticleChunk& now) {
+  for_each_chunk(source, chunk, also, [&](const ParticleChunk& now) {
     buffers.fill(device, now);
     const Buffer<cl_int> count = filled<cl_int>(device, 1, 0);
     launch(device, "stream.cl", "select_near", {(now.count + width - 1) / width},

@@ -47,7 +47,7 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
 /// block's limit, in any order; the highest bit marks those of the front layer.
 void select_near(
     Device& device, const View& view, const ParticleSource& source, std::size_t chunk,
-    const FrontMap& map, bool with_radius,
+    const FrontMap& map, const ChunkValues& also,
     const std::function<void(const ParticleChunk&, const std::vector<cl_uint>&)>& take);
 
 inline constexpr cl_uint kIsSeen = 0x80000000u;

@@ -71,9 +71,10 @@ class Middle {
 
 }  // namespace
 
-void for_each_chunk(const ParticleSource& source, std::size_t size, bool with_radius,
+void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
                     const std::function<void(const ParticleChunk&)>& work) {
-  const bool radius = with_radius && source.has_radius();
+  const bool radius = also.radius && source.has_radius();
+  const bool velocity = also.velocity && source.has_velocity();
   const auto read = [&](ParticleChunk& chunk, std::int64_t first) {
     chunk.first = first;
     chunk.count =
@@ -83,9 +84,14 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, bool with_ra
       values->resize(stride);
       std::fill(values->begin() + static_cast<std::ptrdiff_t>(chunk.count), values->end(), 0.0f);
     }
-    chunk.radius.resize(radius ? stride : 0);
-    source.read(first, chunk.count, chunk.x.data(), chunk.y.data(), chunk.z.data(),
-                radius ? chunk.radius.data() : nullptr);
+    ParticleArrays to{.x = chunk.x.data(), .y = chunk.y.data(), .z = chunk.z.data()};
+    const auto add = [&](std::vector<float>& values, float*& array) {
+      values.resize(stride);
+      array = values.data();
+    };
+    if (velocity) add(chunk.vx, to.vx), add(chunk.vy, to.vy), add(chunk.vz, to.vz);
+    if (radius) add(chunk.radius, to.radius);
+    source.read(first, chunk.count, to);
   };
   if (source.size() == 0) return;
   ParticleChunk now, next;
@@ -116,7 +122,7 @@ Survey survey_particles(const ParticleSource& source) {
   const std::uint32_t most =
       share >= 1 ? UINT32_MAX : static_cast<std::uint32_t>(share * 4294967296.0);
   Middle middle;
-  for_each_chunk(source, kChunk, true, [&](const ParticleChunk& chunk) {
+  for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
     for (std::size_t begin = 0; begin < chunk.count; begin += kRun) {
       const std::size_t end = std::min(begin + kRun, chunk.count);
       // Straight loops over whole numbers, which the compiler turns into vectors; a run with a bad
@@ -179,7 +185,7 @@ Survey survey_particles(const ParticleSource& source) {
   }
   if (source.has_radius() && survey.finite > 0) {
     middle.narrow(survey.finite);
-    for_each_chunk(source, kChunk, true, [&](const ParticleChunk& chunk) {
+    for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
       for (std::size_t i = 0; i < chunk.count; ++i)
         if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
     });

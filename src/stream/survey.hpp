@@ -18,13 +18,20 @@ struct ParticleChunk {
   std::int64_t first = 0;
   std::size_t count = 0;
   std::vector<float> x, y, z;  // [stride] world units
-  std::vector<float> radius;   // [stride]; empty where the source has none or none was asked for
+  // Empty where the source has none or none was asked for:
+  std::vector<float> vx, vy, vz;  // [stride] world units per second
+  std::vector<float> radius;      // [stride] world units
   std::size_t stride() const { return x.size(); }
+};
+
+/// What a chunk holds beside positions.
+struct ChunkValues {
+  bool radius = false, velocity = false;
 };
 
 /// Calls work(chunk) for all particles, `size` at a time, in order; the next chunk is read by
 /// another thread meanwhile. Throws what reading or `work` throws.
-void for_each_chunk(const ParticleSource& source, std::size_t size, bool with_radius,
+void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
                     const std::function<void(const ParticleChunk&)>& work);
 
 struct Survey {

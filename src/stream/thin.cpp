@@ -110,7 +110,7 @@ class ApartPoints {
 
 }  // namespace
 
-void VoxelGrid::add(float x, float y, float z, bool seen) {
+void VoxelGrid::add(float x, float y, float z, bool seen, const Vec3& velocity) {
   const Vec3d p = (Vec3d{x, y, z} - origin_) / side_;
   std::array<std::int64_t, 3> cell{}, place{};
   for (std::size_t a = 0; a < 3; ++a) {
@@ -129,9 +129,20 @@ void VoxelGrid::add(float x, float y, float z, bool seen) {
   Voxel& voxel = *last_;
   ++voxel.count;
   for (std::size_t a = 0; a < 3; ++a) voxel.sum[a] += place[a];
-  if (!seen) return;
-  ++voxel.seen;
-  for (std::size_t a = 0; a < 3; ++a) voxel.seen_sum[a] += place[a];
+  if (seen) {
+    ++voxel.seen;
+    for (std::size_t a = 0; a < 3; ++a) voxel.seen_sum[a] += place[a];
+  }
+  if (!is_known(velocity)) return;
+  constexpr double kMost = (1 << 18) * kUnit;
+  const std::array<float, 3> v{velocity.x, velocity.y, velocity.z};
+  voxel.moving += 1;
+  voxel.seen_moving += seen;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::int64_t units = std::llround(std::clamp(v[a] / side_ * kUnit, -kMost, kMost));
+    voxel.velocity[a] += units;
+    if (seen) voxel.seen_velocity[a] += units;
+  }
 }
 
 std::vector<VoxelGrid::Voxel> VoxelGrid::voxels() const {
@@ -151,6 +162,14 @@ Vec3d VoxelGrid::position(const Voxel& voxel, const std::array<std::int64_t, 3>&
     p += kAxes[a] * (side_ * (static_cast<double>(cell[a]) + place));
   }
   return p;
+}
+
+Vec3 VoxelGrid::velocity(const std::array<std::int64_t, 3>& sum, std::int64_t count) const {
+  if (count == 0) return kNoVelocity;
+  const double unit = side_ / kUnit / static_cast<double>(count);
+  return static_cast<Vec3>(
+      Vec3d{static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])} *
+      unit);
 }
 
 Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, const Vec3d& eye,
@@ -180,6 +199,7 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
     voxel_of.push_back(k);
   }
   Thinned thinned;
+  thinned.particles.moving = grid.moving();
   if (masses.empty()) return thinned;
   const FieldAt field = measure_field(device, masses, mass, points);
   const std::size_t first_point = masses.size();
@@ -204,11 +224,12 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return voxels[voxel_of[a]].seen > voxels[voxel_of[b]].seen;
   });
-  const auto put = [&](const Vec3d& p) {
+  const auto put = [&](const Vec3d& p, const Vec3& velocity) {
     const Vec3d world = p * unit + grid.origin();
     thinned.particles.x.push_back(static_cast<float>(world.x));
     thinned.particles.y.push_back(static_cast<float>(world.y));
     thinned.particles.z.push_back(static_cast<float>(world.z));
+    if (grid.moving()) thinned.particles.velocity.push_back(velocity);
   };
   // The surface that the camera sees: from the fronts' depth of `radius` to that of half of S.
   const double inset = offset * (unit - radius) / unit;
@@ -218,8 +239,9 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
     const double density = field.density[first_point + k];
     if (density < kLoose &&
         (density < kLayer * spacing / side || sparse_around(voxel.key) < kSheet)) {
-      thinned.spray.push_back(
-          {grid.mean(voxel), radius * std::cbrt(static_cast<double>(voxel.count))});
+      thinned.spray.push_back({grid.mean(voxel),
+                               radius * std::cbrt(static_cast<double>(voxel.count)),
+                               grid.mean_velocity(voxel)});
       continue;
     }
     if (!seen.is_apart(points[k], 2 * kApart)) continue;
@@ -229,7 +251,7 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
     const Vec3d normal = 2 * length(g) > kFlat ? normalized(-g) : to_eye;
     const Vec3d below = points[k] - normal * inset;
     inner.keep(below);
-    put(below);
+    put(below, grid.seen_mean_velocity(voxel));
   }
   // The surface that it does not see, from how deep below it the voxels' means lie.
   for (std::size_t k = 0; k < masses.size(); ++k) {
@@ -240,11 +262,12 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
     const Vec3d below = masses[k] - normalized(-g) * (1 - 2 * depth);
     if (!inner.is_apart(below, 2 * kApart)) continue;
     inner.keep(below);
-    put(below);
+    put(below, grid.mean_velocity(voxels[k]));
   }
   // What lies behind both.
   for (std::size_t k = 0; k < masses.size(); ++k)
-    if (field.density[k] >= kInside && inner.is_apart(masses[k], 2 * kBehind)) put(masses[k]);
+    if (field.density[k] >= kInside && inner.is_apart(masses[k], 2 * kBehind))
+      put(masses[k], grid.mean_velocity(voxels[k]));
   return thinned;
 }
 

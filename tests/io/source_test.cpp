@@ -20,13 +20,15 @@ std::string mixed_ply(std::endian order) {
                       "_endian 1.0\ncomment time 1.5 particle_radius 0.25\nelement camera 1\n"
                       "property double focal\nelement vertex 5\nproperty uchar flag\n"
                       "property double z\nproperty float x\nproperty short y\n"
-                      "property float radius\nproperty int id\nend_header\n";
+                      "property float radius\nproperty int id\nproperty float vz\n"
+                      "property double vx\nproperty float vy\nend_header\n";
   bytes += stored(50.0, order);
   for (int i = 0; i < 5; ++i)
     bytes += stored(static_cast<unsigned char>(i), order) + stored(0.1 + i, order) +
              stored(1.5f * static_cast<float>(i), order) +
              stored(static_cast<std::int16_t>(-7 * i), order) +
-             stored(0.5f + static_cast<float>(i), order) + stored(std::int32_t{i}, order);
+             stored(0.5f + static_cast<float>(i), order) + stored(std::int32_t{i}, order) +
+             stored(3.5f, order) + stored(0.25 * i, order) + stored(-2.0f, order);
   return bytes;
 }
 
@@ -34,13 +36,15 @@ Particles all_of(const ParticleSource& source, std::size_t at_once) {
   Particles all;
   for (std::int64_t first = 0; first < source.size(); first += static_cast<std::int64_t>(at_once)) {
     const std::size_t n = std::min(at_once, static_cast<std::size_t>(source.size() - first));
-    std::vector<float> x(n), y(n), z(n), radius(n);
-    source.read(first, n, x.data(), y.data(), z.data(),
-                source.has_radius() ? radius.data() : nullptr);
-    all.x.insert(all.x.end(), x.begin(), x.end());
-    all.y.insert(all.y.end(), y.begin(), y.end());
-    all.z.insert(all.z.end(), z.begin(), z.end());
-    if (source.has_radius()) all.radius.insert(all.radius.end(), radius.begin(), radius.end());
+    const std::size_t had = all.size();
+    const auto add = [&](std::vector<float>& values) {
+      values.resize(had + n);
+      return values.data() + had;
+    };
+    ParticleArrays to{.x = add(all.x), .y = add(all.y), .z = add(all.z)};
+    if (source.has_velocity()) to.vx = add(all.vx), to.vy = add(all.vy), to.vz = add(all.vz);
+    if (source.has_radius()) to.radius = add(all.radius);
+    source.read(first, n, to);
   }
   return all;
 }
@@ -54,17 +58,39 @@ TEST_F(Source, RowsAreWhatReadingAtOnceGives) {
     EXPECT_EQ(rows->size(), 5);
     EXPECT_EQ(rows->particle_radius(), 0.25);
     EXPECT_TRUE(rows->has_radius());
+    EXPECT_TRUE(rows->has_velocity());
     for (const std::size_t at_once : {1, 2, 5}) {
       const Particles found = all_of(*rows, at_once);
       EXPECT_EQ(found.x, expected.x);
       EXPECT_EQ(found.y, expected.y);
       EXPECT_EQ(found.z, expected.z);
+      EXPECT_EQ(found.vx, expected.vx);
+      EXPECT_EQ(found.vy, expected.vy);
+      EXPECT_EQ(found.vz, expected.vz);
       EXPECT_EQ(found.radius, expected.radius);
     }
+    EXPECT_EQ(expected.vx, (std::vector<float>{0, 0.25f, 0.5f, 0.75f, 1}));
     const auto given = open_rows(path, 0.125);
     EXPECT_EQ(given->particle_radius(), 0.125);
     EXPECT_FALSE(given->has_radius());
   }
+}
+
+TEST_F(Source, ReadsOnlyWhatIsWanted) {
+  const std::string path = write("mixed.ply", mixed_ply(std::endian::little));
+  const Particles all = read_particles(path);
+  for (const auto& source : {open_rows(path, 0), source_of(all)}) {
+    std::vector<float> vz(3), y(3);
+    source->read(1, 3, {.y = y.data(), .vz = vz.data()});
+    EXPECT_EQ(y, (std::vector<float>{-7, -14, -21}));
+    EXPECT_EQ(vz, (std::vector<float>{3.5f, 3.5f, 3.5f}));
+  }
+  Particles still = all;
+  still.vx.clear(), still.vy.clear(), still.vz.clear();
+  std::vector<float> vx{1, 2, 3};
+  EXPECT_FALSE(source_of(still)->has_velocity());
+  source_of(still)->read(0, 3, {.vx = vx.data()});
+  EXPECT_EQ(vx, (std::vector<float>{1, 2, 3})) << "what is not there is not written";
 }
 
 TEST_F(Source, LeavesToTheReaderWhatIsNotOnlyRows) {

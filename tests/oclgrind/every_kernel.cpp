@@ -111,7 +111,7 @@ int main(int argc, char** argv) try {
     const auto source = source_of(particles);
     const View view = make_view(camera, 0.5, {0, 0, 0});
     const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
-    select_near(device, view, *source, 64, map, false, [](const auto&, const auto&) {});
+    select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
     measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
     for (const auto& [key, kernel] : device.state().kernels) {
       // "field.cl settle.cl options settle_samples": the kernel's own file is the last.

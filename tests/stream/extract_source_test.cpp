@@ -207,11 +207,11 @@ TEST(FrameSource, FramesWhatItsParticlesWould) {
    public:
     std::int64_t size() const override { return inner_->size(); }
     bool has_radius() const override { return inner_->has_radius(); }
+    bool has_velocity() const override { return inner_->has_velocity(); }
     double particle_radius() const override { return inner_->particle_radius(); }
     std::string item() const override { return "row"; }
-    void read(std::int64_t first, std::size_t count, float* x, float* y, float* z,
-              float* radius) const override {
-      inner_->read(first, count, x, y, z, radius);
+    void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+      inner_->read(first, count, to);
     }
 
    private:

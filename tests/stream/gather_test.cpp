@@ -38,7 +38,7 @@ using Places = std::vector<std::pair<std::int64_t, bool>>;  // of particles, and
 Places select(Device& device, const View& view, const Particles& particles, std::size_t chunk,
               const FrontMap& map) {
   Places places;
-  select_near(device, view, *source_of(particles), chunk, map, false,
+  select_near(device, view, *source_of(particles), chunk, map, {},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& found) {
                 for (const cl_uint place : found)
                   places.emplace_back(now.first + (place & ~kIsSeen), (place & kIsSeen) != 0);
@@ -53,8 +53,8 @@ TEST_P(Gather, LetsEverythingInViewPassAnEmptyMap) {
   for (const Camera& camera :
        {perspective_camera(101, 77), off_centre_camera(37, 120), orthographic_camera(90, 61)}) {
     const View view = make_view(camera, kRadius, kOrigin);
-    const Projected expected =
-        project_particles(device_, view, {particles.x, particles.y, particles.z, {}}, 5.0);
+    const Projected expected = project_particles(
+        device_, view, {particles.x, particles.y, particles.z, {}, false, {}}, 5.0);
     for (const int width : {1, 8})
       for (const std::size_t chunk : {1, 63, 64, 100000}) {
         if (chunk == 1 && width == 1) continue;  // 3000 launches are enough

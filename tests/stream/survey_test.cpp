@@ -103,7 +103,7 @@ TEST(Chunks, HoldAllParticlesInOrder) {
   const auto source = source_of(particles);
   for (const std::size_t size : {1, 63, 64, 999, 1000, 5000}) {
     Particles seen;
-    for_each_chunk(*source, size, true, [&](const ParticleChunk& chunk) {
+    for_each_chunk(*source, size, {.radius = true}, [&](const ParticleChunk& chunk) {
       EXPECT_EQ(chunk.first, static_cast<std::int64_t>(seen.size()));
       EXPECT_EQ(chunk.stride() % 64, 0u);
       EXPECT_LE(chunk.count, size);
@@ -120,6 +120,29 @@ TEST(Chunks, HoldAllParticlesInOrder) {
     EXPECT_EQ(seen.z, particles.z);
     EXPECT_EQ(seen.radius, particles.radius);
   }
+}
+
+TEST(Chunks, HoldOnlyWhatIsAskedForAndThere) {
+  Particles particles = random_particles(100, true);
+  particles.vx = particles.y;
+  particles.vy = particles.z;
+  particles.vz = particles.x;
+  const auto look = [](const Particles& at, const ChunkValues& also, bool radius, bool velocity) {
+    for_each_chunk(*source_of(at), 100, also, [&](const ParticleChunk& chunk) {
+      EXPECT_EQ(chunk.radius.size(), radius ? chunk.stride() : 0);
+      for (const std::vector<float>* v : {&chunk.vx, &chunk.vy, &chunk.vz})
+        EXPECT_EQ(v->size(), velocity ? chunk.stride() : 0);
+      if (velocity) {
+        EXPECT_TRUE(std::equal(at.vx.begin(), at.vx.end(), chunk.vx.begin()));
+        EXPECT_TRUE(std::equal(at.vy.begin(), at.vy.end(), chunk.vy.begin()));
+        EXPECT_TRUE(std::equal(at.vz.begin(), at.vz.end(), chunk.vz.begin()));
+      }
+    });
+  };
+  look(particles, {}, false, false);
+  look(particles, {.velocity = true}, false, true);
+  look(particles, {.radius = true, .velocity = true}, true, true);
+  look(random_particles(100, true), {.radius = true, .velocity = true}, true, false);
 }
 
 }  // namespace

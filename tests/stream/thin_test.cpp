@@ -41,14 +41,42 @@ TEST(VoxelGrid, AveragesByHand) {
   EXPECT_NEAR(grid.seen_mean(voxels[0]).z, centre.z, tolerance);
 }
 
+TEST(VoxelGrid, AveragesVelocitiesByHand) {
+  VoxelGrid grid(2, {0, 0, 0}, true);
+  const auto add = [&](bool seen, const Vec3& velocity) {
+    grid.add(11.0f / 7, -1.0f / 7, 5.0f / 7, seen, velocity);  // half a side along each axis
+  };
+  add(false, {1, 0, -3});
+  add(true, {2, 0, -5});
+  add(true, {4.5f, 0, -4});
+  add(true, kNoVelocity);
+  const auto voxels = grid.voxels();
+  ASSERT_EQ(voxels.size(), 1u);
+  EXPECT_EQ(voxels[0].count, 4);
+  EXPECT_EQ(voxels[0].moving, 3);
+  EXPECT_EQ(voxels[0].seen_moving, 2);
+  // All are multiples of 2^-20 sides a second, so that only the quotients round.
+  EXPECT_EQ(grid.mean_velocity(voxels[0]), (Vec3{2.5f, 0, -4}));
+  EXPECT_EQ(grid.seen_mean_velocity(voxels[0]), (Vec3{3.25f, 0, -4.5f}));
+
+  VoxelGrid unknown(2, {0, 0, 0}, true);
+  unknown.add(0, 0, 0, true);
+  EXPECT_FALSE(is_known(unknown.mean_velocity(unknown.voxels()[0])));
+  VoxelGrid fast(0.5, {0, 0, 0}, true);  // clamped at 2^18 sides a second
+  fast.add(0, 0, 0, false, {1e29f, -1e29f, 0});
+  EXPECT_EQ(fast.mean_velocity(fast.voxels()[0]), (Vec3{0x1p17f, -0x1p17f, 0}));
+  EXPECT_FALSE(is_known(fast.seen_mean_velocity(fast.voxels()[0])));
+}
+
 TEST(VoxelGrid, DoesNotDependOnTheOrder) {
   Random random(2);
   std::vector<std::array<float, 3>> points(5000);
   for (auto& p : points)
     for (float& x : p) x = static_cast<float>(random(-20, 20));
   const auto fill = [&] {
-    VoxelGrid grid(3, {1, 2, 3});
-    for (const auto& p : points) grid.add(p[0], p[1], p[2], p[0] > 0);
+    VoxelGrid grid(3, {1, 2, 3}, true);
+    for (const auto& p : points)
+      grid.add(p[0], p[1], p[2], p[0] > 0, p[1] > 9 ? kNoVelocity : Vec3{p[2], p[0], p[1]});
     return grid.voxels();
   };
   const auto before = fill();
@@ -60,6 +88,9 @@ TEST(VoxelGrid, DoesNotDependOnTheOrder) {
     EXPECT_EQ(before[k].key, after[k].key);
     EXPECT_EQ(before[k].sum, after[k].sum);
     EXPECT_EQ(before[k].seen_sum, after[k].seen_sum);
+    EXPECT_EQ(before[k].moving, after[k].moving);
+    EXPECT_EQ(before[k].velocity, after[k].velocity);
+    EXPECT_EQ(before[k].seen_velocity, after[k].seen_velocity);
     count += after[k].count;
   }
   EXPECT_EQ(count, 5000);
@@ -151,6 +182,35 @@ TEST_P(Thin, TellsSheetsFromSpray) {
     EXPECT_TRUE(b.particles.x.empty()) << side;
     EXPECT_GT(b.spray.size(), 400u) << side;
   }
+}
+
+// Particles that all move alike are replaced by some that move like them, drops too.
+TEST_P(Thin, RepresentativesMoveAsWhatTheyStandFor) {
+  const Vec3 velocity{1.5f, -2, 0.1f};
+  VoxelGrid grid(3, {0, 0, 0}, true), still(3, {0, 0, 0});
+  for (int k = 0; k < 12; ++k)
+    for (int j = -15; j < 15; ++j)
+      for (int i = -15; i < 15; ++i)
+        for (VoxelGrid* each : {&grid, &still})
+          each->add(static_cast<float>(i), static_cast<float>(j), static_cast<float>(-k), k == 0,
+                    velocity);
+  for (VoxelGrid* each : {&grid, &still}) each->add(0, 0, 50, true, velocity);
+  const Thinned thinned = thin_particles(device_, grid, kRadius, {0, 0, 1000}, 1);
+  EXPECT_TRUE(thinned.particles.moving);
+  ASSERT_GT(thinned.particles.x.size(), 100u);
+  ASSERT_EQ(thinned.particles.velocity.size(), thinned.particles.x.size());
+  ASSERT_EQ(thinned.spray.size(), 1u);
+  std::vector<Vec3> all = thinned.particles.velocity;
+  all.push_back(thinned.spray[0].velocity);
+  for (const Vec3& v : all) {  // to half a step of the sums and a rounding
+    EXPECT_NEAR(v.x, velocity.x, 3 * 0x1p-21 + 2 * kEpsilon);
+    EXPECT_NEAR(v.y, velocity.y, 3 * 0x1p-21 + 2 * kEpsilon);
+    EXPECT_NEAR(v.z, velocity.z, 3 * 0x1p-21 + 2 * kEpsilon);
+  }
+  const Thinned without = thin_particles(device_, still, kRadius, {0, 0, 1000}, 1);
+  EXPECT_FALSE(without.particles.moving);
+  EXPECT_TRUE(without.particles.velocity.empty());
+  EXPECT_EQ(without.particles.x, thinned.particles.x);
 }
 
 TEST_P(Thin, NothingComesOfNothing) {
