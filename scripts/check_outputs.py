@@ -19,7 +19,7 @@ import numpy as np
 
 CHANNELS = {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "id", "kind", "residual"}
 ATTRIBUTES = {
-    "worldToCamera", "worldToNDC", "software", "comments", "meniscus.method",
+    "worldToCamera", "worldToNDC", "software", "comments", "meniscus.hash", "meniscus.method",
     "meniscus.parameters", "meniscus.particleRadius", "meniscus.view", "meniscus.projection",
 }
 Image = namedtuple("Image", "channels attributes data_window display_window")

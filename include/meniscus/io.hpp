@@ -1,7 +1,8 @@
-// Reading particles and cameras, writing surfaces. Every writer writes to a temporary name beside
-// the target and renames when the file is complete and on disk.
+// Reading particles and cameras, writing surfaces and reading them back. Every writer writes to a
+// temporary name beside the target and renames when the file is complete and on disk.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "meniscus/parameters.hpp"
@@ -30,6 +31,12 @@ enum class Preview { lit, normal, depth, groups };
 /// Throws OutputError.
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
                Compression compression = Compression::zip);
+
+/// Reads what write_exr wrote: every map and the camera; the mesh, counts and warnings stay empty.
+/// Channels that it does not know are left out. `attributes`: gets the header's texts by name, such
+/// as "meniscus.parameters". Throws InputError when the file is missing, cut off, damaged or not by
+/// write_exr.
+Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 /// Writes the mesh with normals: .ply (binary little endian) or .obj, by the ending. Throws
 /// OutputError.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "io/output_file.hpp"
+#include "io/seal.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
@@ -92,7 +93,7 @@ Imath::M44d as_given(const Matrix& m) {
 }
 
 Imf::Header make_header(const Surface& surface, const Parameters& parameters,
-                        Compression compression) {
+                        Compression compression, const std::string& job) {
   const Camera& camera = surface.camera;
   Imf::Header header(camera.width, camera.height);
   header.compression() = exr_compression(compression);
@@ -109,6 +110,9 @@ Imf::Header make_header(const Surface& surface, const Parameters& parameters,
   Imf::addWorldToNDC(header, for_row_vectors(multiply(ndc, clip)));
   Imf::addComments(header, kComments);
   header.insert("software", Imf::StringAttribute("Meniscus " + version()));
+  check_job(job);
+  header.insert("meniscus.hash", Imf::StringAttribute(kNoHash));
+  if (!job.empty()) header.insert("meniscus.job", Imf::StringAttribute(job));
   header.insert("meniscus.method", Imf::StringAttribute(to_string(parameters.method)));
   header.insert("meniscus.parameters", Imf::StringAttribute(describe(parameters)));
   header.insert("meniscus.particleRadius", Imf::DoubleAttribute(surface.particle_radius));
@@ -132,7 +136,7 @@ void check_maps(const Surface& surface) {
 }  // namespace
 
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
-               Compression compression) {
+               Compression compression, const std::string& job) {
   check_maps(surface);
   std::vector<float> alpha(surface.kind.size());
   std::vector<std::uint32_t> kind(surface.kind.size());
@@ -161,15 +165,16 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
 
   Stream stream(file);
   try {
-    Imf::OutputFile image(stream, make_header(surface, parameters, compression));
+    Imf::OutputFile image(stream, make_header(surface, parameters, compression, job));
     image.setFrameBuffer(frame);
     image.writePixels(surface.camera.height);
-    // The destructor writes the table of offsets and swallows errors; finish() reports them.
+    // The destructor writes the table of offsets and swallows errors; seal() reports them.
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
     throw OutputError(file.path() + ": cannot be written: OpenEXR: " + error.what());
   }
+  seal(file, OutputFormat::exr);
 }
 
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,

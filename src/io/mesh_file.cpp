@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/output_file.hpp"
+#include "io/seal.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
@@ -27,13 +28,12 @@ void check(const Mesh& mesh) {
                               std::to_string(corner) + " of " + std::to_string(vertices));
 }
 
-void write_ply(OutputFile& file, const Mesh& mesh) {
+void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
   file.write(
       "ply\nformat binary_little_endian 1.0\n"
       "comment surface mesh by Meniscus: positions in world units, normals of unit length point "
-      "outward, triangles are counter-clockwise seen from outside\n"
-      "element vertex " +
-      std::to_string(mesh.position.size()) +
+      "outward, triangles are counter-clockwise seen from outside\n" +
+      seal_lines("comment ", job) + "element vertex " + std::to_string(mesh.position.size()) +
       "\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nproperty float ny\nproperty float nz\n"
       "element face " +
@@ -73,10 +73,11 @@ class Line {
   char* end_ = text_;
 };
 
-void write_obj(OutputFile& file, const Mesh& mesh) {
+void write_obj(OutputFile& file, const Mesh& mesh, const std::string& job) {
   file.write(
       "# surface mesh by Meniscus: positions in world units, normals of unit length point outward, "
-      "triangles are counter-clockwise seen from outside\n");
+      "triangles are counter-clockwise seen from outside\n" +
+      seal_lines("# ", job));
   for (const Vec3& v : mesh.position) file.write((Line() << "v " << v << "\n").view());
   for (const Vec3& n : mesh.normal) file.write((Line() << "vn " << n << "\n").view());
   for (const auto& [i, j, k] : mesh.triangle) {
@@ -98,12 +99,13 @@ bool ends_with(const std::string& path, std::string_view ending) {
 
 }  // namespace
 
-void write_mesh(OutputFile& file, const Mesh& mesh) {
+void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job) {
   const bool ply = ends_with(file.path(), ".ply");
   if (!ply && !ends_with(file.path(), ".obj"))
     throw OutputError(file.path() + ": unknown ending for a mesh, wanted .ply or .obj (rename it)");
   check(mesh);
-  ply ? write_ply(file, mesh) : write_obj(file, mesh);
+  ply ? write_ply(file, mesh, job) : write_obj(file, mesh, job);
+  seal(file, ply ? OutputFormat::ply : OutputFormat::obj);
 }
 
 void write_mesh(const std::string& path, const Mesh& mesh) {

@@ -149,6 +149,20 @@ void OutputFile::seek(std::uint64_t position) {
   written_ = position;
 }
 
+std::size_t OutputFile::read(std::uint64_t position, void* data, std::size_t size) {
+  flush();
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t n = pread(descriptor_, static_cast<char*>(data) + done, size - done,
+                            static_cast<off_t>(position + done));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(errno);
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  return done;
+}
+
 void OutputFile::finish() {
   flush();
   if (fsync(descriptor_) != 0) fail(errno);

@@ -35,6 +35,9 @@ class OutputFile {
   std::uint64_t position() const { return written_ + used(); }
   void seek(std::uint64_t position);
 
+  /// Reads what was written from `position` on: up to `size` bytes, fewer where the file ends.
+  std::size_t read(std::uint64_t position, void* data, std::size_t size);
+
   /// Flushes, waits until the data are on disk, and closes. Call once, after the last write.
   void finish();
 

@@ -1,5 +1,6 @@
 // The writers of meniscus/io.hpp into a file that the caller opened, so that several files can be
-// published together. They neither finish nor publish it.
+// published together. They neither finish nor publish it. Each ends with the file's seal: `job` is
+// what seal.hpp says; empty: none.
 #pragma once
 
 #include "io/output_file.hpp"
@@ -8,11 +9,12 @@
 namespace meniscus {
 
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
-               Compression compression);
+               Compression compression, const std::string& job = "");
 
 /// The ending of the file's path says whether it is .ply or .obj.
-void write_mesh(OutputFile& file, const Mesh& mesh);
+void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job = "");
 
-void write_png(OutputFile& file, const Surface& surface, Preview preview);
+void write_png(OutputFile& file, const Surface& surface, Preview preview,
+               const std::string& job = "");
 
 }  // namespace meniscus

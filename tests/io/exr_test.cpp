@@ -4,12 +4,14 @@
 #include <ImfHeader.h>
 #include <ImfInputFile.h>
 #include <ImfMatrixAttribute.h>
+#include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
@@ -207,6 +209,103 @@ TEST(Exr, RefusesMapsOfAnotherSize) {
   EXPECT_THROW(write_exr(folder / "a.exr", surface, {}), InvalidArgument);
   EXPECT_THROW(write_exr(folder / "a.exr", Surface{}, {}), InvalidArgument);
   EXPECT_THAT(folder.entries(), testing::IsEmpty());
+}
+
+// --- reading it back
+
+template <class Value>
+bool same_bits(const std::vector<Value>& a, const std::vector<Value>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Value)) == 0;
+}
+
+TEST(ExrReader, ReturnsEveryMapTheCameraAndTheTexts) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera());
+  Parameters parameters;
+  parameters.fit.tau = 0.5;
+  for (const auto compression : {Compression::none, Compression::rle, Compression::zips,
+                                 Compression::zip, Compression::piz}) {
+    write_exr(folder / "a.exr", surface, parameters, compression);
+    std::map<std::string, std::string> texts;
+    const Surface back = read_exr(folder / "a.exr", &texts);
+    EXPECT_TRUE(same_bits(back.depth, surface.depth));
+    EXPECT_TRUE(same_bits(back.normal, surface.normal));
+    EXPECT_TRUE(same_bits(back.position, surface.position));
+    EXPECT_EQ(back.group, surface.group);
+    EXPECT_EQ(back.kind, surface.kind);
+    EXPECT_TRUE(same_bits(back.residual, surface.residual));
+    EXPECT_EQ(back.camera.width, surface.camera.width);
+    EXPECT_EQ(back.camera.height, surface.camera.height);
+    EXPECT_EQ(back.camera.view, surface.camera.view);
+    EXPECT_EQ(back.camera.projection, surface.camera.projection);
+    EXPECT_EQ(back.particle_radius, surface.particle_radius);
+    EXPECT_EQ(texts["software"], "Meniscus " + version());
+    EXPECT_EQ(texts["meniscus.parameters"], describe(parameters));
+  }
+}
+
+TEST(ExrReader, NoBeginningOfAFileIsRead) {
+  const TemporaryFolder folder;
+  write_exr(folder / "a.exr", sample_surface(sample_camera(9, 37)), {});
+  const std::string bytes = file_bytes(folder / "a.exr");
+  for (std::size_t size = 0; size < bytes.size(); size += 11) {
+    std::ofstream(folder / "b.exr", std::ios::binary) << bytes.substr(0, size);
+    ASSERT_THROW(read_exr(folder / "b.exr"), InputError) << size << " of " << bytes.size();
+  }
+}
+
+std::string reading_error(const std::string& path) {
+  try {
+    read_exr(path);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ExrReader, SaysWhereAFileIsCutOff) {
+  const TemporaryFolder folder;
+  write_exr(folder / "a.exr", sample_surface(sample_camera(40, 40)), {}, Compression::none);
+  const std::string bytes = file_bytes(folder / "a.exr");
+  // A row is 11 channels of 4 bytes, its number and its size.
+  const std::size_t row = 40 * 11 * 4 + 8;
+  std::ofstream(folder / "b.exr", std::ios::binary) << bytes.substr(0, bytes.size() - 5 * row - 1);
+  EXPECT_THAT(reading_error(folder / "b.exr"),
+              testing::AllOf(testing::StartsWith((folder / "b.exr") + ": row 34: "),
+                             HasSubstr("ends at byte")));
+}
+
+TEST(ExrReader, SurvivesAnyDamage) {
+  const TemporaryFolder folder;
+  write_exr(folder / "a.exr", sample_surface(sample_camera(9, 20)), {});
+  const std::string bytes = file_bytes(folder / "a.exr");
+  for (std::size_t at = 0; at < bytes.size(); at += 13)
+    for (const int flip : {0x01, 0x80}) {
+      std::string damaged = bytes;
+      damaged[at] = static_cast<char>(damaged[at] ^ flip);
+      std::ofstream(folder / "b.exr", std::ios::binary) << damaged;
+      reading_error(folder / "b.exr");  // nothing but InputError leaves it
+    }
+}
+
+TEST(ExrReader, RefusesForeignFiles) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(reading_error(folder / "none.exr"), HasSubstr("none.exr: cannot be opened"));
+  std::ofstream(folder / "a.exr") << "not an EXR";
+  EXPECT_THAT(reading_error(folder / "a.exr"), HasSubstr("no EXR"));
+  {
+    Imf::Header header(4, 3);
+    header.channels().insert("R", Imf::Channel(Imf::FLOAT));
+    const std::vector<float> red(12);
+    Imf::FrameBuffer frame;
+    frame.insert(
+        "R", Imf::Slice(Imf::FLOAT, const_cast<char*>(reinterpret_cast<const char*>(red.data())),
+                        sizeof(float), 4 * sizeof(float)));
+    Imf::OutputFile file((folder / "a.exr").c_str(), header);
+    file.setFrameBuffer(frame);
+    file.writePixels(3);
+  }
+  EXPECT_THAT(reading_error(folder / "a.exr"), HasSubstr("wanted an EXR of Meniscus"));
 }
 
 }  // namespace

@@ -1,3 +1,5 @@
+#include "io/png.hpp"
+
 #include <gmock/gmock.h>
 #include <png.h>
 
@@ -45,6 +47,22 @@ TEST(Png, SameBytesTwice) {
     write_png(folder / "a.png", surface, preview);
     write_png(folder / "b.png", surface, preview);
     EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "b.png"));
+  }
+}
+
+TEST(Png, IsReadBackAndNeverWhenCutOff) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera(24, 18));
+  write_png(folder / "a.png", surface, Preview::lit);
+  const RgbImage image = read_png(folder / "a.png");
+  EXPECT_EQ(image.width, 24);
+  EXPECT_EQ(image.height, 18);
+  EXPECT_EQ(image.bytes, draw_preview(surface, Preview::lit));
+  const std::string bytes = file_bytes(folder / "a.png");
+  const std::size_t last_chunk = 12;  // IEND holds nothing
+  for (std::size_t size = 0; size < bytes.size() - last_chunk; ++size) {
+    std::ofstream(folder / "b.png", std::ios::binary) << bytes.substr(0, size);
+    ASSERT_THROW(read_png(folder / "b.png"), InputError) << size << " of " << bytes.size();
   }
 }
 

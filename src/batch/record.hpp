@@ -1,0 +1,63 @@
+// What a batch says about each frame: one JSON object a line in its log.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace meniscus {
+
+enum class FrameStatus { done, failed, skipped };
+
+/// "done", "failed" or "skipped".
+const char* to_string(FrameStatus status);
+
+/// One attempt at one frame. What is not known stays empty or zero.
+struct FrameRecord {
+  std::int64_t frame = 0;
+  FrameStatus status = FrameStatus::done;
+  std::string input;
+  std::vector<std::string> outputs;
+  std::string method, device, host;
+  std::string shard;  // "1/2"; empty: all frames
+  double start = 0;   // seconds since 1970
+  double read_ms = 0, extract_ms = 0, write_ms = 0;
+  std::vector<std::pair<std::string, double>> stages;        // host time, ms, in order
+  std::vector<std::pair<std::string, std::int64_t>> counts;  // particles, visible ...
+  std::optional<double> residual;  // mean over the pixels with surface, particle radii
+  std::string hash;                // content_hash as 16 hex digits
+  std::uint64_t bytes = 0;         // of all outputs
+  std::vector<std::string> warnings;
+  std::string error;  // of a failed one
+
+  bool operator==(const FrameRecord&) const = default;
+};
+
+/// The record as one line of JSON without its end. Bytes that are no UTF-8 are replaced.
+std::string to_json(const FrameRecord& record);
+
+/// A log that is open for more records.
+class BatchLog {
+ public:
+  /// Begins the log or continues it; a last line without an end, left by a killed process, is
+  /// removed first. Throws OutputError.
+  explicit BatchLog(const std::string& path);
+  ~BatchLog();
+  BatchLog(const BatchLog&) = delete;
+  BatchLog& operator=(const BatchLog&) = delete;
+
+  /// Adds a line in one piece; safe from several threads at once. Throws OutputError.
+  void add(const FrameRecord& record);
+
+ private:
+  std::string path_;
+  int descriptor_ = -1;
+};
+
+/// Reads a log. A bad last line without an end is left out and `note` says so; keys that it does
+/// not know are, too. Throws InputError that names the line (from 1).
+std::vector<FrameRecord> read_log(const std::string& path, std::string* note);
+
+}  // namespace meniscus
