@@ -31,6 +31,10 @@ std::uint64_t content_hash(const Surface& surface) {
   return XXH3_64bits_digest(&state);
 }
 
+std::uint64_t content_hash(const std::string& text) {
+  return XXH3_64bits(text.data(), text.size());
+}
+
 std::string hex_digits(std::uint64_t number) {
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));

@@ -12,6 +12,9 @@ namespace meniscus {
 /// bits, whatever file they are written to and however it is compressed.
 std::uint64_t content_hash(const Surface& surface);
 
+/// The same hash of a text.
+std::uint64_t content_hash(const std::string& text);
+
 /// As 16 hex digits.
 std::string hex_digits(std::uint64_t number);
 

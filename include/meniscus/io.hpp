@@ -2,6 +2,7 @@
 // temporary name beside the target and renames when the file is complete and on disk.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 
@@ -22,6 +23,12 @@ Particles read_particles(const std::string& path, double particle_radius = 0);
 
 /// Reads {"width", "height", "view": 4x4, "projection": 4x4} (row-major JSON). Throws InputError.
 Camera read_camera(const std::string& path);
+
+/// Under this key a file with one camera, for every frame.
+inline constexpr std::int64_t kEveryFrame = -1;
+
+/// Reads a list of such objects, each with its "frame", or one camera. Throws InputError.
+std::map<std::int64_t, Camera> read_cameras(const std::string& path);
 
 /// How a surface is written.
 enum class Compression { none, rle, zips, zip, piz, pxr24 };

@@ -6,8 +6,9 @@
 namespace meniscus::cli {
 
 /// Adds `extract`: particles in, surface out. Errors leave CLI11's parse() as exceptions:
-/// CLI::ParseError for bad usage, meniscus::Error for the rest.
-void add_extract_command(CLI::App& program);
+/// CLI::ParseError for bad usage, meniscus::Error for the rest. A sequence that did not come to its
+/// end as a whole sets the exit code (sequence.hpp).
+void add_extract_command(CLI::App& program, int& exit_code);
 
 /// Adds `devices`: what OpenCL devices there are, and which one is the default and why.
 void add_devices_command(CLI::App& program);

@@ -17,7 +17,7 @@
 
 namespace {
 
-enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2 };
+enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2 };  // 3 and more: see extract
 
 int fail(ExitCode code, const std::string& what) {
   std::string line = what.empty() ? "unknown error" : what;
@@ -44,7 +44,8 @@ int run(int argc, char** argv) {
   program.formatter(std::make_shared<meniscus::cli::HelpFormatter>());
   program.set_version_flag("--version", "meniscus " + meniscus::version());
   program.require_subcommand(1);
-  meniscus::cli::add_extract_command(program);
+  int exit_code = kDone;
+  meniscus::cli::add_extract_command(program, exit_code);
   meniscus::cli::add_bench_command(program);
   meniscus::cli::add_devices_command(program);
   meniscus::cli::add_generate_command(program);
@@ -53,7 +54,7 @@ int run(int argc, char** argv) {
     if (std::fflush(stdout) != 0)
       return fail(kFailed,
                   std::string("standard output cannot be written: ") + std::strerror(errno));
-    return kDone;
+    return exit_code;
   } catch (const CLI::Success& help) {  // --help and --version
     return program.exit(help);
   } catch (const CLI::ParseError& error) {

@@ -7,11 +7,23 @@
 #include <cstdint>
 #include <string>
 
+#include "meniscus/error.hpp"
+
 namespace meniscus::cli {
 
 /// What a wrong value throws: one line and exit code 2.
 inline CLI::ValidationError usage_error(const std::string& what) {
   return CLI::ValidationError(what);
+}
+
+/// Does `work`; what it finds wrong with an argument is bad usage.
+template <class Work>
+auto as_usage(const Work& work) {
+  try {
+    return work();
+  } catch (const InvalidArgument& error) {
+    throw usage_error(error.what());
+  }
 }
 
 /// "1024x768" -> {1024, 768}. Throws usage_error.

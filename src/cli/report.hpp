@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,18 @@
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus::cli {
+
+/// Lines of "what   text" on standard error; silent with -q.
+class Talk {
+ public:
+  explicit Talk(bool quiet) : quiet_(quiet) {}
+  void operator()(const char* what, const std::string& text) const {
+    if (!quiet_) std::fprintf(stderr, "%-10s %s\n", what, text.c_str());
+  }
+
+ private:
+  bool quiet_;
+};
 
 /// 1.5e9 -> "1.4 GiB".
 std::string bytes(std::uint64_t number);

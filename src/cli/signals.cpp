@@ -3,11 +3,18 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdio>
 #include <thread>
 
 #include "io/output_file.hpp"
 
 namespace meniscus::cli {
+namespace {
+
+std::atomic<bool> gentle{false};
+std::atomic<int> kept{0};
+
+}  // namespace
 
 void handle_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
@@ -22,11 +29,24 @@ void handle_signals() {
   }
   pthread_sigmask(SIG_BLOCK, &stop, nullptr);
   std::thread([stop] {
-    int signal = 0;
-    if (sigwait(&stop, &signal) != 0) return;
-    remove_pending_outputs();
-    ::_exit(128 + signal);
+    for (int signal = 0; sigwait(&stop, &signal) == 0;) {
+      if (gentle && kept.exchange(signal) == 0) {
+        std::fputs("\nmeniscus: stopping when the frames under way are done (again: at once)\n",
+                   stderr);
+        continue;
+      }
+      remove_pending_outputs();
+      ::_exit(128 + signal);
+    }
   }).detach();
 }
+
+GentleStop::GentleStop() {
+  kept = 0;
+  gentle = true;
+}
+GentleStop::~GentleStop() { gentle = false; }
+
+const std::atomic<int>& GentleStop::signal() const { return kept; }
 
 }  // namespace meniscus::cli

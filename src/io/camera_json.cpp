@@ -1,4 +1,5 @@
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -50,18 +51,19 @@ std::array<double, 16> read_matrix(const InputFile& file, const json& root, cons
   return matrix;
 }
 
-}  // namespace
-
-Camera camera_of(const InputFile& file) {
-  json root;
+json parse(const InputFile& file) {
   try {
-    root = json::parse(file.bytes);
+    return json::parse(file.bytes);
   } catch (const json::exception& error) {
     // Its text begins with "[json.exception. ...] ".
     const std::string text = error.what();
     const std::size_t prefix = text.find("] ");
     fail(file, "", "is not JSON: " + text.substr(prefix == std::string::npos ? 0 : prefix + 2));
   }
+}
+
+/// `file` names the camera's place in messages.
+Camera read_object(const InputFile& file, const json& root) {
   if (!root.is_object())
     fail(file, "",
          "found " + in_quotes(root.dump()) +
@@ -79,6 +81,28 @@ Camera camera_of(const InputFile& file) {
   return camera;
 }
 
+}  // namespace
+
+Camera camera_of(const InputFile& file) { return read_object(file, parse(file)); }
+
 Camera read_camera(const std::string& path) { return camera_of(read_file(path)); }
+
+std::map<std::int64_t, Camera> read_cameras(const std::string& path) {
+  const InputFile file = read_file(path);
+  const json root = parse(file);
+  if (!root.is_array()) return {{kEveryFrame, read_object(file, root)}};
+  if (root.empty()) fail(file, "", "the list of cameras is empty");
+  std::map<std::int64_t, Camera> cameras;
+  for (std::size_t k = 0; k < root.size(); ++k) {
+    const InputFile place{path + ": camera " + std::to_string(k), {}};
+    const auto frame = root[k].find("frame");
+    if (!root[k].is_object() || frame == root[k].end() || !frame->is_number_unsigned())
+      fail(place, "", "has no key \"frame\" with a whole number >= 0");
+    const Camera camera = read_object(place, root[k]);
+    if (!cameras.emplace(frame->get<std::int64_t>(), camera).second)
+      fail(place, "", "is the second one of frame " + frame->dump());
+  }
+  return cameras;
+}
 
 }  // namespace meniscus

@@ -1,6 +1,7 @@
 #include "io/output_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -63,6 +64,24 @@ std::string folder_of(const std::string& path) {
   return slash == 0 ? "/" : path.substr(0, slash);
 }
 
+// ".meniscus-HOST-": what temporary files of this machine begin with.
+std::string own_prefix() {
+  char host[65] = "";
+  gethostname(host, sizeof host - 1);
+  std::string name = host;
+  for (char& c : name)
+    if (c == '/') c = '_';
+  return ".meniscus-" + name + "-";
+}
+
+// Whether this process holds the file's lock and the file still has its name. A file system without
+// locks counts as locked.
+bool lock(int descriptor) {
+  if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return false;
+  struct stat status {};
+  return fstat(descriptor, &status) == 0 && status.st_nlink > 0;
+}
+
 // What the user can do about an error.
 std::string advice(int error, const std::string& folder) {
   switch (error) {
@@ -110,14 +129,17 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
   if (target_.empty() || target_.back() == '/') fail(target_.empty() ? ENOENT : EISDIR);
   const std::string folder = folder_of(target_);
   for (int attempt = 0; descriptor_ < 0; ++attempt) {
-    char name[64];
-    std::snprintf(name, sizeof name, "/.meniscus-%ld-%016llx.tmp", static_cast<long>(getpid()),
+    char number[64];
+    std::snprintf(number, sizeof number, "%ld-%016llx.tmp", static_cast<long>(getpid()),
                   static_cast<unsigned long long>(random_bits()));
-    temporary_ = folder + name;
+    temporary_ = folder + "/" + own_prefix() + number;
     slot_ = register_pending(temporary_);
     descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ >= 0) break;
-    const int error = errno;
+    // The lock says that the file is in use, see remove_abandoned_outputs().
+    if (descriptor_ >= 0 && lock(descriptor_)) break;
+    const int error = descriptor_ >= 0 ? EEXIST : errno;
+    if (descriptor_ >= 0) close(descriptor_);
+    descriptor_ = -1;
     release(slot_);
     slot_ = -1;
     if (error != EEXIST || attempt == 16) fail(error);
@@ -166,15 +188,14 @@ std::size_t OutputFile::read(std::uint64_t position, void* data, std::size_t siz
 void OutputFile::finish() {
   flush();
   if (fsync(descriptor_) != 0) fail(errno);
-  const int closed = close(descriptor_);
-  descriptor_ = -1;
-  if (closed != 0) fail(errno);
 }
 
 void OutputFile::publish() {
   check();
   if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail(errno);
   temporary_.clear();
+  close(descriptor_);  // with its lock; finish() has seen what could be wrong with the data
+  descriptor_ = -1;
 }
 
 void OutputFile::check() {
@@ -199,6 +220,27 @@ void OutputFile::fail(int error) {
              advice(error, folder_of(path_)) + ")";
   room_ = 0;
   throw OutputError(failure_);
+}
+
+void remove_abandoned_outputs(const std::string& path) {
+  constexpr auto kForeign = std::chrono::hours(1);
+  const std::string prefix = own_prefix();
+  std::error_code error;
+  const auto now = std::filesystem::file_time_type::clock::now();
+  for (std::filesystem::directory_iterator entry(folder_of(path), error), end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(".meniscus-") || !name.ends_with(".tmp")) continue;
+    if (!name.starts_with(prefix)) {
+      std::error_code gone;
+      const auto written = entry->last_write_time(gone);
+      if (gone || now - written < kForeign) continue;
+    }
+    const int descriptor = open(entry->path().c_str(), O_RDWR | O_CLOEXEC);
+    if (descriptor < 0) continue;
+    if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) unlink(entry->path().c_str());
+    close(descriptor);
+  }
 }
 
 void remove_pending_outputs() noexcept {

@@ -38,7 +38,7 @@ class OutputFile {
   /// Reads what was written from `position` on: up to `size` bytes, fewer where the file ends.
   std::size_t read(std::uint64_t position, void* data, std::size_t size);
 
-  /// Flushes, waits until the data are on disk, and closes. Call once, after the last write.
+  /// Flushes and waits until the data are on disk. Call once, after the last write.
   void finish();
 
   /// Renames the finished file to the target. Of several files, finish all before publishing one.
@@ -66,6 +66,11 @@ class OutputFile {
   int descriptor_ = -1;
   int slot_ = -1;  // in the registry of pending files
 };
+
+/// Removes temporary files in the folder of `path` that nobody writes any more, because their process
+/// was killed: those of this machine that are not locked, those of others when they have not been
+/// written for an hour either, since not every shared file system shares its locks.
+void remove_abandoned_outputs(const std::string& path);
 
 /// Removes the temporary files of all OutputFiles that are not committed. Async-signal-safe: for
 /// the handler of SIGINT or SIGTERM, which ends the process afterwards.

@@ -1,0 +1,68 @@
+#include "batch/outputs.hpp"
+
+#include <filesystem>
+#include <memory>
+
+#include "io/output_file.hpp"
+#include "io/writers.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+
+namespace fs = std::filesystem;
+
+OutputKind kind_of(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending == ".exr") return OutputKind::exr;
+  if (ending == ".ply" || ending == ".obj") return OutputKind::mesh;
+  if (ending == ".png") return OutputKind::png;
+  throw InvalidArgument("output " + path +
+                        ": its ending says nothing, must be .exr (maps), .ply or .obj (mesh) or "
+                        ".png (picture)");
+}
+
+void check_outputs(const std::string& input, const std::vector<std::string>& outputs) {
+  const auto same_file = [](const std::string& a, const std::string& b) {
+    std::error_code error;
+    return fs::weakly_canonical(fs::absolute(a), error) ==
+           fs::weakly_canonical(fs::absolute(b), error);
+  };
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const std::string& path = outputs[i];
+    kind_of(path);
+    if (same_file(path, input))
+      throw InvalidArgument("output " + path + ": is the input, give another name");
+    for (std::size_t k = 0; k < i; ++k)
+      if (same_file(path, outputs[k]))
+        throw InvalidArgument("output " + path + ": is named twice, give each output its own name");
+  }
+}
+
+std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface& surface,
+                            const Parameters& parameters, const WriteOptions& options) {
+  std::vector<std::unique_ptr<OutputFile>> files;
+  std::uint64_t bytes = 0;
+  for (const std::string& path : paths) {
+    OutputFile& file = *files.emplace_back(std::make_unique<OutputFile>(path));
+    switch (kind_of(path)) {
+      case OutputKind::exr:
+        write_exr(file, surface, parameters, options.compression, options.job);
+        break;
+      case OutputKind::mesh:
+        write_mesh(file, surface.mesh, options.job);
+        break;
+      case OutputKind::png:
+        write_png(file, surface, options.preview, options.job);
+        break;
+    }
+    file.finish();
+  }
+  for (const auto& file : files) {
+    file->publish();
+    bytes += fs::file_size(file->path());
+  }
+  return bytes;
+}
+
+}  // namespace meniscus

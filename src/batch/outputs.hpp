@@ -1,0 +1,33 @@
+// One frame's outputs: which kinds there are, and writing them, all or none.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meniscus/io.hpp"
+#include "meniscus/types.hpp"
+
+namespace meniscus {
+
+enum class OutputKind { exr, mesh, png };
+
+/// By the ending. Throws InvalidArgument.
+OutputKind kind_of(const std::string& path);
+
+/// Throws InvalidArgument for endings that nobody knows, an output that is named twice, and one
+/// that is the input.
+void check_outputs(const std::string& input, const std::vector<std::string>& outputs);
+
+/// How files are written.
+struct WriteOptions {
+  Compression compression = Compression::zip;
+  Preview preview = Preview::lit;
+  std::string job;  // see io/seal.hpp
+};
+
+/// All or nothing: no file appears under its name before all are complete. Returns their bytes.
+/// Throws OutputError.
+std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface& surface,
+                            const Parameters& parameters, const WriteOptions& options);
+
+}  // namespace meniscus

@@ -1,0 +1,54 @@
+// File names with a place for the frame's number.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace meniscus {
+
+/// A name such as dam.####.ply, dam.%04d.ply, dam.$F4.ply or dam.{}.ply. A place has a width, to
+/// which numbers are padded with zeros (%d, $F: none); {} takes numbers however they are padded,
+/// and {:04d} is %04d. A name may have several places, in folders, too: all hold the same number.
+class FramePattern {
+ public:
+  /// Nothing when `path` has no place for a number, or when there is a file of just that name.
+  static std::optional<FramePattern> in(const std::string& path);
+
+  const std::string& text() const { return text_; }
+
+  /// The name for a frame. {} becomes `digits`, or the bare number where that is empty.
+  std::string name(std::int64_t frame, const std::string& digits = "") const {
+    return spell(pieces_, frame, digits);
+  }
+
+  struct Found {
+    std::string path;
+    std::string digits;  // of the number as {} found it, else empty
+  };
+
+  /// The files there are, by frame. A * in the pattern stands for any characters of a file's or
+  /// folder's name and stays in the path. Folders that cannot be read hold no files.
+  /// Throws InputError when {} finds two files of one frame (7 and 007).
+  std::map<std::int64_t, Found> existing() const;
+
+ private:
+  struct Piece {
+    std::string literal;  // before the place
+    int width = 0;        // of the place: 0 as many digits as it takes, -1 any padding
+    bool place = false;   // whether a place follows
+  };
+  struct Match;
+  static std::string spell(const std::vector<Piece>& pieces, std::int64_t frame,
+                           const std::string& digits);
+  void walk(const std::vector<std::vector<Piece>>& folders, std::size_t depth,
+            const std::string& folder, const Match& match,
+            std::map<std::int64_t, Found>& found) const;
+
+  std::string text_;
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace meniscus

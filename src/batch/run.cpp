@@ -1,0 +1,275 @@
+#include "batch/run.hpp"
+
+#include <tbb/concurrent_queue.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <thread>
+#include <utility>
+
+#include "content_hash.hpp"
+#include "io/seal.hpp"
+
+namespace meniscus {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+// A frame on its way through the batch.
+struct Frame {
+  const FrameJob* job = nullptr;
+  FrameRecord record;
+  std::string seal;  // the job that its outputs carry
+  Camera camera;
+  std::unique_ptr<ParticleSource> particles;
+  Surface surface;
+};
+
+// Frames waiting for the next step. The end is a null pointer for each thread that waits. The
+// steps block on files and devices, so that they are threads and no tasks of oneTBB's, whose own
+// threads would be held up.
+using Queue = tbb::concurrent_bounded_queue<std::unique_ptr<Frame>>;
+
+std::optional<double> mean_residual(const Surface& surface) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const float residual : surface.residual)
+    if (residual > 0) {
+      sum += residual;
+      ++count;
+    }
+  if (count == 0) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+class Batch {
+ public:
+  Batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
+        const BatchSettings& settings, const std::atomic<int>& stop,
+        const std::function<void(const FrameRecord&)>& finished)
+      : jobs_(jobs), cameras_(cameras), settings_(settings), stop_(stop), finished_(finished) {}
+
+  BatchOutcome run() {
+    // PoCL and drivers take their time to open a device, so all open at once.
+    std::vector<std::future<Device>> opening;
+    for (const DeviceInfo& info : settings_.devices)
+      for (int k = 0; k < settings_.in_flight; ++k)
+        opening.push_back(std::async(std::launch::async, [&info] { return Device(info); }));
+    std::vector<Device> devices;
+    for (std::future<Device>& device : opening) devices.push_back(device.get());
+
+    const std::size_t writers = static_cast<std::size_t>(settings_.writers);
+    readers_ = writers;  // reading is cheap, but checking outputs that may be whole is not
+    extractors_ = devices.size();
+    read_.set_capacity(static_cast<std::ptrdiff_t>(devices.size()));
+    extracted_.set_capacity(static_cast<std::ptrdiff_t>(writers));
+    {
+      std::vector<std::jthread> threads;
+      for (std::size_t k = 0; k < writers; ++k) {
+        threads.emplace_back([&] {
+          read_all();
+          if (--readers_ == 0)
+            for (std::size_t i = 0; i < devices.size(); ++i) read_.push(nullptr);
+        });
+        threads.emplace_back([&] { write_all(); });
+      }
+      for (Device& device : devices)
+        threads.emplace_back([&] {
+          extract_all(device);
+          if (--extractors_ == 0)
+            for (std::size_t i = 0; i < writers; ++i) extracted_.push(nullptr);
+        });
+    }
+    if (failure_) std::rethrow_exception(failure_);
+    return outcome_;
+  }
+
+ private:
+  void read_all() {
+    for (std::size_t k; !halted_ && stop_ == 0 && (k = next_++) < jobs_.size();) {
+      auto frame = std::make_unique<Frame>();
+      frame->job = &jobs_[k];
+      FrameRecord& record = frame->record;
+      record.frame = frame->job->frame;
+      record.input = frame->job->input;
+      record.outputs = frame->job->outputs;
+      record.method = to_string(settings_.parameters.method);
+      record.host = settings_.host;
+      record.shard = settings_.shard;
+      record.start =
+          std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
+              .count();
+      if (!attempt(*frame, record.read_ms, [&] { read(*frame); })) continue;
+      if (record.status == FrameStatus::skipped)
+        over(record);
+      else
+        read_.push(std::move(frame));
+    }
+  }
+
+  void read(Frame& frame) {
+    frame.camera = cameras_.at(frame.job->frame);
+    frame.seal = job_of(*frame.job, frame.camera, settings_);
+    if (settings_.resume && whole(frame)) {
+      frame.record.status = FrameStatus::skipped;
+      return;
+    }
+    frame.particles = open_particles(frame.job->input, settings_.particle_radius);
+  }
+
+  // Whether all outputs are there, complete, of the same job, and no older than the input.
+  static bool whole(const Frame& frame) {
+    std::error_code error;
+    const auto made = fs::last_write_time(frame.job->input, error);
+    if (error) return false;
+    for (const std::string& path : frame.job->outputs) {
+      const auto written = fs::last_write_time(path, error);
+      if (error || written < made || !flaw_of(path, frame.seal).empty()) return false;
+    }
+    return true;
+  }
+
+  void extract_all(Device& device) {
+    for (std::unique_ptr<Frame> frame; read_.pop(frame), frame;) {
+      if (halted_ || stop_ != 0) continue;  // not begun, so that --resume does it
+      FrameRecord& record = frame->record;
+      record.device = device.info().name;
+      if (attempt(*frame, record.extract_ms, [&] { extract_one(device, *frame); }))
+        extracted_.push(std::move(frame));
+    }
+  }
+
+  void extract_one(Device& device, Frame& frame) {
+    std::vector<StageTime> stages;
+    try {
+      frame.surface = extract(device, *frame.particles, frame.camera, settings_.parameters, &stages,
+                              settings_.memory);
+    } catch (const InputError& error) {
+      throw InputError(frame.job->input + ": " + error.what());
+    }
+    frame.particles.reset();
+    FrameRecord& record = frame.record;
+    for (const StageTime& stage : stages) {  // of which some run several times
+      const auto same = [&](const auto& entry) { return entry.first == stage.stage; };
+      auto sum = std::find_if(record.stages.begin(), record.stages.end(), same);
+      if (sum == record.stages.end()) sum = record.stages.insert(sum, {stage.stage, 0.0});
+      sum->second += stage.host_ms;
+    }
+    record.counts = frame.surface.counts;
+    record.warnings = frame.surface.warnings;
+    record.residual = mean_residual(frame.surface);
+    record.hash = hex_digits(content_hash(frame.surface));
+  }
+
+  void write_all() {
+    for (std::unique_ptr<Frame> frame; extracted_.pop(frame), frame;) {
+      if (halted_) continue;
+      FrameRecord& record = frame->record;
+      WriteOptions options = settings_.writing;
+      options.job = frame->seal;
+      if (attempt(*frame, record.write_ms, [&] {
+            record.bytes =
+                write_outputs(frame->job->outputs, frame->surface, settings_.parameters, options);
+          }))
+        over(record);
+    }
+  }
+
+  // Runs one step of a frame. Returns whether it went well; else the frame is over.
+  template <class Step>
+  bool attempt(Frame& frame, double& ms, const Step& step) {
+    const auto begin = Clock::now();
+    FrameRecord& record = frame.record;
+    bool breaks = false;
+    try {
+      step();
+      ms = ms_since(begin);
+      return true;
+    } catch (const OutputError& error) {
+      record.error = error.what();
+      breaks = true;
+    } catch (const std::bad_alloc&) {
+      record.error =
+          frame.job->input + ": out of memory: lower --in-flight, or use a smaller image";
+    } catch (const std::exception& error) {
+      record.error = error.what();
+    }
+    ms = ms_since(begin);
+    record.status = FrameStatus::failed;
+    over(record, breaks);
+    return false;
+  }
+
+  void over(const FrameRecord& record, bool breaks = false) {
+    const std::scoped_lock lock(one_at_a_time_);
+    if (halted_ && breaks) return;  // one error is enough
+    ++(record.status == FrameStatus::done     ? outcome_.done
+       : record.status == FrameStatus::failed ? outcome_.failed
+                                              : outcome_.skipped);
+    if (breaks) outcome_.broken = record.error;
+    if (breaks || (settings_.fail_fast && record.status == FrameStatus::failed)) halted_ = true;
+    try {
+      finished_(record);
+    } catch (...) {
+      failure_ = std::current_exception();
+      halted_ = true;
+    }
+  }
+
+  const std::vector<FrameJob>& jobs_;
+  const CameraTrack& cameras_;
+  const BatchSettings& settings_;
+  const std::atomic<int>& stop_;
+  const std::function<void(const FrameRecord&)>& finished_;
+
+  Queue read_, extracted_;
+  std::atomic<std::size_t> next_{0}, readers_{0}, extractors_{0};
+  std::atomic<bool> halted_{false};  // by an error: frames under way are dropped
+  std::mutex one_at_a_time_;
+  BatchOutcome outcome_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
+                       const BatchSettings& settings, const std::atomic<int>& stop,
+                       const std::function<void(const FrameRecord&)>& finished) {
+  require(!settings.devices.empty() && settings.in_flight > 0 && settings.writers > 0,
+          "run_batch: wants at least one device, frame in flight and writer");
+  return Batch(jobs, cameras, settings, stop, finished).run();
+}
+
+std::string job_of(const FrameJob& job, const Camera& camera, const BatchSettings& settings) {
+  std::error_code error;
+  const auto size = fs::file_size(job.input, error);
+  std::string text = "meniscus " + version() + "\n" + describe(settings.parameters) +
+                     fs::path(job.input).filename().string() + "\n" +
+                     std::to_string(error ? 0 : size) + "\n" + std::to_string(camera.width) + " " +
+                     std::to_string(camera.height) + "\n";
+  const auto add = [&](double value) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%a ", value);
+    text += number;
+  };
+  add(settings.particle_radius);
+  add(settings.parameters.particle_radius);
+  for (const double value : camera.view) add(value);
+  for (const double value : camera.projection) add(value);
+  add(static_cast<double>(settings.writing.compression));
+  add(static_cast<double>(settings.writing.preview));
+  return hex_digits(content_hash(text));
+}
+
+}  // namespace meniscus

@@ -1,0 +1,99 @@
+#include "cli/batch_progress.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "grouped.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+constexpr std::chrono::milliseconds kInterval{100};
+constexpr int kWidth = 24;                // of the bar, characters
+constexpr std::size_t kWarnedFrames = 5;  // whose warnings are shown; the log has all
+
+}  // namespace
+
+std::string duration(double seconds) {
+  const auto whole = static_cast<long long>(std::llround(std::max(0.0, seconds)));
+  const auto h = whole / 3600, m = whole / 60 % 60, s = whole % 60;
+  char text[48];
+  if (h > 0)
+    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", h, m, s);
+  else if (m > 0)
+    std::snprintf(text, sizeof text, "%lld:%02lld", m, s);
+  else
+    std::snprintf(text, sizeof text, "%lld s", s);
+  return text;
+}
+
+BatchProgress::BatchProgress(std::size_t frames, bool quiet)
+    : frames_(frames), quiet_(quiet), bar_(!quiet && isatty(STDERR_FILENO) == 1) {
+  if (bar_) draw();
+}
+
+BatchProgress::~BatchProgress() {
+  clear();
+  if (!quiet_ && warned_ > kWarnedFrames)
+    std::fprintf(stderr, "meniscus: warning: %zu more frames have warnings, see --log\n",
+                 warned_ - kWarnedFrames);
+}
+
+double BatchProgress::seconds() const {
+  return std::chrono::duration<double>(Clock::now() - begin_).count();
+}
+
+void BatchProgress::over(const FrameRecord& record) {
+  ++over_;
+  const long long frame = record.frame;
+  if (!record.warnings.empty() && ++warned_ <= kWarnedFrames) {
+    clear();
+    for (const std::string& warning : record.warnings)
+      std::fprintf(stderr, "meniscus: warning: frame %lld: %s: %s\n", frame, record.input.c_str(),
+                   warning.c_str());
+  }
+  if (record.status == FrameStatus::failed) {
+    clear();
+    std::fprintf(stderr, "meniscus: frame %lld failed: %s\n", frame, record.error.c_str());
+  }
+  const std::array<double, 3> ms{record.read_ms, record.extract_ms, record.write_ms};
+  if (record.status != FrameStatus::skipped) {
+    ++worked_;
+    for (std::size_t k = 0; k < ms.size(); ++k) ms_[k] += ms[k];
+  }
+  if (!quiet_ && !bar_ && record.status == FrameStatus::done)
+    std::fprintf(stderr, "frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write\n",
+                 frame, over_, frames_, ms[0], ms[1], ms[2]);
+  if (bar_ && Clock::now() >= next_) draw();
+}
+
+void BatchProgress::draw() {
+  next_ = Clock::now() + kInterval;
+  const double share =
+      frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
+  const std::string bar(static_cast<std::size_t>(share * kWidth), '#');
+  std::string rate;
+  const double all_ms = ms_[0] + ms_[1] + ms_[2];
+  if (worked_ > 0 && all_ms > 0) {
+    const double per_second = static_cast<double>(worked_) / seconds();
+    char text[128];
+    std::snprintf(text, sizeof text,
+                  ", %.1f frames/s, %s left; read %.0f, extract %.0f, write %.0f %%", per_second,
+                  duration(static_cast<double>(frames_ - over_) / per_second).c_str(),
+                  100 * ms_[0] / all_ms, 100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms);
+    rate = text;
+  }
+  std::fprintf(stderr, "\r[%-*s] %s of %s%s\x1b[K", kWidth, bar.c_str(),
+               grouped(static_cast<std::int64_t>(over_)).c_str(),
+               grouped(static_cast<std::int64_t>(frames_)).c_str(), rate.c_str());
+  std::fflush(stderr);
+}
+
+void BatchProgress::clear() {
+  if (bar_) std::fputs("\r\x1b[K", stderr);
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,56 @@
+// What `extract` is asked to do.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "batch/outputs.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus::cli {
+
+struct ExtractOptions {
+  using Triple = std::array<double, 3>;
+
+  std::string input;
+  std::vector<std::string> outputs;
+  std::string camera_file;
+  std::optional<Triple> eye;
+  Triple target{}, up{0, 1, 0};
+  double fov = 40;                        // degrees
+  std::array<int, 2> size{1024, 768};     // pixels
+  std::optional<double> particle_radius;  // world units
+  Parameters parameters;
+  std::string device;
+  WriteOptions writing;
+  int threads = 0;  // 0: all
+  std::size_t memory = kStreamMemory;
+  bool timings = false, quiet = false, verbose = false;
+
+  // Of sequences.
+  std::string frames;  // empty: all
+  std::string shard;   // empty: by the environment
+  bool skip_missing = false, resume = false, fail_fast = false;
+  int in_flight = 2;  // frames on each device at once
+  std::string log, report;
+};
+
+struct ChosenCamera {
+  Camera camera;
+  std::string origin;  // in words
+};
+
+/// The one of --eye, else one that frames the particles. --camera is not looked at.
+ChosenCamera aimed_camera(const ExtractOptions& options, const ParticleSource& particles);
+
+/// The first option that is set though it has a meaning for sequences alone, else null.
+const char* sequence_option(const ExtractOptions& options);
+
+/// Adds all options of `extract`; they are parsed into `options`.
+void add_extract_options(CLI::App& command, ExtractOptions& options);
+
+}  // namespace meniscus::cli
