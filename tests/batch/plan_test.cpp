@@ -67,7 +67,7 @@ TEST_F(PlanTest, AllThatExistWithoutAList) {
 }
 
 TEST_F(PlanTest, TheListsOrderIsKept) {
-  EXPECT_THAT(frames(plan_sequence(request("10-1x-3,2"))), ElementsAre(10, 7, 1, 2));
+  EXPECT_THAT(frames(plan_sequence(request("10-6x-2,2"))), ElementsAre(10, 8, 6, 2));
 }
 
 TEST_F(PlanTest, MissingFramesAreNamedOrSkipped) {
