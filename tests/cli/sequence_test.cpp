@@ -1,0 +1,276 @@
+// Sequences: which frames come out, and that none is lost or half-written whatever happens.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <thread>
+
+#include "cli/program.hpp"
+#include "meniscus/io.hpp"
+
+namespace meniscus::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+class Sequence : public Program {
+ protected:
+  /// d.0000.ply to d.<n-1>.ply: a block that grows.
+  void write_sequence(int n) const {
+    for (int frame = 0; frame < n; ++frame)
+      write_particles(name("d.", frame, ".ply"), block(3 + frame % 3));
+  }
+
+  static std::string name(const std::string& stem, int frame, const std::string& ending) {
+    char number[16];
+    std::snprintf(number, sizeof number, "%04d", frame);
+    return stem + number + ending;
+  }
+
+  static std::vector<std::string> words(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all{"extract",    "d.####.ply", "--size",     "64x48", "-o",
+                                 "o.####.exr", "-o",         "o.####.png", "-o",    "o.####.ply"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  /// Bytes of the outputs, by name.
+  std::map<std::string, std::string> outputs(const std::string& stem = "o.") const {
+    std::map<std::string, std::string> bytes;
+    for (const std::string& file : files())
+      if (file.starts_with(stem)) bytes[file] = read(file);
+    return bytes;
+  }
+
+  std::vector<std::string> temporary_files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path("")))
+      if (entry.path().filename().string().starts_with("."))
+        names.push_back(entry.path().filename());
+    return names;
+  }
+
+  std::vector<nlohmann::json> log(const std::string& file) const {
+    std::vector<nlohmann::json> records;
+    std::istringstream lines(read(file));
+    for (std::string line; std::getline(lines, line);)
+      records.push_back(nlohmann::json::parse(line));
+    return records;
+  }
+};
+
+TEST_F(Sequence, ExtractsEveryFrameAsByItself) {
+  write_sequence(4);
+  const Outcome outcome = run(words({"--eye", "1,1,3", "--target", "0,0,0"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outputs().size(), 12u);
+  EXPECT_THAT(outcome.err, HasSubstr("4 frames 0-3"));
+  EXPECT_THAT(outcome.err, HasSubstr("frame 3 done"));
+  for (int frame = 0; frame < 4; ++frame) {
+    ASSERT_EQ(run({"extract", name("d.", frame, ".ply"), "--size", "64x48", "--eye", "1,1,3",
+                   "--target", "0,0,0", "-o", "single.exr"})
+                  .exit_code,
+              0);
+    const Surface one = read_exr(path("single.exr")),
+                  many = read_exr(path(name("o.", frame, ".exr")));
+    EXPECT_EQ(one.depth, many.depth);
+    EXPECT_EQ(one.normal, many.normal);
+    EXPECT_EQ(one.group, many.group);
+  }
+}
+
+TEST_F(Sequence, FramesAndCamerasAreChosen) {
+  write_sequence(6);
+  ASSERT_EQ(run(words({"--frames", "1-5x2,0", "-q"})).exit_code, 0);
+  std::vector<std::string> pictures;
+  for (const auto& [file, bytes] : outputs())
+    if (file.ends_with(".png")) pictures.push_back(file);
+  EXPECT_THAT(pictures, ElementsAre("o.0000.png", "o.0001.png", "o.0003.png", "o.0005.png"));
+
+  expect_error(run({"extract", "d.####.ply", "-o", "o.####.exr", "--camera", "c.{}.json"}), 1,
+               {"c.{}.json: there is no file of such a name"});
+  fs::remove(path("d.0004.ply"));
+  expect_error(run(words({"--frames", "3-5"})), 1,
+               {"d.####.ply: frame 4 missing", "--missing skip"});
+  const Outcome skipped = run(words({"--frames", "3-9", "--missing", "skip"}));
+  EXPECT_EQ(skipped.exit_code, 0) << skipped.err;
+  EXPECT_THAT(skipped.err, HasSubstr("frame 4 missing and skipped"));
+  EXPECT_THAT(skipped.err, HasSubstr("4 frames 6-9 left out: the sequence ends with frame 5"));
+  const Outcome beyond = run(words({"--frames", "100-110"}));
+  EXPECT_EQ(beyond.exit_code, 0) << beyond.err;
+  EXPECT_THAT(beyond.err, HasSubstr("11 frames 100-110 left out"));
+}
+
+TEST_F(Sequence, WrongUseIsNamed) {
+  write_sequence(2);
+  expect_error(run({"extract", "d.####.ply", "-o", "o.exr"}), 2,
+               {"frames 0 and 1 would both write o.exr", "o.exr: "});
+  expect_error(run({"extract", "d.####.ply", "-o", "d.####.ply"}), 2, {"is the input"});
+  expect_error(run({"extract", "d.0000.ply", "-o", "o.exr", "--frames", "1-2"}), 2,
+               {"--frames is for sequences", "d.0000.ply has no place"});
+  expect_error(run({"extract", "e.####.ply", "-o", "o.####.exr"}), 1,
+               {"e.####.ply: there is no file of such a name"});
+  expect_error(run(words({"--frames", "1-"})), 2, {"frames 1-: \"1-\" is no frame"});
+  expect_error(run(words({"--shard", "3/2"})), 2, {"shard 3/2"});
+  expect_error(run(words({"--missing", "perhaps"})), 2, {"must be one of fail, skip"});
+  expect_error(run({"extract", "d.####.ply", "-o", "nowhere/o.####.exr"}), 1,
+               {"nowhere/o.0000.exr: cannot be written", "make the folder nowhere first"});
+}
+
+TEST_F(Sequence, ShardsTogetherAreTheWhole) {
+  write_sequence(5);
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  const auto whole = outputs();
+  for (const auto& [file, bytes] : whole) fs::remove(path(file));
+  ASSERT_EQ(run(words({"-q", "--shard", "1/2"})).exit_code, 0);
+  EXPECT_EQ(outputs().size(), 9u);
+  const Conditions task{{{"SLURM_ARRAY_TASK_ID", "7"},
+                         {"SLURM_ARRAY_TASK_COUNT", "2"},
+                         {"SLURM_ARRAY_TASK_MIN", "6"}}};
+  const Outcome second = run(words(), task);
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_THAT(second.err, HasSubstr("2 of 2 of 5 frames, from SLURM_ARRAY_TASK_ID"));
+  EXPECT_EQ(outputs(), whole);
+}
+
+TEST_F(Sequence, TwoDevicesGiveTheSameBytes) {
+  write_sequence(5);
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  const auto one = outputs();
+  for (const auto& [file, bytes] : one) fs::remove(path(file));
+  const Conditions two{{{"POCL_DEVICES", "pthread basic"}}};
+  const Outcome outcome = run(words({"--device", "all", "--log", "log.jsonl"}), two);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outputs(), one);
+}
+
+TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
+  write_sequence(7);
+  const std::string good = read("d.0001.ply");
+  write("d.0001.ply", good.substr(0, good.size() / 2));  // cut off
+  write("d.0003.ply", "");
+  write("d.0004.ply",
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
+        "y\nproperty float z\nend_header\nnan 0 0\n");
+  const Outcome outcome = run(words({"--log", "log.jsonl", "--strict"}));
+  expect_error(outcome, 3, {"3 frames 1,3,4 of 7 failed"});
+  for (const char* part : {"frame 1 failed: d.0001.ply: ", "frame 3 failed: d.0003.ply: is empty",
+                           "frame 4 failed: d.0004.ply: "})
+    EXPECT_THAT(outcome.err, HasSubstr(part));
+  EXPECT_EQ(outputs().size(), 12u);
+  EXPECT_THAT(temporary_files(), IsEmpty());
+  int failed = 0;
+  for (const nlohmann::json& record : log("log.jsonl")) {
+    const bool bad = record["frame"] == 1 || record["frame"] == 3 || record["frame"] == 4;
+    EXPECT_EQ(record["status"], bad ? "failed" : "done");
+    failed += bad;
+    EXPECT_EQ(record.contains("hash"), !bad) << record;
+  }
+  EXPECT_EQ(failed, 3);
+
+  // Without --strict the NaN is dropped, said, and the frame is empty.
+  const Outcome lenient = run(words({"--frames", "4"}));
+  EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
+  EXPECT_THAT(lenient.err, HasSubstr("meniscus: warning: frame 4: d.0004.ply: "));
+
+  for (const auto& [file, bytes] : outputs()) fs::remove(path(file));
+  const Outcome fast = run(words({"--fail-fast", "--in-flight", "1", "--threads", "1"}));
+  EXPECT_EQ(fast.exit_code, 3) << fast.err;
+  EXPECT_LT(outputs().size(), 12u);
+}
+
+TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
+  write_sequence(6);
+  ASSERT_EQ(run(words({"-q", "--log", "log.jsonl"})).exit_code, 0);
+  const auto before = outputs();
+  fs::remove(path("o.0001.png"));                                // missing
+  write("o.0002.exr", before.at("o.0002.exr").substr(0, 2000));  // cut off
+  std::string flipped = before.at("o.0003.ply");
+  flipped[flipped.size() - 5] ^= 1;
+  write("o.0003.ply", flipped);
+  write("o.0004.png", before.at("o.0005.png"));  // whole, but another frame's
+  const Outcome outcome = run(words({"--resume", "--log", "log.jsonl"}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("4 frames in"));
+  EXPECT_THAT(outcome.err, HasSubstr("2 were there already"));
+  EXPECT_EQ(outputs(), before);
+  EXPECT_EQ(log("log.jsonl").size(), 12u);
+
+  const Outcome again = run(words({"--resume"}));
+  EXPECT_THAT(again.err, HasSubstr("6 were there already"));
+  const Outcome other = run(words({"--resume", "--support", "9"}));  // other parameters
+  EXPECT_THAT(other.err, HasSubstr("6 frames in")) << other.err;
+  EXPECT_EQ(run(words({"--resume", "-q"})).exit_code, 0);
+  EXPECT_EQ(outputs(), before);
+
+  // A newer input.
+  fs::last_write_time(path("d.0002.ply"), fs::file_time_type::clock::now() + std::chrono::hours(1));
+  EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("5 were there already"));
+}
+
+TEST_F(Sequence, KilledAtAnyMomentAndResumed) {
+  write_sequence(8);
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  const auto whole_run = std::chrono::steady_clock::now() - begin;
+  const auto undisturbed = outputs();
+  for (const auto& [file, bytes] : undisturbed) fs::remove(path(file));
+  std::mt19937 random(1);
+  int killed = 0;
+  for (int k = 0; k < 10; ++k) {
+    const int process = start(words({"-q", "--resume"}));
+    std::this_thread::sleep_for(whole_run * (random() % 1000) / 1000.0);
+    kill(process, SIGKILL);
+    killed += wait_for(process).exit_code == 128 + SIGKILL;
+    for (const auto& [file, bytes] : outputs()) EXPECT_EQ(bytes, undisturbed.at(file)) << file;
+    if (k % 3 == 2)
+      for (const auto& [file, bytes] : outputs()) fs::remove(path(file));
+  }
+  EXPECT_GT(killed, 0);
+  const Outcome last = run(words({"--resume"}));
+  ASSERT_EQ(last.exit_code, 0) << last.err;
+  EXPECT_EQ(outputs(), undisturbed);
+  EXPECT_THAT(temporary_files(), IsEmpty());
+}
+
+TEST_F(Sequence, SigtermFinishesTheFramesUnderWay) {
+  write_sequence(60);
+  const int process = start(words({"--log", "log.jsonl"}));
+  while (!exists("log.jsonl") || read("log.jsonl").empty())
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  kill(process, SIGTERM);
+  const Outcome stopped = wait_for(process);
+  expect_error(stopped, 128 + SIGTERM, {"stopped by signal 15", "frames left", "--resume goes on"});
+  EXPECT_THAT(temporary_files(), IsEmpty());
+  const std::size_t done = log("log.jsonl").size();
+  EXPECT_LT(done, 60u);
+  EXPECT_EQ(outputs().size(), 3 * done);  // whole frames only
+  const Outcome rest = run(words({"--resume", "--log", "log.jsonl"}));
+  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_THAT(rest.err, HasSubstr(std::to_string(done) + " were there already"));
+  EXPECT_EQ(outputs().size(), 180u);
+}
+
+TEST_F(Sequence, AFullDiskEndsTheBatch) {
+  write_sequence(5);
+  // An EXR of that size has 13 MB; the files of the OpenCL compiler stay below the limit.
+  const Outcome outcome = run(
+      {"extract", "d.####.ply", "-o", "o.####.exr", "--size", "640x480", "--compression", "none"},
+      {{}, 4'000'000});
+  expect_error(outcome, 1,
+               {"cannot be written: File too large", "0 of 5 frames are done", "--resume"});
+  EXPECT_THAT(outputs(), IsEmpty());
+  EXPECT_THAT(temporary_files(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace meniscus::test
