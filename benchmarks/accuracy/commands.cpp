@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "io/png.hpp"
 #include "io/preview.hpp"
 #include "parameter_list.hpp"
 
@@ -59,7 +60,7 @@ std::vector<Contender> contenders_of(const CommonOptions& options, Device& devic
 }
 
 Bytes picture_of(const Surface& surface, Preview preview) {
-  return encode_png(surface.camera.width, surface.camera.height, draw_preview(surface, preview));
+  return encode_png({surface.camera.width, surface.camera.height, draw_preview(surface, preview)});
 }
 
 void write_results(const CommonOptions& options, const std::string& json, const Report& report) {

@@ -1,4 +1,4 @@
-// Pictures in memory as PNG.
+// Pictures of few colours in memory as PNG.
 #pragma once
 
 #include <array>
@@ -11,15 +11,10 @@ namespace meniscus::accuracy {
 using Bytes = std::vector<std::uint8_t>;
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// [height][width][3] sRGB bytes.
-Bytes encode_png(int width, int height, const Bytes& rgb);
-
 /// [height][width] indices into a palette of at most 256 colours: a third of the size.
 Bytes encode_png(int width, int height, const Bytes& index, const std::vector<Rgb>& palette);
 
 /// Throws OutputError.
 void write_file(const std::string& path, const void* data, std::size_t size);
-
-std::string base64(const Bytes& bytes);
 
 }  // namespace meniscus::accuracy

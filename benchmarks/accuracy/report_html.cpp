@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "accuracy/report.hpp"
+#include "page/page.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -81,23 +82,6 @@ document.addEventListener('keydown', (event) => {
 });
 show();
 )js";
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += c;
-  }
-  return result;
-}
 
 std::string element(const char* name, const std::string& content, const char* attributes = "") {
   return std::string("<") + name + attributes + ">" + content + "</" + name + ">";

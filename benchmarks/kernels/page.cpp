@@ -4,30 +4,15 @@
 #include <cmath>
 
 #include "kernels/table.hpp"
-#include "kernels/text.hpp"
+#include "page/page.hpp"
+#include "printed.hpp"
 
 namespace meniscus::bench {
 namespace {
 
 constexpr char kStyle[] = R"css(
-:root { color-scheme: light dark; --ground: #fbfbfa; --panel: #fff; --ink: #1b2330; --soft: #5a6575;
-  --line: #dfe4ea; --grid: #eceff3; --roof: #3c4757; --near: #1f6fb2; --far: #d1541a;
-  --near-soft: #b5d6f1; --far-soft: #f7c9b0; }
-@media (prefers-color-scheme: dark) {
-  :root { --ground: #14181d; --panel: #1b2027; --ink: #e6eaf0; --soft: #9aa6b5; --line: #2e3640;
-    --grid: #262d36; --roof: #b4bfcc; --near: #5aabeb; --far: #f08a4b; --near-soft: #23496b;
-    --far-soft: #6a3a1e; } }
-* { box-sizing: border-box; }
-body { margin: 0; background: var(--ground); color: var(--ink);
-  font: 15px/1.55 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
-main { max-width: 1180px; margin: 0 auto; padding: 2.4rem 1.6rem 5rem; }
-h1 { font-size: 1.8rem; font-weight: 650; margin: 0 0 .3rem; letter-spacing: -.01em; }
-h2 { font-size: 1.2rem; font-weight: 650; margin: 2.6rem 0 .3rem; }
-h3 { font-size: 1rem; font-weight: 600; margin: 1.6rem 0 .3rem; }
-p { max-width: 50rem; margin: .25rem 0 .9rem; color: var(--soft); }
-p strong { color: var(--ink); font-weight: 600; }
-.panel { background: var(--panel); border: 1px solid var(--line); border-radius: 8px;
-  padding: 1rem 1.2rem; margin: .6rem 0 1rem; overflow-x: auto; }
+:root { --roof: #3c4757; }
+@media (prefers-color-scheme: dark) { :root { --roof: #b4bfcc; } }
 .bars { display: grid; grid-template-columns: max-content minmax(9rem, 1fr) minmax(9rem, 1fr) minmax(9rem, 1fr) max-content;
   gap: .42rem 1.3rem; align-items: center; min-width: 44rem; }
 .bars .head { color: var(--soft); font-size: 12.5px; }
@@ -36,28 +21,20 @@ p strong { color: var(--ink); font-weight: 600; }
 .bar i { position: absolute; inset: 0 auto 0 0; border-radius: 3px; }
 .bar b { position: absolute; top: -3px; bottom: -3px; width: 2px; background: var(--ink); opacity: .55; }
 .bar span { position: absolute; left: 7px; top: 0; font-size: 12.5px; line-height: 20px; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.near i, .chip.near { background: var(--near-soft); box-shadow: inset 3px 0 0 var(--near); }
-.far i, .chip.far { background: var(--far-soft); box-shadow: inset 3px 0 0 var(--far); }
+.near i, .chip.near { background: var(--blue-soft); box-shadow: inset 3px 0 0 var(--blue); }
+.far i, .chip.far { background: var(--orange-soft); box-shadow: inset 3px 0 0 var(--orange); }
 .bar.none { background: none; color: var(--soft); }
 .chip { display: inline-block; font-size: 12.5px; padding: .05rem .6rem .05rem .7rem; border-radius: 3px; }
 .chip.same { color: var(--soft); }
-svg.roofline { width: 100%; min-width: 44rem; height: auto; display: block; font: 12.5px system-ui, "Segoe UI", Arial, sans-serif; }
-.grid { stroke: var(--grid); } .tick { fill: var(--soft); } .axis { fill: var(--soft); font-size: 13px; }
+svg.roofline { min-width: 44rem; }
 .roof { stroke: var(--roof); stroke-width: 2; } .roof.second { stroke-dasharray: 6 5; stroke-width: 1.5; }
 .roof-label { fill: var(--soft); } .leader { stroke: var(--soft); stroke-width: .8; }
-.dot { stroke: var(--panel); stroke-width: 1.5; } circle.near { fill: var(--near); } circle.far { fill: var(--far); }
+.dot { stroke: var(--panel); stroke-width: 1.5; } circle.near { fill: var(--blue); } circle.far { fill: var(--orange); }
 circle.small { opacity: .55; } .trail { fill: none; stroke-width: 1.2; opacity: .5; }
-.trail.near { stroke: var(--near); } .trail.far { stroke: var(--far); }
+.trail.near { stroke: var(--blue); } .trail.far { stroke: var(--orange); }
 .dot-label { fill: var(--ink); font-size: 13px; }
-.legend { display: flex; flex-wrap: wrap; gap: .3rem 1.6rem; color: var(--soft); font-size: 13px; margin: .2rem 0 .6rem; }
-.legend i { display: inline-block; width: .75rem; height: .75rem; border-radius: 50%; margin-right: .4rem; vertical-align: -1px; }
 .legend b { display: inline-block; width: 2px; height: .95rem; background: var(--ink); opacity: .55; margin-right: .45rem; vertical-align: -2px; }
-table { border-collapse: collapse; font-size: 13px; width: 100%; }
-th, td { padding: .28rem .5rem; border-bottom: 1px solid var(--line); text-align: right;
-  font-variant-numeric: tabular-nums; white-space: nowrap; }
-th { color: var(--soft); font-weight: 550; } th:first-child, td:first-child, td.word, th.word { text-align: left; }
-tr.native td { color: var(--soft); } td.note { text-align: left; color: var(--far); }
-details { margin: .4rem 0; } summary { cursor: pointer; color: var(--soft); padding: .2rem 0; }
+tr.native td { color: var(--soft); } td.note { text-align: left; color: var(--orange); }
 )css";
 
 std::string chip(const Verdict& v) {
@@ -166,8 +143,8 @@ std::string session_section(const Session& session, const std::vector<Verdict>& 
           (session.disturbed() ? "; <strong>" + escaped(warning_on(session)) + "</strong>" : "") +
           "</p>\n";
   text +=
-      "<div class=\"legend\"><span><i style=\"background:var(--near)\"></i>near the limit</span>"
-      "<span><i style=\"background:var(--far)\"></i>far from it</span>"
+      "<div class=\"legend\"><span><i style=\"background:var(--blue)\"></i>near the limit</span>"
+      "<span><i style=\"background:var(--orange)\"></i>far from it</span>"
       "<span><b></b>near enough from here on</span></div>\n";
   text += verdict_bars(verdicts, session);
   text += "<h3>Roofline and all results</h3>\n" + plot;
@@ -176,40 +153,13 @@ std::string session_section(const Session& session, const std::vector<Verdict>& 
 
 }  // namespace
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  return result;
-}
-
 std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) {
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   const auto count = [&](const std::string& word) {
     return std::count_if(verdicts.begin(), verdicts.end(),
                          [&](const Verdict& v) { return v.word() == word; });
   };
-  std::string text =
-      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width\">\n"
-      "<title>Meniscus: how fast its kernels are</title>\n<style>";
-  text += kStyle;
-  text +=
-      "</style></head><body><main>\n<h1>How near each kernel is to what the device can do</h1>\n";
+  std::string text = "<h1>How near each kernel is to what the device can do</h1>\n";
   text += printed(
       "<p>Meniscus %s. <strong>%td of %zu kernels are far from the limit</strong>, the "
       "farthest first, then %td that are open: far from the roofline, with no native version to "
@@ -230,7 +180,7 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
       "the arithmetic and of the atomic minima. Small dots are smaller frames. A difference "
       "exceeds "
       "the noise when it is larger than both noises together, and than 2 %.</p>\n";
-  return text + "</main></body></html>\n";
+  return html_page("Meniscus: how fast its kernels are", kStyle, text);
 }
 
 }  // namespace meniscus::bench

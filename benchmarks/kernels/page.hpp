@@ -18,7 +18,4 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs);
 /// compute nothing are left out.
 std::string roofline_plot(const Session& session, const std::vector<std::string>& near);
 
-/// For text between tags and in attributes.
-std::string escaped(const std::string& text);
-
 }  // namespace meniscus::bench

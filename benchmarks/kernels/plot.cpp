@@ -3,7 +3,10 @@
 #include <cmath>
 
 #include "kernels/page.hpp"
-#include "kernels/text.hpp"
+#include "kernels/table.hpp"
+#include "page/page.hpp"
+#include "page/svg.hpp"
+#include "printed.hpp"
 
 namespace meniscus::bench {
 namespace {
@@ -37,7 +40,9 @@ struct Dot {
 class Plot {
  public:
   Plot(const Session& session, const std::vector<std::string>& near)
-      : session_(session), near_(near) {
+      : session_(session),
+        near_(near),
+        svg_(kWidth, kHeight, "Roofline of " + title_of(session), "roofline") {
     for (const Result& r : session.results)
       if (r.variant == kDevice && r.operations > 0 && r.bytes > 0) add(r);
     double low_x = 0.25, high_x = 16, low_y = session.roofline.peak_gflops() / 30, high_y = 1;
@@ -58,14 +63,10 @@ class Plot {
   }
 
   std::string svg() {
-    text_ = printed(
-        "<svg class=\"roofline\" viewBox=\"0 0 %.0f %.0f\" role=\"img\" aria-label=\"Roofline of "
-        "%s\">\n",
-        kWidth, kHeight, escaped(title_of(session_)).c_str());
     draw_axes();
     draw_roofs();
     draw_dots();
-    return text_ + "</svg>\n";
+    return svg_.text();
   }
 
  private:
@@ -77,44 +78,31 @@ class Plot {
     if (r.particles > dot->result->particles) dot->result = &r;
   }
 
-  void line(const char* kind, double x0, double y0, double x1, double y1) {
-    text_ += printed("<line class=\"%s\" x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"/>\n", kind,
-                     x0, y0, x1, y1);
-  }
-
-  void words(const char* kind, double x, double y, const char* anchor, const std::string& what,
-             double angle = 0) {
-    text_ += printed(
-        "<text class=\"%s\" text-anchor=\"%s\" transform=\"translate(%.1f %.1f) "
-        "rotate(%.1f)\">%s</text>\n",
-        kind, anchor, x, y, angle, escaped(what).c_str());
-  }
-
   void draw_axes() {
     for (double power = std::pow(2, std::ceil(std::log2(x_.low))); power <= x_.high; power *= 2) {
-      line("grid", x_.at(power), y_.begin, x_.at(power), y_.end);
+      svg_.line("grid", x_.at(power), y_.begin, x_.at(power), y_.end);
       const std::string label = power < 1 ? "1/" + printed("%g", 1 / power) : printed("%g", power);
-      words("tick", x_.at(power), y_.begin + 18, "middle", label);
+      svg_.words("tick", x_.at(power), y_.begin + 18, "middle", label);
     }
     for (double decade = std::pow(10, std::floor(std::log10(y_.low))); decade <= y_.high;
          decade *= 10)
       for (const double step : {1, 2, 5}) {
         const double value = decade * step;
         if (value < y_.low || value > y_.high) continue;
-        line("grid", x_.begin, y_.at(value), x_.end, y_.at(value));
-        words("tick", x_.begin - 8, y_.at(value) + 4, "end", printed("%g", value));
+        svg_.line("grid", x_.begin, y_.at(value), x_.end, y_.at(value));
+        svg_.words("tick", x_.begin - 8, y_.at(value) + 4, "end", printed("%g", value));
       }
-    words("axis", (x_.begin + x_.end) / 2, kHeight - 10, "middle",
-          "arithmetic intensity: operations for each byte read or written");
-    words("axis", 16, (y_.begin + y_.end) / 2, "middle", "GFLOP/s", -90);
+    svg_.words("axis", (x_.begin + x_.end) / 2, kHeight - 10, "middle",
+               "arithmetic intensity: operations for each byte read or written");
+    svg_.words("axis", 16, (y_.begin + y_.end) / 2, "middle", "GFLOP/s", -90);
   }
 
   // A diagonal of the given bandwidth up to the ceiling.
   void draw_memory_roof(const CopyRate& copy, double ceiling, const char* kind) {
     const double knee = std::min(ceiling / copy.gb_per_s, x_.high);
     const double start = std::max(x_.low, y_.low / copy.gb_per_s);
-    line(kind, x_.at(start), y_.at(start * copy.gb_per_s), x_.at(knee),
-         y_.at(knee * copy.gb_per_s));
+    svg_.line(kind, x_.at(start), y_.at(start * copy.gb_per_s), x_.at(knee),
+              y_.at(knee * copy.gb_per_s));
     const double dx = x_.at(knee) - x_.at(start);
     const double dy = y_.at(knee * copy.gb_per_s) - y_.at(start * copy.gb_per_s);
     const double length = std::hypot(dx, dy);
@@ -123,8 +111,9 @@ class Plot {
     const double along = 12;
     const double x = x_.at(start) + along * dx / length + 7 * dy / length;
     const double y = y_.at(start * copy.gb_per_s) + along * dy / length - 7 * dx / length;
-    const std::string label = three_digits(copy.gb_per_s) + " GB/s, " + size_of(copy.bytes);
-    words("roof-label", x, y, "start", label, std::atan2(dy, dx) * 180 / std::acos(-1.0));
+    const std::string label =
+        three_digits(copy.gb_per_s) + " GB/s, " + size_of(static_cast<std::uint64_t>(copy.bytes));
+    svg_.words("roof-label", x, y, "start", label, std::atan2(dy, dx) * 180 / std::acos(-1.0));
   }
 
   void draw_roofs() {
@@ -135,16 +124,16 @@ class Plot {
         *std::max_element(roofline.copy.begin(), roofline.copy.end(),
                           [](const auto& a, const auto& b) { return a.gb_per_s < b.gb_per_s; });
     const double knee = std::clamp(peak / fastest.gb_per_s, x_.low, x_.high);
-    line("roof", x_.at(knee), y_.at(peak), x_.end, y_.at(peak));
-    words("roof-label", x_.end - 4, y_.at(peak) - 7, "end",
-          printed("%s GFLOP/s %s", three_digits(peak).c_str(),
-                  peak == roofline.fused_gflops ? "fused multiply-add" : "products and sums"));
+    svg_.line("roof", x_.at(knee), y_.at(peak), x_.end, y_.at(peak));
+    svg_.words("roof-label", x_.end - 4, y_.at(peak) - 7, "end",
+               printed("%s GFLOP/s %s", three_digits(peak).c_str(),
+                       peak == roofline.fused_gflops ? "fused multiply-add" : "products and sums"));
     if (roofline.plain_gflops < 0.93 * peak) {
       const double begin = std::clamp(roofline.plain_gflops / fastest.gb_per_s, x_.low, x_.high);
-      line("roof second", x_.at(begin), y_.at(roofline.plain_gflops), x_.end,
-           y_.at(roofline.plain_gflops));
-      words("roof-label", x_.end - 4, y_.at(roofline.plain_gflops) + 15, "end",
-            three_digits(roofline.plain_gflops) + " GFLOP/s products and sums");
+      svg_.line("roof second", x_.at(begin), y_.at(roofline.plain_gflops), x_.end,
+                y_.at(roofline.plain_gflops));
+      svg_.words("roof-label", x_.end - 4, y_.at(roofline.plain_gflops) + 15, "end",
+                 three_digits(roofline.plain_gflops) + " GFLOP/s products and sums");
     }
     draw_memory_roof(fastest, peak, "roof");
     const CopyRate& largest = roofline.copy.back();
@@ -160,10 +149,11 @@ class Plot {
   }
 
   void circle(const Result& r, const std::string& kind, double radius) {
-    text_ += printed(
-        "<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"><title>%s</title>"
-        "</circle>\n",
-        kind.c_str(), x_.at(r.intensity()), y_.at(r.gflops()), radius, escaped(tooltip(r)).c_str());
+    svg_.add(
+        printed("<circle class=\"%s\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"><title>%s</title>"
+                "</circle>\n",
+                kind.c_str(), x_.at(r.intensity()), y_.at(r.gflops()), radius,
+                escaped(tooltip(r)).c_str()));
   }
 
   // Beside the dot where nothing is yet, else farther away with a line to it.
@@ -182,9 +172,9 @@ class Plot {
                                    [&](const Box& other) { return overlap(box, other); }))
           continue;
         if (distance > 18)
-          line("leader", dot.x + 7 * dx, dot.y + 7 * dy, dot.x + (distance - 1) * dx,
-               dot.y + (distance - 1) * dy);
-        words("dot-label", x + 1, y + 12, "start", dot.result->kernel);
+          svg_.line("leader", dot.x + 7 * dx, dot.y + 7 * dy, dot.x + (distance - 1) * dx,
+                    dot.y + (distance - 1) * dy);
+        svg_.words("dot-label", x + 1, y + 12, "start", dot.result->kernel);
         taken.push_back(box);
         return;
       }
@@ -210,7 +200,7 @@ class Plot {
       std::string points;
       for (const Result* r : trail)
         points += printed("%.1f,%.1f ", x_.at(r->intensity()), y_.at(r->gflops()));
-      text_ += "<polyline class=\"trail " + kind + "\" points=\"" + points + "\"/>\n";
+      svg_.add("<polyline class=\"trail " + kind + "\" points=\"" + points + "\"/>\n");
       for (const Result* r : trail)
         if (r != dot.result) circle(*r, "small " + kind, 3);
       circle(*dot.result, "dot " + kind, 6.5);
@@ -222,7 +212,7 @@ class Plot {
   const std::vector<std::string>& near_;
   std::vector<Dot> dots_;
   Axis x_{}, y_{};
-  std::string text_;
+  Svg svg_;
 };
 
 }  // namespace

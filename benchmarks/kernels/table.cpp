@@ -2,11 +2,30 @@
 
 #include <algorithm>
 
-#include "kernels/text.hpp"
+#include "printed.hpp"
 
 namespace meniscus::bench {
 
 std::string ratio_text(double ratio) { return ratio > 0 ? printed("%.2f", ratio) : "-"; }
+
+std::string roofline_line(const Roofline& roofline) {
+  std::string line = "copies";
+  for (const CopyRate& copy : roofline.copy)
+    line += (&copy == &roofline.copy.front() ? " " : ", ") + three_digits(copy.gb_per_s) +
+            " GB/s in " + size_of(static_cast<std::uint64_t>(copy.bytes));
+  return line + "; " + three_digits(roofline.fused_gflops) + " GFLOP/s fused, " +
+         three_digits(roofline.plain_gflops) + " plain; a launch " +
+         three_digits(roofline.launch_us) + " us, in a batch " +
+         three_digits(roofline.batched_launch_us) + " us; atomic minima " +
+         with_prefix(1e9 * roofline.spread_atomics) + "/s, on one word " +
+         with_prefix(1e9 * roofline.contended_atomics) + "/s";
+}
+
+std::string warning_on(const Session& session) {
+  if (!session.disturbed()) return "";
+  return printed("other work ran beside, on %.1f processors: threads may not have run at once",
+                 session.other_work);
+}
 
 std::string results_table(const BenchRun& run) {
   std::string text;

@@ -17,6 +17,12 @@ std::string verdict_table(const BenchRun& run);
 /// The differences between paired sessions, and which of them exceed the noise.
 std::string comparison_table(const std::vector<SessionPair>& pairs);
 
+/// "45.1 GB/s in 256 KiB, ...; 207 GFLOP/s fused, ...": a session's roofline in words.
+std::string roofline_line(const Roofline& roofline);
+
+/// What to hold against a session's times: that other work ran beside; empty: nothing.
+std::string warning_on(const Session& session);
+
 /// The verdicts of one device, farthest from its limit first.
 std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts);
 

@@ -5,17 +5,6 @@
 
 namespace meniscus::cli {
 
-std::string bytes(std::uint64_t number) {
-  constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
-  double value = static_cast<double>(number);
-  int unit = 0;
-  for (; value >= 1024 && unit < 4; ++unit) value /= 1024;
-  char text[32];
-  std::snprintf(text, sizeof text, value < 10 && unit > 0 ? "%.1f %s" : "%.0f %s", value,
-                kUnits[unit]);
-  return text;
-}
-
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
   std::string line;
   for (const auto& [name, count] : counts)
@@ -47,8 +36,8 @@ void print_timings(const std::vector<StageTime>& stages,
 
 void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes) {
   std::printf("\n%-16s %12s\n", "memory", "peak");
-  std::printf("%-16s %12s\n", "device buffers", bytes(device_bytes).c_str());
-  std::printf("%-16s %12s\n", "whole program", bytes(host_bytes).c_str());
+  std::printf("%-16s %12s\n", "device buffers", size_of(device_bytes).c_str());
+  std::printf("%-16s %12s\n", "whole program", size_of(host_bytes).c_str());
 }
 
 }  // namespace meniscus::cli

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "grouped.hpp"
 #include "meniscus/meniscus.hpp"
+#include "printed.hpp"
 
 namespace meniscus::cli {
 
@@ -23,9 +23,6 @@ class Talk {
  private:
   bool quiet_;
 };
-
-/// 1.5e9 -> "1.4 GiB".
-std::string bytes(std::uint64_t number);
 
 /// "35,937 particles, 3,125 visible, ...": all counts in one line.
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts);

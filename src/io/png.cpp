@@ -17,14 +17,14 @@ constexpr std::size_t kFirstChunkEnd = 8 + 25;  // the signature, IHDR
 
 }  // namespace
 
-std::string encode_png(const RgbImage& image) {
+std::vector<std::uint8_t> encode_png(const RgbImage& image) {
   png_image description{};
   description.version = PNG_IMAGE_VERSION;
   description.width = static_cast<png_uint_32>(image.width);
   description.height = static_cast<png_uint_32>(image.height);
   description.format = PNG_FORMAT_RGB;  // eight bits, sRGB
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);
-  std::string encoded(size, '\0');
+  std::vector<std::uint8_t> encoded(size);
   if (!png_image_write_to_memory(&description, encoded.data(), &size, 0, image.bytes.data(), 0,
                                  nullptr)) {
     const std::string reason = description.message;
@@ -54,16 +54,16 @@ RgbImage read_png(const std::string& path) {
 }
 
 void write_png(OutputFile& file, const Surface& surface, Preview preview, const std::string& job) {
-  std::string encoded;
+  std::vector<std::uint8_t> encoded;
   try {
     encoded =
         encode_png({surface.camera.width, surface.camera.height, draw_preview(surface, preview)});
   } catch (const OutputError& error) {
     throw OutputError(file.path() + ": cannot be written: " + error.what());
   }
-  file.write(encoded.substr(0, kFirstChunkEnd));
+  file.write(encoded.data(), kFirstChunkEnd);
   file.write(seal_chunks(job));
-  file.write(std::string_view(encoded).substr(kFirstChunkEnd));
+  file.write(encoded.data() + kFirstChunkEnd, encoded.size() - kFirstChunkEnd);
   seal(file, OutputFormat::png);
 }
 

@@ -13,7 +13,7 @@ struct RgbImage {
 };
 
 /// The bytes of a PNG file. Throws OutputError with the reason alone.
-std::string encode_png(const RgbImage& image);
+std::vector<std::uint8_t> encode_png(const RgbImage& image);
 
 /// Reads a whole PNG file; a transparent one lies on black. Throws InputError when it is missing,
 /// damaged or no PNG.

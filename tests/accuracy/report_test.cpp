@@ -62,16 +62,6 @@ TEST(Html, IsOnePageWithAllInIt) {
     EXPECT_THAT(page, Not(HasSubstr(outside)));
 }
 
-TEST(Base64, IsThatOfTheStandard) {  // RFC 4648, section 10
-  const auto encoded = [](const std::string& text) {
-    return base64(Bytes(text.begin(), text.end()));
-  };
-  EXPECT_EQ(encoded(""), "");
-  EXPECT_EQ(encoded("f"), "Zg==");
-  EXPECT_EQ(encoded("fo"), "Zm8=");
-  EXPECT_EQ(encoded("foobar"), "Zm9vYmFy");
-}
-
 Row row(const std::string& setting, const std::string& scene, const std::string& method,
         double rms) {
   Row result{setting, setting, scene, method, false, {}, 1};

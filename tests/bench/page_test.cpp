@@ -8,7 +8,8 @@
 
 #include "bench/made_up.hpp"
 #include "kernels/table.hpp"
-#include "kernels/text.hpp"
+#include "page/tags.hpp"
+#include "printed.hpp"
 
 namespace meniscus::bench {
 namespace {
@@ -16,32 +17,9 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-TEST(Page, NeedsNothingElse) {
+TEST(Page, IsWholeAndNeedsNothingElse) {
   const BenchRun run = made_up_run();
-  const std::string page = to_html(run, pair_sessions(&run, run));
-  for (const char* outside : {"http", "//", "src=", "href=", "url(", "@import", "<script", "<link"})
-    EXPECT_THAT(page, Not(HasSubstr(outside)));
-  EXPECT_THAT(page, testing::StartsWith("<!DOCTYPE html>"));
-  EXPECT_THAT(page, HasSubstr("prefers-color-scheme: dark"));
-}
-
-TEST(Page, EveryTagIsClosed) {
-  const BenchRun run = made_up_run();
-  const std::string page = to_html(run, pair_sessions(&run, run));
-  std::vector<std::string> open;
-  const std::regex tag("<(/?)([a-z0-9]+)[^>]*?(/?)>");
-  for (std::sregex_iterator match(page.begin(), page.end(), tag), end; match != end; ++match) {
-    const std::string name = (*match)[2];
-    if (name == "meta" || (*match)[3] == "/") continue;
-    if ((*match)[1] == "/") {
-      ASSERT_FALSE(open.empty()) << name;
-      ASSERT_EQ(open.back(), name) << match->position();
-      open.pop_back();
-    } else {
-      open.push_back(name);
-    }
-  }
-  EXPECT_TRUE(open.empty());
+  expect_whole_page(to_html(run, pair_sessions(&run, run)));
 }
 
 TEST(Page, SaysHowManyAreFarAndEscapesNames) {
@@ -71,7 +49,7 @@ TEST(Plot, EveryDotHasItsNameAndNoTwoNamesOverlap) {
   }
   const std::string plot = roofline_plot(session, {"kernel_3"});
   const std::regex label(
-      "<text class=\"dot-label\"[^>]*translate\\(([0-9.]+) ([0-9.]+)\\)[^>]*>([^<]*)<");
+      "<text class=\"dot-label\"[^>]*x=\"([0-9.]+)\" y=\"([0-9.]+)\"[^>]*>([^<]*)<");
   std::vector<std::pair<double, double>> places;
   for (std::sregex_iterator match(plot.begin(), plot.end(), label), end; match != end; ++match)
     places.emplace_back(std::stod((*match)[1]), std::stod((*match)[2]));
@@ -105,19 +83,6 @@ TEST(Table, FitsATerminal) {
   std::istringstream lines(results_table(made_up_run()) + verdict_table(made_up_run()));
   for (std::string line; std::getline(lines, line);)
     EXPECT_TRUE(line.size() <= 120 || line.find("copies") != std::string::npos) << line;
-}
-
-TEST(Text, NumbersHaveThreeDigits) {
-  EXPECT_EQ(three_digits(0.012345), "0.0123");
-  EXPECT_EQ(three_digits(4.5678), "4.57");
-  EXPECT_EQ(three_digits(789.4), "789");
-  EXPECT_EQ(three_digits(0), "0");
-  EXPECT_EQ(with_prefix(634.2e6), "634 M");
-  EXPECT_EQ(with_prefix(12), "12.0");
-  EXPECT_EQ(grouped(1234567), "1,234,567");
-  EXPECT_EQ(grouped(123), "123");
-  EXPECT_EQ(size_of(262144), "256 KiB");
-  EXPECT_EQ(size_of(1 << 27), "128 MiB");
 }
 
 }  // namespace

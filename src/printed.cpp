@@ -1,0 +1,42 @@
+#include "printed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace meniscus {
+
+std::string printed(const char* format, ...) {
+  std::va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, arguments)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(arguments);
+  va_end(again);
+  return text;
+}
+
+std::string three_digits(double value) {
+  if (value == 0 || !std::isfinite(value)) return printed("%g", value);
+  const int decimals = 2 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  return printed("%.*f", std::max(0, std::min(decimals, 6)), value);
+}
+
+std::string with_prefix(double value) {
+  constexpr const char* kPrefixes[] = {"", " k", " M", " G", " T"};
+  int prefix = 0;
+  for (; value >= 999.5 && prefix < 4; ++prefix) value /= 1000;
+  return three_digits(value) + kPrefixes[prefix];
+}
+
+std::string size_of(std::uint64_t bytes) {
+  constexpr const char* kUnits[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+  auto value = static_cast<double>(bytes);
+  int unit = 0;
+  for (; value >= 1024 && unit < 4; ++unit) value /= 1024;
+  return printed(value < 10 && unit > 0 ? "%.1f %s" : "%.0f %s", value, kUnits[unit]);
+}
+
+}  // namespace meniscus

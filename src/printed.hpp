@@ -1,0 +1,23 @@
+// Numbers as people read them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "grouped.hpp"
+
+namespace meniscus {
+
+/// printf into a string.
+[[gnu::format(printf, 1, 2)]] std::string printed(const char* format, ...);
+
+/// Three significant digits: "0.0123", "4.56", "789".
+std::string three_digits(double value);
+
+/// "634 M", "1.20 G".
+std::string with_prefix(double value);
+
+/// 1.5e9 -> "1.4 GiB".
+std::string size_of(std::uint64_t bytes);
+
+}  // namespace meniscus

@@ -1,0 +1,22 @@
+#include "printed.hpp"
+
+#include <gtest/gtest.h>
+
+namespace meniscus {
+namespace {
+
+TEST(Printed, NumbersHaveThreeDigits) {
+  EXPECT_EQ(three_digits(0.012345), "0.0123");
+  EXPECT_EQ(three_digits(4.5678), "4.57");
+  EXPECT_EQ(three_digits(789.4), "789");
+  EXPECT_EQ(three_digits(0), "0");
+  EXPECT_EQ(with_prefix(634.2e6), "634 M");
+  EXPECT_EQ(with_prefix(12), "12.0");
+  EXPECT_EQ(grouped(1234567), "1,234,567");
+  EXPECT_EQ(grouped(123), "123");
+  EXPECT_EQ(size_of(262144), "256 KiB");
+  EXPECT_EQ(size_of(1 << 27), "128 MiB");
+}
+
+}  // namespace
+}  // namespace meniscus
