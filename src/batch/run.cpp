@@ -191,14 +191,15 @@ class Batch {
   bool attempt(Frame& frame, double& ms, const Step& step) {
     const auto begin = Clock::now();
     FrameRecord& record = frame.record;
-    bool breaks = false;
     try {
       step();
       ms = ms_since(begin);
       return true;
-    } catch (const OutputError& error) {
-      record.error = error.what();
-      breaks = true;
+    } catch (const OutputError& error) {  // the next would meet the same disk
+      const std::scoped_lock lock(one_at_a_time_);
+      if (outcome_.broken.empty()) outcome_.broken = error.what();
+      halted_ = true;
+      return false;
     } catch (const std::bad_alloc&) {
       record.error =
           frame.job->input + ": out of memory: lower --in-flight, or use a smaller image";
@@ -207,18 +208,16 @@ class Batch {
     }
     ms = ms_since(begin);
     record.status = FrameStatus::failed;
-    over(record, breaks);
+    over(record);
     return false;
   }
 
-  void over(const FrameRecord& record, bool breaks = false) {
+  void over(const FrameRecord& record) {
     const std::scoped_lock lock(one_at_a_time_);
-    if (halted_ && breaks) return;  // one error is enough
     ++(record.status == FrameStatus::done     ? outcome_.done
        : record.status == FrameStatus::failed ? outcome_.failed
                                               : outcome_.skipped);
-    if (breaks) outcome_.broken = record.error;
-    if (breaks || (settings_.fail_fast && record.status == FrameStatus::failed)) halted_ = true;
+    if (settings_.fail_fast && record.status == FrameStatus::failed) halted_ = true;
     try {
       finished_(record);
     } catch (...) {

@@ -42,7 +42,7 @@ struct BatchOutcome {
 ///             thread at a time; what it throws ends the batch
 ///
 /// A frame that cannot be read or extracted fails by itself. One that cannot be written ends the
-/// batch: the next would meet the same disk. Throws DeviceError when a device cannot be opened.
+/// batch and is not over. Throws DeviceError when a device cannot be opened.
 BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
                        const BatchSettings& settings, const std::atomic<int>& stop,
                        const std::function<void(const FrameRecord&)>& finished);
