@@ -33,6 +33,12 @@ std::string named_frames(const std::vector<std::int64_t>& frames) {
   return (frames.size() == 1 ? "frame " : std::to_string(frames.size()) + " frames ") + list;
 }
 
+std::vector<std::int64_t> Plan::frames() const {
+  std::vector<std::int64_t> frames;
+  for (const FrameJob& job : jobs) frames.push_back(job.frame);
+  return frames;
+}
+
 Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
   const auto existing = request.input.existing();
   if (existing.empty())
@@ -79,7 +85,7 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
     jobs.push_back(std::move(job));
   }
   check_outputs(jobs, request.outputs);
-  plan.frames = jobs.size();
+  plan.all_shards = jobs.size();
   plan.jobs = items_of(request.shard, jobs);
   return plan;
 }

@@ -31,8 +31,10 @@ struct Plan {
   std::vector<FrameJob> jobs;         // this shard's, in the order asked for
   std::vector<std::int64_t> missing;  // of all shards' frames, that are skipped
   std::vector<std::string> warnings;
-  std::size_t frames = 0;           // of all shards
+  std::size_t all_shards = 0;       // frames of all shards
   std::vector<std::string> inputs;  // of all frames there are, asked for or not
+
+  std::vector<std::int64_t> frames() const;  // of the jobs
 };
 
 /// "frame 7" or "24 frames 0-23", cut where it gets long: for messages.

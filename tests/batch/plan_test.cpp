@@ -36,12 +36,6 @@ class PlanTest : public testing::Test {
     return {*FramePattern::in(path("d.####.ply")), {path("o.####.exr")}, frames, false, {}};
   }
 
-  static std::vector<std::int64_t> frames(const Plan& plan) {
-    std::vector<std::int64_t> frames;
-    for (const FrameJob& job : plan.jobs) frames.push_back(job.frame);
-    return frames;
-  }
-
   template <class Thrown>
   static std::string error_of(const SequenceRequest& request,
                               const CameraTrack* cameras = nullptr) {
@@ -59,7 +53,7 @@ class PlanTest : public testing::Test {
 
 TEST_F(PlanTest, AllThatExistWithoutAList) {
   const Plan plan = plan_sequence(request());
-  EXPECT_THAT(frames(plan), ElementsAre(1, 2, 3, 5, 6, 7, 8, 9, 10));
+  EXPECT_THAT(plan.frames(), ElementsAre(1, 2, 3, 5, 6, 7, 8, 9, 10));
   EXPECT_EQ(plan.jobs[3].input, path("d.0005.ply"));
   EXPECT_THAT(plan.jobs[3].outputs, ElementsAre(path("o.0005.exr")));
   EXPECT_THAT(plan.missing, IsEmpty());
@@ -67,7 +61,7 @@ TEST_F(PlanTest, AllThatExistWithoutAList) {
 }
 
 TEST_F(PlanTest, TheListsOrderIsKept) {
-  EXPECT_THAT(frames(plan_sequence(request("10-6x-2,2"))), ElementsAre(10, 8, 6, 2));
+  EXPECT_THAT(plan_sequence(request("10-6x-2,2")).frames(), ElementsAre(10, 8, 6, 2));
 }
 
 TEST_F(PlanTest, MissingFramesAreNamedOrSkipped) {
@@ -76,7 +70,7 @@ TEST_F(PlanTest, MissingFramesAreNamedOrSkipped) {
   EXPECT_THAT(error_of<InputError>(asked), HasSubstr("--missing skip"));
   asked.skip_missing = true;
   const Plan plan = plan_sequence(asked);
-  EXPECT_THAT(frames(plan), ElementsAre(1, 2, 3, 5, 6));
+  EXPECT_THAT(plan.frames(), ElementsAre(1, 2, 3, 5, 6));
   EXPECT_THAT(plan.missing, ElementsAre(4));
   ASSERT_EQ(plan.warnings.size(), 1u);
   EXPECT_THAT(plan.warnings[0], HasSubstr("frame 4 missing and skipped"));
@@ -84,11 +78,11 @@ TEST_F(PlanTest, MissingFramesAreNamedOrSkipped) {
 
 TEST_F(PlanTest, ChunksPastTheEndAreClipped) {
   const Plan plan = plan_sequence(request("9-14"));
-  EXPECT_THAT(frames(plan), ElementsAre(9, 10));
+  EXPECT_THAT(plan.frames(), ElementsAre(9, 10));
   ASSERT_EQ(plan.warnings.size(), 1u);
   EXPECT_THAT(plan.warnings[0],
               HasSubstr("4 frames 11-14 left out: the sequence ends with frame 10"));
-  EXPECT_THAT(frames(plan_sequence(request("100-110"))), IsEmpty());
+  EXPECT_THAT(plan_sequence(request("100-110")).frames(), IsEmpty());
 }
 
 TEST_F(PlanTest, NoFilesAtAll) {
@@ -113,8 +107,8 @@ TEST_F(PlanTest, ShardsTakeEveryNth) {
   SequenceRequest asked = request();
   asked.shard = {2, 3};
   const Plan plan = plan_sequence(asked);
-  EXPECT_THAT(frames(plan), ElementsAre(2, 6, 9));
-  EXPECT_EQ(plan.frames, 9u);
+  EXPECT_THAT(plan.frames(), ElementsAre(2, 6, 9));
+  EXPECT_EQ(plan.all_shards, 9u);
 }
 
 TEST_F(PlanTest, EveryFrameNeedsACamera) {
@@ -135,7 +129,7 @@ TEST_F(PlanTest, EveryFrameNeedsACamera) {
   EXPECT_THAT(error_of<InputError>(request(), &listed), HasSubstr("c.json: frame 9 missing"));
   SequenceRequest asked = request();
   asked.skip_missing = true;
-  EXPECT_THAT(frames(plan_sequence(asked, &listed)), ElementsAre(1, 2, 3, 5, 6, 7, 8, 10));
+  EXPECT_THAT(plan_sequence(asked, &listed).frames(), ElementsAre(1, 2, 3, 5, 6, 7, 8, 10));
 }
 
 TEST_F(PlanTest, TracksAreAListAPatternOrOneCamera) {
