@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/exr_zip.hpp"
 #include "io/output_file.hpp"
 #include "io/seal.hpp"
 #include "io/writers.hpp"
@@ -163,12 +164,17 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
   slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
   slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
 
-  Stream stream(file);
   try {
-    Imf::OutputFile image(stream, make_header(surface, parameters, compression, job));
-    image.setFrameBuffer(frame);
-    image.writePixels(surface.camera.height);
-    // The destructor writes the table of offsets and swallows errors; seal() reports them.
+    const Imf::Header header = make_header(surface, parameters, compression, job);
+    if (compression == Compression::zip || compression == Compression::zips) {
+      write_zipped(file, header, frame);
+    } else {
+      Stream stream(file);
+      Imf::OutputFile image(stream, header);
+      image.setFrameBuffer(frame);
+      image.writePixels(surface.camera.height);
+      // The destructor writes the table of offsets and swallows errors; seal() reports them.
+    }
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
