@@ -39,4 +39,12 @@ std::string size_of(std::uint64_t bytes) {
   return printed(value < 10 && unit > 0 ? "%.1f %s" : "%.0f %s", value, kUnits[unit]);
 }
 
+std::string duration(double seconds) {
+  const auto whole = std::llround(std::max(0.0, seconds));
+  const auto h = whole / 3600, m = whole / 60 % 60, s = whole % 60;
+  if (h > 0) return printed("%lld:%02lld:%02lld", h, m, s);
+  if (m > 0) return printed("%lld:%02lld", m, s);
+  return printed("%lld s", s);
+}
+
 }  // namespace meniscus

@@ -20,4 +20,7 @@ std::string with_prefix(double value);
 /// 1.5e9 -> "1.4 GiB".
 std::string size_of(std::uint64_t bytes);
 
+/// "1:02:03", "2:03" or "45 s".
+std::string duration(double seconds);
+
 }  // namespace meniscus

@@ -18,5 +18,11 @@ TEST(Printed, NumbersHaveThreeDigits) {
   EXPECT_EQ(size_of(1 << 27), "128 MiB");
 }
 
+TEST(Printed, DurationsAreThoseOfAClock) {
+  EXPECT_EQ(duration(0.4), "0 s");
+  EXPECT_EQ(duration(59.6), "1:00");
+  EXPECT_EQ(duration(3723), "1:02:03");
+}
+
 }  // namespace
 }  // namespace meniscus

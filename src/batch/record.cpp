@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -87,6 +88,7 @@ void for_each_entry(Record& r, const Visit& visit) {
   visit("host", r.host);
   visit("shard", r.shard);
   visit("start", r.start);
+  visit("end", r.end);
   visit("read_ms", r.read_ms);
   visit("extract_ms", r.extract_ms);
   visit("write_ms", r.write_ms);
@@ -183,8 +185,10 @@ void BatchLog::add(const FrameRecord& record) {
 }
 
 std::vector<FrameRecord> read_log(const std::string& path, std::string* note) {
-  const InputFile file = read_file(path);
   std::vector<FrameRecord> records;
+  std::error_code ignored;
+  if (std::filesystem::file_size(path, ignored) == 0) return records;  // no frame is over
+  const InputFile file = read_file(path);
   std::size_t number = 1;
   for (std::size_t begin = 0; begin < file.size(); ++number) {
     const std::size_t end = std::min(file.bytes.find('\n', begin), file.size());

@@ -22,6 +22,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
 double ms_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
@@ -107,9 +111,7 @@ class Batch {
       record.method = to_string(settings_.parameters.method);
       record.host = settings_.host;
       record.shard = settings_.shard;
-      record.start =
-          std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
-              .count();
+      record.start = seconds_since_1970();
       if (!attempt(*frame, record.read_ms, [&] { read(*frame); })) continue;
       if (record.status == FrameStatus::skipped)
         over(record);
@@ -212,7 +214,8 @@ class Batch {
     return false;
   }
 
-  void over(const FrameRecord& record) {
+  void over(FrameRecord& record) {
+    record.end = seconds_since_1970();
     const std::scoped_lock lock(one_at_a_time_);
     ++(record.status == FrameStatus::done     ? outcome_.done
        : record.status == FrameStatus::failed ? outcome_.failed

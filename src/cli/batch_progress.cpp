@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "grouped.hpp"
+#include "printed.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -16,19 +16,6 @@ constexpr int kWidth = 24;                // of the bar, characters
 constexpr std::size_t kWarnedFrames = 5;  // whose warnings are shown; the log has all
 
 }  // namespace
-
-std::string duration(double seconds) {
-  const auto whole = static_cast<long long>(std::llround(std::max(0.0, seconds)));
-  const auto h = whole / 3600, m = whole / 60 % 60, s = whole % 60;
-  char text[48];
-  if (h > 0)
-    std::snprintf(text, sizeof text, "%lld:%02lld:%02lld", h, m, s);
-  else if (m > 0)
-    std::snprintf(text, sizeof text, "%lld:%02lld", m, s);
-  else
-    std::snprintf(text, sizeof text, "%lld s", s);
-  return text;
-}
 
 BatchProgress::BatchProgress(std::size_t frames, bool quiet)
     : frames_(frames), quiet_(quiet), bar_(!quiet && isatty(STDERR_FILENO) == 1) {

@@ -38,7 +38,4 @@ class BatchProgress {
   Clock::time_point begin_ = Clock::now(), next_ = begin_;
 };
 
-/// "1:02:03", "2:03" or "45 s".
-std::string duration(double seconds);
-
 }  // namespace meniscus::cli

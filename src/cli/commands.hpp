@@ -16,6 +16,9 @@ void add_devices_command(CLI::App& program);
 /// Adds `generate`: writes a breaking dam of any number of particles.
 void add_generate_command(CLI::App& program);
 
+/// Adds `report`: the logs of a batch as one page.
+void add_report_command(CLI::App& program);
+
 /// Adds `bench`: how fast each kernel is, and how near to what the device can do.
 void add_bench_command(CLI::App& program);
 

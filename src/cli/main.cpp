@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
   meniscus::cli::add_bench_command(program);
   meniscus::cli::add_devices_command(program);
   meniscus::cli::add_generate_command(program);
+  meniscus::cli::add_report_command(program);
   try {
     program.parse(argc, argv);
     if (std::fflush(stdout) != 0)

@@ -15,6 +15,7 @@
 #include "batch/camera_track.hpp"
 #include "batch/plan.hpp"
 #include "batch/record.hpp"
+#include "batch/report.hpp"
 #include "batch/run.hpp"
 #include "canonical_order.hpp"
 #include "cli/batch_progress.hpp"
@@ -190,7 +191,9 @@ int run_sequence(const ExtractOptions& given, const FramePattern& input) {
   if (!options.log.empty()) log = std::make_unique<BatchLog>(options.log);
   std::unique_ptr<OutputFile> page;
   if (!options.report.empty()) page = std::make_unique<OutputFile>(options.report);
-  std::vector<FrameRecord> records;
+  std::vector<FrameRecord> records;  // for the page: of earlier runs, too, where the log has them
+  std::string note;
+  if (page && log) records = read_log(options.log, &note);
   std::vector<std::int64_t> failed;
   const GentleStop stop;
   const double cpu_before = processor_ms();
@@ -217,6 +220,9 @@ int run_sequence(const ExtractOptions& given, const FramePattern& input) {
           (outcome.skipped == 0 ? ""
                                 : "; " + std::to_string(outcome.skipped) + " were there already"));
   if (page) {
+    std::vector<std::int64_t> frames = plan.missing;
+    for (const FrameJob& job : plan.jobs) frames.push_back(job.frame);
+    page->write(to_html(merge_records(records, frames)));
     page->commit();
     say("report", options.report);
   }

@@ -29,6 +29,7 @@ FrameRecord full_record() {
   r.host = "node1";
   r.shard = "1/2";
   r.start = 1732200000.123;
+  r.end = 1732200001.5;
   r.read_ms = 1.5;
   r.extract_ms = 250.25;
   r.write_ms = 31;
@@ -77,7 +78,7 @@ TEST(Record, IsOneLineOfJsonWithTheKeysOfTheDocumentation) {
   for (const auto& [key, value] : json.items()) keys.push_back(key);
   EXPECT_THAT(keys, testing::UnorderedElementsAre(
                         "frame", "status", "input", "outputs", "method", "device", "host", "shard",
-                        "start", "read_ms", "extract_ms", "write_ms", "stages", "counts",
+                        "start", "end", "read_ms", "extract_ms", "write_ms", "stages", "counts",
                         "residual", "hash", "bytes", "warnings", "error"));
   EXPECT_FALSE(nlohmann::json::parse(to_json(FrameRecord{})).contains("error"));
 }
@@ -162,6 +163,12 @@ TEST(Record, LinesOfManyThreadsStayWhole) {
       });
   }
   EXPECT_THAT(read(folder / "a.jsonl"), testing::SizeIs(800));
+}
+
+TEST(Record, AnEmptyLogHasNoRecords) {
+  const TemporaryFolder folder;
+  { BatchLog log(folder / "a.jsonl"); }
+  EXPECT_THAT(read(folder / "a.jsonl"), IsEmpty());
 }
 
 TEST(Record, SaysWhenALogCannotBeWrittenOrRead) {
