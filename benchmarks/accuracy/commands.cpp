@@ -60,7 +60,8 @@ std::vector<Contender> contenders_of(const CommonOptions& options, Device& devic
 }
 
 Bytes picture_of(const Surface& surface, Preview preview) {
-  return encode_png({surface.camera.width, surface.camera.height, draw_preview(surface, preview)});
+  return meniscus::encode_png(
+      {surface.camera.width, surface.camera.height, draw_preview(surface, preview)});
 }
 
 void write_results(const CommonOptions& options, const std::string& json, const Report& report) {
