@@ -168,6 +168,8 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
 int run_sequence(const ExtractOptions& given, const FramePattern& input) {
   ExtractOptions options = given;
   const Talk say(options.quiet);
+  if (options.timings)
+    throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
   const auto [shard, shard_origin] = choose_shard(options);
   std::unique_ptr<CameraTrack> cameras;
   if (!options.camera_file.empty()) cameras = std::make_unique<CameraTrack>(options.camera_file);
@@ -185,6 +187,7 @@ int run_sequence(const ExtractOptions& given, const FramePattern& input) {
   cameras = settle_for_all(plan, options, std::move(cameras), say);
   const BatchSettings settings = settings_of(options, shard, say);
   say("method", to_string(options.parameters.method));
+  if (options.verbose) std::fputs(describe(options.parameters).c_str(), stderr);
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
 
   std::unique_ptr<BatchLog> log;
