@@ -16,6 +16,12 @@ Vec3 VelocityCheck::checked(const Vec3& v, std::int64_t place) {
   return kNoVelocity;
 }
 
+void VelocityCheck::add(const VelocityCheck& other) {
+  seen_ += other.seen_;
+  bad_ += other.bad_;
+  first_bad_ = std::min(first_bad_, other.first_bad_);
+}
+
 void VelocityCheck::report(const std::string& among, const Parameters& params,
                            std::vector<std::string>& warnings) const {
   if (bad_ == 0) return;

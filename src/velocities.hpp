@@ -24,6 +24,9 @@ class VelocityCheck {
   /// infinite, or so large (1e30) that sums of some may overflow.
   Vec3 checked(const Vec3& velocity, std::int64_t place);
 
+  /// Adds what another one counted.
+  void add(const VelocityCheck& other);
+
   /// Warns if there were any. Throws InputError when params.strict.
   ///
   ///   among  whose velocities they are: "particles"

@@ -47,6 +47,9 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
 ///   memory  of the device that the passes over the particles may take, bytes; never changes the
 ///           result
 ///
+/// Where several processes share the source, all call this; the first returns the surface, the
+/// others one without maps and mesh.
+///
 /// Throws InputError when the source cannot be read, InvalidArgument when `memory` is too little.
 Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr,

@@ -5,12 +5,19 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "meniscus/types.hpp"
 
 namespace meniscus {
 
 struct Survey;
+class Team;
+
+/// Particles that follow each other in a frame.
+struct ParticleRange {
+  std::int64_t first = 0, count = 0;
+};
 
 /// Where ParticleSource::read puts what: for each value that is wanted an array with room for one a
 /// particle, null for the others.
@@ -21,7 +28,8 @@ struct ParticleArrays {
 };
 
 /// A frame of particles that is read in parts, several times if need be. Reading changes nothing:
-/// several threads may read at once.
+/// several threads may read at once. Where several processes share the work, `size` and the numbers
+/// of particles are those of the whole frame in all of them, and each reads only its share.
 class ParticleSource {
  public:
   ParticleSource() = default;
@@ -30,10 +38,10 @@ class ParticleSource {
   virtual ~ParticleSource() = default;
 
   virtual std::int64_t size() const = 0;
+  virtual std::string name(std::int64_t particle) const = 0;  // in messages: "vertex 812"
   virtual bool has_radius() const = 0;         // whether each particle has a radius of its own
   virtual bool has_velocity() const = 0;       // whether each particle has a velocity
   virtual double particle_radius() const = 0;  // world units, as it is stated; 0: it is not
-  virtual std::string item() const = 0;        // what a particle is called in messages
 
   /// Copies `count` particles from `first` on into the arrays that are not null; those of values
   /// that the source does not have stay as they are. Values are as the source has them. Throws
@@ -43,17 +51,24 @@ class ParticleSource {
   /// The particles where they are all in memory anyway, else null.
   virtual const Particles* in_memory() const { return nullptr; }
 
+  /// The processes that read the frame together (src/stream/team.hpp); by default this one alone.
+  virtual Team& team() const;
+  /// What this process reads, ascending. Each particle is in one process's share.
+  virtual std::vector<ParticleRange> share() const { return {{0, size()}}; }
+
  private:
   friend const Survey& survey_of(const ParticleSource& source);
   mutable std::shared_ptr<const Survey> survey_;  // once somebody has asked
 };
 
 /// Opens a file of particles (see read_particles). A large binary .ply whose rows all have one size
-/// is left on disk; all else is read into memory here.
+/// is left on disk; all else is read into memory here. A * in the path stands for any characters of
+/// a file's or folder's name: all files that match, in natural order (part 2 before part 10), are
+/// parts of one frame.
 ///
 ///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
 ///
-/// Throws InputError.
+/// Throws InputError, also when parts differ in whether they have radii or in the radius they state.
 std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius = 0);
 
 /// Particles in memory, which must outlive the source and stay as they are.

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "io/output_file.hpp"
+#include "io/parts.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 
@@ -28,11 +29,14 @@ void check_outputs(const std::string& input, const std::vector<std::string>& out
     return fs::weakly_canonical(fs::absolute(a), error) ==
            fs::weakly_canonical(fs::absolute(b), error);
   };
+  const std::vector<std::string> inputs = part_files(input);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const std::string& path = outputs[i];
     kind_of(path);
-    if (same_file(path, input))
-      throw InvalidArgument("output " + path + ": is the input, give another name");
+    for (const std::string& part : inputs)
+      if (same_file(path, part))
+        throw InvalidArgument("output " + path + ": is the input" +
+                              (part == input ? "" : " " + input + ", too") + ", give another name");
     for (std::size_t k = 0; k < i; ++k)
       if (same_file(path, outputs[k]))
         throw InvalidArgument("output " + path + ": is named twice, give each output its own name");

@@ -38,4 +38,7 @@ std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size
 /// read_particles reads it or says what is wrong with it.
 std::unique_ptr<ParticleSource> open_rows(const std::string& path, double particle_radius);
 
+/// Opens one file: its rows where they are many, else all of it in memory. Throws InputError.
+std::unique_ptr<ParticleSource> open_file(const std::string& path, double particle_radius);
+
 }  // namespace meniscus

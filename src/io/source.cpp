@@ -11,9 +11,11 @@
 #include <system_error>
 #include <utility>
 
+#include "io/parts.hpp"
 #include "io/rows.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
+#include "stream/team.hpp"
 
 namespace meniscus {
 namespace {
@@ -30,7 +32,9 @@ class MemorySource : public ParticleSource {
   bool has_radius() const override { return !particles_->radius.empty(); }
   bool has_velocity() const override { return !particles_->vx.empty(); }
   double particle_radius() const override { return particles_->particle_radius; }
-  std::string item() const override { return "particle"; }
+  std::string name(std::int64_t particle) const override {
+    return "particle " + std::to_string(particle);
+  }
   const Particles* in_memory() const override { return particles_; }
   void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
     const auto copy = [&](const std::vector<float>& from, float* values) {
@@ -62,7 +66,9 @@ class RowSource : public ParticleSource {
   bool has_radius() const override { return column(Field::radius) != nullptr; }
   bool has_velocity() const override { return column(Field::vx) != nullptr; }
   double particle_radius() const override { return rows_.particle_radius; }
-  std::string item() const override { return "vertex"; }
+  std::string name(std::int64_t particle) const override {
+    return "vertex " + std::to_string(particle);
+  }
 
   void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
     const std::pair<Field, float*> wanted[] = {
@@ -154,9 +160,13 @@ std::unique_ptr<ParticleSource> open_rows(const std::string& path, double partic
   return std::make_unique<RowSource>(path, descriptor, *rows);
 }
 
-std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius) {
+std::unique_ptr<ParticleSource> open_file(const std::string& path, double particle_radius) {
   if (auto rows = open_rows(path, particle_radius); rows && rows->size() >= kLarge) return rows;
   return std::make_unique<MemorySource>(read_particles(path, particle_radius));
+}
+
+std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius) {
+  return open_parts(path, particle_radius, alone());
 }
 
 std::unique_ptr<ParticleSource> source_of(const Particles& particles) {

@@ -1,5 +1,6 @@
 // extract() of particles that stream: what the frame is like, then what of it can matter, then the
-// same pipeline as for any frame.
+// same pipeline as for any frame. Where several processes share the particles, each looks at its
+// share, and what of it can matter goes to the first, which does the rest.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "stream/gather.hpp"
 #include "stream/spray.hpp"
 #include "stream/survey.hpp"
+#include "stream/team.hpp"
 #include "stream/thin.hpp"
 #include "to_world.hpp"
 #include "velocities.hpp"
@@ -25,19 +27,50 @@ namespace {
 // Frames of more particles must say how large they are: an estimate looks at each many times.
 constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 
+std::array<std::vector<float>*, 7> arrays_of(Particles& particles) {
+  return {&particles.x,  &particles.y,  &particles.z,     &particles.vx,
+          &particles.vy, &particles.vz, &particles.radius};
+}
+
+// All particles, in the first process; the others get none.
 Particles read_all(const ParticleSource& source) {
   Particles all;
-  const std::size_t n = static_cast<std::size_t>(source.size());
-  ParticleArrays to;
-  const auto add = [&](std::vector<float>& values, float*& array) {
-    values.resize(n);
-    array = values.data();
-  };
-  add(all.x, to.x), add(all.y, to.y), add(all.z, to.z);
-  if (source.has_velocity()) add(all.vx, to.vx), add(all.vy, to.vy), add(all.vz, to.vz);
-  if (source.has_radius()) add(all.radius, to.radius);
   all.particle_radius = source.particle_radius();
-  source.read(0, n, to);
+  std::size_t size = 0, done = 0;
+  for (const ParticleRange& range : source.share()) size += static_cast<std::size_t>(range.count);
+  for (std::vector<float>* values : {&all.x, &all.y, &all.z}) values->resize(size);
+  if (source.has_velocity())
+    for (std::vector<float>* values : {&all.vx, &all.vy, &all.vz}) values->resize(size);
+  if (source.has_radius()) all.radius.resize(size);
+  for (const ParticleRange& range : source.share()) {
+    const auto at = [&](std::vector<float>& values) {
+      return values.empty() ? nullptr : values.data() + done;
+    };
+    const std::size_t count = static_cast<std::size_t>(range.count);
+    source.read(
+        range.first, count,
+        {at(all.x), at(all.y), at(all.z), at(all.vx), at(all.vy), at(all.vz), at(all.radius)});
+    done += count;
+  }
+  Team& team = source.team();
+  if (team.size() == 1) return all;
+  // Into the frame's order: messages name particles by it.
+  std::vector<std::vector<ParticleRange>> shares;
+  team.gather(source.share(),
+              [&](int, std::vector<ParticleRange>&& share) { shares.push_back(std::move(share)); });
+  for (std::vector<float>* values : arrays_of(all)) {
+    std::vector<float> ordered;
+    team.gather(std::move(*values), [&](int rank, std::vector<float>&& some) {
+      if (some.empty()) return;
+      ordered.resize(static_cast<std::size_t>(source.size()));
+      auto from = some.begin();
+      for (const ParticleRange& range : shares[static_cast<std::size_t>(rank)]) {
+        std::copy_n(from, range.count, ordered.begin() + range.first);
+        from += range.count;
+      }
+    });
+    *values = std::move(ordered);
+  }
   return all;
 }
 
@@ -62,7 +95,10 @@ double radius_of(const ParticleSource& source, const Survey& survey, const Param
                      " particles it is not estimated (give --particle-radius)");
   const Particles all = read_all(source);
   std::vector<std::string> repeated;  // of bad coordinates, which are reported already
-  return choose_radius(all, canonical_order(all, {}, repeated), params, warnings);
+  double radius = 0;
+  if (source.team().leads())
+    radius = choose_radius(all, canonical_order(all, {}, repeated), params, warnings);
+  return source.team().from_first(radius);
 }
 
 // How close particles lie on the screen: the upper quartile of their spacing over the sample's
@@ -103,10 +139,15 @@ Vec3 checked_velocity(const ParticleChunk& chunk, std::size_t i, VelocityCheck& 
                             chunk.first + static_cast<std::int64_t>(i));
 }
 
-// Whose velocities are looked at: all that pass.
-constexpr char kLookedAt[] = "particles near what is seen";
+// Reports what all processes saw of the velocities of what passes.
+void report(Team& team, const VelocityCheck& seen, const Parameters& params,
+            std::vector<std::string>& warnings) {
+  VelocityCheck all;
+  for (const VelocityCheck& one : team.joined<VelocityCheck>({seen})) all.add(one);
+  all.report("particles near what is seen", params, warnings);
+}
 
-// Everything in view, or where that is much what lies near the front.
+// Everything in view, or where that is much what lies near the front; in the first process.
 Particles gather(Device& device, const View& view, const ParticleSource& source,
                  const Parameters& params, std::size_t memory, const OnScreen& screen,
                  StageClock& clock, std::vector<std::string>& warnings) {
@@ -145,11 +186,22 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
                   kept.vz.push_back(velocity.z);
                 }
               });
-  velocities.report(kLookedAt, params, warnings);
+  report(source.team(), velocities, params, warnings);
+  for (std::vector<float>* values : arrays_of(kept)) {
+    std::vector<float> all;
+    source.team().gather(std::move(*values), [&](int rank, std::vector<float>&& some) {
+      if (rank == 0)
+        all = std::move(some);
+      else
+        all.insert(all.end(), some.begin(), some.end());
+    });
+    *values = std::move(all);
+  }
   return kept;
 }
 
-// The voxels near what the camera sees. All lengths on the screen are in pixels.
+// The voxels near what the camera sees, in the first process. All lengths on the screen are in
+// pixels.
 VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& source,
                       double particle_radius, const Parameters& params, std::size_t memory,
                       const OnScreen& screen, StageClock& clock,
@@ -182,7 +234,13 @@ VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& so
                            moving ? checked_velocity(now, i, velocities) : kNoVelocity);
                 }
               });
-  velocities.report(kLookedAt, params, warnings);
+  Team& team = source.team();
+  report(team, velocities, params, warnings);
+  if (team.size() > 1)
+    team.gather(team.leads() ? std::vector<VoxelGrid::Voxel>() : grid.voxels(),
+                [&](int, std::vector<VoxelGrid::Voxel>&& voxels) {
+                  for (const VoxelGrid::Voxel& voxel : voxels) grid.add(voxel);
+                });
   return grid;
 }
 
@@ -198,7 +256,8 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   if (source.size() < kStreamed) {
     if (const Particles* all = source.in_memory())
       return extract(device, *all, camera, params, timings);
-    return extract(device, read_all(source), camera, params, timings);
+    const Particles all = read_all(source);
+    return source.team().leads() ? extract(device, all, camera, params, timings) : Surface{};
   }
   check(camera);
   check(params);
@@ -214,14 +273,18 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   std::array<double, 3> origin{};
   for (std::size_t k = 0; k < 3; ++k)
     origin[k] = static_cast<float>((double{survey.low[k]} + double{survey.high[k]}) / 2);
-  const View view = make_view(camera, radius, origin);
-  const OnScreen screen = measure_spacing(view, survey);
+  // All processes see what the first one sees, to the last bit, whatever machines they run on.
+  Team& team = source.team();
+  const View view = team.from_first(make_view(camera, radius, origin));
+  const OnScreen screen = team.from_first(measure_spacing(view, survey));
   const double factor = thinning(screen, params);
 
   if (factor > 1) {
-    const View coarse = make_view(camera, factor * radius, origin);
+    const View coarse = team.from_first(make_view(camera, factor * radius, origin));
     const VoxelGrid grid = fill_voxels(device, coarse, source, radius, params, memory, screen,
                                        clock, surface.warnings);
+    clock.stop();
+    if (!team.leads()) return surface;
     clock.start("thin");
     const Vec3d eye = world_from_eye(coarse, {0, 0, coarse.orthographic ? 1e5 : 0});
     const Thinned thinned = thin_particles(device, grid, radius, eye, params.fit.offset);
@@ -240,6 +303,8 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
 
   const Particles kept =
       gather(device, view, source, params, memory, screen, clock, surface.warnings);
+  clock.stop();
+  if (!team.leads()) return surface;
   clock.start("order");
   require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
   WorldParticles world;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "stages/stage_data.hpp"
+#include "stream/team.hpp"
 
 namespace meniscus {
 namespace {
@@ -205,7 +206,8 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
            p.cells);
   });
 
-  const std::vector<cl_uint> bits = download(device, fronts);
+  std::vector<cl_uint> bits = download(device, fronts);
+  source.team().minimum(bits);  // positive floats order as their bits do
   std::vector<float> front(size);
   for (std::size_t k = 0; k < size; ++k) front[k] = std::bit_cast<float>(bits[k]);
   front = without_pores(map, std::move(front));

@@ -36,15 +36,17 @@ std::size_t chunk_size(std::size_t memory, std::size_t map_bytes);
 FrontMap empty_map(Device& device, const View& view, double margin);
 
 /// The nearest particles in cells of `cell` pixels on the screen and `border` pixels around it, and
-/// limits `reach` radii behind them: in blocks of `block` pixels, behind the farthest front within
-/// `around` pixels; none where a part of that is empty. A lone empty cell does not count as such.
-/// The front layer is `thickness` radii thick, along its normal.
+/// limits `reach` radii behind them, of all particles in all processes of the source's team: in
+/// blocks of `block` pixels, behind the farthest front within `around` pixels; none where a part of
+/// that is empty. A lone empty cell does not count as such. The front layer is `thickness` radii
+/// thick, along its normal.
 FrontMap find_fronts(Device& device, const View& view, const ParticleSource& source,
                      std::size_t chunk, double cell, double border, double margin, double block,
                      double around, double reach, double thickness);
 
-/// Calls take(chunk, places) for every chunk, with the places of the particles in view before their
-/// block's limit, in any order; the highest bit marks those of the front layer.
+/// Calls take(chunk, places) for every chunk of this process's share, with the places of the
+/// particles in view before their block's limit, in any order; the highest bit marks those of the
+/// front layer.
 void select_near(
     Device& device, const View& view, const ParticleSource& source, std::size_t chunk,
     const FrontMap& map, const ChunkValues& also,

@@ -6,12 +6,15 @@
 #include <future>
 
 #include "meniscus/error.hpp"
+#include "stream/team.hpp"
 
 namespace meniscus {
 namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 20;  // particles
 constexpr std::size_t kRun = 1024;                    // particles that are looked at together
+constexpr std::int64_t kNoParticle = std::numeric_limits<std::int64_t>::max();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // A hash of a position's bits; which of equal hashes a particle has does not depend on its place.
 std::uint32_t hash_of(float x, float y, float z) {
@@ -47,13 +50,15 @@ class Middle {
     else if (static_cast<std::int64_t>(bits >> 16) == upper_)
       ++count_[bits & 0xffff];
   }
-  /// Ends the first pass over `total` values.
-  void narrow(std::int64_t total) {
+  /// Ends the first pass, over `total` values of all ranks.
+  void narrow(Team& team, std::int64_t total) {
+    team.sum(count_);
     rank_ = total / 2;
     upper_ = static_cast<std::int64_t>(place());
     count_.assign(count_.size(), 0);
   }
-  float value() {
+  float value(Team& team) {
+    team.sum(count_);
     return std::bit_cast<float>(
         static_cast<std::uint32_t>(upper_ << 16 | static_cast<std::int64_t>(place())));
   }
@@ -69,16 +74,41 @@ class Middle {
   std::int64_t upper_ = -1, rank_ = 0;
 };
 
+// What each rank found among the particles of its share.
+struct Found {
+  std::int64_t finite = 0, first_bad = kNoParticle, first_bad_radius = kNoParticle;
+  float bad_radius = 0, largest_radius = 0;
+  std::array<float, 3> low{kInfinity, kInfinity, kInfinity};
+  std::array<float, 3> high{-kInfinity, -kInfinity, -kInfinity};
+};
+
+Found merged(const std::vector<Found>& ranks) {
+  Found all;
+  for (const Found& one : ranks) {
+    all.finite += one.finite;
+    all.first_bad = std::min(all.first_bad, one.first_bad);
+    if (one.first_bad_radius < all.first_bad_radius) {
+      all.first_bad_radius = one.first_bad_radius;
+      all.bad_radius = one.bad_radius;
+    }
+    all.largest_radius = std::max(all.largest_radius, one.largest_radius);
+    for (std::size_t a = 0; a < 3; ++a) {
+      all.low[a] = std::min(all.low[a], one.low[a]);
+      all.high[a] = std::max(all.high[a], one.high[a]);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
                     const std::function<void(const ParticleChunk&)>& work) {
   const bool radius = also.radius && source.has_radius();
   const bool velocity = also.velocity && source.has_velocity();
-  const auto read = [&](ParticleChunk& chunk, std::int64_t first) {
-    chunk.first = first;
-    chunk.count =
-        static_cast<std::size_t>(std::min(static_cast<std::int64_t>(size), source.size() - first));
+  const auto read = [&](ParticleChunk& chunk, const ParticleRange& range) {
+    chunk.first = range.first;
+    chunk.count = static_cast<std::size_t>(range.count);
     const std::size_t stride = (chunk.count + 63) / 64 * 64;
     for (std::vector<float>* values : {&chunk.x, &chunk.y, &chunk.z}) {
       values->resize(stride);
@@ -91,15 +121,30 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
     };
     if (velocity) add(chunk.vx, to.vx), add(chunk.vy, to.vy), add(chunk.vz, to.vz);
     if (radius) add(chunk.radius, to.radius);
-    source.read(first, chunk.count, to);
+    source.read(chunk.first, chunk.count, to);
   };
-  if (source.size() == 0) return;
+  const std::vector<ParticleRange> share = source.share();
+  std::size_t place = 0;  // in the share
+  std::int64_t done = 0;  // of the range there
+  const auto following = [&]() -> ParticleRange {
+    while (place < share.size() && done == share[place].count) {
+      ++place;
+      done = 0;
+    }
+    if (place == share.size()) return {};
+    const std::int64_t first = share[place].first + done;
+    const std::int64_t count = std::min(static_cast<std::int64_t>(size), share[place].count - done);
+    done += count;
+    return {first, count};
+  };
+  ParticleRange range = following();
+  if (range.count == 0) return;
   ParticleChunk now, next;
-  read(now, 0);
+  read(now, range);
   for (;;) {
-    const std::int64_t after = now.first + static_cast<std::int64_t>(now.count);
+    range = following();
     std::future<void> ahead;  // its destructor waits
-    if (after < source.size()) ahead = std::async(std::launch::async, [&] { read(next, after); });
+    if (range.count > 0) ahead = std::async(std::launch::async, [&] { read(next, range); });
     work(now);
     if (!ahead.valid()) return;
     ahead.get();
@@ -113,10 +158,10 @@ const Survey& survey_of(const ParticleSource& source) {
 }
 
 Survey survey_particles(const ParticleSource& source) {
+  Team& team = source.team();
   Survey survey;
   survey.size = source.size();
-  constexpr float kNone = std::numeric_limits<float>::infinity();
-  std::array<float, 3> low{kNone, kNone, kNone}, high{-kNone, -kNone, -kNone};
+  Found found;
   const double share =
       static_cast<double>(kSample) / static_cast<double>(std::max<std::int64_t>(1, survey.size));
   const std::uint32_t most =
@@ -145,51 +190,59 @@ Survey survey_particles(const ParticleSource& source) {
       }
       if (good)
         for (std::size_t a = 0; a < 3; ++a) {
-          low[a] = std::min(low[a], from_ordered(least[a]));
-          high[a] = std::max(high[a], from_ordered(largest[a]));
+          found.low[a] = std::min(found.low[a], from_ordered(least[a]));
+          found.high[a] = std::max(found.high[a], from_ordered(largest[a]));
         }
       for (std::size_t i = begin; i < end; ++i) {
         const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
+        const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);
         if (!chunk.radius.empty()) {
           const float own = chunk.radius[i];
-          if (!(own > 0) || !std::isfinite(own)) {
-            char text[32];
-            std::snprintf(text, sizeof text, "%g", static_cast<double>(own));
-            throw InputError(source.item() + " " +
-                             std::to_string(chunk.first + static_cast<std::int64_t>(i)) +
-                             ": radius is " + text +
-                             ", must be > 0 and finite (give --particle-radius to override)");
+          if ((!(own > 0) || !std::isfinite(own)) && found.first_bad_radius == kNoParticle) {
+            found.first_bad_radius = particle;
+            found.bad_radius = own;
           }
         }
         if (!good && !finite(x, y, z)) {
-          if (survey.first_bad < 0) survey.first_bad = chunk.first + static_cast<std::int64_t>(i);
+          found.first_bad = std::min(found.first_bad, particle);
           continue;
         }
         if (!good)
           for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min(low[a], (*axes[a])[i]);
-            high[a] = std::max(high[a], (*axes[a])[i]);
+            found.low[a] = std::min(found.low[a], (*axes[a])[i]);
+            found.high[a] = std::max(found.high[a], (*axes[a])[i]);
           }
-        ++survey.finite;
+        ++found.finite;
         if (!chunk.radius.empty()) {
           middle.add(chunk.radius[i]);
-          survey.largest_radius = std::max(survey.largest_radius, chunk.radius[i]);
+          found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
         }
         if (hash_of(x, y, z) <= most) survey.sample.push_back({x, y, z});
       }
     }
   });
+  found = merged(team.joined(std::vector<Found>{found}));
+  if (found.first_bad_radius != kNoParticle) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", static_cast<double>(found.bad_radius));
+    throw InputError(source.name(found.first_bad_radius) + ": radius is " + text +
+                     ", must be > 0 and finite (give --particle-radius to override)");
+  }
+  survey.sample = team.joined(std::move(survey.sample));
+  survey.finite = found.finite;
+  if (found.first_bad != kNoParticle) survey.first_bad = found.first_bad;
+  survey.largest_radius = found.largest_radius;
   if (survey.finite > 0) {
-    survey.low = low;
-    survey.high = high;
+    survey.low = found.low;
+    survey.high = found.high;
   }
   if (source.has_radius() && survey.finite > 0) {
-    middle.narrow(survey.finite);
+    middle.narrow(team, survey.finite);
     for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
       for (std::size_t i = 0; i < chunk.count; ++i)
         if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
     });
-    survey.middle_radius = middle.value();
+    survey.middle_radius = middle.value(team);
   }
   return survey;
 }

@@ -29,8 +29,8 @@ struct ChunkValues {
   bool radius = false, velocity = false;
 };
 
-/// Calls work(chunk) for all particles, `size` at a time, in order; the next chunk is read by
-/// another thread meanwhile. Throws what reading or `work` throws.
+/// Calls work(chunk) for all particles of this process's share, at most `size` at a time, in order;
+/// the next chunk is read by another thread meanwhile. Throws what reading or `work` throws.
 void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
                     const std::function<void(const ParticleChunk&)>& work);
 
@@ -42,14 +42,17 @@ struct Survey {
   std::vector<std::array<float, 3>> sample;     // finite ones whose position has a small hash
 };
 
-/// survey_particles of a source, made when it is first asked for. Not for two threads at once.
+/// survey_particles of a source, made when it is first asked for: then by all processes of its
+/// team. Not for two threads at once.
 const Survey& survey_of(const ParticleSource& source);
 
 /// The size of a sample of more particles than that, about: one in n / kSample is taken.
 inline constexpr std::int64_t kSample = 1 << 16;
 
-/// Looks at every particle. The result does not depend on their order but for `first_bad`. Throws
-/// InputError, naming the particle, when a radius is not a positive number.
+/// Looks at every particle, each process of the source's team at those of its share; the result is
+/// the same in all. It does not depend on the particles' order but for `first_bad` and the sample's
+/// order. Throws InputError, naming the first such particle, when a radius is not a positive
+/// number.
 Survey survey_particles(const ParticleSource& source);
 
 }  // namespace meniscus

@@ -145,6 +145,21 @@ void VoxelGrid::add(float x, float y, float z, bool seen, const Vec3& velocity) 
   }
 }
 
+void VoxelGrid::add(const Voxel& voxel) {
+  Voxel& sums = voxels_[voxel.key];
+  sums.key = voxel.key;
+  sums.count += voxel.count;
+  sums.seen += voxel.seen;
+  sums.moving += voxel.moving;
+  sums.seen_moving += voxel.seen_moving;
+  for (std::size_t a = 0; a < 3; ++a) {
+    sums.sum[a] += voxel.sum[a];
+    sums.seen_sum[a] += voxel.seen_sum[a];
+    sums.velocity[a] += voxel.velocity[a];
+    sums.seen_velocity[a] += voxel.seen_velocity[a];
+  }
+}
+
 std::vector<VoxelGrid::Voxel> VoxelGrid::voxels() const {
   std::vector<Voxel> all;
   all.reserve(voxels_.size());

@@ -40,6 +40,8 @@ class VoxelGrid {
   /// Adds a particle at a finite position (world units), with its velocity (world units per
   /// second; in sums no more than 2^18 sides per second along an axis).
   void add(float x, float y, float z, bool seen, const Vec3& velocity = kNoVelocity);
+  /// Adds a voxel of a grid of the same cubes.
+  void add(const Voxel& voxel);
 
   double side() const { return side_; }
   const Vec3d& origin() const { return origin_; }

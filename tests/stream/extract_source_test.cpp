@@ -209,7 +209,9 @@ TEST(FrameSource, FramesWhatItsParticlesWould) {
     bool has_radius() const override { return inner_->has_radius(); }
     bool has_velocity() const override { return inner_->has_velocity(); }
     double particle_radius() const override { return inner_->particle_radius(); }
-    std::string item() const override { return "row"; }
+    std::string name(std::int64_t particle) const override {
+      return "row " + std::to_string(particle);
+    }
     void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
       inner_->read(first, count, to);
     }

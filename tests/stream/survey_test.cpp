@@ -8,6 +8,7 @@
 
 #include "meniscus/error.hpp"
 #include "stages/stage_test_support.hpp"
+#include "stream/thread_team.hpp"
 
 namespace meniscus {
 namespace {
@@ -95,6 +96,73 @@ TEST(Survey, RefusesRadiiThatAreNone) {
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr("particle 42: radius is "));
     }
+  }
+}
+
+// Of particles that all ranks have in memory, each reads some; rank 3 nothing.
+class SharedSource : public ParticleSource {
+ public:
+  SharedSource(const Particles& particles, Team& team)
+      : inner_(source_of(particles)), team_(team) {}
+  std::int64_t size() const override { return inner_->size(); }
+  bool has_radius() const override { return inner_->has_radius(); }
+  bool has_velocity() const override { return inner_->has_velocity(); }
+  double particle_radius() const override { return inner_->particle_radius(); }
+  std::string name(std::int64_t particle) const override { return inner_->name(particle); }
+  Team& team() const override { return team_; }
+  std::vector<ParticleRange> share() const override {
+    std::vector<ParticleRange> share;
+    const int readers = std::min(team_.size(), 3);
+    constexpr std::int64_t kStep = 700;
+    for (std::int64_t k = team_.rank() < 3 ? team_.rank() : size(); k * kStep < size();
+         k += readers)
+      share.push_back({k * kStep, std::min(kStep, size() - k * kStep)});
+    return share;
+  }
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    inner_->read(first, count, to);
+  }
+
+ private:
+  std::unique_ptr<ParticleSource> inner_;
+  Team& team_;
+};
+
+TEST(Survey, IsTheSameInAllRanks) {
+  for (const bool radii : {false, true}) {
+    Particles particles = random_particles(10000, radii);
+    particles.x[8123] = NAN;
+    particles.z[705] = INFINITY;
+    Survey expected = survey_particles(*source_of(particles));
+    std::sort(expected.sample.begin(), expected.sample.end());
+    EXPECT_EQ(expected.first_bad, 705);
+    for (const int ranks : {2, 3, 4}) {
+      const TeamOutcome outcome = as_team(ranks, [&](Team& team) {
+        Survey found = survey_particles(SharedSource(particles, team));
+        std::sort(found.sample.begin(), found.sample.end());
+        EXPECT_EQ(found.size, expected.size);
+        EXPECT_EQ(found.finite, expected.finite);
+        EXPECT_EQ(found.first_bad, expected.first_bad);
+        EXPECT_EQ(found.low, expected.low);
+        EXPECT_EQ(found.high, expected.high);
+        EXPECT_EQ(found.middle_radius, expected.middle_radius);
+        EXPECT_EQ(found.largest_radius, expected.largest_radius);
+        EXPECT_EQ(found.sample, expected.sample);
+      });
+      EXPECT_THAT(outcome.errors, testing::Each(testing::IsEmpty()));
+    }
+  }
+}
+
+TEST(Survey, NamesTheFirstBadRadiusOfAllRanks) {
+  Particles particles = random_particles(10000, true);
+  for (const std::size_t bad : {9000u, 1500u, 701u}) {  // of ranks 0, 2, 1
+    particles.radius[bad] = -2;
+    const TeamOutcome outcome =
+        as_team(3, [&](Team& team) { survey_particles(SharedSource(particles, team)); });
+    EXPECT_THAT(outcome.errors, testing::Each("particle " + std::to_string(bad) +
+                                              ": radius is -2, must be > 0 and finite (give "
+                                              "--particle-radius to override)"));
   }
 }
 

@@ -68,6 +68,33 @@ TEST(VoxelGrid, AveragesVelocitiesByHand) {
   EXPECT_FALSE(is_known(fast.seen_mean_velocity(fast.voxels()[0])));
 }
 
+TEST(VoxelGrid, AddsTheVoxelsOfAnother) {
+  Random random(2);
+  const Vec3d origin{1, 2, 3};
+  VoxelGrid whole(3, origin, true), one(3, origin, true), other(3, origin, true);
+  for (int k = 0; k < 5000; ++k) {
+    const float x = static_cast<float>(random(-20, 20)), y = static_cast<float>(random(-20, 20)),
+                z = static_cast<float>(random(-20, 20));
+    const Vec3 velocity = k % 7 ? Vec3{y, z, x} : kNoVelocity;
+    whole.add(x, y, z, x > y, velocity);
+    (k % 3 ? one : other).add(x, y, z, x > y, velocity);
+  }
+  for (const VoxelGrid::Voxel& voxel : other.voxels()) one.add(voxel);
+  const auto expected = whole.voxels(), found = one.voxels();
+  ASSERT_EQ(expected.size(), found.size());
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    EXPECT_EQ(expected[k].key, found[k].key);
+    EXPECT_EQ(expected[k].count, found[k].count);
+    EXPECT_EQ(expected[k].seen, found[k].seen);
+    EXPECT_EQ(expected[k].sum, found[k].sum);
+    EXPECT_EQ(expected[k].seen_sum, found[k].seen_sum);
+    EXPECT_EQ(expected[k].moving, found[k].moving);
+    EXPECT_EQ(expected[k].seen_moving, found[k].seen_moving);
+    EXPECT_EQ(expected[k].velocity, found[k].velocity);
+    EXPECT_EQ(expected[k].seen_velocity, found[k].seen_velocity);
+  }
+}
+
 TEST(VoxelGrid, DoesNotDependOnTheOrder) {
   Random random(2);
   std::vector<std::array<float, 3>> points(5000);

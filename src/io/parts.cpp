@@ -1,0 +1,213 @@
+#include "io/parts.hpp"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "io/input_file.hpp"
+#include "io/rows.hpp"
+
+namespace meniscus {
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+class JoinedSource : public ParticleSource {
+ public:
+  JoinedSource(const std::vector<std::string>& paths, double particle_radius, Team& team)
+      : team_(team), ranks_(team.size()) {
+    parts_.resize(paths.size());
+    std::vector<Told> mine;
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      parts_[k].path = paths[k];
+      if (owner(k) != team.rank()) continue;
+      const auto& source = parts_[k].source = open_file(paths[k], particle_radius);
+      mine.push_back({k, source->size(), source->particle_radius(), source->has_radius(),
+                      source->has_velocity(), source->in_memory() == nullptr});
+    }
+    std::vector<Told> told(paths.size());
+    for (const Told& one : team.joined(std::move(mine))) told[one.part] = one;
+    settle(told);
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      Part& part = parts_[k];
+      if (told[k].on_disk && static_cast<int>(paths.size()) < ranks_) {
+        if (!part.source) open_range(k, particle_radius);
+        const auto place = [&](int rank) { return part.first + part.size * rank / ranks_; };
+        share_.push_back({place(team.rank()), place(team.rank() + 1) - place(team.rank())});
+      } else if (part.source) {
+        share_.push_back({part.first, part.size});
+      }
+    }
+  }
+
+  std::int64_t size() const override { return size_; }
+  bool has_radius() const override { return has_radius_; }
+  bool has_velocity() const override { return has_velocity_; }
+  double particle_radius() const override { return particle_radius_; }
+  Team& team() const override { return team_; }
+  std::vector<ParticleRange> share() const override { return share_; }
+
+  std::string name(std::int64_t particle) const override {
+    const Part& part = part_of(particle);
+    if (parts_.size() == 1 && part.source) return part.source->name(particle);
+    return "particle " + std::to_string(particle - part.first) + " of " + part.path;
+  }
+
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    for (std::size_t done = 0; done < count;) {
+      const Part& part = part_of(first + static_cast<std::int64_t>(done));
+      const std::int64_t from = first + static_cast<std::int64_t>(done) - part.first;
+      const std::size_t now = std::min(count - done, static_cast<std::size_t>(part.size - from));
+      require(part.source != nullptr, part.path + ": is not of this process's share");
+      const auto at = [&](float* values) { return values ? values + done : nullptr; };
+      part.source->read(
+          from, now,
+          {at(to.x), at(to.y), at(to.z), at(to.vx), at(to.vy), at(to.vz), at(to.radius)});
+      done += now;
+    }
+  }
+
+ private:
+  struct Part {
+    std::string path;
+    std::unique_ptr<ParticleSource> source;  // where this process reads of it
+    std::int64_t first = 0, size = 0;        // in the frame
+  };
+
+  // What a part's owner tells all.
+  struct Told {
+    std::size_t part = 0;
+    std::int64_t size = 0;
+    double particle_radius = 0;
+    bool has_radius = false, has_velocity = false, on_disk = false;
+  };
+
+  int owner(std::size_t part) const {
+    return static_cast<int>(part % static_cast<std::size_t>(ranks_));
+  }
+
+  // Where the parts lie in the frame, and what it has as a whole. Parts without particles say
+  // nothing about the others.
+  void settle(const std::vector<Told>& told) {
+    const Part* stated = nullptr;  // the first that has particles
+    for (std::size_t k = 0; k < parts_.size(); ++k) {
+      Part& part = parts_[k];
+      part.first = size_;
+      part.size = told[k].size;
+      size_ += part.size;
+      if (part.size == 0) continue;
+      if (!stated) {
+        stated = &part;
+        has_radius_ = told[k].has_radius;
+        has_velocity_ = told[k].has_velocity;
+        particle_radius_ = told[k].particle_radius;
+      }
+      require_agreement(part, told[k], *stated);
+    }
+  }
+
+  void require_agreement(const Part& part, const Told& told, const Part& stated) const {
+    const std::string must = " (the parts of a frame must agree",
+                      override = "; give --particle-radius to override";
+    const auto require_same = [&](const std::string& values, bool here, bool there,
+                                  const std::string& advice) {
+      if (here != there)
+        throw InputError(part.path + ": its particles have " + (here ? "" : "no ") + values +
+                         ", those of " + stated.path + " have " + (there ? "some" : "none") + must +
+                         advice + ")");
+    };
+    require_same("radii", told.has_radius, has_radius_, override);
+    require_same("velocities", told.has_velocity, has_velocity_, "");
+    if (told.particle_radius != particle_radius_)
+      throw InputError(part.path + ": particle_radius is " + shown(told.particle_radius) + ", in " +
+                       stated.path + " it is " + shown(particle_radius_) + must + override + ")");
+  }
+
+  void open_range(std::size_t k, double particle_radius) {
+    Part& part = parts_[k];
+    part.source = open_rows(part.path, particle_radius);
+    if (!part.source || part.source->size() != part.size)
+      throw InputError(part.path + ": is not the file of " + std::to_string(part.size) +
+                       " particles that rank " + std::to_string(owner(k)) +
+                       " found (all ranks must see the same files)");
+  }
+
+  const Part& part_of(std::int64_t particle) const {
+    const auto after =
+        std::upper_bound(parts_.begin(), parts_.end(), particle,
+                         [](std::int64_t p, const Part& part) { return p < part.first; });
+    return *(after - 1);  // the last that begins there: those before it are empty
+  }
+
+  Team& team_;
+  int ranks_;
+  std::vector<Part> parts_;
+  std::vector<ParticleRange> share_;
+  std::int64_t size_ = 0;
+  bool has_radius_ = false, has_velocity_ = false;
+  double particle_radius_ = 0;
+};
+
+}  // namespace
+
+bool naturally_before(const std::string& a, const std::string& b) {
+  for (std::size_t i = 0, k = 0;;) {
+    if (i == a.size() || k == b.size()) {
+      if (i == a.size() && k == b.size()) return a < b;  // 7 and 007
+      return i == a.size();
+    }
+    if (is_digit(a[i]) && is_digit(b[k])) {
+      const auto number = [](const std::string& text, std::size_t& at) {
+        while (at < text.size() && text[at] == '0') ++at;
+        const std::size_t begin = at;
+        while (at < text.size() && is_digit(text[at])) ++at;
+        return text.substr(begin, at - begin);
+      };
+      const std::string one = number(a, i), other = number(b, k);
+      if (one.size() != other.size()) return one.size() < other.size();
+      if (one != other) return one < other;
+    } else {
+      if (a[i] != b[k]) return a[i] < b[k];
+      ++i;
+      ++k;
+    }
+  }
+}
+
+std::vector<std::string> part_files(const std::string& path) {
+  std::error_code error;
+  if (path.find('*') == std::string::npos || std::filesystem::exists(path, error)) return {path};
+  std::string pattern;
+  for (const char c : path) {
+    if (std::strchr("?[]\\", c)) pattern += '\\';
+    pattern += c;
+  }
+  glob_t found{};
+  glob(pattern.c_str(), GLOB_NOSORT, nullptr, &found);
+  std::vector<std::string> files(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  globfree(&found);
+  std::erase_if(files, [&](const std::string& name) {
+    return !std::filesystem::is_regular_file(name, error);
+  });
+  if (files.empty()) throw InputError(path + ": no file matches");
+  std::sort(files.begin(), files.end(), naturally_before);
+  return files;
+}
+
+std::unique_ptr<ParticleSource> open_parts(const std::string& path, double particle_radius,
+                                           Team& team) {
+  std::string names;  // each ends with a zero
+  if (team.leads())
+    for (const std::string& name : part_files(path)) names += name + '\0';
+  names = team.from_first(names);
+  std::vector<std::string> paths;
+  for (std::size_t at = 0; at < names.size(); at = names.find('\0', at) + 1)
+    paths.emplace_back(names.c_str() + at);
+  if (paths.size() == 1 && team.size() == 1) return open_file(paths[0], particle_radius);
+  return std::make_unique<JoinedSource>(paths, particle_radius, team);
+}
+
+}  // namespace meniscus
