@@ -12,6 +12,8 @@
 #include "device/device.hpp"
 #include "frame/process.hpp"
 #include "io/output_file.hpp"
+#include "io/parts.hpp"
+#include "mpi/launch.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -41,10 +43,14 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
 void run_frame(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   as_usage([&] { check_outputs(options.input, options.outputs); });
-  for (const std::string& path : options.outputs) OutputFile probe(path);  // better now than later
+  // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
+  Team& team = launched_team();
+  if (team.leads())
+    for (const std::string& path : options.outputs)
+      OutputFile probe(path);  // better now than later
 
-  const Talk say(options.quiet);
-  const auto source = open_particles(options.input, options.particle_radius.value_or(0));
+  const Talk say(options.quiet || !team.leads());
+  const auto source = open_parts(options.input, options.particle_radius.value_or(0), team);
   const ParticleSource& particles = *source;
   say("particles", options.input + ": " + grouped(particles.size()));
   const auto [camera, origin] =
@@ -55,7 +61,7 @@ void run_frame(const ExtractOptions& options) {
   std::string why;
   const DeviceInfo info = select_device(options.device, &why);
   say("device", info.name + ": " + why);
-  if (options.verbose) {
+  if (options.verbose && team.leads()) {
     say("", info.platform + ", driver " + info.driver + ", " + info.version);
     say("parameters", "");
     std::fputs(describe(options.parameters).c_str(), stderr);
@@ -64,6 +70,11 @@ void run_frame(const ExtractOptions& options) {
 
   std::vector<StageTime> stages;
   const Surface surface = extract_from(options, device, particles, camera, stages);
+  std::vector<RankReport> ranks;
+  if (options.timings)
+    ranks = team.joined<RankReport>(
+        {report_of(stages, team.waited_ms(), device.state().memory->peak(), peak_memory())});
+  if (!team.leads()) return;
   for (const std::string& warning : surface.warnings)
     std::fprintf(stderr, "meniscus: warning: %s: %s\n", options.input.c_str(), warning.c_str());
   say("radius", radius_line(options, particles, surface.particle_radius));
@@ -79,6 +90,7 @@ void run_frame(const ExtractOptions& options) {
   if (options.timings) {
     print_timings(stages, surface.counts);
     print_memory(device.state().memory->peak(), peak_memory());
+    if (team.size() > 1) print_ranks(ranks);
   }
 }
 

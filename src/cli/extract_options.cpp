@@ -100,7 +100,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       .add_option("INPUT", o.input,
                   "particles: .ply, .vtk (legacy), .bgeo (classic, also .gz), .xyz or .csv; a name "
                   "with a place for the frame's number is a sequence: dam.####.ply, dam.%04d.ply, "
-                  "dam.$F4.ply or dam.{}.ply")
+                  "dam.$F4.ply or dam.{}.ply; * stands for the parts of one frame: dam.rank*.ply")
       ->required()
       ->type_name("FILE");
   command

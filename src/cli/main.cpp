@@ -1,11 +1,13 @@
 // The program meniscus: arguments in, exit code out. All errors end here, as one line.
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <new>
 #include <string>
+#include <thread>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -14,17 +16,29 @@
 #include "cli/help_formatter.hpp"
 #include "cli/signals.hpp"
 #include "meniscus/meniscus.hpp"
+#include "mpi/launch.hpp"
 
 namespace {
 
 enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2 };  // 3 and more: see extract
 
 int fail(ExitCode code, const std::string& what) {
-  std::string line = what.empty() ? "unknown error" : what;
+  std::string line = meniscus::end_team(what.empty() ? "unknown error" : what);
   for (char& c : line)
     if (c == '\n') c = ' ';
+  if (meniscus::launch().rank > 0) {
+    if (meniscus::has_team()) return code;
+    // Most likely all processes have the same to say: mpirun stops the others when one has ended.
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+  }
   std::fprintf(stderr, "meniscus: error: %s\n", line.c_str());
   return code;
+}
+
+/// The end of work that succeeded here; other processes may have failed.
+int done(int code) {
+  const std::string error = meniscus::end_team("");
+  return error.empty() ? code : fail(kFailed, error);
 }
 
 // Frames need much the same memory one after the other. Left alone, glibc returns what a frame
@@ -55,7 +69,7 @@ int run(int argc, char** argv) {
     if (std::fflush(stdout) != 0)
       return fail(kFailed,
                   std::string("standard output cannot be written: ") + std::strerror(errno));
-    return exit_code;
+    return done(exit_code);
   } catch (const CLI::Success& help) {  // --help and --version
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
@@ -72,13 +86,16 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  int code = kDone;
   try {
     keep_freed_memory();
     meniscus::cli::handle_signals();
-    return run(argc, argv);
+    code = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    return fail(kFailed, "out of memory: use fewer particles or a smaller image");
+    code = fail(kFailed, "out of memory: use fewer particles or a smaller image");
   } catch (const std::exception& error) {
-    return fail(kFailed, error.what());
+    code = fail(kFailed, error.what());
   }
+  meniscus::leave_team();
+  return code;
 }

@@ -40,4 +40,25 @@ void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes) {
   std::printf("%-16s %12s\n", "whole program", size_of(host_bytes).c_str());
 }
 
+RankReport report_of(const std::vector<StageTime>& stages, double waited_ms,
+                     std::uint64_t device_bytes, std::uint64_t host_bytes) {
+  const auto spent_in = [&](const char* stage) {
+    double sum = 0;
+    for (const StageTime& time : stages)
+      if (time.stage == stage) sum += time.host_ms;
+    return sum;
+  };
+  return {spent_in("survey"), spent_in("fronts"), spent_in("select"),
+          waited_ms,          device_bytes,       host_bytes};
+}
+
+void print_ranks(const std::vector<RankReport>& ranks) {
+  std::printf("\n%-6s %12s %12s %12s %12s %16s %16s\n", "rank", "survey ms", "fronts ms",
+              "select ms", "waited ms", "device buffers", "whole program");
+  for (std::size_t k = 0; k < ranks.size(); ++k)
+    std::printf("%-6zu %12.2f %12.2f %12.2f %12.2f %16s %16s\n", k, ranks[k].survey_ms,
+                ranks[k].fronts_ms, ranks[k].select_ms, ranks[k].waited_ms,
+                size_of(ranks[k].device_bytes).c_str(), size_of(ranks[k].host_bytes).c_str());
+}
+
 }  // namespace meniscus::cli

@@ -34,4 +34,18 @@ void print_timings(const std::vector<StageTime>& stages,
 /// The most that the device's buffers and the program took at a time so far, on standard output.
 void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes);
 
+/// What one of several processes took for its share of the particles.
+struct RankReport {
+  double survey_ms = 0, fronts_ms = 0, select_ms = 0;  // wall time, waiting included
+  double waited_ms = 0;                                // for other ranks and for messages
+  std::uint64_t device_bytes = 0, host_bytes = 0;      // peaks
+};
+
+/// A process's stages so far, summed into a report.
+RankReport report_of(const std::vector<StageTime>& stages, double waited_ms,
+                     std::uint64_t device_bytes, std::uint64_t host_bytes);
+
+/// A table of the ranks' times and memory, in their order.
+void print_ranks(const std::vector<RankReport>& ranks);
+
 }  // namespace meniscus::cli

@@ -27,7 +27,8 @@ Program::~Program() { fs::remove_all(folder_); }
 
 int Program::start(const std::vector<std::string>& arguments, const Conditions& conditions) const {
   const std::string out = path("stdout.log"), err = path("stderr.log");
-  std::vector<std::string> words{MENISCUS_PROGRAM};
+  std::vector<std::string> words = conditions.launcher;
+  words.push_back(conditions.program);
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

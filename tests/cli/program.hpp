@@ -19,6 +19,8 @@ struct Outcome {
 struct Conditions {
   std::vector<std::pair<std::string, std::string>> environment;  // set; an empty value unsets
   long file_size_limit = 0;                                      // bytes; 0: none
+  std::vector<std::string> launcher = {};                        // before the program: mpirun -n 2
+  std::string program = MENISCUS_PROGRAM;
 };
 
 /// A test with a folder of its own, in which the program runs.

@@ -1,0 +1,220 @@
+// The program under mpirun: the bytes of one process, one error line, nobody left behind.
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "cli/program.hpp"
+#include "dam_break.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using Words = std::vector<std::string>;
+
+Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// A frame of enough particles to stream, which thinning thins at this size.
+const Words kSmall{"--eye",  "5,2.2,3.4", "--target", "1.5,.3,.75", "--fov",     "32",
+                   "--size", "320x240",   "--device", "cpu",        "--threads", "1"};
+
+class UnderMpi : public Program {
+ protected:
+  void SetUp() override {
+#ifndef MENISCUS_MPIRUN
+    GTEST_SKIP() << "built without MPI (-DMENISCUS_MPI=ON)";
+#endif
+  }
+
+  static Conditions ranks(const std::string& count) {
+    Conditions conditions;
+#ifdef MENISCUS_MPIRUN
+    conditions.launcher = {MENISCUS_MPIRUN,
+                           "-q",
+                           "--allow-run-as-root",
+                           "--oversubscribe",
+                           "--bind-to",
+                           "none",
+                           "-n",
+                           count};
+#endif
+    return conditions;
+  }
+
+  /// Particles of a dam as a binary PLY, the `part`-th of `parts`; with the extra rows at its end.
+  void write_dam(const std::string& name, std::size_t part = 0, std::size_t parts = 1,
+                 const std::vector<std::array<float, 3>>& extra = {}) const {
+    static const DamBreak dam(300000, 1);
+    static const std::vector<float> all = [] {
+      std::vector<float> values;
+      dam.emit([&](std::span<const float> block) {
+        values.insert(values.end(), block.begin(), block.end());
+      });
+      return values;
+    }();
+    const std::size_t rows = all.size() / 3, first = rows * part / parts,
+                      count = rows * (part + 1) / parts - first;
+    std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment particle_radius " +
+                        std::to_string(dam.particle_radius()) + "\nelement vertex " +
+                        std::to_string(count + extra.size()) +
+                        "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    bytes.append(reinterpret_cast<const char*>(all.data() + 3 * first), 12 * count);
+    bytes.append(reinterpret_cast<const char*>(extra.data()), 12 * extra.size());
+    write(name, bytes);
+  }
+
+  /// Extracts an EXR and a PLY and returns their bytes.
+  std::pair<std::string, std::string> extract(const std::string& input, const Words& options,
+                                              const Conditions& conditions) const {
+    const Outcome outcome = run(
+        Words{"extract", input, "-o", "out.exr", "-o", "out.ply"} + kSmall + options, conditions);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::pair<std::string, std::string> found{read("out.exr"), read("out.ply")};
+    EXPECT_FALSE(found.first.empty() || found.second.empty());
+    std::filesystem::remove(path("out.exr"));
+    std::filesystem::remove(path("out.ply"));
+    return found;
+  }
+};
+
+TEST_F(UnderMpi, GivesTheBytesOfOneProcess) {
+  write_dam("dam.ply", 0, 1, {{NAN, 0, 0}});
+  for (const Words& options : std::vector<Words>{
+           {"--method", "fit"}, {"--method", "fit", "--thin", "0"}, {"--method", "ssm"}}) {
+    const auto expected = extract("dam.ply", options, {});
+    for (const char* count : {"1", "2", "3"})
+      EXPECT_EQ(expected, extract("dam.ply", options, ranks(count)))
+          << testing::PrintToString(options) << count;
+  }
+}
+
+TEST_F(UnderMpi, ReadsPartsByRank) {
+  write_dam("dam.ply");
+  for (std::size_t k = 0; k < 4; ++k)
+    write_dam("part" + std::to_string(7 + k) + ".ply", k, 4);  // natural order: 7, 8, 9, 10
+  const auto expected = extract("dam.ply", {}, {});
+  EXPECT_EQ(expected, extract("part*.ply", {}, {}));
+  for (const char* count : {"2", "3"})
+    EXPECT_EQ(expected, extract("part*.ply", {}, ranks(count))) << count;
+}
+
+TEST_F(UnderMpi, WorksWithFewParticles) {
+  write_particles("a.ply", block(6), 0);
+  write_particles("b1.ply", block(3));
+  write_particles("b2.ply", {{0.1, 0.2, 0.9}, {0, 0, 1.1}});
+  for (const char* input : {"a.ply", "b*.ply"}) {
+    const Words words{"extract", input, "--size", "64x48"};
+    const Outcome one = run(words + Words{"-o", "one.exr"});
+    const Outcome three = run(words + Words{"-o", "three.exr"}, ranks("3"));
+    EXPECT_EQ(three.exit_code, 0) << three.err;
+    EXPECT_EQ(read("one.exr"), read("three.exr"));
+    EXPECT_THAT(one.err, HasSubstr("found "));
+  }
+}
+
+TEST_F(UnderMpi, OnlyTheFirstRankSpeaks) {
+  write_dam("dam.ply", 0, 1, {{NAN, 0, 0}, {0, INFINITY, 0}});
+  const Words words = Words{"extract", "dam.ply", "-o", "a.exr", "--timings"} + kSmall;
+  const Outcome one = run(words), two = run(words, ranks("2"));
+  EXPECT_EQ(two.exit_code, 0);
+  const auto without_time = [](std::string text) { return text.substr(0, text.rfind("total ")); };
+  EXPECT_EQ(without_time(one.err), without_time(two.err));
+  EXPECT_THAT(two.err,
+              HasSubstr("2 of 300002 particles have NaN or infinite coordinates (the first is "
+                        "particle 300000) and were dropped"));
+  EXPECT_THAT(one.out, Not(HasSubstr("rank")));
+  EXPECT_THAT(two.out, AllOf(HasSubstr("\nrank "), HasSubstr("\n0  "), HasSubstr("\n1  "),
+                             Not(HasSubstr("\n2  "))));
+}
+
+TEST_F(UnderMpi, EndsWithOneErrorWhereverItIs) {
+  write_dam("dam.ply");
+  for (std::size_t k = 0; k < 3; ++k) write_dam("part" + std::to_string(k) + ".ply", k, 3);
+  const std::string whole = read("part1.ply");
+  write("part1.ply", whole.substr(0, whole.size() - 100));
+  const Words one = Words{"extract", "part*.ply", "-o", "a.exr"} + kSmall;
+  expect_error(run(one, ranks("3")), 1, {"part1.ply", "truncated", "(rank 1 on "});
+  expect_error(run({"extract", "gone.ply", "-o", "a.exr"}, ranks("2")), 1, {"gone.ply"});
+  expect_error(run({"extract", "dam.ply", "-o", "gone/a.exr"}, ranks("2")), 1, {"gone/a.exr"});
+  expect_error(run({"extract", "dam.ply", "-o", "a.txt"}, ranks("2")), 2, {"a.txt"});
+  // A device that only rank 1 asks for.
+  const Words good = Words{"extract", "dam.ply", "-o", "a.exr"} + kSmall;
+  expect_error(run(good + Words{":", "-n", "1", MENISCUS_PROGRAM, "extract", "dam.ply", "-o",
+                                "a.exr", "--device", "none such"},
+                   ranks("1")),
+               1, {"\"none such\"", "(rank 1 on "});
+  // Rank 0 alone works on few particles; the other waits for it.
+  write_particles("few.ply", {{0, 0, 0}, {NAN, 0, 0}});
+  expect_error(run({"extract", "few.ply", "-o", "a.exr", "--strict"}, ranks("2")), 1,
+               {"few.ply: 1 of 2 particles have NaN"});
+  EXPECT_THAT(files(), ElementsAre("dam.ply", "few.ply", "part0.ply", "part1.ply", "part2.ply"));
+}
+
+TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
+  write_dam("dam.ply");
+  for (const int wait : {300, 700, 1100}) {
+    const int process =
+        start(Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall, ranks("2"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+    kill(process, SIGTERM);
+    const Outcome outcome = wait_for(process);
+    if (exists("a.exr")) continue;  // had ended
+    EXPECT_NE(outcome.exit_code, 0);
+    EXPECT_THAT(files(), ElementsAre("dam.ply"));
+  }
+}
+
+TEST_F(UnderMpi, SharesASequenceOutByFrames) {
+  for (int frame = 1; frame <= 3; ++frame)
+    write_particles("in." + std::to_string(frame) + ".ply", block(2 + frame));
+  const Words words{"extract", "in.#.ply", "-o", "out.#.exr", "--size", "64x48", "--log", "log"};
+  const Outcome outcome = run(words, ranks("2"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(files(), ElementsAre("in.1.ply", "in.2.ply", "in.3.ply", "log", "out.1.exr",
+                                   "out.2.exr", "out.3.exr"));
+  const std::string log = read("log");
+  for (const char* part :
+       {"\"shard\":\"1/2\"", "\"shard\":\"2/2\"", "\"frame\":1", "\"frame\":2", "\"frame\":3"})
+    EXPECT_THAT(log, HasSubstr(part));
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 3);
+  expect_error(run(words + Words{"--report", "page.html"}, ranks("2")), 2, {"--report"});
+  // One bad frame is named by the process that met it.
+  write("in.2.ply", "nonsense");
+  const Outcome bad = run(words, ranks("2"));
+  EXPECT_EQ(bad.exit_code, 3) << bad.err;
+  EXPECT_THAT(bad.err, HasSubstr("error: frame 2 of 1 failed"));
+}
+
+// Without its module beside it the program is what a build without MPI makes.
+TEST_F(Program, RefusesToDoTheWorkOfSeveralManyTimes) {
+  write_particles("in.ply", block(4));
+  std::filesystem::copy(MENISCUS_PROGRAM, path("lone"));
+  const Words words{"extract", "in.ply", "-o", "a.exr", "--size", "64x48"};
+  Conditions conditions;
+  conditions.program = path("lone");
+  const auto started_as = [&](const char* rank, const char* size) {
+    conditions.environment = {{"OMPI_COMM_WORLD_RANK", rank}, {"OMPI_COMM_WORLD_SIZE", size}};
+    return run(words, conditions);
+  };
+  expect_error(started_as("0", "3"), 1,
+               {"started by mpirun or srun as 3 processes", "-DMENISCUS_MPI=ON"});
+  EXPECT_FALSE(exists("a.exr"));
+  EXPECT_EQ(started_as("0", "1").exit_code, 0);
+  EXPECT_TRUE(exists("a.exr"));
+}
+
+}  // namespace
+}  // namespace meniscus::test
