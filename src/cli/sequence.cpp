@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <set>
 #include <string>
@@ -171,31 +172,46 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
   return kSomeFailed;
 }
 
-}  // namespace
+// The part of a shard that one of several processes takes.
+Shard part_of(const Shard& shard, int rank, int size) {
+  return {shard.index + shard.count * rank, shard.count * size};
+}
 
-int run_sequence(const ExtractOptions& given, const FramePattern& input) {
-  ExtractOptions options = given;
+// out/log.jsonl -> out/log.2.jsonl: a log of its own for each process but the first.
+std::string log_of(const std::string& path, int rank) {
+  if (rank == 0 || path.empty()) return path;
+  const std::filesystem::path name(path);
+  return (name.parent_path() /
+          (name.stem().string() + "." + std::to_string(rank) + name.extension().string()))
+      .string();
+}
+
+// The frames of this process.
+int run_part(ExtractOptions options, const FramePattern& input, const Team& team) {
+  options.quiet |= !team.leads();
+  options.log = log_of(options.log, team.rank());
   const Talk say(options.quiet);
-  if (options.timings)
-    throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
-  const auto [shard, shard_origin] = choose_shard(options);
+  const auto [whole, shard_origin] = choose_shard(options);
+  const Shard shard = part_of(whole, team.rank(), team.size());
   std::unique_ptr<CameraTrack> cameras;
   if (!options.camera_file.empty()) cameras = std::make_unique<CameraTrack>(options.camera_file);
   const Plan plan = as_usage([&] {
     return plan_sequence({input, options.outputs, options.frames, options.skip_missing, shard},
                          cameras.get());
   });
-  for (const std::string& warning : plan.warnings) warn(warning);
+  if (team.leads())
+    for (const std::string& warning : plan.warnings) warn(warning);
   prepare_folders(plan);
   say("frames", input.text() + ": " + (plan.jobs.empty() ? "none" : named_frames(plan.frames())));
   if (shard.count > 1)
     say("shard", std::to_string(shard.index) + " of " + std::to_string(shard.count) + " of " +
-                     std::to_string(plan.all_shards) + " frames, " + shard_origin);
+                     std::to_string(plan.all_shards) + " frames, " +
+                     (team.size() > 1 ? "one of the processes" : shard_origin));
   if (plan.jobs.empty()) return 0;
   cameras = settle_for_all(plan, options, std::move(cameras), say);
   const BatchSettings settings = settings_of(options, shard, say);
   say("method", to_string(options.parameters.method));
-  if (options.verbose) std::fputs(describe(options.parameters).c_str(), stderr);
+  if (options.verbose && team.leads()) std::fputs(describe(options.parameters).c_str(), stderr);
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
 
   std::unique_ptr<BatchLog> log;
@@ -239,6 +255,20 @@ int run_sequence(const ExtractOptions& given, const FramePattern& input) {
   }
   if (log) say("log", options.log);
   return conclude(outcome, plan.jobs.size(), stop.signal(), failed);
+}
+
+}  // namespace
+
+int run_sequence(const ExtractOptions& options, const FramePattern& input) {
+  if (options.timings)
+    throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
+  Team& team = launched_team();
+  if (team.size() > 1 && !options.report.empty())
+    throw usage_error(
+        "--report is for one process; of several make it from their logs by meniscus report");
+  // Nobody leaves before all are done: mpirun stops the others when one ends with an error.
+  const std::vector<int> codes = team.joined<int>({run_part(options, input, team)});
+  return *std::max_element(codes.begin(), codes.end());
 }
 
 }  // namespace meniscus::cli

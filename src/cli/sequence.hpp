@@ -11,7 +11,7 @@ namespace meniscus::cli {
 inline constexpr int kSomeFailed = 3;         // frames failed; all others are done
 inline constexpr int kStoppedBySignal = 128;  // plus the signal; the frames begun are done
 
-/// Extracts the frames of `input`. Returns the exit code. Throws what ends a sequence before or
+/// Extracts the frames of `input`; under mpirun each process its part of them. Returns the exit code. Throws what ends a sequence before or
 /// between frames: bad usage, a missing frame, a full disk.
 int run_sequence(const ExtractOptions& options, const FramePattern& input);
 
