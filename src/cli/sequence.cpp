@@ -37,17 +37,10 @@ struct ShardChoice {
   std::string origin;  // in words
 };
 
-/// --shard, else the process of mpirun, else the task of a Slurm array.
+/// --shard, else the task of a Slurm array.
 ShardChoice choose_shard(const ExtractOptions& options) {
   if (!options.shard.empty())
     return {as_usage([&] { return parse_shard(options.shard); }), "from --shard"};
-  if (const Team& team = launched_team(); team.size() > 1) {
-    if (!options.report.empty())
-      throw usage_error(
-          "--report: each process of mpirun would write it (give --log, and make the "
-          "page of it with meniscus report)");
-    return {{team.rank() + 1, team.size()}, "as mpirun or srun started it"};
-  }
   const char* const id = std::getenv("SLURM_ARRAY_TASK_ID");
   const char* const count = std::getenv("SLURM_ARRAY_TASK_COUNT");
   if (!id || !count) return {};

@@ -180,16 +180,22 @@ TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
 TEST_F(UnderMpi, SharesASequenceOutByFrames) {
   for (int frame = 1; frame <= 3; ++frame)
     write_particles("in." + std::to_string(frame) + ".ply", block(2 + frame));
-  const Words words{"extract", "in.#.ply", "-o", "out.#.exr", "--size", "64x48", "--log", "log"};
+  const Words words{"extract", "in.#.ply", "-o", "out.#.exr", "--size", "64x48", "--log", "log.jsonl"};
   const Outcome outcome = run(words, ranks("2"));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(files(), ElementsAre("in.1.ply", "in.2.ply", "in.3.ply", "log", "out.1.exr",
-                                   "out.2.exr", "out.3.exr"));
-  const std::string log = read("log");
+  EXPECT_THAT(files(), ElementsAre("in.1.ply", "in.2.ply", "in.3.ply", "log.1.jsonl", "log.jsonl",
+                                   "out.1.exr", "out.2.exr", "out.3.exr"));
+  const std::string log = read("log.jsonl") + read("log.1.jsonl");
   for (const char* part :
        {"\"shard\":\"1/2\"", "\"shard\":\"2/2\"", "\"frame\":1", "\"frame\":2", "\"frame\":3"})
     EXPECT_THAT(log, HasSubstr(part));
   EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 3);
+  for (int frame = 1; frame <= 3; ++frame)
+    std::filesystem::remove(path("out." + std::to_string(frame) + ".exr"));
+  EXPECT_EQ(run(words + Words{"--shard", "2/2"}, ranks("2")).exit_code, 0);  // both of one shard
+  EXPECT_FALSE(exists("out.1.exr"));
+  EXPECT_TRUE(exists("out.2.exr"));
+  EXPECT_FALSE(exists("out.3.exr"));
   expect_error(run(words + Words{"--report", "page.html"}, ranks("2")), 2, {"--report"});
   // One bad frame is named by the process that met it.
   write("in.2.ply", "nonsense");
