@@ -413,7 +413,7 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
 }
 #endif
 
-// One work-item per WIDTH samples of a tile's list (samples.cl).
+// One work-group per tile; a work-item takes WIDTH samples of its list (samples.cl) at a time.
 kernel void blend_groups(global const int* sample,       // [tiles][256]
                          global const int* count,        // [tiles]
                          global const float* reference,  // [samples] depth, finite where listed
@@ -430,10 +430,12 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          const int2 samples, const float first, const float step,
                          const float16 rays, const float d_max,
                          const float4 sheets) {  // same_low, same_high; crease, particle radii
-  Lanes lanes;
-  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
   const Listed listed = fits_of(get_group_id(0), met_start, met, rim_start, rim);
-  const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
-                             groups, d_max, sheets);
-  store_blended(b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
+  Lanes lanes;
+  for (int place = get_local_id(0) * WIDTH;; place += get_local_size(0) * WIDTH) {
+    if (!load_lanes(place, sample, count, samples.x, first, step, rays, &lanes)) return;
+    const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
+                               groups, d_max, sheets);
+    store_blended(b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
+  }
 }

@@ -104,22 +104,49 @@ inline Field field_at(const Cells cells, global const float* weight, const float
 #define NEAR 192
 typedef struct {
   int count;  // -1: more than NEAR, search at every point
-  int item[NEAR];
+  int item[NEAR + WIDTH];
 } Near;
 
-// Lists the particles within the support of a wanted ray between depths `low` and `high`.
-inline void list_near(const Cells cells, const Rays r, const intv wanted, const float low,
-                      const float high, Near* near) {
-  float x0[WIDTH], y0[WIDTH], x1[WIDTH], y1[WIDTH];
-  int want[WIDTH];
-  STOREF(r.ox + low * r.dx, x0);
-  STOREF(r.oy + low * r.dy, y0);
-  STOREF(r.ox + high * r.dx, x1);
-  STOREF(r.oy + high * r.dy, y1);
-  STOREI(wanted, want);
-  // The axis between the middles of the beam's ends, and how far rays are from it.
+// Vectors of rays that one search of the cells serves: each then takes its own from what is found.
+#if WIDTH == 1
+#define VECTORS 1
+#else
+#define VECTORS 4
+#endif
+
+#define AROUND 384
+#define DEEPEST 24.0f  // particle radii
+typedef struct {
+  int vectors;
+  Rays rays[VECTORS];
+  intv wanted[VECTORS];
+  floatv from, to;  // the depths that lanes ask for
+  float low, high;  // depths between which it holds all that is near the rays
+  int count;        // -2: not searched yet, -1: more than AROUND
+  int item[AROUND + WIDTH];
+  float x[AROUND + WIDTH], y[AROUND + WIDTH], z[AROUND + WIDTH];
+} Around;
+
+// The beam of the wanted rays between two depths: an axis from (x, y, z) along (ex, ey, ez), and how
+// far from it particles reach a ray.
+typedef struct {
+  float x, y, z, ex, ey, ez, per_length, reach;
+} Beam;
+
+inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, const float low,
+                    const float high) {
+  float x0[WIDTH * VECTORS], y0[WIDTH * VECTORS], x1[WIDTH * VECTORS], y1[WIDTH * VECTORS];
+  int want[WIDTH * VECTORS];
   float ax = 0.0f, ay = 0.0f, bx = 0.0f, by = 0.0f, lanes = 0.0f;
-  for (int k = 0; k < WIDTH; ++k) {
+  for (int v = 0; v < vectors; ++v) {
+    const Rays r = rays[v];
+    STOREF(r.ox + low * r.dx, x0 + v * WIDTH);
+    STOREF(r.oy + low * r.dy, y0 + v * WIDTH);
+    STOREF(r.ox + high * r.dx, x1 + v * WIDTH);
+    STOREF(r.oy + high * r.dy, y1 + v * WIDTH);
+    STOREI(wanted[v], want + v * WIDTH);
+  }
+  for (int k = 0; k < WIDTH * vectors; ++k) {
     if (!want[k]) continue;
     ax += x0[k];
     ay += y0[k];
@@ -132,52 +159,108 @@ inline void list_near(const Cells cells, const Rays r, const intv wanted, const 
   bx /= lanes;
   by /= lanes;
   float wide = 0.0f;
-  for (int k = 0; k < WIDTH; ++k) {
+  for (int k = 0; k < WIDTH * vectors; ++k) {
     if (!want[k]) continue;
     wide = fmax(wide, (x0[k] - ax) * (x0[k] - ax) + (y0[k] - ay) * (y0[k] - ay));
     wide = fmax(wide, (x1[k] - bx) * (x1[k] - bx) + (y1[k] - by) * (y1[k] - by));
   }
-  const float reach = SUPPORT + sqrt(wide) + 0.01f;  // with room for rounding
-  const float ex = bx - ax, ey = by - ay, ez = low - high;
-  const float per_length = 1.0f / fmax(ex * ex + ey * ey + ez * ez, 1e-12f);
+  Beam b = {ax, ay, -low, bx - ax, by - ay, low - high, 0.0f, 0.0f};
+  b.per_length = 1.0f / fmax(b.ex * b.ex + b.ey * b.ey + b.ez * b.ez, 1e-12f);
+  b.reach = SUPPORT + sqrt(wide) + 0.01f;  // with room for rounding
+  return b;
+}
+
+// Which points are within `reach` of the axis.
+inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv z,
+                      const float reach) {
+  const floatv dx = x - b.x, dy = y - b.y, dz = z - b.z;
+  const floatv s = clamp((dx * b.ex + dy * b.ey + dz * b.ez) * b.per_length, 0.0f, 1.0f);
+  const floatv qx = dx - s * b.ex, qy = dy - s * b.ey, qz = dz - s * b.ez;
+  return qx * qx + qy * qy + qz * qz <= reach * reach;
+}
+
+// Appends the taken lanes of the values from `first` on; without branches, which nobody could
+// foretell. `item` has room for WIDTH more than are counted.
+inline int append(const intv take, const int first, int* item, int count) {
+  int taken[WIDTH];
+  STOREI(take, taken);
+#pragma unroll
+  for (int l = 0; l < WIDTH; ++l) {
+    item[count] = first + l;
+    count += taken[l] != 0;
+  }
+  return count;
+}
+
+// Lists the particles near a beam; -1 where they are more than `most`.
+inline int search_cells(const Cells cells, const Beam b, int* item, const int most) {
+  global const int* tags = (global const int*)cells.tag;
   const float c = cells.inverse_cell, side = 1.0f / c;
-  const float far = reach + 0.87f * side;  // half of a cell's diagonal more
-  const int i0 = cell_of(fmin(ax, bx) - reach, c), i1 = cell_of(fmax(ax, bx) + reach, c);
-  const int j0 = cell_of(fmin(ay, by) - reach, c), j1 = cell_of(fmax(ay, by) + reach, c);
-  const int k0 = cell_of(-high - reach, c), k1 = cell_of(-low + reach, c);
+  const float far = b.reach + 0.87f * side;  // half of a cell's diagonal more
+  const float bx = b.x + b.ex, by = b.y + b.ey, bz = b.z + b.ez;
+  const int i0 = cell_of(fmin(b.x, bx) - b.reach, c), i1 = cell_of(fmax(b.x, bx) + b.reach, c);
+  const int j0 = cell_of(fmin(b.y, by) - b.reach, c), j1 = cell_of(fmax(b.y, by) + b.reach, c);
+  const int k0 = cell_of(bz - b.reach, c), k1 = cell_of(b.z + b.reach, c);
   int count = 0;
   for (int k = k0; k <= k1; ++k)
     for (int j = j0; j <= j1; ++j)
-      for (int i = i0; i <= i1; ++i) {
-        const float mx = ((float)i + 0.5f) * side - ax, my = ((float)j + 0.5f) * side - ay,
-                    mz = ((float)k + 0.5f) * side + low;
-        const float m = clamp((mx * ex + my * ey + mz * ez) * per_length, 0.0f, 1.0f);
-        const float lx = mx - m * ex, ly = my - m * ey, lz = mz - m * ez;
-        if (lx * lx + ly * ly + lz * lz > far * far) continue;
-        const uint bucket = bucket_of(i, j, k, cells.mask);
-        const uint tag = tag_of(i, j, k);
-        const int end = cells.start[bucket + 1];
-        for (int p = cells.start[bucket]; p < end; p += WIDTH) {
-          const floatv dx = LOADF(cells.x + p) - ax, dy = LOADF(cells.y + p) - ay,
-                       dz = LOADF(cells.z + p) + low;
-          const floatv s = clamp((dx * ex + dy * ey + dz * ez) * per_length, 0.0f, 1.0f);
-          const floatv qx = dx - s * ex, qy = dy - s * ey, qz = dz - s * ez;
-          const intv close = qx * qx + qy * qy + qz * qz <= reach * reach;
-          if (!ANY(close)) continue;
-          int take[WIDTH];
-          STOREI(close, take);
-          const int lanes_left = min(WIDTH, end - p);
-          for (int l = 0; l < lanes_left; ++l) {
-            if (!take[l] || cells.tag[p + l] != tag) continue;
-            if (count == NEAR) {
-              near->count = -1;
-              return;
-            }
-            near->item[count++] = p + l;
+      for (int row = i0; row <= i1; row += WIDTH) {
+        int close[WIDTH];
+        const floatv x = ((float)row + LANES + 0.5f) * side, y = (floatv)(((float)j + 0.5f) * side),
+                     z = (floatv)(((float)k + 0.5f) * side);
+        STOREI(near_beam(b, x, y, z, far), close);
+        for (int i = row; i < min(row + WIDTH, i1 + 1); ++i) {
+          if (!close[i - row]) continue;
+          const uint bucket = bucket_of(i, j, k, cells.mask);
+          const int tag = (int)tag_of(i, j, k);
+          const int end = cells.start[bucket + 1];
+          for (int p = cells.start[bucket]; p < end; p += WIDTH) {
+            const intv take =
+                near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
+                (LOADI(tags + p) == tag) & (LANES < (float)(end - p));
+            if (!ANY(take)) continue;
+            count = append(take, p, item, count);
+            if (count > most) return -1;
           }
         }
       }
-  near->count = count;
+  return count;
+}
+
+inline void look_around(const Cells cells, Around* around) {
+  around->low = least_lane(around->from);
+  around->high = fmin(-least_lane(-around->to), around->low + DEEPEST);
+  const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
+                         around->high);
+  around->count = search_cells(cells, b, around->item, AROUND);
+  for (int k = 0; k < around->count; ++k) {
+    const int p = around->item[k];
+    around->x[k] = cells.x[p];
+    around->y[k] = cells.y[p];
+    around->z[k] = cells.z[p];
+  }
+}
+
+// Lists the particles within the support of a wanted ray between depths `low` and `high`.
+inline void list_near(const Cells cells, Around* around, const Rays r, const intv wanted,
+                      const float low, const float high, Near* near) {
+  const Beam b = beam_of(&r, &wanted, 1, low, high);
+  if (around->count == -2 && around->vectors > 1) look_around(cells, around);
+  if (around->count < 0 || low < around->low || high > around->high) {
+    near->count = search_cells(cells, b, near->item, NEAR);
+    return;
+  }
+  int count = 0, place[NEAR + WIDTH];
+  for (int k = 0; k < around->count; k += WIDTH) {
+    const intv take = near_beam(b, LOADF(around->x + k), LOADF(around->y + k),
+                                LOADF(around->z + k), b.reach) &
+                      (LANES < (float)(around->count - k));
+    if (!ANY(take)) continue;
+    count = append(take, k, place, count);
+    if (count > NEAR) break;
+  }
+  near->count = count > NEAR ? -1 : count;
+  for (int k = 0; k < near->count; ++k) near->item[k] = around->item[place[k]];
 }
 
 // The field at points of the beam.

@@ -11,25 +11,28 @@ typedef struct {
   Rays rays;
 } Lanes;
 
-// The work-item's lanes of its work-group's tile. Returns whether any is in use.
-inline int load_lanes(global const int* sample,  // [tiles][256]
+// The lanes from `place` on of the work-group's tile. Returns whether any is in use.
+inline int load_lanes(const int place, global const int* sample,  // [tiles][256]
                       global const int* count,   // [tiles]
                       const int nx, const float first, const float step, const float16 rays,
                       Lanes* lanes) {
-  const int tile = get_group_id(0), place = get_local_id(0) * WIDTH;
+  const int tile = get_group_id(0), tiles_x = (nx + TILE - 1) / TILE;
+  const int corner = tile / tiles_x * TILE * nx + tile % tiles_x * TILE;
   global const int* list = sample + tile * TILE_SAMPLES;
-  float u[WIDTH], v[WIDTH];
   int used[WIDTH];
   if (place >= count[tile]) return 0;
 #pragma unroll
   for (int k = 0; k < WIDTH; ++k) {
     used[k] = place + k < count[tile] ? -1 : 0;
     lanes->at[k] = list[used[k] ? place + k : place];
-    u[k] = first + step * (float)(lanes->at[k] % nx);
-    v[k] = first + step * (float)(lanes->at[k] / nx);
   }
+  // Rows below the tile's first, without a division of integers for each lane: small numbers, which
+  // half a sample keeps off the next row.
+  const intv at = LOADI(lanes->at);
+  const intv row = TO_INTV((TO_FLOATV(at - corner) + 0.5f) / (float)nx) + corner / nx;
+  const floatv u = first + step * TO_FLOATV(at - row * nx), v = first + step * TO_FLOATV(row);
   lanes->used = LOADI(used);
-  lanes->rays = rays_at(rays, LOADF(u), LOADF(v));
+  lanes->rays = rays_at(rays, u, v);
   return 1;
 }
 

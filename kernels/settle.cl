@@ -1,9 +1,11 @@
 // settle.cl: what each sample of a layer shows, the blend or the density field's level (paper 2.4.1
 // and, for the splash, the end of 3: particles too few for a fit are rendered directly).
-// A work-item takes WIDTH samples of a tile's list (samples.cl).
+// A work-item takes TAKES samples of a tile's list (samples.cl) at a time.
 
 // Rays are followed in windows of this depth, so that one search serves several steps.
 #define WINDOW 5.0f  // particle radii
+
+#define TAKES (VECTORS * WIDTH)
 
 #define REFINE 5  // positions of a crossing within a step
 
@@ -12,11 +14,36 @@ typedef struct {
   floatv nx, ny, nz;  // unit outward normal, eye axes
 } Crossing;
 
+// VECTORS times WIDTH lanes from place `begin` on, whose rays share a search. Returns how many
+// vectors are in use.
+inline int load_work(const int begin, global const int* sample, global const int* count, const int nx,
+                     const float first, const float step, const float16 rays, Lanes* lanes,
+                     Around* around) {
+  int v = 0;
+  for (; v < VECTORS; ++v) {
+    const int place = begin + v * WIDTH;
+    if (!load_lanes(place, sample, count, nx, first, step, rays, lanes + v)) break;
+    around->rays[v] = lanes[v].rays;
+    around->wanted[v] = lanes[v].used;
+  }
+  around->vectors = v;
+  around->from = (floatv)(INFINITY);
+  around->to = (floatv)(0.0f);
+  around->count = -2;
+  return v;
+}
+
+// Lanes will ask for what is near between these depths, where wanted.
+inline void ask_for(const floatv from, const floatv to, const intv wanted, Around* around) {
+  around->from = SELECT(around->from, fmin(around->from, from), wanted);
+  around->to = SELECT(around->to, fmax(around->to, to), wanted);
+}
+
 // Where the levelled field first reaches `level` on rays between depths `from` and `to`. With
 // `listed`, `near` holds the particles of the first window already.
 inline Crossing first_crossing(const Cells cells, global const float* weight, const Rays r,
                                const floatv from, const floatv to, const float level,
-                               const intv wanted, Near* near, int listed) {
+                               const intv wanted, Around* around, Near* near, int listed) {
   const floatv none = (floatv)(0.0f);
   Crossing crossing = {(floatv)(INFINITY), none, none, none};
   // Depth of one particle radius along the ray.
@@ -27,7 +54,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   while (ANY(going)) {
     const float window = least_lane(SELECT((floatv)(INFINITY), t, going));
     // A crossing lies up to one step, at most a particle radius, before the point that shows it.
-    if (!listed) list_near(cells, r, going, window - 1.0f, window + WINDOW, near);
+    if (!listed) list_near(cells, around, r, going, window - 1.0f, window + WINDOW, near);
     listed = 0;
     intv here = going & (t <= window + WINDOW), found = (intv)(0);
     floatv over = none;
@@ -80,14 +107,15 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
 
 // The density at depth t of rays, where wanted.
 inline floatv density_on(const Cells cells, global const float* weight, const Rays r,
-                         const floatv t, const intv wanted) {
+                         const floatv t, const intv wanted, Around* around) {
   floatv density = (floatv)(0.0f);
   intv left = wanted;
   Near near;
   while (ANY(left)) {
     const float window = least_lane(SELECT((floatv)(INFINITY), t, left));
-    const intv here = left & (t <= window + 1.0f);
-    list_near(cells, r, here, window, window + 1.0f, &near);
+    const intv here = left & (t <= window + WINDOW);
+    const float deep = -least_lane(SELECT((floatv)(INFINITY), -t, here));
+    list_near(cells, around, r, here, window, deep, &near);
     density = SELECT(density, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
     left &= !here;
   }
@@ -129,7 +157,8 @@ inline void mark_splash(const int* at, const intv wanted, global int* group, glo
 inline void settle(const int* at, const intv listed, const Rays r, global const float* triangle,
                    global const float* reference, global const float* trust, global float* depth,
                    global float* behind, global float* follow, const Cells cells,
-                   global const float* weight, const float4 limits, const int only_gaps) {
+                   global const float* weight, const float4 limits, const int only_gaps,
+                   Around* around) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const intv met = t < INFINITY;
@@ -143,7 +172,7 @@ inline void settle(const int* at, const intv listed, const Rays r, global const 
   // A trusted surface that has ended lets what lies behind it be seen.
   const intv doubted = live & !gone & (trusted >= 1.0f) & !on_triangle;
   if (ANY(doubted))
-    gone |= doubted & (density_on(cells, weight, r, t, doubted) < contour_of(on_edge, limits));
+    gone |= doubted & (density_on(cells, weight, r, t, doubted, around) < contour_of(on_edge, limits));
 
   // The rest is for follow_field.
   const intv mixed = live & !gone & (trusted < 1.0f);
@@ -160,7 +189,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
                    global const float* trust, global float* depth, global float* normal,
                    global int* group, global uchar* kind, global float* behind, const Cells cells,
                    global const float* weight, global const float* level_weight,
-                   const float4 limits, const float beyond) {
+                   const float4 limits, const float beyond, Around* around) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const floatv front = gather_float(core, at);
@@ -177,18 +206,18 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   intv left = listed & met;
   if (ANY(reaches)) {
     const float window = least_lane(SELECT(nowhere, from, reaches));
-    list_near(cells, r, listed, window - 1.0f, window + WINDOW, &near);
+    list_near(cells, around, r, listed, window - 1.0f, window + WINDOW, &near);
     listed_near = 1;
     const intv here = left & (t >= window - 1.0f) & (t <= window + WINDOW);
     if (ANY(here))
       density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
     left &= !here;
   }
-  if (ANY(left)) density = SELECT(density, density_on(cells, weight, r, t, left), left);
+  if (ANY(left)) density = SELECT(density, density_on(cells, weight, r, t, left, around), left);
   const floatv inside = density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
   const Crossing c =
-      first_crossing(cells, level_weight, r, from, to, limits.y, reaches, &near, listed_near);
+      first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &near, listed_near);
   const floatv apart = SELECT(nowhere, fabs(c.depth - t), met);
   const floatv yielding = fmax(share - (1.0f - share) * 2.0f * fmax(apart - 0.5f, none), none);
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
@@ -225,11 +254,21 @@ kernel void settle_samples(
     const float4 limits,    // contour density; level of the field; a triangle this near vouches,
                             // radii; search before, radii
     const int only_gaps) {  // 1: samples that show something stay
-  Lanes lanes;
-  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  settle(lanes.at, lanes.used, lanes.rays, triangle, reference, trust, depth, behind, follow, cells,
-         weight, limits, only_gaps);
+  Lanes lanes[VECTORS];
+  Around around;
+  for (int place = get_local_id(0) * TAKES;; place += get_local_size(0) * TAKES) {
+    const int vectors =
+        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+    if (!vectors) return;
+    for (int v = 0; v < vectors; ++v) {
+      const floatv t = gather_float(depth, lanes[v].at);
+      ask_for(t, t + 1.0f, lanes[v].used & (t < INFINITY), &around);
+    }
+    for (int v = 0; v < vectors; ++v)
+      settle(lanes[v].at, lanes[v].used, lanes[v].rays, triangle, reference, trust, depth, behind,
+             follow, cells, weight, limits, only_gaps, &around);
+  }
 }
 
 kernel void follow_field(
@@ -248,11 +287,23 @@ kernel void follow_field(
     const int2 samples, const float first, const float step, const float16 rays,
     const float4 limits,
     const float beyond) {  // search behind, particle radii
-  Lanes lanes;
-  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  follow(lanes.at, lanes.used, samples.x * samples.y, lanes.rays, reference, core, trust, depth,
-         normal, group, kind, behind, cells, weight, level_weight, limits, beyond);
+  Lanes lanes[VECTORS];
+  Around around;
+  for (int place = get_local_id(0) * TAKES;; place += get_local_size(0) * TAKES) {
+    const int vectors =
+        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+    if (!vectors) return;
+    for (int v = 0; v < vectors; ++v) {
+      const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
+      ask_for(fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f)) - 1.0f,
+              SELECT(t0, t, t < INFINITY) + beyond + WINDOW, lanes[v].used, &around);
+    }
+    for (int v = 0; v < vectors; ++v)
+      follow(lanes[v].at, lanes[v].used, samples.x * samples.y, lanes[v].rays, reference, core, trust,
+             depth, normal, group, kind, behind, cells, weight, level_weight, limits, beyond,
+             &around);
+  }
 }
 
 // Both at a list of positions. One work-item per point, WIDTH 1.
@@ -270,10 +321,14 @@ kernel void settle_points(
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   const Rays r = rays_at(rays, points[p], points[n + p]);
-  settle(&p, 1, r, triangle, reference, trust, depth, behind, to_follow, cells, weight, limits, 0);
+  Around around;
+  around.vectors = 1;
+  around.count = -2;
+  settle(&p, 1, r, triangle, reference, trust, depth, behind, to_follow, cells, weight, limits, 0,
+         &around);
   if (to_follow[p] < INFINITY)
     follow(&p, 1, n, r, reference, core, trust, depth, normal, group, kind, behind, cells,
-           weight, level_weight, limits, beyond);
+           weight, level_weight, limits, beyond, &around);
 }
 #endif
 
@@ -293,15 +348,28 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
                         const float inverse_cell, const uint mask,
                         const int2 samples, const float first, const float step,
                         const float16 rays, const float level) {
-  Lanes lanes;
-  if (!load_lanes(sample, count, samples.x, first, step, rays, &lanes)) return;
-  const floatv start = gather_float(from, lanes.at);
-  const floatv end = fmin(gather_float(to, lanes.at), gather_float(depth, lanes.at));
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  Near near;
-  const Crossing c = first_crossing(cells, level_weight, lanes.rays, start, end, level,
-                                    lanes.used & (start < end), &near, 0);
-  const intv drawn = lanes.used & (c.depth < end);
-  store_surface(c.depth, c.nx, c.ny, c.nz, lanes.at, drawn, samples.x * samples.y, depth, normal);
-  mark_splash(lanes.at, drawn, group, kind);
+  Lanes lanes[VECTORS];
+  Around around;
+  for (int place = get_local_id(0) * TAKES;; place += get_local_size(0) * TAKES) {
+    const int vectors =
+        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+    if (!vectors) return;
+    for (int v = 0; v < vectors; ++v) {
+      const floatv start = gather_float(from, lanes[v].at);
+      const floatv end = fmin(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
+      ask_for(start - 1.0f, end + WINDOW, lanes[v].used & (start < end), &around);
+    }
+    for (int v = 0; v < vectors; ++v) {
+      const Lanes l = lanes[v];
+      const floatv start = gather_float(from, l.at);
+      const floatv end = fmin(gather_float(to, l.at), gather_float(depth, l.at));
+      Near near;
+      const Crossing c = first_crossing(cells, level_weight, l.rays, start, end, level,
+                                        l.used & (start < end), &around, &near, 0);
+      const intv drawn = l.used & (c.depth < end);
+      store_surface(c.depth, c.nx, c.ny, c.nz, l.at, drawn, samples.x * samples.y, depth, normal);
+      mark_splash(l.at, drawn, group, kind);
+    }
+  }
 }

@@ -42,7 +42,7 @@ SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<
 }
 
 Range range_of(const SampleLists& lists, int width) {
-  const std::size_t items = kTileSamples / static_cast<std::size_t>(width);
+  const std::size_t items = width == 1 ? kTileSamples : 1;
   return {lists.tiles() * items, 1, items, 1};
 }
 
