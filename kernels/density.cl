@@ -15,28 +15,44 @@ kernel void measure_density(global const float* x, global const float* y, global
   STOREF(f.c * NORM, density + p);
 }
 
+// Particles that a work-item takes one after another.
+#if WIDTH == 1
+#define BLOCK 1
+#else
+#define BLOCK 64
+#endif
+
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order. One work-item per WIDTH particles.
+// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,
                               global const uint* cell_tag, global const int* cell_start,
                               const float inverse_cell, const uint mask, const int n) {
-  const int p = get_global_id(0) * WIDTH;
-  if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  const Field f = field_at(cells, cell_weight, LOADF(cell_x + p), LOADF(cell_y + p),
-                           LOADF(cell_z + p), 1);
-  int at[WIDTH], used[WIDTH];
-  for (int k = 0; k < WIDTH; ++k) {
-    at[k] = p + k;
-    used[k] = p + k < n ? -1 : 0;
+  const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  for (int p = begin; p < end;) {
+    const int cx = cell_of(cell_x[p], inverse_cell), cy = cell_of(cell_y[p], inverse_cell),
+              cz = cell_of(cell_z[p], inverse_cell);
+    int at[WIDTH], used[WIDTH], here = 0;
+    for (int k = 0; k < WIDTH; ++k) {
+      at[k] = min(p + k, n - 1);
+      if (here == k && p + k < end && cell_of(cell_x[p + k], inverse_cell) == cx &&
+          cell_of(cell_y[p + k], inverse_cell) == cy && cell_of(cell_z[p + k], inverse_cell) == cz)
+        ++here;
+      used[k] = here > k ? -1 : 0;
+    }
+    const floatv none = (floatv)(0.0f);
+    Field f = {none, none, none, none};
+    add_cells_around(cells, cell_weight, cx, cy, cz, LOADF(cell_x + p), LOADF(cell_y + p),
+                     LOADF(cell_z + p), 1, &f);
+    const intv inside = LOADI(used);
+    scatter_float(f.gx * (0.25f * NORM), result, at, inside);
+    scatter_float(f.gy * (0.25f * NORM), result + n, at, inside);
+    scatter_float(f.gz * (0.25f * NORM), result + 2 * n, at, inside);
+    scatter_float(f.c * NORM, result + 3 * n, at, inside);
+    p += here;
   }
-  const intv inside = LOADI(used);
-  scatter_float(f.gx * (0.25f * NORM), result, at, inside);
-  scatter_float(f.gy * (0.25f * NORM), result + n, at, inside);
-  scatter_float(f.gz * (0.25f * NORM), result + 2 * n, at, inside);
-  scatter_float(f.c * NORM, result + 3 * n, at, inside);
 }
 
 // Turns densities at the particles' own positions into the weights with which the field's level is

@@ -11,6 +11,19 @@ kernel void list_samples(global const float* wanted,     // [samples]
   if (tile >= tiles.x * tiles.y) return;
   const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
   int used = 0;
+  if (i0 + TILE <= samples.x && j0 + TILE <= samples.y) {  // most tiles show nothing
+    float16 nearest = (float16)(INFINITY);
+    for (int j = j0; j < j0 + TILE; ++j) {
+      const int row = j * samples.x + i0;
+      nearest = fmin(nearest, fmin(vload16(0, wanted + row), vload16(0, or_wanted + row)));
+    }
+    const float8 eight = fmin(nearest.lo, nearest.hi);
+    const float4 four = fmin(eight.lo, eight.hi);
+    if (!(fmin(fmin(four.x, four.y), fmin(four.z, four.w)) < INFINITY)) {
+      count[tile] = 0;
+      return;
+    }
+  }
   for (int k = 0; k < TILE_SAMPLES / (every * every); ++k) {
     // Morton order: the even bits of k are the column's, the odd ones the row's.
     const int column = k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8;
@@ -18,7 +31,8 @@ kernel void list_samples(global const float* wanted,     // [samples]
     const int i = i0 + every * column, j = j0 + every * row;
     if (i >= samples.x || j >= samples.y) continue;
     const int at = j * samples.x + i;
-    if (fmin(wanted[at], or_wanted[at]) < INFINITY) sample[tile * TILE_SAMPLES + used++] = at;
+    sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
+    used += fmin(wanted[at], or_wanted[at]) < INFINITY;
   }
   count[tile] = used;
 }

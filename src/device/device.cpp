@@ -165,9 +165,13 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
                                std::size_t pattern_bytes, std::size_t bytes) {
   try {
     if (pattern_bytes == 4) {
-      cl_uint word;
-      std::copy_n(static_cast<const char*>(pattern), 4, reinterpret_cast<char*>(&word));
-      queue.enqueueFillBuffer(buffer, word, 0, bytes);
+      // Sixteen words at a time: PoCL stores a pattern at a time.
+      cl_uint16 words;
+      for (cl_uint& word : words.s)
+        std::copy_n(static_cast<const char*>(pattern), 4, reinterpret_cast<char*>(&word));
+      const std::size_t whole = bytes / sizeof(words) * sizeof(words);
+      if (whole > 0) queue.enqueueFillBuffer(buffer, words, 0, whole);
+      if (whole < bytes) queue.enqueueFillBuffer(buffer, words.s[0], whole, bytes - whole);
     } else {
       cl_uchar byte;
       std::copy_n(static_cast<const char*>(pattern), 1, reinterpret_cast<char*>(&byte));

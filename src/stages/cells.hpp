@@ -5,6 +5,8 @@
 // points' tags. Buckets hold points in ascending order: sums over them have one fixed order.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -48,16 +50,31 @@ inline std::uint32_t tag_of(std::int32_t cx, std::int32_t cy, std::int32_t cz) {
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
                  const std::vector<float>& z, float cell);
 
-/// Calls visit(k) for every point k (position in bucket order) in the 27 cells around (x, y, z)
-/// until visit returns false. Every point within one cell side is among them; a few may lie far
-/// away (more than 1000 cells).
+/// Calls visit(k) for every point k (position in bucket order) of the 27 cells around (x, y, z)
+/// that lie within a cell side of it, until visit returns false. Every point within one cell side
+/// is among them; a few may lie far away (more than 1000 cells).
 template <class Visit>
 void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
   const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
                      cz = cell_of(z, cells.inverse_cell);
+  // How far the cells on either side are, in cell sides; coordinates far from 0 are rounded.
+  const float slack =
+      1e-3f + 1e-6f * (std::abs(static_cast<float>(cx)) + std::abs(static_cast<float>(cy)) +
+                       std::abs(static_cast<float>(cz)));
+  const auto squares = [&](float coordinate, std::int32_t cell) {
+    const float from_low = coordinate * cells.inverse_cell - static_cast<float>(cell);
+    const auto square = [](float v) { return v * v; };
+    return std::array<float, 3>{square(std::max(from_low - slack, 0.0f)), 0.0f,
+                                square(std::max(1 - from_low - slack, 0.0f))};
+  };
+  const auto far_x = squares(x, cx), far_y = squares(y, cy), far_z = squares(z, cz);
   for (std::int32_t k = -1; k <= 1; ++k)
     for (std::int32_t j = -1; j <= 1; ++j)
       for (std::int32_t i = -1; i <= 1; ++i) {
+        if (far_x[static_cast<std::size_t>(i + 1)] + far_y[static_cast<std::size_t>(j + 1)] +
+                far_z[static_cast<std::size_t>(k + 1)] >
+            1)
+          continue;
         const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
         const std::uint32_t tag = tag_of(cx + i, cy + j, cz + k);
         for (std::int32_t p = cells.start[bucket]; p < cells.start[bucket + 1]; ++p)

@@ -42,9 +42,13 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells) {
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().vector_width;
-  launch(device, kDensity, "measure_gradients", items_for(n, width), width_option(width), result,
-         cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell,
-         cells.mask, static_cast<cl_int>(n));
+  // BLOCK particles an item (density.cl), few items a group, which spreads them over the
+  // processors.
+  const std::size_t block = width == 1 ? 1 : 64;
+  const Range blocks{(n + block - 1) / block, 1, width == 1 ? std::size_t{64} : 4, 1};
+  launch(device, kDensity, "measure_gradients", blocks, width_option(width), result, cells.x,
+         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         static_cast<cl_int>(n));
   return result;
 }
 

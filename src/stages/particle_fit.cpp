@@ -30,25 +30,26 @@ Neighbours find_neighbours(const Projected& projected, const std::vector<std::in
   const Cells cells = cells_of(projected, around, reach);
   const float squared = static_cast<float>(reach * reach);
   const std::size_t n = centre.size();
-  const auto visit = [&](std::size_t k, auto&& found) {
-    const std::int32_t i = centre[k];
-    const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-    visit_near(cells, x, y, z, [&](std::int32_t p) {
-      const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-      if (dx * dx + dy * dy + dz * dz < squared) found(cells.item[p]);
-      return true;
-    });
-  };
   // Each block of fits into a list of its own, then all into one.
   const std::size_t blocks = (n + kGrain - 1) / kGrain;
   std::vector<std::vector<std::int32_t>> found(blocks);
   Neighbours near{std::vector<std::size_t>(n + 1, 0), {}};
   parallel_for(blocks, 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> own(around.size() + 1);
     for (std::size_t block = begin; block < end; ++block)
       for (std::size_t k = block * kGrain; k < std::min(n, (block + 1) * kGrain); ++k) {
-        const std::size_t before = found[block].size();
-        visit(k, [&](std::int32_t p) { found[block].push_back(p); });
-        near.start[k + 1] = found[block].size() - before;
+        const std::int32_t i = centre[k];
+        const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
+        std::size_t count = 0;
+        visit_near(cells, x, y, z, [&](std::int32_t p) {
+          const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
+          own[count] = cells.item[p];  // kept if it is near: a branch would be foretold badly
+          count += dx * dx + dy * dy + dz * dz < squared;
+          return true;
+        });
+        found[block].insert(found[block].end(), own.begin(),
+                            own.begin() + static_cast<std::ptrdiff_t>(count));
+        near.start[k + 1] = count;
       }
   });
   for (std::size_t k = 0; k < n; ++k) near.start[k + 1] += near.start[k];
