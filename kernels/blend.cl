@@ -58,19 +58,19 @@ inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit
   const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
   const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
   if (!ANY(met & (squared < 1.0f))) return 0;
-  const floatv d = sqrt(fmin(squared, one));
-  const floatv q = (1.0f - d) * (1.0f - d);
+  const floatv near = fmax(one - squared, none);
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
   const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
   hit->tau = tau;
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
   const floatv facing = (gx * s.dx + gy * s.dy - gz) * slope;
   met &= fabs(tau) * fmin(2.0f * fabs(facing), one) <= d_max;
-  hit->weight = SELECT(none, q * q * (4.0f * d + 1.0f) * g[18], met);
+  const floatv steep = SELECT(none, near * near * g[18], met);
+  hit->weight = steep * near;
   hit->gx = gx * slope;
   hit->gy = gy * slope;
   hit->gz = gz * slope;
-  hit->pull = -10.0f * g[16] / ((1.0f - d) * (4.0f * d + 1.0f) + 1e-6f) * facing;
+  hit->pull = -3.0f * g[16] * steep * facing;
   return ANY(hit->weight > 0.0f);
 }
 
@@ -153,9 +153,10 @@ inline void clear_sheet(Sheet* sum) {
   sum->vx = sum->vy = sum->vz = sum->ux = sum->uy = sum->uz = none;
 }
 
-// Adds a hit to a sheet with weight w.
+// Adds a share of a hit to a sheet.
 inline void add_hit(Sheet* sum, global const float* g, const Sample s, const Hit hit,
-                    const floatv w) {
+                    const floatv share) {
+  const floatv w = share * hit.weight;
   sum->w += w;
   sum->t += w * hit.tau;
   sum->cx += w * g[19];
@@ -164,7 +165,7 @@ inline void add_hit(Sheet* sum, global const float* g, const Sample s, const Hit
   sum->nx += w * hit.gx;
   sum->ny += w * hit.gy;
   sum->nz += w * hit.gz;
-  const floatv p = w * hit.pull;
+  const floatv p = share * hit.pull;
   const floatv px = p * (s.sx + hit.tau * s.dx - g[19]);
   const floatv py = p * (s.sy + hit.tau * s.dy - g[20]);
   const floatv pz = p * (-(s.t + hit.tau) - g[21]);
@@ -218,7 +219,7 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
       trust += hit.weight * g[22];
-      add_hit(&A, g, s, hit, hit.weight);
+      add_hit(&A, g, s, hit, (floatv)(1.0f));
     }
   }
 
@@ -276,10 +277,10 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
         hit = cache[k];
       else if (!hit_fit(g, s, d_max, &hit))
         continue;
-      const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
-                                                hit.gx * ax + hit.gy * ay + hit.gz * az);
-      add_hit(&A, g, s, hit, a);
-      add_hit(&B, g, s, hit, hit.weight - a);
+      const floatv share =
+          smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
+      add_hit(&A, g, s, hit, share);
+      add_hit(&B, g, s, hit, 1.0f - share);
     }
   }
 
@@ -335,10 +336,9 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
     gz *= slope;
     const floatv same =
         smooth_step(sheets.x, sheets.y, gx * out.nx + gy * out.ny + gz * out.nz);
-    const floatv d = sqrt(fmin(squared, (floatv)(1.0f)));
-    const floatv q = (1.0f - d) * (1.0f - d);
+    const floatv q = fmax(1.0f - squared, (floatv)(0.0f));
     const floatv near = fmax(1.0f - 0.25f * f * f, (floatv)(0.0f));
-    const floatv weight = g[17] * q * q * (4.0f * d + 1.0f) * (1.0f - same) * near;
+    const floatv weight = g[17] * q * q * q * (1.0f - same) * near;
     const intv away = gx * s.dx + gy * s.dy - gz > 0.0f;
     const floatv w = SELECT((floatv)(0.0f), weight, away);
     wr += w;

@@ -53,7 +53,7 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
       {"Region (paper 2.4.1)", "sigma-n", &p.region.sigma_n, none, 0, 100, true,
        "method paper: normal difference that the contour filter crosses (Eq. 5)"},
       {"Blend (paper 2.4.2)", "blend-radius", &p.blend.radius, r, 0.1, 50, false,
-       "radius of a fit's weight"},
+       "radius of a fit's weight; method fit: of a weight as wide that ends at .84 of it"},
       {"Blend (paper 2.4.2)", "reach", &p.blend.reach, r, 0, 20, false,
        "method paper: a billboard reaches this far beyond its group's radius"},
       {"Blend (paper 2.4.2)", "blend-d-max", &p.blend.d_max, r, 0, 100, true,

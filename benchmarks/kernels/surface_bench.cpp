@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "kernels/cases.hpp"
+#include "stages/blend.hpp"
 
 namespace meniscus::bench {
 namespace {
@@ -20,7 +21,7 @@ Case frame_case(Frame& frame, const char* kernel) {
 double count_hits(Frame& frame) {
   const SurfaceMap& image = frame.frames(Method::fit).result.image;
   const ParticleFits& fits = frame.fits();
-  const double reach = frame.params.blend.radius;
+  const double reach = kBlendReach * frame.params.blend.radius;
   std::vector<float> x, y, z;
   for (const Vec3d& foot : fits.foot) {
     x.push_back(static_cast<float>(foot.x));
@@ -52,9 +53,9 @@ Case prepare_blend(Frame& frame) {
   Case result = frame_case(frame, "blend_groups");
   // A reference read; depth, normal, group and trust written; a record of 24 values a fit.
   result.bytes = 28 * result.items + 96.0 * static_cast<double>(frame.fits().size());
-  // A hit: the quadric on the ray 49, its root 10, distance 16, gradient 23, weight 14, normal and
-  // pull 14, sums 39, sheets 10. A pixel: sheets and normal 140.
-  result.operations = 175 * count_hits(frame) + 140 * result.items;
+  // A hit: the quadric on the ray 49, its root 10, distance 16, gradient 23, weight 5, normal and
+  // pull 11, sums 39, sheets 10. A pixel: sheets and normal 140.
+  result.operations = 163 * count_hits(frame) + 140 * result.items;
   return result;
 }
 

@@ -69,7 +69,7 @@ struct RegionParams {
 
 /// The intersection and the blend of the groups a ray meets (paper 2.4.2, Eqs. 6 and 7).
 struct BlendParams {
-  double radius = 5;       // of a fit's weight
+  double radius = 5;       // of a fit's weight; method fit: ends at .84 of it
   double reach = 3;        // method paper: a billboard reaches this far beyond its group's radius
   double d_max = 6;        // hits farther than this from the reference depth do not count
   double same_low = 0.7;   // normals whose dot product is below this are another sheet

@@ -153,7 +153,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const ParticleFits fits = fit_particles(device, projected, rim, around, params.fit);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
-  const GroupRecords records = make_records(fits, trust, params.fit, params.blend);
+  const GroupRecords records =
+      make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload(device, records.values),
                           upload_splats(device, projected, visible.index),
                           upload_splats(device, projected, split.body),

@@ -36,7 +36,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   const ParticleFits fits =
       fit_particles(device, projected, fitted, seen_surface(fitted, normals), params.fit);
   const GroupRecords records =
-      make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend);
+      make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend.radius);
   const Buffer<float> device_records = upload(device, records.values);
 
   clock.start("upload");

@@ -101,7 +101,7 @@ cl_float4 sheets_of(const BlendParams& params) {
 }  // namespace
 
 GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
-                          const FitParams& fit, const BlendParams& params) {
+                          const FitParams& fit, double radius) {
   GroupRecords records;
   records.values.assign(fits.size() * kRecord, 0.0f);
   records.billboard.assign(fits.size(), 0.0);
@@ -112,7 +112,7 @@ GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& t
     const double head[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
     for (int c = 0; c < 6; ++c) record[c] = static_cast<float>(head[c]);
     if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) continue;
-    const double reach = params.radius * std::max(fits.support[k] / fit.support, kLeastReach);
+    const double reach = radius * std::max(fits.support[k] / fit.support, kLeastReach);
     records.billboard[k] = reach;
     for (int c = 0; c < 10; ++c) record[6 + c] = fits.quadric[k][c];
     const double weight = fits.edge[k] * trust[k];

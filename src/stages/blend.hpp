@@ -18,13 +18,18 @@ struct GroupRecords {
   std::vector<Vec3d> centre;      // [groups] raised to the surface, eye space
 };
 
-/// The records of fits. A fit's weight reaches params.radius times the share of the full support
-/// that its own has, but at least 0.7, and counts e v trust; where it tells that the fluid ends, e
-/// u trust (kernel blend_groups).
+/// The weight (1 - D²)³ of kernel blend_groups is as wide as Wendland's function, which method
+/// stable has, on this share of its radius.
+inline constexpr double kBlendReach = 0.84;
+
+/// The records of fits. A fit's weight reaches `radius` times the share of the full support that
+/// its own has, but at least 0.7, and counts e v trust; where it tells that the fluid ends, e u
+/// trust (kernel blend_groups).
 ///
-///   trust  [fits] 0 .. 1
+///   trust   [fits] 0 .. 1
+///   radius  particle radii
 GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
-                          const FitParams& fit, const BlendParams& params);
+                          const FitParams& fit, double radius);
 
 /// Which groups' billboards meet each tile of 16 x 16 samples.
 struct TileLists {

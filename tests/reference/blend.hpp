@@ -31,17 +31,17 @@ inline double value(const ParticleFits& fits, std::size_t k, const Vec3d& X, Vec
 /// Radius of a fit's weight.
 inline double reach(const ParticleFits& fits, std::size_t k, const FitParams& fit,
                     const BlendParams& params) {
-  return params.radius * std::max(0.7, fits.support[k] / fit.support);
+  return 0.84 * params.radius * std::max(0.7, fits.support[k] / fit.support);
 }
 
-/// Wendland's function of the distance over the reach, and half its gradient in X.
-inline double wendland(const Vec3d& from_foot, double reach) {
+/// The weight (1 - D²)³ with D the distance over the reach, and half its gradient in X.
+inline double nearness(const Vec3d& from_foot, double reach) {
   const double d = std::min(length(from_foot) / reach, 1.0);
-  return std::pow(1 - d, 4) * (4 * d + 1);
+  return std::pow(1 - d * d, 3);
 }
 inline Vec3d half_gradient(const Vec3d& from_foot, double reach) {
   const double d = std::min(length(from_foot) / reach, 1.0);
-  return from_foot * (-10 * std::pow(1 - d, 3) / (reach * reach));
+  return from_foot * (-3 * std::pow(1 - d * d, 2) / (reach * reach));
 }
 
 /// What a ray shows.
@@ -92,7 +92,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     if (std::abs(tau) > 4 * params.d_max ||
         std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
       continue;
-    hit.weight = wendland(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+    hit.weight = nearness(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
                  fits.visible[k] * trust[k];
     if (hit.weight > 0) hits.push_back(hit);
   }
@@ -139,7 +139,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     sheet.blended = sheet.normal;
     for (const Hit& hit : hits) {
       const Vec3d from_foot = hit.at - fits.foot[hit.fit];
-      const double r = reach(fits, hit.fit, fit, params), w = wendland(from_foot, r);
+      const double r = reach(fits, hit.fit, fit, params), w = nearness(from_foot, r);
       if (!(w > 0)) continue;
       const Vec3d pull = half_gradient(from_foot, r) * (part(hit) / w * dot(hit.gradient, ray));
       sheet.blended += pull * (sheet.t - hit.t);
@@ -178,7 +178,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     const double steep = value(fits, k, at, &g), f = steep / length(g);
     g = g / length(g);
     if (dot(g, ray) <= 0) continue;
-    const double w = wendland(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+    const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
                      fits.surface[k] * trust[k] * (1 - same(g, out.normal)) *
                      std::max(1 - f * f / 4, 0.0);
     weight += w;
