@@ -1,7 +1,7 @@
 // interpolate.cl: samples between those of a coarser lattice, where the surface is smooth enough
-// that evaluating it there would say the same. The lattice has every second sample of each row and
-// column; a cell of it is the 2 x 2 samples from its upper left corner on. One work-item per WIDTH
-// cells of a row.
+// that evaluating it there would say the same. The lattice has every second of the samples that are
+// asked for, `every`th ones of each row and column; a cell of it is the 2 x 2 of those from its upper
+// left corner on. One work-item per WIDTH cells of a row.
 
 // A corner of the cells: point of the surface in eye space, normal, depth.
 typedef struct {
@@ -10,11 +10,11 @@ typedef struct {
 
 // Samples of the cells' corners; lanes past the last cell repeat it.
 inline void corners_of(const int a, const int b, const int right, const int down,
-                       const int2 samples, const int2 cells, int* at) {
+                       const int2 samples, const int2 cells, const int every, int* at) {
 #pragma unroll
   for (int k = 0; k < WIDTH; ++k)
-    at[k] = min(2 * b + down, samples.y - 1) * samples.x +
-            min(2 * min(a + k, cells.x - 1) + right, samples.x - 1);
+    at[k] = min(every * (2 * b + down), samples.y - 1) * samples.x +
+            min(every * (2 * min(a + k, cells.x - 1) + right), samples.x - 1);
 }
 
 inline Corner corner_at(global const float* depth, global const float* normal, const int* at,
@@ -56,7 +56,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                             global const uchar* kind,    // [samples]
                             global uchar* shows,         // [cells] out
                             const int2 samples, const int2 cells, const float first,
-                            const float step, const float16 rays,
+                            const float step,  // of the samples asked for, pixels
+                            const float16 rays, const int every,
                             const float tolerance) {  // particle radii
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
@@ -66,7 +67,7 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   intv covered = (intv)(0);
 #pragma unroll
   for (int k = 0; k < 4; ++k) {
-    corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, at[k]);
+    corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at[k]);
     covered += SELECT((intv)(0), (intv)(1), gather_float(depth, at[k]) < INFINITY);
   }
   intv agree = covered == 4;
@@ -85,14 +86,14 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   STOREI(agree, smooth);
   int corners[WIDTH];
   STOREI(covered, corners);
-  const int row_ends = 2 * b + 2 >= samples.y;
+  const int row_ends = every * (2 * b + 2) >= samples.y;
   for (int k = 0; k < WIDTH; ++k) {
     if (a + k >= cells.x) break;
     const int same = kind[at[0][k]] == kind[at[1][k]] && kind[at[0][k]] == kind[at[2][k]] &&
                      kind[at[0][k]] == kind[at[3][k]];
     const int found = corners[k] == 0 ? EMPTY : smooth[k] && same ? SMOOTH : ROUGH;
     // A cell that ends outside the image has no corner there.
-    shows[b * cells.x + a + k] = row_ends || 2 * (a + k) + 2 >= samples.x ? ROUGH : found;
+    shows[b * cells.x + a + k] = row_ends || every * (2 * (a + k) + 2) >= samples.x ? ROUGH : found;
   }
 }
 
@@ -150,7 +151,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
                                 global float* wanted,  // [samples] out, finite: to be evaluated;
                                                        // +inf before
                                 const int2 samples, const int2 cells, const float first,
-                                const float step, const float16 rays, const int perspective,
+                                const float step, const float16 rays, const int every, const int perspective,
                                 const int trust_empty) {  // 1: nothing fits between the lattice's
                                                           // samples
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
@@ -176,17 +177,17 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
   int at[WIDTH], mark[WIDTH], sure[WIDTH];
   if (any_smooth) {
     for (int k = 0; k < 4; ++k) {
-      corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, at);
+      corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at);
       corner[k] = corner_at(depth, normal, at, n,
                             corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
     }
   }
   for (int m = 0; m < 3; ++m) {
     const int right = m != 1, down = m != 0;
-    if (2 * b + down >= samples.y) continue;
+    if (every * (2 * b + down) >= samples.y) continue;
     for (int k = 0; k < WIDTH; ++k) {
-      const int i = 2 * (a + k) + right;
-      at[k] = (2 * b + down) * samples.x + min(i, samples.x - 1);
+      const int i = every * (2 * (a + k) + right);
+      at[k] = every * (2 * b + down) * samples.x + min(i, samples.x - 1);
       mark[k] = i < samples.x && says[m][k] != EMPTY;
       sure[k] = 0;
     }
@@ -206,7 +207,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
     }
     for (int k = 0; k < WIDTH; ++k) {
       if (sure[k]) {
-        const int corner_sample = 2 * b * samples.x + 2 * (a + k);
+        const int corner_sample = 2 * every * (b * samples.x + a + k);
         group[at[k]] = group[corner_sample];
         kind[at[k]] = kind[corner_sample];
       } else if (mark[k]) {

@@ -106,12 +106,15 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
     clock.start("splash");
     draw_splash(device, view, wanted, frame.levelled, splash, surface, params.region);
   };
-  const bool coarse = params.region.interpolation > 0;
-  fill(list_samples(device, grid, front, splash.from, coarse ? 2 : 1));
-  if (coarse) {
+  // Interpolated between samples at most 4/3 particle radii apart.
+  const int coarsest = params.region.interpolation <= 0      ? 1
+                       : frame.least_radius >= 3 * grid.step ? 4
+                                                             : 2;
+  fill(list_samples(device, grid, front, splash.from, coarsest));
+  for (int every = coarsest / 2; every > 0; every /= 2) {
     clock.start("interpolate");
     fill(interpolate_samples(device, view, front, splash.from, surface, params.region.interpolation,
-                             frame.least_radius));
+                             frame.least_radius, every));
   }
   clock.start("specks");
   close_specks(device, surface);

@@ -4,9 +4,11 @@ namespace meniscus {
 
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
                                 const Buffer<float>& splash, const SurfaceBuffers& surface,
-                                double tolerance, double least_radius) {
+                                double tolerance, double least_radius, int every) {
   const SampleGrid& grid = surface.grid;
-  const int nx = (grid.nx + 1) / 2, ny = (grid.ny + 1) / 2;
+  const int cell = 2 * every;
+  const int nx = (grid.nx + cell - 1) / cell, ny = (grid.ny + cell - 1) / cell;
+  const cl_float step = grid.step * static_cast<cl_float>(every);
   const cl_int2 samples{{grid.nx, grid.ny}}, cells{{nx, ny}};
   const int width = device.state().vector_width;
   const Range range{static_cast<std::size_t>((nx + width - 1) / width),
@@ -14,13 +16,12 @@ SampleLists interpolate_samples(Device& device, const View& view, const Buffer<f
   const auto shows = allocate<cl_uchar>(device, static_cast<std::size_t>(nx) * ny);
   const auto wanted = filled<float>(device, grid.size(), kNoSurface);
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
-         surface.normal, surface.kind, shows, samples, cells, grid.first, grid.step,
-         kernel_rays(view), static_cast<cl_float>(tolerance));
+         surface.normal, surface.kind, shows, samples, cells, grid.first, step, kernel_rays(view),
+         cl_int{every}, static_cast<cl_float>(tolerance));
   launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
          reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
-         samples, cells, grid.first, grid.step, kernel_rays(view),
-         static_cast<cl_int>(!view.orthographic),
-         static_cast<cl_int>(least_radius >= 4 * grid.step));
+         samples, cells, grid.first, step, kernel_rays(view), cl_int{every},
+         static_cast<cl_int>(!view.orthographic), static_cast<cl_int>(least_radius >= 4 * step));
   return list_samples(device, grid, wanted, wanted);
 }
 

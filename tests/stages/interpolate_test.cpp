@@ -41,19 +41,19 @@ struct Result {
   std::set<int> wanted;
 };
 
-// Interpolates a scene that is given at every second sample, with the same bits in every width.
-Result interpolated(Device& device, const View& view, const Scene& scene,
-                    const std::vector<Kind>& kinds, double least_radius) {
-  const SampleGrid grid = pixel_grid(view);
+// Interpolates a scene that is given at every second of the `every`th samples, with the same bits
+// in every width.
+Result interpolated(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
+                    const std::vector<Kind>& kinds, double least_radius, int every) {
   const std::size_t n = grid.size();
   std::vector<float> depth(n, kNoSurface), normal(3 * n, 0.0f);
   std::vector<cl_int> group(n, -1);
   std::vector<cl_uchar> kind(n, static_cast<cl_uchar>(Kind::surface));
-  for (int j = 0; j < grid.ny; j += 2)
-    for (int i = 0; i < grid.nx; i += 2) {
+  for (int j = 0; j < grid.ny; j += 2 * every)
+    for (int i = 0; i < grid.nx; i += 2 * every) {
       const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
-      const Hit hit =
-          scene(point_at(view, i + 0.5, j + 0.5, 0), ray_direction(view, i + 0.5, j + 0.5));
+      const double u = grid.first + grid.step * i, v = grid.first + grid.step * j;
+      const Hit hit = scene(point_at(view, u, v, 0), ray_direction(view, u, v));
       if (!kinds.empty()) kind[s] = static_cast<cl_uchar>(kinds[s]);
       if (!(hit.depth < INFINITY)) continue;
       depth[s] = static_cast<float>(hit.depth);
@@ -73,8 +73,8 @@ Result interpolated(Device& device, const View& view, const Scene& scene,
                                  upload(device, kind)};
     result.lattice = download(device, surface);
     const auto anywhere = filled<float>(device, n, 1.0f);
-    const SampleLists lists =
-        interpolate_samples(device, view, anywhere, anywhere, surface, kTolerance, least_radius);
+    const SampleLists lists = interpolate_samples(device, view, anywhere, anywhere, surface,
+                                                  kTolerance, least_radius, every);
     result.map = download(device, surface);
     const std::vector<cl_int> sample = download(device, lists.sample);
     const std::vector<cl_int> count = download(device, lists.count);
@@ -88,6 +88,11 @@ Result interpolated(Device& device, const View& view, const Scene& scene,
   EXPECT_EQ(results[0].map.kind, results[1].map.kind);
   EXPECT_EQ(results[0].wanted, results[1].wanted);
   return results[0];
+}
+
+Result interpolated(Device& device, const View& view, const Scene& scene,
+                    const std::vector<Kind>& kinds, double least_radius) {
+  return interpolated(device, view, pixel_grid(view), scene, kinds, least_radius, 1);
 }
 
 bool on_lattice(int s) { return s % kWidth % 2 == 0 && s / kWidth % 2 == 0; }
@@ -144,6 +149,33 @@ TEST_P(Interpolate, FollowsASphere) {
       EXPECT_LE(std::abs(result.map.group[s] / kWidth - s / kWidth), 1);
     }
   }
+}
+
+TEST_P(Interpolate, OfEverySecondSampleHasTheBitsOfACoarserGrid) {
+  const View view = view_of();
+  const Vec3d centre = point_at(view, 0.5 * kWidth, 0.5 * kHeight, 19);
+  const auto scene = [&](const Vec3d& from, const Vec3d& d) {
+    return meet_sphere(centre, 5, from, d);
+  };
+  const SampleGrid fine = pixel_grid(view);
+  const SampleGrid coarse{(kWidth + 1) / 2, (kHeight + 1) / 2, fine.first, 2 * fine.step};
+  const Result of_fine = interpolated(device_, view, fine, scene, {}, 9, 2);
+  const Result of_coarse = interpolated(device_, view, coarse, scene, {}, 9, 1);
+  int shown = 0;
+  std::set<int> wanted;
+  for (int s = 0; s < static_cast<int>(fine.size()); ++s) {
+    const int i = s % kWidth, j = s / kWidth, c = j / 2 * coarse.nx + i / 2;
+    if (i % 2 || j % 2) {
+      EXPECT_EQ(of_fine.map.depth[s], kNoSurface);
+      continue;
+    }
+    EXPECT_EQ(of_fine.map.depth[s], of_coarse.map.depth[c]);
+    EXPECT_EQ(of_fine.map.normal[s], of_coarse.map.normal[c]);
+    shown += of_fine.map.depth[s] < kNoSurface;
+    if (of_coarse.wanted.count(c)) wanted.insert(s);
+  }
+  EXPECT_GT(shown, 250);
+  EXPECT_EQ(of_fine.wanted, wanted);
 }
 
 TEST_P(Interpolate, LeavesCreasesAndStepsToBeEvaluated) {
