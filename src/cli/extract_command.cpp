@@ -73,7 +73,7 @@ void run_frame(const ExtractOptions& options) {
   std::vector<RankReport> ranks;
   if (options.timings)
     ranks = team.joined<RankReport>(
-        {report_of(stages, team.waited_ms(), device.state().memory->peak(), peak_memory())});
+        {report_of(stages, team.waited_ms(), device.state().memory->peak())});
   if (!team.leads()) return;
   for (const std::string& warning : surface.warnings)
     std::fprintf(stderr, "meniscus: warning: %s: %s\n", options.input.c_str(), warning.c_str());

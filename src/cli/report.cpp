@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "frame/process.hpp"
+
 namespace meniscus::cli {
 
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
@@ -41,23 +43,23 @@ void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes) {
 }
 
 RankReport report_of(const std::vector<StageTime>& stages, double waited_ms,
-                     std::uint64_t device_bytes, std::uint64_t host_bytes) {
+                     std::uint64_t device_bytes) {
   const auto spent_in = [&](const char* stage) {
     double sum = 0;
     for (const StageTime& time : stages)
       if (time.stage == stage) sum += time.host_ms;
     return sum;
   };
-  return {spent_in("survey"), spent_in("fronts"), spent_in("select"),
-          waited_ms,          device_bytes,       host_bytes};
+  return {spent_in("survey"), spent_in("fronts"), spent_in("select"), waited_ms,
+          processor_ms(),     device_bytes,       peak_memory()};
 }
 
 void print_ranks(const std::vector<RankReport>& ranks) {
-  std::printf("\n%-6s %12s %12s %12s %12s %16s %16s\n", "rank", "survey ms", "fronts ms",
-              "select ms", "waited ms", "device buffers", "whole program");
+  std::printf("\n%-6s %12s %12s %12s %12s %14s %16s %16s\n", "rank", "survey ms", "fronts ms",
+              "select ms", "waited ms", "processor ms", "device buffers", "whole program");
   for (std::size_t k = 0; k < ranks.size(); ++k)
-    std::printf("%-6zu %12.2f %12.2f %12.2f %12.2f %16s %16s\n", k, ranks[k].survey_ms,
-                ranks[k].fronts_ms, ranks[k].select_ms, ranks[k].waited_ms,
+    std::printf("%-6zu %12.2f %12.2f %12.2f %12.2f %14.2f %16s %16s\n", k, ranks[k].survey_ms,
+                ranks[k].fronts_ms, ranks[k].select_ms, ranks[k].waited_ms, ranks[k].processor_ms,
                 size_of(ranks[k].device_bytes).c_str(), size_of(ranks[k].host_bytes).c_str());
 }
 

@@ -38,12 +38,13 @@ void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes);
 struct RankReport {
   double survey_ms = 0, fronts_ms = 0, select_ms = 0;  // wall time, waiting included
   double waited_ms = 0;                                // for other ranks and for messages
+  double processor_ms = 0;                             // of all its threads, start to end
   std::uint64_t device_bytes = 0, host_bytes = 0;      // peaks
 };
 
-/// A process's stages so far, summed into a report.
+/// This process's stages so far, summed into a report.
 RankReport report_of(const std::vector<StageTime>& stages, double waited_ms,
-                     std::uint64_t device_bytes, std::uint64_t host_bytes);
+                     std::uint64_t device_bytes);
 
 /// A table of the ranks' times and memory, in their order.
 void print_ranks(const std::vector<RankReport>& ranks);
