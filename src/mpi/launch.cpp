@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,10 +26,20 @@ std::string processes(int count) {
   return std::to_string(count) + (count == 1 ? " process" : " processes");
 }
 
+// Beside the program, where it was built, or in the folder of its installation's modules; else the
+// place where it should be.
+std::string module_path() {
+  namespace fs = std::filesystem;
+  constexpr const char* kName = "meniscus_mpi.so";
+  const fs::path folder = fs::read_symlink("/proc/self/exe").parent_path();
+  const fs::path beside = folder / kName;
+  return fs::exists(beside) ? beside : (folder / MENISCUS_MODULES / kName).lexically_normal();
+}
+
 void open_channel(const Launch& started) {
   const std::string what =
       "started by mpirun or srun as " + processes(started.size) + " that work together";
-  void* const module = dlopen("meniscus_mpi.so", RTLD_NOW | RTLD_LOCAL);
+  void* const module = dlopen(module_path().c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!module)
     throw Error(what + ", but " + dlerror() +
                 " (build with -DMENISCUS_MPI=ON, or start one process)");

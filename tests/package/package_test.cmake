@@ -1,5 +1,6 @@
 # Installs the library, builds the example against the installed package, and runs it.
-# Arguments: BUILD (the build folder), SOURCE (the repository), CONFIG, COMPILER, FLAGS.
+# Arguments: BUILD (the build folder), SOURCE (the repository), CONFIG, COMPILER, FLAGS, MPIRUN
+# (empty: built without MPI).
 set(work ${BUILD}/package_test)
 file(REMOVE_RECURSE ${work})
 file(MAKE_DIRECTORY ${work}/run)
@@ -20,3 +21,7 @@ foreach(file surface.png surface.ply)
   endif()
 endforeach()
 run(${work}/installed/bin/meniscus --version)
+if(MPIRUN)
+  run(${MPIRUN} -q --allow-run-as-root --oversubscribe -n 2 ${work}/installed/bin/meniscus
+    extract ${SOURCE}/examples/data/cube_drop/frame_007.ply --size 64x48 -o ranks.exr)
+endif()
