@@ -116,7 +116,7 @@ int run_extract(ExtractOptions options) {
 
 void add_extract_command(CLI::App& program, int& exit_code) {
   CLI::App& command = *program.add_subcommand(
-      "extract", "Extract the surface that a camera sees from particles: a frame or a sequence");
+      "extract", "Extract the surface that a camera sees, from a frame or a sequence");
   const auto options = std::make_shared<ExtractOptions>();
   add_extract_options(command, *options);
   command.callback([options, &exit_code] { exit_code = run_extract(*options); });

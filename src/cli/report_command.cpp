@@ -59,7 +59,7 @@ void run_report(const ReportOptions& options) {
 
 void add_report_command(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
-      "report", "Make one page of the logs of a batch: pictures, plots, what went wrong");
+      "report", "Make a page of a batch's logs: pictures, plots, what went wrong");
   const auto options = std::make_shared<ReportOptions>();
   ReportOptions& o = *options;
   command.add_option("LOG", o.logs, "what extract --log wrote; of all shards and runs together")

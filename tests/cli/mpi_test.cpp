@@ -39,7 +39,7 @@ class UnderMpi : public Program {
 #endif
   }
 
-  static Conditions ranks(const std::string& count) {
+  static Conditions ranks([[maybe_unused]] const std::string& count) {
     Conditions conditions;
 #ifdef MENISCUS_MPIRUN
     conditions.launcher = {MENISCUS_MPIRUN,
@@ -180,7 +180,8 @@ TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
 TEST_F(UnderMpi, SharesASequenceOutByFrames) {
   for (int frame = 1; frame <= 3; ++frame)
     write_particles("in." + std::to_string(frame) + ".ply", block(2 + frame));
-  const Words words{"extract", "in.#.ply", "-o", "out.#.exr", "--size", "64x48", "--log", "log.jsonl"};
+  const Words words{"extract", "in.#.ply", "-o",    "out.#.exr",
+                    "--size",  "64x48",    "--log", "log.jsonl"};
   const Outcome outcome = run(words, ranks("2"));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(files(), ElementsAre("in.1.ply", "in.2.ply", "in.3.ply", "log.1.jsonl", "log.jsonl",
