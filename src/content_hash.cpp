@@ -25,8 +25,11 @@ std::uint64_t content_hash(const Surface& surface) {
   add(surface.group);
   add(surface.kind);
   add(surface.residual);
+  add(surface.velocity);
+  add(surface.forward.pixels);
   add(surface.mesh.position);
   add(surface.mesh.normal);
+  add(surface.mesh.velocity);
   add(surface.mesh.triangle);
   return XXH3_64bits_digest(&state);
 }

@@ -2,11 +2,14 @@
 #include "pipeline.hpp"
 
 #include "methods/methods.hpp"
+#include "stage_clock.hpp"
+#include "stages/motion.hpp"
 
 namespace meniscus {
+namespace {
 
-Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
-                        const Parameters& params, std::vector<StageTime>* timings) {
+Extraction run_method(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings) {
   switch (params.method) {
     case Method::paper:
       return run_paper(device, view, particles, params, timings);
@@ -27,6 +30,29 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
     default:
       return run_fit(device, view, particles, params, timings);
   }
+}
+
+}  // namespace
+
+Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
+                        const Parameters& params, std::vector<StageTime>* timings) {
+  Extraction made = run_method(device, view, particles, params, timings);
+  if (!particles.moving) return made;
+  StageClock clock(device, timings);
+  clock.start("motion");
+  const MovingParticles moving = upload_moving(
+      device, project_particles(device, view, particles, kMotionMargin), particles.velocity);
+  if (params.image)
+    made.image.velocity =
+        motion_of_samples(device, view, moving, made.image.grid, made.image.depth);
+  if (params.mesh) {
+    std::vector<Vec3d> vertices;
+    for (const Vec3& world : made.mesh.position)
+      vertices.push_back(eye_from_world(view, Vec3d(world)));
+    made.mesh.velocity = motion_of_points(device, moving, vertices);
+  }
+  clock.stop();
+  return made;
 }
 
 std::vector<std::pair<std::string, std::int64_t>> count_particles(const WorldParticles& particles,

@@ -14,6 +14,7 @@ Surface to_world(const View& view, Extraction extraction, Surface surface,
   surface.depth = std::move(image.depth);  // depth and normals are turned where they are
   surface.normal = std::move(image.normal);
   surface.kind = std::move(image.kind);
+  surface.velocity = std::move(image.velocity);  // in world units already
   surface.position.resize(pixels);
   surface.group.resize(pixels);
   surface.residual.resize(pixels);

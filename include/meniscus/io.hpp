@@ -34,8 +34,8 @@ std::map<std::int64_t, Camera> read_cameras(const std::string& path);
 enum class Compression { none, rle, zips, zip, piz, pxr24 };
 enum class Preview { lit, normal, depth, groups };
 
-/// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top.
-/// Throws OutputError.
+/// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top; V.X
+/// V.Y V.Z and forward.u forward.v where the surface has them. Throws OutputError.
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
                Compression compression = Compression::zip);
 
@@ -45,8 +45,8 @@ void write_exr(const std::string& path, const Surface& surface, const Parameters
 /// write_exr.
 Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
-/// Writes the mesh with normals: .ply (binary little endian) or .obj, by the ending. Throws
-/// OutputError.
+/// Writes the mesh with normals, in a .ply also velocities where it has them: .ply (binary little
+/// endian) or .obj, by the ending. Throws OutputError.
 void write_mesh(const std::string& path, const Mesh& mesh);
 
 /// Writes a picture of the surface for people. Throws OutputError.

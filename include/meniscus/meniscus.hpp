@@ -8,6 +8,7 @@
 #include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
+#include "meniscus/motion.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
 #include "meniscus/types.hpp"

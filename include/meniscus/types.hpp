@@ -42,7 +42,15 @@ struct Camera {
 struct Mesh {
   std::vector<Vec3> position;                          // [vertices] world units
   std::vector<Vec3> normal;                            // [vertices] unit, outward
+  std::vector<Vec3> velocity;                          // [vertices] world units per second; empty
+                                                       // where the particles carry none
   std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
+};
+
+/// How far what a pixel shows moves on the screen until the next frame.
+struct ScreenMotion {
+  std::vector<std::array<float, 2>> pixels;  // to the right and down; zero where is no surface
+  double frames_per_second = 0;
 };
 
 /// What a pixel shows.
@@ -59,6 +67,9 @@ struct Surface {
   std::vector<std::uint32_t> group;  // the group that weighs most, counted from 1; 0: none
   std::vector<Kind> kind;            // none, surface or splash
   std::vector<float> residual;       // the group's RMS fit residual, in particle radii; 0: none
+  std::vector<Vec3> velocity;        // world axes, world units per second; zero where there is no
+                                     // surface; empty where the particles carry none
+  ScreenMotion forward;              // empty unless asked for (motion.hpp)
   Mesh mesh;
 
   double particle_radius = 0;                                // world units, as it was used

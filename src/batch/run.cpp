@@ -35,7 +35,7 @@ struct Frame {
   const FrameJob* job = nullptr;
   FrameRecord record;
   std::string seal;  // the job that its outputs carry
-  Camera camera;
+  Camera camera, next_camera;
   std::unique_ptr<ParticleSource> particles;
   Surface surface;
 };
@@ -122,7 +122,8 @@ class Batch {
 
   void read(Frame& frame) {
     frame.camera = cameras_.at(frame.job->frame);
-    frame.seal = job_of(*frame.job, frame.camera, settings_);
+    frame.next_camera = cameras_.after(frame.job->frame);
+    frame.seal = job_of(*frame.job, frame.camera, frame.next_camera, settings_);
     if (settings_.resume && whole(frame)) {
       frame.record.status = FrameStatus::skipped;
       return;
@@ -161,6 +162,9 @@ class Batch {
       throw InputError(frame.job->input + ": " + error.what());
     }
     frame.particles.reset();
+    if (!frame.surface.velocity.empty())
+      frame.surface.forward =
+          screen_motion(frame.surface, frame.next_camera, settings_.frames_per_second);
     FrameRecord& record = frame.record;
     for (const StageTime& stage : stages) {  // of which some run several times
       const auto same = [&](const auto& entry) { return entry.first == stage.stage; };
@@ -253,7 +257,8 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
   return Batch(jobs, cameras, settings, stop, finished).run();
 }
 
-std::string job_of(const FrameJob& job, const Camera& camera, const BatchSettings& settings) {
+std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
+                   const BatchSettings& settings) {
   std::error_code error;
   const auto size = fs::file_size(job.input, error);
   std::string text = "meniscus " + version() + "\n" + describe(settings.parameters) +
@@ -269,6 +274,10 @@ std::string job_of(const FrameJob& job, const Camera& camera, const BatchSetting
   add(settings.parameters.particle_radius);
   for (const double value : camera.view) add(value);
   for (const double value : camera.projection) add(value);
+  add(settings.parameters.motion);
+  add(settings.frames_per_second);
+  for (const double value : next_camera.view) add(value);
+  for (const double value : next_camera.projection) add(value);
   add(static_cast<double>(settings.writing.compression));
   add(static_cast<double>(settings.writing.preview));
   return hex_digits(content_hash(text));

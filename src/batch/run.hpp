@@ -21,6 +21,7 @@ struct BatchSettings {
   Parameters parameters;
   WriteOptions writing;             // its job is made for each frame
   double particle_radius = 0;       // world units; 0: the files'
+  double frames_per_second = 24;    // of the sequence
   std::vector<DeviceInfo> devices;  // at least one
   int in_flight = 2;                // frames that are extracted at once on each device
   int writers = 1;                  // frames that are written at once
@@ -47,8 +48,9 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
                        const BatchSettings& settings, const std::atomic<int>& stop,
                        const std::function<void(const FrameRecord&)>& finished);
 
-/// What a frame's outputs depend on, as the 16 hex digits that they carry: parameters, camera, how
-/// they are written, and the name and size of the input.
-std::string job_of(const FrameJob& job, const Camera& camera, const BatchSettings& settings);
+/// What a frame's outputs depend on, as the 16 hex digits that they carry: parameters, its camera
+/// and the next frame's, how they are written, and the name and size of the input.
+std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
+                   const BatchSettings& settings);
 
 }  // namespace meniscus

@@ -69,12 +69,14 @@ void run_frame(const ExtractOptions& options) {
   Device device(info);
 
   std::vector<StageTime> stages;
-  const Surface surface = extract_from(options, device, particles, camera, stages);
+  Surface surface = extract_from(options, device, particles, camera, stages);
   std::vector<RankReport> ranks;
   if (options.timings)
     ranks = team.joined<RankReport>(
         {report_of(stages, team.waited_ms(), device.state().memory->peak())});
   if (!team.leads()) return;
+  if (!surface.velocity.empty())
+    surface.forward = screen_motion(surface, camera, options.frames_per_second);
   for (const std::string& warning : surface.warnings)
     std::fprintf(stderr, "meniscus: warning: %s: %s\n", options.input.c_str(), warning.c_str());
   say("radius", radius_line(options, particles, surface.particle_radius));

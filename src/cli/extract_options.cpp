@@ -136,7 +136,21 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                   "kind found, see meniscus devices); for sequences also all")
       ->type_name("D");
   command.add_flag("--strict", o.parameters.strict,
-                   "NaN and infinite coordinates are an error instead of being dropped");
+                   "NaN and infinite coordinates and velocities are an error instead of being "
+                   "dropped");
+  command
+      .add_option_function<double>(
+          "--fps",
+          [&o](double rate) {
+            if (!(rate > 0) || !std::isfinite(rate))
+              throw usage_error("--fps must be a number > 0, in frames per second");
+            o.frames_per_second = rate;
+          },
+          "frames per second of the simulation's files, for motion on the screen (default 24)")
+      ->type_name("RATE");
+  command.add_flag_callback(
+      "--no-motion", [&o] { o.parameters.motion = false; },
+      "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
   command.add_flag("--timings", o.timings, "print what each stage took, counts and memory");

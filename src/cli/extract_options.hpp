@@ -24,6 +24,7 @@ struct ExtractOptions {
   double fov = 40;                        // degrees
   std::array<int, 2> size{1024, 768};     // pixels
   std::optional<double> particle_radius;  // world units
+  double frames_per_second = 24;
   Parameters parameters;
   std::string device;
   WriteOptions writing;

@@ -134,6 +134,7 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   settings.parameters = options.parameters;
   settings.writing = options.writing;
   settings.particle_radius = options.particle_radius.value_or(0);
+  settings.frames_per_second = options.frames_per_second;
   settings.in_flight = options.in_flight;
   settings.writers = Imf::globalThreadCount();
   settings.memory = options.memory;

@@ -2,6 +2,7 @@
 #include <ImfChannelList.h>
 #include <ImfDoubleAttribute.h>
 #include <ImfFrameBuffer.h>
+#include <ImfFramesPerSecond.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfMatrixAttribute.h>
@@ -35,6 +36,12 @@ constexpr char kComments[] =
     "residual: RMS residual of the group's fit, particle radii; 0: none.\n"
     "meniscus.view and meniscus.projection: OpenGL convention, for column vectors, "
     "clip = projection * view * x, rows as in the camera file (not transposed).";
+
+constexpr char kVelocityComments[] =
+    "\nV.X V.Y V.Z: velocity, world space, world units per second; 0 where there is no surface.";
+constexpr char kForwardComments[] =
+    "\nforward.u forward.v: how far the surface moves on the screen until the next frame (at "
+    "framesPerSecond), pixels to the right and down; 0 where there is no surface.";
 
 // Lets OpenEXR write through OutputFile.
 class Stream : public Imf::OStream {
@@ -101,6 +108,18 @@ Imf::Header make_header(const Surface& surface, const Parameters& parameters,
   for (const char* name : {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "residual"})
     header.channels().insert(name, Imf::Channel(Imf::FLOAT));
   for (const char* name : {"id", "kind"}) header.channels().insert(name, Imf::Channel(Imf::UINT));
+  std::string comments = kComments;
+  if (!surface.velocity.empty()) {
+    comments += kVelocityComments;
+    for (const char* name : {"V.X", "V.Y", "V.Z"})
+      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+  }
+  if (!surface.forward.pixels.empty()) {
+    comments += kForwardComments;
+    for (const char* name : {"forward.u", "forward.v"})
+      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    Imf::addFramesPerSecond(header, Imf::guessExactFps(surface.forward.frames_per_second));
+  }
 
   // OpenEXR's camera space is left-handed with +z forward; its NDC runs from (0, 0) at the upper
   // left corner to (1, 1) at the lower right one.
@@ -109,7 +128,7 @@ Imf::Header make_header(const Surface& surface, const Parameters& parameters,
   const Matrix clip = multiply(camera.projection, camera.view);
   Imf::addWorldToCamera(header, for_row_vectors(multiply(forward, camera.view)));
   Imf::addWorldToNDC(header, for_row_vectors(multiply(ndc, clip)));
-  Imf::addComments(header, kComments);
+  Imf::addComments(header, comments);
   header.insert("software", Imf::StringAttribute("Meniscus " + version()));
   check_job(job);
   header.insert("meniscus.hash", Imf::StringAttribute(kNoHash));
@@ -132,6 +151,10 @@ void check_maps(const Surface& surface) {
         surface.kind.size(), surface.residual.size()})
     require(size == pixels, "write_exr: a map has " + std::to_string(size) + " pixels, wanted " +
                                 std::to_string(pixels) + " (extract with Parameters::image set)");
+  for (const std::size_t size : {surface.velocity.size(), surface.forward.pixels.size()})
+    require(size == 0 || size == pixels, "write_exr: motion has " + std::to_string(size) +
+                                             " pixels, wanted " + std::to_string(pixels) +
+                                             " or none");
 }
 
 }  // namespace
@@ -163,6 +186,16 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
   slice("id", Imf::UINT, surface.group.data(), sizeof(std::uint32_t));
   slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
   slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
+  if (!surface.velocity.empty()) {
+    slice("V.X", Imf::FLOAT, &surface.velocity[0].x, sizeof(Vec3));
+    slice("V.Y", Imf::FLOAT, &surface.velocity[0].y, sizeof(Vec3));
+    slice("V.Z", Imf::FLOAT, &surface.velocity[0].z, sizeof(Vec3));
+  }
+  if (!surface.forward.pixels.empty()) {
+    const std::array<float, 2>& first = surface.forward.pixels[0];
+    slice("forward.u", Imf::FLOAT, &first[0], sizeof first);
+    slice("forward.v", Imf::FLOAT, &first[1], sizeof first);
+  }
 
   try {
     const Imf::Header header = make_header(surface, parameters, compression, job);

@@ -6,6 +6,7 @@
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfMatrixAttribute.h>
+#include <ImfRationalAttribute.h>
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
@@ -139,6 +140,20 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
   slice("id", Imf::UINT, surface.group.data(), sizeof(std::uint32_t));
   slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
   slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
+  if (header.channels().findChannel("V.X") != nullptr) {
+    surface.velocity.resize(pixels);
+    slice("V.X", Imf::FLOAT, &surface.velocity[0].x, sizeof(Vec3));
+    slice("V.Y", Imf::FLOAT, &surface.velocity[0].y, sizeof(Vec3));
+    slice("V.Z", Imf::FLOAT, &surface.velocity[0].z, sizeof(Vec3));
+  }
+  if (header.channels().findChannel("forward.u") != nullptr) {
+    surface.forward.frames_per_second =
+        attribute<Imf::RationalAttribute>(file, header, "framesPerSecond").value();
+    auto& forward = surface.forward.pixels;
+    forward.resize(pixels);
+    slice("forward.u", Imf::FLOAT, &forward[0][0], sizeof forward[0]);
+    slice("forward.v", Imf::FLOAT, &forward[0][1], sizeof forward[0]);
+  }
   read_rows(file, *image, frame, surface.camera.height);
 
   for (std::size_t k = 0; k < pixels; ++k) {

@@ -21,6 +21,9 @@ void check(const Mesh& mesh) {
   require(mesh.normal.size() == vertices, "write_mesh: " + std::to_string(mesh.normal.size()) +
                                               " normals for " + std::to_string(vertices) +
                                               " vertices, wanted one each");
+  require(mesh.velocity.empty() || mesh.velocity.size() == vertices,
+          "write_mesh: " + std::to_string(mesh.velocity.size()) + " velocities for " +
+              std::to_string(vertices) + " vertices, wanted one each or none");
   for (std::size_t k = 0; k < mesh.triangle.size(); ++k)
     for (const std::uint32_t corner : mesh.triangle[k])
       if (corner >= vertices)
@@ -29,19 +32,21 @@ void check(const Mesh& mesh) {
 }
 
 void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
+  const bool moving = !mesh.velocity.empty();
   file.write(
       "ply\nformat binary_little_endian 1.0\n"
       "comment surface mesh by Meniscus: positions in world units, normals of unit length point "
       "outward, triangles are counter-clockwise seen from outside\n" +
+      std::string(moving ? "comment vx vy vz: velocity, world units per second\n" : "") +
       seal_lines("comment ", job) + "element vertex " + std::to_string(mesh.position.size()) +
       "\nproperty float x\nproperty float y\nproperty float z\n"
-      "property float nx\nproperty float ny\nproperty float nz\n"
-      "element face " +
-      std::to_string(mesh.triangle.size()) +
+      "property float nx\nproperty float ny\nproperty float nz\n" +
+      (moving ? "property float vx\nproperty float vy\nproperty float vz\n" : "") +
+      "element face " + std::to_string(mesh.triangle.size()) +
       "\nproperty list uchar int vertex_indices\nend_header\n");
   for (std::size_t k = 0; k < mesh.position.size(); ++k) {
-    const Vec3 vertex[2] = {mesh.position[k], mesh.normal[k]};
-    file.write(vertex, sizeof vertex);
+    const Vec3 vertex[3] = {mesh.position[k], mesh.normal[k], moving ? mesh.velocity[k] : Vec3{}};
+    file.write(vertex, (moving ? 3 : 2) * sizeof(Vec3));
   }
   for (const auto& triangle : mesh.triangle) {
     char face[1 + sizeof triangle] = {3};

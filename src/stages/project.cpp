@@ -63,6 +63,7 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     keep(kept.v, v);
     keep(kept.ku, ku);
     keep(kept.kv, kv);
+    for (const std::uint32_t i : index) kept.index.push_back(static_cast<std::uint32_t>(first + i));
     if (particles.scale.empty())
       kept.scale.resize(kept.x.size(), 1.0f);
     else

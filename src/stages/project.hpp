@@ -19,10 +19,11 @@ struct WorldParticles {
 
 /// The particles in view, in canonical order.
 struct Projected {
-  std::vector<float> x, y, z;  // [n] eye space, particle radii
-  std::vector<float> u, v;     // [n] pixels
-  std::vector<float> ku, kv;   // [n] pixels that the particle's own radius spans; > 0
-  std::vector<float> scale;    // [n] own radius over the common radius
+  std::vector<float> x, y, z;        // [n] eye space, particle radii
+  std::vector<float> u, v;           // [n] pixels
+  std::vector<float> ku, kv;         // [n] pixels that the particle's own radius spans; > 0
+  std::vector<float> scale;          // [n] own radius over the common radius
+  std::vector<std::uint32_t> index;  // [n] of each before those out of view were left out
   std::size_t size() const { return x.size(); }
   Vec3d eye(std::size_t i) const { return {x[i], y[i], z[i]}; }
 };

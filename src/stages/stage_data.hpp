@@ -41,6 +41,7 @@ struct SurfaceMap {
   std::vector<Vec3> normal;         // [ny*nx] unit, outward, eye axes; zero where unknown
   std::vector<std::int32_t> group;  // [ny*nx] the heaviest group, -1: none
   std::vector<Kind> kind;           // [ny*nx]
+  std::vector<Vec3> velocity;       // [ny*nx] world axes, world units per second; empty: unknown
 };
 
 /// A sample of the surface at one pixel position.

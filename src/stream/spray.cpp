@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "velocities.hpp"
+
 namespace meniscus {
 
 void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMap& image) {
@@ -23,6 +25,8 @@ void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMa
       image.normal[s] = static_cast<Vec3>(normalized({du, -dv, height}));
       image.group[s] = -1;
       image.kind[s] = Kind::splash;
+      if (!image.velocity.empty())
+        image.velocity[s] = is_known(drop.velocity) ? drop.velocity : Vec3{};
     };
     const auto bound = [&](double pixel, int samples) {
       return static_cast<int>(std::clamp((pixel - grid.first) / grid.step, -1.0, double(samples)));

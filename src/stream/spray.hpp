@@ -11,7 +11,8 @@ namespace meniscus {
 
 /// Draws each drop as a sphere where it lies in front of the image's surface: on the pixels whose
 /// centres it covers, or on the one that holds its centre, so that none is lost between pixels. The
-/// nearest wins, of equally near ones the first. Changes the image.
+/// nearest wins, of equally near ones the first; where the image has velocities, its pixels get
+/// the drop's. Changes the image.
 void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMap& image);
 
 }  // namespace meniscus

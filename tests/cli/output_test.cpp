@@ -11,6 +11,7 @@
 
 #include "cli/program.hpp"
 #include "meniscus/io.hpp"
+#include "meniscus/motion.hpp"
 #include "meniscus/parameters.hpp"
 
 namespace meniscus::test {
@@ -94,6 +95,34 @@ TEST_F(ProgramOutput, EndingsMayBeCapitalsAndNamesMayHaveSpaces) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(read("Größe 1.PNG").substr(1, 3), "PNG");
   EXPECT_THAT(read("m.OBJ"), HasSubstr("\nvn "));
+}
+
+TEST_F(ProgramOutput, HasMotionWhereParticlesCarryVelocities) {
+  write_particles("in.ply", block(5), 0.1, "1.5 -0.5 2");
+  const std::vector<std::string> where{"--size", "64x48", "--eye", "1,1,3", "--target", "0,0,0"};
+  const auto extract = [&](std::vector<std::string> more) {
+    more.insert(more.end(), where.begin(), where.end());
+    extract_all("in.ply", more);
+    return read_exr(path("a.exr"));
+  };
+  const Surface moving = extract({"--fps", "30"});
+  ASSERT_EQ(moving.velocity.size(), moving.depth.size());
+  EXPECT_EQ(moving.forward.frames_per_second, 30);
+  const ScreenMotion expected = screen_motion(moving, moving.camera, 30);
+  EXPECT_EQ(moving.forward.pixels, expected.pixels);
+  EXPECT_THAT(read("a.ply"), HasSubstr("property float vz\n"));
+  EXPECT_EQ(extract({}).forward.frames_per_second, 24);
+
+  const Surface still = extract({"--no-motion"});
+  EXPECT_TRUE(still.velocity.empty());
+  EXPECT_TRUE(still.forward.pixels.empty());
+  EXPECT_EQ(still.depth, moving.depth);
+  EXPECT_EQ(still.normal, moving.normal);
+  EXPECT_THAT(read("a.ply"), testing::Not(HasSubstr("property float vz\n")));
+  const std::string without = read("a.exr");
+  write_particles("in.ply", block(5));
+  extract({});
+  EXPECT_EQ(read("a.exr"), without) << "particles without velocities give what they gave";
 }
 
 TEST_F(ProgramOutput, NothingInViewIsAValidEmptyResultAndAWarning) {

@@ -83,14 +83,17 @@ std::vector<std::string> Program::files() const {
 }
 
 void Program::write_particles(const std::string& name,
-                              const std::vector<std::array<double, 3>>& points,
-                              double radius) const {
+                              const std::vector<std::array<double, 3>>& points, double radius,
+                              const std::string& velocity) const {
   std::ostringstream text;
   text << "ply\nformat ascii 1.0\n";
   if (radius > 0) text << "comment time 0 particle_radius " << radius << "\n";
   text << "element vertex " << points.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-  for (const auto& p : points) text << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+       << "\nproperty float x\nproperty float y\nproperty float z\n"
+       << (velocity.empty() ? "" : "property float vx\nproperty float vy\nproperty float vz\n")
+       << "end_header\n";
+  for (const auto& p : points)
+    text << p[0] << ' ' << p[1] << ' ' << p[2] << ' ' << velocity << '\n';
   write(name, text.str());
 }
 

@@ -43,9 +43,10 @@ class Program : public testing::Test {
   /// Names in the folder, sorted, but for the program's captured streams.
   std::vector<std::string> files() const;
 
-  /// An ascii PLY with the header's particle radius 0.1 (0: without one).
+  /// An ascii PLY with the header's particle radius 0.1 (0: without one), and with one velocity for
+  /// all particles where it is given.
   void write_particles(const std::string& name, const std::vector<std::array<double, 3>>& points,
-                       double radius = 0.1) const;
+                       double radius = 0.1, const std::string& velocity = "") const;
 
  private:
   std::filesystem::path folder_;

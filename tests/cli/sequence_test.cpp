@@ -11,7 +11,9 @@
 #include <thread>
 
 #include "cli/program.hpp"
+#include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
+#include "meniscus/motion.hpp"
 
 namespace meniscus::test {
 namespace {
@@ -108,6 +110,49 @@ TEST_F(Sequence, FramesAndCamerasAreChosen) {
   const Outcome beyond = run(words({"--frames", "100-110"}));
   EXPECT_EQ(beyond.exit_code, 0) << beyond.err;
   EXPECT_THAT(beyond.err, HasSubstr("11 frames 100-110 left out"));
+}
+
+TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
+  for (int frame = 0; frame < 3; ++frame)
+    write_particles(name("d.", frame, ".ply"), block(4), 0.1, "0 1 0");
+  nlohmann::json list;
+  std::vector<Camera> cameras;
+  for (int frame = 0; frame < 3; ++frame) {
+    const Camera camera =
+        look_at({1 + 0.1 * frame, 1, 3}, {0, 0.1 * frame, 0}, {0, 1, 0}, 40, 64, 48);
+    const auto rows = [](const std::array<double, 16>& m) {
+      nlohmann::json matrix;
+      for (int r = 0; r < 4; ++r)
+        matrix.push_back({m[4 * r], m[4 * r + 1], m[4 * r + 2], m[4 * r + 3]});
+      return matrix;
+    };
+    list.push_back({{"frame", frame},
+                    {"width", 64},
+                    {"height", 48},
+                    {"view", rows(camera.view)},
+                    {"projection", rows(camera.projection)}});
+    cameras.push_back(camera);
+  }
+  write("c.json", list.dump());
+  const std::vector<std::string> all{"extract",    "d.####.ply", "--camera", "c.json",  "-o",
+                                     "o.####.exr", "--fps",      "25",       "--resume"};
+  ASSERT_EQ(run(all).exit_code, 0);
+  for (int frame = 0; frame < 3; ++frame) {
+    const Surface surface = read_exr(path(name("o.", frame, ".exr")));
+    const ScreenMotion expected =
+        screen_motion(surface, cameras[static_cast<std::size_t>(std::min(frame + 1, 2))], 25);
+    EXPECT_EQ(surface.forward.pixels, expected.pixels) << frame;
+    EXPECT_EQ(surface.forward.frames_per_second, 25);
+  }
+  // What the next frame's camera is, and the rate, are part of what a frame was made with.
+  EXPECT_THAT(run(all).err, HasSubstr("3 were there already"));
+  list[2]["view"][0][3] = 0.5;
+  write("c.json", list.dump());
+  EXPECT_THAT(run(all).err, HasSubstr("1 were there already"));
+  std::vector<std::string> other = all;
+  other[7] = "24";
+  EXPECT_THAT(run(other).err, HasSubstr("3 frames"));
+  EXPECT_EQ(read_exr(path("o.0000.exr")).forward.frames_per_second, 24);
 }
 
 TEST_F(Sequence, WrongUseIsNamed) {

@@ -109,6 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"extract", "in.ply", "-o", "a.tiff"},
                    {"a.tiff", ".exr", ".ply", ".obj", ".png"}},
         WrongUsage{"NoEnding", {"extract", "in.ply", "-o", "a"}, {".exr", ".ply", ".obj", ".png"}},
+        WrongUsage{"NoFrameRate", extract_with({"--fps", "0"}), {"--fps", "> 0"}},
         WrongUsage{"SameOutputTwice", extract_with({"-o", "./a.png"}), {"./a.png", "twice"}},
         WrongUsage{"OutputIsInput", {"extract", "in.ply", "-o", "./in.ply"}, {"input"}},
         WrongUsage{"Method",

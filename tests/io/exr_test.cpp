@@ -48,6 +48,19 @@ std::vector<float> component(const std::vector<Vec3>& vectors, float Vec3::*memb
   return values;
 }
 
+// A surface with motion.
+Surface moving_surface() {
+  Surface surface = sample_surface(sample_camera());
+  surface.forward.frames_per_second = 24000.0 / 1001;
+  for (std::size_t k = 0; k < surface.depth.size(); ++k) {
+    const bool there = surface.kind[k] != Kind::none;
+    const float s = static_cast<float>(k);
+    surface.velocity.push_back(there ? Vec3{0.1f * s, -1e-7f, 1e20f} : Vec3{});
+    surface.forward.pixels.push_back(there ? std::array{-0.37f * s, 1e6f} : std::array<float, 2>{});
+  }
+  return surface;
+}
+
 class ExrCompression : public testing::TestWithParam<Compression> {};
 
 TEST_P(ExrCompression, KeepsEveryChannel) {
@@ -94,6 +107,52 @@ TEST_P(ExrCompression, KeepsEveryChannel) {
 INSTANTIATE_TEST_SUITE_P(All, ExrCompression,
                          testing::Values(Compression::none, Compression::rle, Compression::zips,
                                          Compression::zip, Compression::piz, Compression::pxr24));
+
+TEST(Exr, MotionIsAddedAndChangesNothingElse) {
+  const TemporaryFolder folder;
+  const Surface moving = moving_surface();
+  Surface still = moving;
+  still.velocity.clear();
+  still.forward = {};
+  write_exr(folder / "still.exr", still, {});
+  write_exr(folder / "a.exr", moving, {});
+  Imf::InputFile file((folder / "a.exr").c_str());
+  EXPECT_EQ(read_channel<float>(file, "V.X", Imf::FLOAT), component(moving.velocity, &Vec3::x));
+  EXPECT_EQ(read_channel<float>(file, "V.Y", Imf::FLOAT), component(moving.velocity, &Vec3::y));
+  EXPECT_EQ(read_channel<float>(file, "V.Z", Imf::FLOAT), component(moving.velocity, &Vec3::z));
+  std::vector<float> u, v;
+  for (const auto& pixel : moving.forward.pixels) {
+    u.push_back(pixel[0]);
+    v.push_back(pixel[1]);
+  }
+  EXPECT_EQ(read_channel<float>(file, "forward.u", Imf::FLOAT), u);
+  EXPECT_EQ(read_channel<float>(file, "forward.v", Imf::FLOAT), v);
+  ASSERT_TRUE(Imf::hasFramesPerSecond(file.header()));
+  EXPECT_EQ(Imf::framesPerSecond(file.header()).n, 24000);
+  EXPECT_EQ(Imf::framesPerSecond(file.header()).d, 1001u);
+  EXPECT_THAT(Imf::comments(file.header()), HasSubstr("world units per second"));
+  EXPECT_THAT(Imf::comments(file.header()), HasSubstr("pixels to the right and down"));
+
+  Surface back = read_exr(folder / "a.exr");
+  EXPECT_EQ(back.velocity, moving.velocity);
+  EXPECT_EQ(back.forward.pixels, moving.forward.pixels);
+  EXPECT_DOUBLE_EQ(back.forward.frames_per_second, moving.forward.frames_per_second);
+  const Surface plain = read_exr(folder / "still.exr");
+  EXPECT_TRUE(plain.velocity.empty());
+  EXPECT_TRUE(plain.forward.pixels.empty());
+  EXPECT_EQ(back.depth, plain.depth);
+  EXPECT_EQ(back.normal, plain.normal);
+  EXPECT_EQ(back.position, plain.position);
+  EXPECT_EQ(back.group, plain.group);
+  EXPECT_EQ(back.residual, plain.residual);
+
+  Surface wrong = moving;
+  wrong.velocity.pop_back();
+  EXPECT_THROW(write_exr(folder / "b.exr", wrong, {}), InvalidArgument);
+  wrong = moving;
+  wrong.forward.pixels.pop_back();
+  EXPECT_THROW(write_exr(folder / "b.exr", wrong, {}), InvalidArgument);
+}
 
 TEST(Exr, HeaderSaysWhatItHolds) {
   const TemporaryFolder folder;

@@ -96,6 +96,27 @@ TEST(MeshFile, PlyKeepsEveryBit) {
   EXPECT_THAT(file_bytes(folder / "a.ply"), HasSubstr("world units"));
 }
 
+TEST(MeshFile, PlyHasVelocitiesWhereTheMeshDoes) {
+  const TemporaryFolder folder;
+  Mesh mesh = hard_mesh();
+  mesh.velocity = {{1, 2, 3}, {-0.0f, 1e-42f, 3e38f}, {0, 0, 0}, {7, 8, 9}};
+  write_mesh(folder / "a.ply", mesh);
+  const std::string bytes = file_bytes(folder / "a.ply"), end = "end_header\n";
+  EXPECT_THAT(bytes, HasSubstr("property float nz\nproperty float vx\nproperty float vy\n"
+                               "property float vz\nelement face 2\n"));
+  EXPECT_THAT(bytes, HasSubstr("comment vx vy vz: velocity, world units per second\n"));
+  const std::size_t body = bytes.find(end) + end.size();
+  ASSERT_EQ(bytes.size(), body + 4 * 36 + 2 * 13);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const char* at = bytes.data() + body + 36 * k;
+    EXPECT_EQ(std::memcmp(at, &mesh.position[k], 12), 0);
+    EXPECT_EQ(std::memcmp(at + 12, &mesh.normal[k], 12), 0);
+    EXPECT_EQ(std::memcmp(at + 24, &mesh.velocity[k], 12), 0);
+  }
+  mesh.velocity.pop_back();
+  EXPECT_THROW(write_mesh(folder / "b.ply", mesh), InvalidArgument);
+}
+
 TEST(MeshFile, ObjKeepsEveryBit) {
   const TemporaryFolder folder;
   write_mesh(folder / "a.OBJ", hard_mesh());

@@ -40,6 +40,9 @@ Particles tiny_frame() {
     particles.x.push_back(static_cast<float>(x));
     particles.y.push_back(static_cast<float>(y));
     particles.z.push_back(static_cast<float>(z));
+    particles.vx.push_back(static_cast<float>(y));
+    particles.vy.push_back(static_cast<float>(std::sin(x)));
+    particles.vz.push_back(0.5f);
   };
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j < 7; ++j)
@@ -72,8 +75,10 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 bool same(const Surface& a, const Surface& b) {
   return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
          same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
-         same_bits(a.residual, b.residual) && same_bits(a.mesh.position, b.mesh.position) &&
-         same_bits(a.mesh.normal, b.mesh.normal) && same_bits(a.mesh.triangle, b.mesh.triangle);
+         same_bits(a.residual, b.residual) && same_bits(a.velocity, b.velocity) &&
+         same_bits(a.mesh.velocity, b.mesh.velocity) &&
+         same_bits(a.mesh.position, b.mesh.position) && same_bits(a.mesh.normal, b.mesh.normal) &&
+         same_bits(a.mesh.triangle, b.mesh.triangle);
 }
 
 }  // namespace

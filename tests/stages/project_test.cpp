@@ -97,6 +97,7 @@ TEST_P(Project, KeepsADiscThatReachesTheScreenFromOutside) {
   EXPECT_EQ(kept.x, (std::vector<float>{-12.25f, 12.25f, 0, 0}));
   EXPECT_EQ(kept.y, (std::vector<float>{0, 0, -12.25f, 12.25f}));
   EXPECT_EQ(kept.scale, std::vector<float>(4, 1.0f));
+  EXPECT_EQ(kept.index, (std::vector<std::uint32_t>{0, 2, 4, 6}));
 }
 
 TEST_P(Project, NoParticlesGiveNone) {

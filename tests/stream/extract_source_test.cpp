@@ -11,9 +11,14 @@
 #include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
+
+// All turns about an axis and drifts.
+const Vec3d kSpin{0.5, -2, 1};
+Vec3d moves_at(const Vec3d& p) { return cross(kSpin, p) + Vec3d{3, 0, -1}; }
 
 Particles dam_particles(const DamBreak& dam) {
   Particles particles;
@@ -23,6 +28,10 @@ Particles dam_particles(const DamBreak& dam) {
       particles.x.push_back(block[k]);
       particles.y.push_back(block[k + 1]);
       particles.z.push_back(block[k + 2]);
+      const Vec3 v = static_cast<Vec3>(moves_at({block[k], block[k + 1], block[k + 2]}));
+      particles.vx.push_back(v.x);
+      particles.vy.push_back(v.y);
+      particles.vz.push_back(v.z);
     }
   });
   return particles;
@@ -48,7 +57,9 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 bool same(const Surface& a, const Surface& b) {
   return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
          same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
-         same_bits(a.residual, b.residual) && same_bits(a.mesh.position, b.mesh.position) &&
+         same_bits(a.residual, b.residual) && same_bits(a.velocity, b.velocity) &&
+         same_bits(a.mesh.velocity, b.mesh.velocity) &&
+         same_bits(a.mesh.position, b.mesh.position) &&
          same_bits(a.mesh.triangle, b.mesh.triangle) && a.counts == b.counts;
 }
 
@@ -82,6 +93,9 @@ TEST_F(ExtractSource, GivesTheSameBytesForAnyMemoryAndOrder) {
     shuffled.x[i] = frame().x[order[i]];
     shuffled.y[i] = frame().y[order[i]];
     shuffled.z[i] = frame().z[order[i]];
+    shuffled.vx[i] = frame().vx[order[i]];
+    shuffled.vy[i] = frame().vy[order[i]];
+    shuffled.vz[i] = frame().vz[order[i]];
   }
   EXPECT_TRUE(same(expected, extract(device_, shuffled, small_camera())));
 }
@@ -124,6 +138,49 @@ TEST_F(ExtractSource, ThinningKeepsTheSurface) {
   EXPECT_LT(errors[static_cast<std::size_t>(found * 95 / 100)], 0.8);
 }
 
+// A representative has the mean velocity of what it stands for, which it lies no farther from than
+// half of the representatives' spacing S; a pixel's is a mean over representatives within 2 S. What
+// turns is linear, so that this is the velocity of a place within 2.5 S: ten pixels, 4 apart each.
+// Sums are of steps of 2^-20 S per second.
+TEST_F(ExtractSource, ThinningKeepsTheMotion) {
+  Parameters parameters;
+  parameters.method = Method::stable;
+  const Surface surface = extract(device_, frame(), small_camera(), parameters);
+  ASSERT_GT(count_of(surface, "representatives"), 1000);
+  const double pixel = 6.2 * 2 * std::tan(0.2793) / 240;  // at the tank's far end
+  const auto expect = [&](const Vec3& velocity, const Vec3& at) {
+    EXPECT_LT(length(Vec3d(velocity) - moves_at(Vec3d(at))), 10 * pixel * length(kSpin));
+  };
+  int covered = 0;
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) {
+    if (surface.kind[s] == Kind::none) continue;
+    ++covered;
+    expect(surface.velocity[s], surface.position[s]);
+  }
+  EXPECT_GT(covered, 10000);
+  for (std::size_t k = 0; k < surface.mesh.position.size(); ++k)
+    expect(surface.mesh.velocity[k], surface.mesh.position[k]);
+}
+
+TEST_F(ExtractSource, ReportsVelocitiesThatAreNoneOfWhatIsSeen) {
+  Particles particles = frame();
+  for (std::size_t i = 0; i < particles.size(); i += 2) particles.vy[i] = NAN;
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface surface = extract(device_, particles, small_camera(), parameters);
+  ASSERT_EQ(surface.warnings.size(), 1u);
+  EXPECT_THAT(surface.warnings[0],
+              testing::AllOf(testing::HasSubstr("particles near what is seen have NaN, infinite or "
+                                                "absurd velocities (the first is particle "),
+                             testing::HasSubstr("left out")));
+  for (const Vec3& v : surface.velocity)
+    EXPECT_TRUE(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z));
+  parameters.strict = true;
+  EXPECT_THROW(extract(device_, particles, small_camera(), parameters), InputError);
+  parameters.motion = false;
+  EXPECT_TRUE(extract(device_, particles, small_camera(), parameters).velocity.empty());
+}
+
 // A lone particle far from the rest shows as one pixel, nearer than a particle's size can.
 TEST_F(ExtractSource, LosesNoLoneParticle) {
   Particles particles = frame();
@@ -131,6 +188,9 @@ TEST_F(ExtractSource, LosesNoLoneParticle) {
   particles.x.push_back(lone.x);
   particles.y.push_back(lone.y);
   particles.z.push_back(lone.z);
+  particles.vx.push_back(0);
+  particles.vy.push_back(7);
+  particles.vz.push_back(0);
   Parameters parameters;
   parameters.mesh = false;
   const Surface without = extract(device_, frame(), small_camera(), parameters);
@@ -142,6 +202,7 @@ TEST_F(ExtractSource, LosesNoLoneParticle) {
     const double apart = std::hypot(with.position[s].x - lone.x, with.position[s].y - lone.y,
                                     with.position[s].z - lone.z);
     EXPECT_LT(apart, 0.02);  // a pixel and a particle: .012 and .009
+    EXPECT_NEAR(with.velocity[s].y, 7, 1e-5);
   }
   EXPECT_GE(more, 1);
   EXPECT_LE(more, 4);
@@ -157,6 +218,9 @@ TEST_F(ExtractSource, WithoutThinningNothingChanges) {
     particles.x.push_back(corner);
     particles.y.push_back(corner);
     particles.z.push_back(corner);
+    particles.vx.push_back(corner);
+    particles.vy.push_back(0);
+    particles.vz.push_back(0);
   }
   Particles large = particles;
   std::mt19937 random(4);
@@ -164,6 +228,9 @@ TEST_F(ExtractSource, WithoutThinningNothingChanges) {
     large.x.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
     large.y.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
     large.z.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
+    large.vx.push_back(5);
+    large.vy.push_back(NAN);
+    large.vz.push_back(5);
   }
   const Camera camera = small_camera();
   for (const Method method : {Method::fit, Method::ssm, Method::paper}) {

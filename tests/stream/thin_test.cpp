@@ -291,6 +291,23 @@ TEST(Spray, DrawsASphereByHand) {
   EXPECT_EQ(covered, 9);
 }
 
+TEST(Spray, MovesItsPixels) {
+  SurfaceMap image = empty_image(40, 32);
+  image.velocity.assign(image.grid.size(), Vec3{9, 9, 9});
+  draw_spray(spray_view(), {{{0.125, -0.125, -10}, 0.5, {1, -2, 3}}, {{2, 2, -10}, 0.5}}, image);
+  int moved = 0, unknown = 0;
+  for (std::size_t s = 0; s < image.grid.size(); ++s) {
+    if (image.kind[s] != Kind::splash) {
+      EXPECT_EQ(image.velocity[s], (Vec3{9, 9, 9}));
+      continue;
+    }
+    moved += image.velocity[s] == Vec3{1, -2, 3};
+    unknown += image.velocity[s] == Vec3{};
+  }
+  EXPECT_EQ(moved, 9);
+  EXPECT_GT(unknown, 5);
+}
+
 TEST(Spray, IsNeverLostBetweenPixels) {
   for (const double shift : {0.0, 0.05, 0.124, 0.2}) {
     SurfaceMap image = empty_image(40, 32);
