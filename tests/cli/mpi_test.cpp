@@ -3,7 +3,9 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -54,26 +56,41 @@ class UnderMpi : public Program {
     return conditions;
   }
 
-  /// Particles of a dam as a binary PLY, the `part`-th of `parts`; with the extra rows at its end.
+  /// Positions of a dam's particles.
+  static const std::vector<std::array<float, 3>>& dam() {
+    static const std::vector<std::array<float, 3>> all = [] {
+      std::vector<std::array<float, 3>> points;
+      DamBreak(300000, 1).emit([&](std::span<const float> block) {
+        for (std::size_t k = 0; k < block.size(); k += 3)
+          points.push_back({block[k], block[k + 1], block[k + 2]});
+      });
+      return points;
+    }();
+    return all;
+  }
+
+  /// A binary PLY of rows of floats.
+  template <std::size_t kColumns>
+  void write_rows(const std::string& name, const std::string& comment,
+                  const std::array<const char*, kColumns>& columns,
+                  const std::vector<std::array<float, kColumns>>& rows) const {
+    std::string bytes = "ply\nformat binary_little_endian 1.0\n" + comment + "element vertex " +
+                        std::to_string(rows.size()) + "\n";
+    for (const char* column : columns) bytes += std::string("property float ") + column + "\n";
+    bytes += "end_header\n";
+    bytes.append(reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof rows[0]);
+    write(name, bytes);
+  }
+
+  /// The `part`-th of `parts` of a dam, with the extra particles at its end.
   void write_dam(const std::string& name, std::size_t part = 0, std::size_t parts = 1,
                  const std::vector<std::array<float, 3>>& extra = {}) const {
-    static const DamBreak dam(300000, 1);
-    static const std::vector<float> all = [] {
-      std::vector<float> values;
-      dam.emit([&](std::span<const float> block) {
-        values.insert(values.end(), block.begin(), block.end());
-      });
-      return values;
-    }();
-    const std::size_t rows = all.size() / 3, first = rows * part / parts,
-                      count = rows * (part + 1) / parts - first;
-    std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment particle_radius " +
-                        std::to_string(dam.particle_radius()) + "\nelement vertex " +
-                        std::to_string(count + extra.size()) +
-                        "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
-    bytes.append(reinterpret_cast<const char*>(all.data() + 3 * first), 12 * count);
-    bytes.append(reinterpret_cast<const char*>(extra.data()), 12 * extra.size());
-    write(name, bytes);
+    const auto place = [&](std::size_t k) {
+      return dam().begin() + static_cast<std::ptrdiff_t>(dam().size() * k / parts);
+    };
+    std::vector<std::array<float, 3>> rows(place(part), place(part + 1));
+    rows.insert(rows.end(), extra.begin(), extra.end());
+    write_rows<3>(name, "comment particle_radius 0.0088\n", {"x", "y", "z"}, rows);
   }
 
   /// Extracts an EXR and a PLY and returns their bytes.
@@ -98,6 +115,29 @@ TEST_F(UnderMpi, GivesTheBytesOfOneProcess) {
     for (const char* count : {"1", "2", "3"})
       EXPECT_EQ(expected, extract("dam.ply", options, ranks(count)))
           << testing::PrintToString(options) << count;
+  }
+}
+
+TEST_F(UnderMpi, BringsRadiiAndVelocitiesTogether) {
+  std::vector<std::array<float, 7>> rows;
+  for (const auto& p : dam()) {
+    const float radius = 0.0085f + 0.0006f * std::abs(std::sin(1000 * p[0]));
+    rows.push_back({p[0], p[1], p[2], std::sin(p[1]), p[2], -p[0], radius});
+  }
+  for (const std::size_t bad : {60000u, 250000u}) rows[bad][4] = NAN;
+  write_rows<7>("dam.ply", "", {"x", "y", "z", "vx", "vy", "vz", "radius"}, rows);
+  for (const char* thin : {"4", "0"}) {
+    const Words words = Words{"extract", "dam.ply", "--thin", thin} + kSmall;
+    const Outcome one = run(words + Words{"-o", "one.exr", "-o", "one.ply"});
+    const Outcome three = run(words + Words{"-o", "three.exr", "-o", "three.ply"}, ranks("3"));
+    EXPECT_EQ(three.exit_code, 0) << three.err;
+    EXPECT_EQ(read("one.exr"), read("three.exr")) << thin;
+    EXPECT_EQ(read("one.ply"), read("three.ply")) << thin;
+    const auto until_written = [](const std::string& text) {
+      return text.substr(0, text.find("wrote "));
+    };
+    EXPECT_EQ(until_written(one.err), until_written(three.err));
+    EXPECT_THAT(one.err, HasSubstr("the middle of the file's radii"));
   }
 }
 
