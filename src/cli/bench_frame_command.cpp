@@ -24,7 +24,7 @@ struct BenchFrameOptions {
   std::vector<Method> methods;
   std::vector<std::array<int, 2>> sizes;  // pixels
   std::vector<std::int64_t> particles;    // of synthetic frames
-  bool sweep = false, mesh = false;
+  bool sweep = false, mesh = false, motion = false;
   int threads = 0;  // 0: all
   FrameBenchOptions measure;
 };
@@ -102,6 +102,7 @@ void run_bench_frame(BenchFrameOptions options) {
       Parameters parameters;
       parameters.method = method;
       parameters.mesh = options.mesh;
+      parameters.motion = options.motion;
       parameters.particle_radius = options.particle_radius.value_or(0);
       results.push_back(measure_frame(device, frame, parameters, options.measure));
       const FrameFigures& f = results.back();
@@ -173,6 +174,8 @@ void add_bench_frame_command(CLI::App& bench) {
                 "pixels")
       ->excludes(input);
   command.add_flag("--mesh", o.mesh, "make the mesh, too");
+  command.add_flag("--motion", o.motion,
+                   "follow the surface's motion, too, where the particles carry velocities");
   command
       .add_option("--seconds", o.measure.seconds, "how long each measurement goes on (default 2)")
       ->check(CLI::Range(0.0, 1e6).description(""))
