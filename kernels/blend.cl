@@ -413,7 +413,7 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
 }
 #endif
 
-// One work-group per tile; a work-item takes WIDTH samples of its list (samples.cl) at a time.
+// TILE_ITEMS work-items per tile; one takes WIDTH samples of its list (samples.cl) at a time.
 kernel void blend_groups(global const int* sample,       // [tiles][256]
                          global const int* count,        // [tiles]
                          global const float* reference,  // [samples] depth, finite where listed
@@ -430,9 +430,9 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          const int2 samples, const float first, const float step,
                          const float16 rays, const float d_max,
                          const float4 sheets) {  // same_low, same_high; crease, particle radii
-  const Listed listed = fits_of(get_group_id(0), met_start, met, rim_start, rim);
+  const Listed listed = fits_of(tile_of_group(), met_start, met, rim_start, rim);
   Lanes lanes;
-  for (int place = get_local_id(0) * WIDTH;; place += get_local_size(0) * WIDTH) {
+  for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
     if (!load_lanes(place, sample, count, samples.x, first, step, rays, &lanes)) return;
     const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
                                groups, d_max, sheets);

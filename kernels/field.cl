@@ -139,11 +139,11 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
   int want[WIDTH * VECTORS];
   float ax = 0.0f, ay = 0.0f, bx = 0.0f, by = 0.0f, lanes = 0.0f;
   for (int v = 0; v < vectors; ++v) {
-    const Rays r = rays[v];
-    STOREF(r.ox + low * r.dx, x0 + v * WIDTH);
-    STOREF(r.oy + low * r.dy, y0 + v * WIDTH);
-    STOREF(r.ox + high * r.dx, x1 + v * WIDTH);
-    STOREF(r.oy + high * r.dy, y1 + v * WIDTH);
+    const Rays* r = rays + v;
+    STOREF(r->ox + low * r->dx, x0 + v * WIDTH);
+    STOREF(r->oy + low * r->dy, y0 + v * WIDTH);
+    STOREF(r->ox + high * r->dx, x1 + v * WIDTH);
+    STOREF(r->oy + high * r->dy, y1 + v * WIDTH);
     STOREI(wanted[v], want + v * WIDTH);
   }
   for (int k = 0; k < WIDTH * vectors; ++k) {

@@ -12,12 +12,13 @@ kernel void list_samples(global const float* wanted,     // [samples]
   const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
   int used = 0;
   if (i0 + TILE <= samples.x && j0 + TILE <= samples.y) {  // most tiles show nothing
-    float16 nearest = (float16)(INFINITY);
+    float8 left = (float8)(INFINITY), right = (float8)(INFINITY);
     for (int j = j0; j < j0 + TILE; ++j) {
       const int row = j * samples.x + i0;
-      nearest = fmin(nearest, fmin(vload16(0, wanted + row), vload16(0, or_wanted + row)));
+      left = fmin(left, fmin(vload8(0, wanted + row), vload8(0, or_wanted + row)));
+      right = fmin(right, fmin(vload8(1, wanted + row), vload8(1, or_wanted + row)));
     }
-    const float8 eight = fmin(nearest.lo, nearest.hi);
+    const float8 eight = fmin(left, right);
     const float4 four = fmin(eight.lo, eight.hi);
     if (!(fmin(fmin(four.x, four.y), fmin(four.z, four.w)) < INFINITY)) {
       count[tile] = 0;

@@ -230,7 +230,7 @@ kernel void smooth_contour(global const int* group,       // [samples] -1: outsi
 // Eqs. 6 and 7 at every sample of the region: all groups whose billboard covers the sample and
 // whose intersection with its ray lies within d_max of the triangle's depth. Where there is none,
 // the triangle's depth stays. Work-groups are the tiles of 16 x 16 samples that groups are listed
-// by; one work-item per sample.
+// by, or parts of one; one work-item per sample.
 kernel void blend_printed(global const int* region,       // [samples] owning group, -1: outside
                           global const float* reference,  // [samples] depth of the triangle
                           global const float* groups,     // [groups][RECORD]
@@ -242,7 +242,7 @@ kernel void blend_printed(global const int* region,       // [samples] owning gr
                           const float16 rays, const float2 scale,  // see View: u_scale, v_scale
                           const float4 w_row, const float d_max) {
   const int i = get_global_id(0), j = get_global_id(1);
-  const int tile = get_group_id(1) * get_num_groups(0) + get_group_id(0);
+  const int tile = tile_under_group(samples.x);
   if (i >= samples.x || j >= samples.y) return;
   const int s = j * samples.x + i;
   const int own = region[s];

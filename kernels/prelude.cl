@@ -7,9 +7,15 @@
 #define WIDTH 1
 #endif
 
-// Samples are taken in tiles (samples.cl).
+// Samples are taken in tiles (samples.cl). TILE_ITEMS work-items go through a tile's list, in one
+// work-group or, where a device allows no such groups, in several.
 #define TILE 16
 #define TILE_SAMPLES 256
+#if WIDTH == 1
+#define TILE_ITEMS TILE_SAMPLES
+#else
+#define TILE_ITEMS 1
+#endif
 
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -60,6 +66,14 @@ inline int all_lanes(const intv test) {
   return (pair.x & pair.y) == -1;
 }
 #endif
+
+// The tile of samples under a group of items that take WIDTH samples of a row each, from what is the
+// same for all of them: loop bounds depend on it. The group's sides divide the tile's.
+inline int tile_under_group(const int samples_x) {
+  const int i = (int)(get_group_id(0) * get_local_size(0)) * WIDTH;
+  const int j = (int)(get_group_id(1) * get_local_size(1));
+  return j / TILE * ((samples_x + TILE - 1) / TILE) + i / TILE;
+}
 
 // Values at WIDTH places of an array, and back.
 inline floatv gather_float(global const float* values, const int* at) {

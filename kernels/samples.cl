@@ -11,12 +11,18 @@ typedef struct {
   Rays rays;
 } Lanes;
 
+// The tile of the work-group, from what is the same for all its items: loop bounds depend on it.
+inline int tile_of_group(void) { return (int)(get_group_id(0) * get_local_size(0)) / TILE_ITEMS; }
+
+// Which of the TILE_ITEMS items of its tile a work-item is.
+inline int item_of_tile(void) { return (int)get_global_id(0) % TILE_ITEMS; }
+
 // The lanes from `place` on of the work-group's tile. Returns whether any is in use.
 inline int load_lanes(const int place, global const int* sample,  // [tiles][256]
                       global const int* count,   // [tiles]
                       const int nx, const float first, const float step, const float16 rays,
                       Lanes* lanes) {
-  const int tile = get_group_id(0), tiles_x = (nx + TILE - 1) / TILE;
+  const int tile = tile_of_group(), tiles_x = (nx + TILE - 1) / TILE;
   const int corner = tile / tiles_x * TILE * nx + tile % tiles_x * TILE;
   global const int* list = sample + tile * TILE_SAMPLES;
   int used[WIDTH];

@@ -257,7 +257,7 @@ kernel void settle_samples(
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   Lanes lanes[VECTORS];
   Around around;
-  for (int place = get_local_id(0) * TAKES;; place += get_local_size(0) * TAKES) {
+  for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
         load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
     if (!vectors) return;
@@ -290,7 +290,7 @@ kernel void follow_field(
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   Lanes lanes[VECTORS];
   Around around;
-  for (int place = get_local_id(0) * TAKES;; place += get_local_size(0) * TAKES) {
+  for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
         load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
     if (!vectors) return;
@@ -351,7 +351,7 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   Lanes lanes[VECTORS];
   Around around;
-  for (int place = get_local_id(0) * TAKES;; place += get_local_size(0) * TAKES) {
+  for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
         load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
     if (!vectors) return;

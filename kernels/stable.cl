@@ -323,7 +323,8 @@ inline int in_reach(global const float* g, const Sample s) {
 // smoothstep(n.n_A), are sheet A, the others B. Where B weighs enough the surface goes over to the
 // intersection of both sheets: the farther on a convex crease, the nearer on a concave one. Where
 // the ray meets no fit, the place where the fits come nearest to it is shown.
-// One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples.
+// One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples or
+// a part of one.
 kernel void blend_particles(
     global const float* reference,  // [samples] depth; +inf: leave the sample
     global const float* front,      // [samples] depth where no fit is met
@@ -338,7 +339,7 @@ kernel void blend_particles(
     const float d_max,
     const float4 sheets) {  // sigma's ends, largest distance of two sheets, unused
   const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
-  const int tile = get_group_id(1) * get_num_groups(0) + get_group_id(0);
+  const int tile = tile_under_group(samples.x);
   const int begin = tile_start[tile], end = tile_start[tile + 1];
   if (j >= samples.y || i >= samples.x) return;
   const int at = j * samples.x + i, n = samples.x * samples.y;

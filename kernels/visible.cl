@@ -185,7 +185,8 @@ kernel void splat_far(global const float* disc, global const int* end, global co
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(0.0f);
   draw_discs(part, disc, entry, map, 0, 0, 0.0f, nodes, grid, BACK, 0);
-  for (int row = 0; row < ROWS; ++row) map[row] = 0.0f - map[row];
+  // Not 0 - map: some compilers take that for -map and make a negative zero.
+  for (int row = 0; row < ROWS; ++row) map[row] = fabs(map[row]);
   store_rows(part, map, depth, nodes);
 }
 

@@ -35,8 +35,10 @@ std::uint64_t content_hash(const Surface& surface) {
 }
 
 std::uint64_t content_hash(const std::string& text) {
-  return XXH3_64bits(text.data(), text.size());
+  return content_hash(text.data(), text.size());
 }
+
+std::uint64_t content_hash(const void* bytes, std::size_t size) { return XXH3_64bits(bytes, size); }
 
 std::string hex_digits(std::uint64_t number) {
   char text[17];

@@ -1,6 +1,7 @@
 // One number for what a frame shows.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -14,6 +15,9 @@ std::uint64_t content_hash(const Surface& surface);
 
 /// The same hash of a text.
 std::uint64_t content_hash(const std::string& text);
+
+/// The same hash of bytes.
+std::uint64_t content_hash(const void* bytes, std::size_t size);
 
 /// As 16 hex digits.
 std::string hex_digits(std::uint64_t number);

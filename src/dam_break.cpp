@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "exact_math.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -200,13 +201,13 @@ void DamBreak::find_spacing(std::int64_t wanted) {
   volume *= kLength * kWidth / (kSteps * kSteps);
   const double n = static_cast<double>(wanted);
   // Rounded to a float, so that it does not depend on the last bits of the library's cube root.
-  double spacing = static_cast<float>(std::cbrt(volume / n)), best = 0;
+  double spacing = static_cast<float>(cube_root(volume / n)), best = 0;
   for (int round = 0; round < 6; ++round) {
     const std::int64_t count = count_at(spacing);
     if (count >= wanted && spacing > best) best = spacing;
     const double off = static_cast<double>(count) / n;
     if (count >= wanted && off < 1.0005) break;
-    spacing = static_cast<float>(spacing * std::cbrt(off) * 0.9999);
+    spacing = static_cast<float>(spacing * cube_root(off) * 0.9999);
   }
   if (best == 0)
     for (best = spacing; count_at(best) < wanted; best *= 0.999) {

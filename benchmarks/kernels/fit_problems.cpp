@@ -47,7 +47,7 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   }
   problems->fits = static_cast<double>(fitted.size());
 
-  FitBatches& batches = problems->batches = make_batches(sizes);
+  FitBatches& batches = problems->batches = make_batches(sizes).front();
   const std::vector<std::int32_t> place = places_in(surface.index, fitted);
   problems->particle.assign(batches.lanes, -1);
   problems->neighbour.assign(batches.slots, -1);

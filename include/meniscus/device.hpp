@@ -36,7 +36,10 @@ struct DeviceInfo {
 
 /// All devices of all platforms, in the order the OpenCL loader gives them. Platforms that fail
 /// are skipped. Throws DeviceError when there is no OpenCL platform at all.
-std::vector<DeviceInfo> list_devices();
+///
+///   problems  when given, receives a line for each platform that gives no device and for each
+///             vendor's library that gives no platform: which, and why
+std::vector<DeviceInfo> list_devices(std::vector<std::string>* problems = nullptr);
 
 /// The device that `selector` names: an index, `cpu`, `gpu`, or a part of a name (any case).
 /// Empty: the fastest kind found: GPU, then accelerator, then CPU; among equals most compute

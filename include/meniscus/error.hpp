@@ -32,6 +32,12 @@ struct DeviceError : Error {
   using Error::Error;
 };
 
+/// The device has no memory for what was asked of it. Less at a time may do: a smaller `memory` of
+/// extract(), a smaller image, or another device.
+struct OutOfDeviceMemory : DeviceError {
+  using DeviceError::DeviceError;
+};
+
 /// Throws InvalidArgument with `message` unless `condition` holds.
 inline void require(bool condition, const std::string& message) {
   if (!condition) throw InvalidArgument(message);

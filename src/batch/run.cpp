@@ -10,10 +10,13 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <shared_mutex>
 #include <thread>
 #include <utility>
 
 #include "content_hash.hpp"
+#include "device/device.hpp"
+#include "extract_sparingly.hpp"
 #include "io/seal.hpp"
 
 namespace meniscus {
@@ -39,6 +42,16 @@ struct Frame {
   std::unique_ptr<ParticleSource> particles;
   Surface surface;
 };
+
+// A thread's device.
+struct Worker {
+  Device device;
+  std::size_t which = 0;  // of the batch's devices
+  int failures = 0;       // frames in a row that it could not do
+};
+
+// A device that fails so many frames in a row gets no more.
+constexpr int kPatience = 3;
 
 // Frames waiting for the next step. The end is a null pointer for each thread that waits. The
 // steps block on files and devices, so that they are threads and no tasks of oneTBB's, whose own
@@ -66,17 +79,18 @@ class Batch {
 
   BatchOutcome run() {
     // PoCL and drivers take their time to open a device, so all open at once.
-    std::vector<std::future<Device>> opening;
-    for (const DeviceInfo& info : settings_.devices)
+    std::vector<std::future<Worker>> opening;
+    for (std::size_t which = 0; which < settings_.devices.size(); ++which)
       for (int k = 0; k < settings_.in_flight; ++k)
-        opening.push_back(std::async(std::launch::async, [&info] { return Device(info); }));
-    std::vector<Device> devices;
-    for (std::future<Device>& device : opening) devices.push_back(device.get());
+        opening.push_back(std::async(std::launch::async, [this, which] {
+          return Worker{Device(settings_.devices[which]), which};
+        }));
+    for (std::future<Worker>& worker : opening) workers_.push_back(worker.get());
 
     const std::size_t writers = static_cast<std::size_t>(settings_.writers);
     readers_ = writers;  // reading is cheap, but checking outputs that may be whole is not
-    extractors_ = devices.size();
-    read_.set_capacity(static_cast<std::ptrdiff_t>(devices.size()));
+    extractors_ = workers_.size();
+    read_.set_capacity(static_cast<std::ptrdiff_t>(workers_.size()));
     extracted_.set_capacity(static_cast<std::ptrdiff_t>(writers));
     {
       std::vector<std::jthread> threads;
@@ -84,13 +98,13 @@ class Batch {
         threads.emplace_back([&] {
           read_all();
           if (--readers_ == 0)
-            for (std::size_t i = 0; i < devices.size(); ++i) read_.push(nullptr);
+            for (std::size_t i = 0; i < workers_.size(); ++i) read_.push(nullptr);
         });
         threads.emplace_back([&] { write_all(); });
       }
-      for (Device& device : devices)
+      for (Worker& worker : workers_)
         threads.emplace_back([&] {
-          extract_all(device);
+          extract_all(worker);
           if (--extractors_ == 0)
             for (std::size_t i = 0; i < writers; ++i) extracted_.push(nullptr);
         });
@@ -143,21 +157,19 @@ class Batch {
     return true;
   }
 
-  void extract_all(Device& device) {
+  void extract_all(Worker& worker) {
     for (std::unique_ptr<Frame> frame; read_.pop(frame), frame;) {
       if (halted_ || stop_ != 0) continue;  // not begun, so that --resume does it
       FrameRecord& record = frame->record;
-      record.device = device.info().name;
-      if (attempt(*frame, record.extract_ms, [&] { extract_one(device, *frame); }))
+      if (attempt(*frame, record.extract_ms, [&] { extract_one(worker, *frame); }))
         extracted_.push(std::move(frame));
     }
   }
 
-  void extract_one(Device& device, Frame& frame) {
+  void extract_one(Worker& worker, Frame& frame) {
     std::vector<StageTime> stages;
     try {
-      frame.surface = extract(device, *frame.particles, frame.camera, settings_.parameters, &stages,
-                              settings_.memory);
+      frame.surface = extract_somehow(worker, frame, stages);
     } catch (const InputError& error) {
       throw InputError(frame.job->input + ": " + error.what());
     }
@@ -176,6 +188,61 @@ class Batch {
     record.warnings = frame.surface.warnings;
     record.residual = mean_residual(frame.surface);
     record.hash = hex_digits(content_hash(frame.surface));
+  }
+
+  // What did not work is tried again while all other threads wait: where memory ran out with as
+  // little of it as can be, and then, or where the device failed, on another one.
+  Surface extract_somehow(Worker& worker, Frame& frame, std::vector<StageTime>& stages) {
+    const auto extract_on = [&](Device& device) {
+      frame.record.device = device.info().name;
+      return extract(device, *frame.particles, frame.camera, settings_.parameters, &stages,
+                     settings_.memory);
+    };
+    std::string failure;
+    std::optional<OutOfDeviceMemory> no_memory;
+    try {
+      { const std::lock_guard turn(gate_); }  // behind one that wants to be alone
+      const std::shared_lock with_others(extracting_);
+      Surface surface = extract_on(worker.device);
+      worker.failures = 0;
+      return surface;
+    } catch (const OutOfDeviceMemory& error) {
+      no_memory = error;
+    } catch (const DeviceError& error) {
+      failure = error.what();
+    }
+    const std::lock_guard turn(gate_);
+    const std::unique_lock alone(extracting_);
+    if (no_memory) try {
+        for (Worker& other : workers_) other.device.state().pool->drop_idle();
+        Surface surface =
+            extract_sparingly(worker.device, *frame.particles, frame.camera, settings_.parameters,
+                              &stages, settings_.memory, *no_memory);
+        worker.failures = 0;
+        return surface;
+      } catch (const DeviceError& error) {
+        failure = error.what();
+      }
+    if (settings_.devices.size() == 1) throw DeviceError(failure);
+    ++worker.failures;
+    stages.clear();
+    const std::size_t which = (worker.which + 1) % settings_.devices.size();
+    std::optional<Worker> other;
+    Surface surface;
+    try {
+      other = Worker{Device(settings_.devices[which]), which};
+      surface = extract_on(other->device);
+    } catch (const DeviceError& error) {
+      throw DeviceError(failure + "; then " + error.what());
+    }
+    surface.warnings.push_back("extracted on another device after: " + failure);
+    if (worker.failures == kPatience) {
+      surface.warnings.push_back("a device that failed " + std::to_string(kPatience) +
+                                 " frames in a row gets no more: \"" + worker.device.info().name +
+                                 '"');
+      worker = std::move(*other);
+    }
+    return surface;
   }
 
   void write_all() {
@@ -242,6 +309,9 @@ class Batch {
   Queue read_, extracted_;
   std::atomic<std::size_t> next_{0}, readers_{0}, extractors_{0};
   std::atomic<bool> halted_{false};  // by an error: frames under way are dropped
+  std::vector<Worker> workers_;
+  std::mutex gate_;               // passed by each frame before `extracting_`
+  std::shared_mutex extracting_;  // by one frame alone when it is extracted again
   std::mutex one_at_a_time_;
   BatchOutcome outcome_;
   std::exception_ptr failure_;

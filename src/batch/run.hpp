@@ -42,8 +42,10 @@ struct BatchOutcome {
 ///   finished  called once for each frame that is over, in the order in which they are, by one
 ///             thread at a time; what it throws ends the batch
 ///
-/// A frame that cannot be read or extracted fails by itself. One that cannot be written ends the
-/// batch and is not over. Throws DeviceError when a device cannot be opened.
+/// A frame for which a device has no memory is extracted again, alone and in smaller chunks; one
+/// whose device fails, on another device; its warnings say so. A device that fails frame after frame
+/// gets no more. A frame that cannot be read or extracted fails by itself. One that cannot be
+/// written ends the batch and is not over. Throws DeviceError when a device cannot be opened.
 BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
                        const BatchSettings& settings, const std::atomic<int>& stop,
                        const std::function<void(const FrameRecord&)>& finished);

@@ -1,14 +1,8 @@
 // `bench`: measures, and writes tables, JSON and the page.
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <optional>
 
+#include "child_process.hpp"
 #include "cli/bench_command.hpp"
 #include "cli/options.hpp"
 #include "io/input_file.hpp"
@@ -55,46 +49,13 @@ void check_kernels(const BenchOptions& options) {
   }
 }
 
-// What a child process writes to its standard output. OpenCL runtimes read their number of threads
-// once, so that another number needs another process.
-std::string output_of(std::vector<std::string> words) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  int ends[2];
-  if (pipe(ends) != 0) throw Error(std::string("bench: no pipe: ") + std::strerror(errno));
-  const pid_t parent = getpid(), child = fork();
-  if (child < 0) throw Error(std::string("bench: no second process: ") + std::strerror(errno));
-  if (child == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) _exit(127);
-    dup2(ends[1], STDOUT_FILENO);
-    close(ends[0]);
-    close(ends[1]);
-    execv("/proc/self/exe", arguments.data());
-    _exit(127);
-  }
-  close(ends[1]);
-  std::string text;
-  char buffer[4096];
-  for (ssize_t count; (count = read(ends[0], buffer, sizeof buffer)) != 0;) {
-    if (count < 0 && errno != EINTR) break;
-    if (count > 0) text.append(buffer, static_cast<std::size_t>(count));
-  }
-  close(ends[0]);
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw Error("bench: the run with one thread failed; its reason is above");
-  return text;
-}
-
+// OpenCL runtimes read their number of threads once, so that another number needs another process.
 bench::Session measure_with_one_thread(const BenchOptions& options, const DeviceInfo& device) {
   std::string particles;
   for (const long long count : options.particles)
     particles += (particles.empty() ? "" : ",") + std::to_string(count);
   std::vector<std::string> words{
-      "meniscus",      "bench",
+      "bench",
       "--threads",     "1",
       "--json",        "-",
       "--device",      std::to_string(device.index),
@@ -106,7 +67,11 @@ bench::Session measure_with_one_thread(const BenchOptions& options, const Device
     words.push_back(kernel);
   }
   if (options.quiet) words.push_back("--quiet");
-  const bench::BenchRun run = bench::from_json(output_of(words), "the run with one thread");
+  ChildProcess child(words, false);
+  const std::string json = child.read_all();
+  if (!child.wait().empty())
+    throw Error("bench: the run with one thread failed; its reason is above");
+  const bench::BenchRun run = bench::from_json(json, "the run with one thread");
   require(run.sessions.size() == 1, "bench: the run with one thread has no results");
   return run.sessions.front();
 }

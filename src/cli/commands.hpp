@@ -25,4 +25,7 @@ void add_bench_command(CLI::App& program);
 /// Adds `frame` to `bench`: whole frames of all methods.
 void add_bench_frame_command(CLI::App& bench);
 
+/// Adds `verify`: whether devices compute what they should. Sets the exit code.
+void add_verify_command(CLI::App& program, int& exit_code);
+
 }  // namespace meniscus::cli

@@ -3,6 +3,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/report.hpp"
+#include "device/program_cache.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -10,7 +11,8 @@ namespace meniscus::cli {
 namespace {
 
 void show_devices() {
-  const std::vector<DeviceInfo> devices = list_devices();
+  std::vector<std::string> problems;
+  const std::vector<DeviceInfo> devices = list_devices(&problems);
   std::string why, problem;
   int chosen = -1;
   try {
@@ -28,11 +30,14 @@ void show_devices() {
                 device.version.c_str());
     if (!device.usable) std::printf("     not usable: %s\n", device.problem.c_str());
   }
+  for (const std::string& other : problems) std::printf("! %s\n", other.c_str());
   if (chosen < 0) throw DeviceError(problem);
   std::printf(
       "\nThe default is %d: %s. Choose another by --device with its number, a part of its "
       "name, cpu or gpu.\n",
       chosen, why.c_str());
+  if (const std::string folder = program_cache_folder(); !folder.empty())
+    std::printf("Built kernels are kept in %s; remove it to build them anew.\n", folder.c_str());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "cli/report.hpp"
 #include "cli/sequence.hpp"
 #include "device/device.hpp"
+#include "extract_sparingly.hpp"
 #include "frame/process.hpp"
 #include "io/output_file.hpp"
 #include "io/parts.hpp"
@@ -35,6 +36,10 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
                      const Camera& camera, std::vector<StageTime>& stages) {
   try {
     return extract(device, particles, camera, options.parameters, &stages, options.memory);
+  } catch (const OutOfDeviceMemory& error) {
+    if (launched_team().size() > 1) throw;  // the others go on without this process
+    return extract_sparingly(device, particles, camera, options.parameters, &stages, options.memory,
+                             error);
   } catch (const InputError& error) {
     throw InputError(options.input + ": " + error.what());
   }

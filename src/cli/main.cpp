@@ -14,6 +14,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/help_formatter.hpp"
+#include "cli/newer_tbb.hpp"
 #include "cli/signals.hpp"
 #include "meniscus/meniscus.hpp"
 #include "mpi/launch.hpp"
@@ -64,6 +65,7 @@ int run(int argc, char** argv) {
   meniscus::cli::add_devices_command(program);
   meniscus::cli::add_generate_command(program);
   meniscus::cli::add_report_command(program);
+  meniscus::cli::add_verify_command(program, exit_code);
   try {
     program.parse(argc, argv);
     if (std::fflush(stdout) != 0)
@@ -88,6 +90,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   int code = kDone;
   try {
+    meniscus::cli::start_with_newer_tbb(argv);
     keep_freed_memory();
     meniscus::cli::handle_signals();
     code = run(argc, argv);

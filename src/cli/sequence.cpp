@@ -1,7 +1,6 @@
 #include "cli/sequence.hpp"
 
 #include <ImfThreading.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -25,6 +24,7 @@
 #include "cli/signals.hpp"
 #include "extract.hpp"
 #include "frame/process.hpp"
+#include "host_name.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/device.hpp"
 #include "mpi/launch.hpp"
@@ -74,12 +74,6 @@ std::vector<DeviceInfo> choose_devices(const std::string& selector, std::string&
     throw DeviceError("--device all: none of the OpenCL devices is usable (see meniscus devices)");
   why = "all";
   return devices;
-}
-
-std::string host_name() {
-  char name[256] = "";
-  gethostname(name, sizeof name - 1);
-  return name;
 }
 
 void warn(const std::string& what) {
@@ -241,8 +235,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
           (outcome.skipped == 0 ? ""
                                 : "; " + std::to_string(outcome.skipped) + " were there already"));
   if (page) {
-    std::vector<std::int64_t> frames = plan.missing;
-    for (const FrameJob& job : plan.jobs) frames.push_back(job.frame);
+    std::vector<std::int64_t> frames = plan.frames();
+    frames.insert(frames.end(), plan.missing.begin(), plan.missing.end());
     page->write(to_html(merge_records(records, frames)));
     page->commit();
     say("report", options.report);

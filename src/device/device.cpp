@@ -1,9 +1,15 @@
 #include "device/device.hpp"
 
 #include <algorithm>
+#include <cstdlib>
+#include <array>
 #include <sstream>
 
+#include "content_hash.hpp"
+#include "device/installation.hpp"
 #include "device/kernel_sources.hpp"
+#include "device/opencl_error.hpp"
+#include "device/program_cache.hpp"
 
 namespace meniscus {
 namespace {
@@ -20,21 +26,52 @@ std::string compiler_options(const cl::Device& device) {
 // Vector loads may reach past the last value by up to one vector of sixteen.
 constexpr std::size_t kPadding = 64 * 16;
 
-[[noreturn]] void fail(const Device::State& state, const std::string& call,
-                       const cl::Error& error) {
-  std::string what = call + " failed on \"" + state.info.name + "\"" +
-                     (state.stage.empty() ? "" : " in stage " + state.stage) + ": OpenCL error " +
-                     std::to_string(error.err());
-  if (error.err() == CL_MEM_OBJECT_ALLOCATION_FAILURE || error.err() == CL_OUT_OF_RESOURCES ||
-      error.err() == CL_OUT_OF_HOST_MEMORY || error.err() == CL_INVALID_BUFFER_SIZE)
-    what += " (out of memory: use a smaller image or another --device)";
-  throw DeviceError(what);
-}
-
 std::string_view text_of(const std::string& file) {
   for (const KernelSource& source : kernel_sources())
     if (source.file == file) return source.text;
   throw DeviceError(file + " is not among the embedded kernels");
+}
+
+// Whether built programs are worth keeping. Not where the platform's own cache does as well, and not
+// where kernels are run to be looked at.
+bool are_worth_keeping(const DeviceInfo& info) {
+  constexpr std::array kNot{"rusticl", "NVIDIA CUDA", "Oclgrind"};
+  return std::find(kNot.begin(), kNot.end(), info.platform) == kNot.end();
+}
+
+// All that a built program depends on.
+std::string description_of(const DeviceInfo& info, const std::string& source,
+                           const std::string& options) {
+  std::string text;
+  for (const std::string& part : {info.platform, info.vendor, info.name, info.version, info.driver,
+                                  options, hex_digits(content_hash(source)),
+                                  std::to_string(source.size())})
+    text += part + "\n";
+  if (const char* mode = std::getenv(kIntelVectorizer)) text += mode;
+  return text;
+}
+
+// Empty: the driver does not give it away.
+std::string binary_of(const cl::Program& program) {
+  std::size_t size = 0;
+  if (clGetProgramInfo(program(), CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) !=
+      CL_SUCCESS)
+    return "";
+  std::string binary(size, '\0');
+  auto* bytes = reinterpret_cast<unsigned char*>(binary.data());
+  return clGetProgramInfo(program(), CL_PROGRAM_BINARIES, sizeof bytes, &bytes, nullptr) ==
+                 CL_SUCCESS
+             ? binary
+             : "";
+}
+
+// What the compiler said, or nothing where that cannot be asked.
+std::string build_log(const cl::Program& program, const cl::Device& device) {
+  try {
+    return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
+  } catch (const cl::Error&) {
+    return "";
+  }
 }
 
 // The first line of the compiler's log that speaks of an error, or the first line.
@@ -48,7 +85,41 @@ std::string first_error(const std::string& log) {
   return first;
 }
 
+// A range whose work-groups have at most `most` items. The sides of groups are powers of two.
+Range with_groups_of(Range range, std::size_t most) {
+  while (range.group_x * range.group_y > std::max<std::size_t>(1, most))
+    (range.group_y > 1 ? range.group_y : range.group_x) /= 2;
+  return range;
+}
+
 }  // namespace
+
+std::string Device::State::place() const {
+  std::string text = " on \"";
+  text += info.name + "\"";
+  if (!stage.empty()) text += " in stage " + stage;
+  return text;
+}
+
+void Device::State::fail(const std::string& doing, const cl::Error& error) const {
+  const std::string what = doing + place() + ": " + describe(error);
+  if (is_out_of_memory(error.err()))
+    throw OutOfDeviceMemory(what +
+                            ": out of memory (use a smaller image, a smaller --memory, or another "
+                            "--device)");
+  throw DeviceError(what + " (try another --device; meniscus devices lists them)");
+}
+
+void Device::State::keep_context() {
+  if (context_is_kept_) return;
+  context_is_kept_ = clRetainContext(context()) == CL_SUCCESS;
+}
+
+Device::State::~State() {
+  if (!queue()) return;
+  // What is enqueued reads memory that goes away now. Errors have been reported by now.
+  clFinish(queue());
+}
 
 void DeviceMemory::add(std::uint64_t bytes) {
   const std::uint64_t now = now_ += bytes;
@@ -58,6 +129,50 @@ void DeviceMemory::add(std::uint64_t bytes) {
 }
 
 std::string width_option(int width) { return "-D WIDTH=" + std::to_string(width); }
+
+// A program from a binary that this driver made before; none where it refuses that.
+cl::Program Device::State::build_kept(const std::string& binary, const std::string& options) {
+  const std::size_t size = binary.size();
+  const auto* bytes = reinterpret_cast<const unsigned char*>(binary.data());
+  cl_int status = CL_SUCCESS, error = CL_SUCCESS;
+  cl::Program program(
+      clCreateProgramWithBinary(context(), 1, &info.handle(), &size, &bytes, &status, &error));
+  if (error != CL_SUCCESS || status != CL_SUCCESS) return {};
+  if (clBuildProgram(program(), 1, &info.handle(), options.c_str(), nullptr, nullptr) == CL_SUCCESS)
+    return program;
+  keep_context();
+  return {};
+}
+
+cl::Program Device::State::build(const std::string& file, const std::string& source,
+                                 const std::string& more_options) {
+  std::string log;
+  try {
+    const std::string options = compiler_options(info.handle) + more_options;
+    const bool keeps = keep_programs && !kernel_text;
+    std::string key;
+    if (keeps) {
+      key = description_of(info, source, options);
+      if (const std::string binary = find_program(key); !binary.empty()) {
+        if (cl::Program program = build_kept(binary, options); program()) return program;
+        drop_program(key);
+      }
+    }
+    cl::Program program(context, source);
+    const cl_int error =
+        clBuildProgram(program(), 1, &info.handle(), options.c_str(), nullptr, nullptr);
+    if (error == CL_SUCCESS) {
+      if (keeps) keep_program(key, binary_of(program));
+      return program;
+    }
+    keep_context();
+    if (error == CL_BUILD_PROGRAM_FAILURE) log = build_log(program, info.handle);
+    if (log.empty()) throw cl::Error(error, "clBuildProgram");
+  } catch (const cl::Error& error) {
+    fail("building " + file, error);
+  }
+  throw DeviceError(file + " did not build" + place() + ": " + first_error(log));
+}
 
 cl::Kernel& Device::State::kernel(const std::string& file, const std::string& name,
                                   const std::string& options) {
@@ -69,35 +184,34 @@ cl::Kernel& Device::State::kernel(const std::string& file, const std::string& na
   if (program == programs.end()) {
     std::string source;
     std::istringstream parts("prelude.cl " + file);
-    for (std::string part; parts >> part;)
-      source += "\n#line 1 \"" + part + "\"\n" + std::string(text_of(part));
-    try {
-      cl::Program built(context, source);
-      try {
-        built.build(info.handle, (compiler_options(info.handle) + options).c_str());
-      } catch (const cl::Error&) {
-        throw DeviceError(file + " did not build on \"" + info.name + "\": " +
-                          first_error(built.getBuildInfo<CL_PROGRAM_BUILD_LOG>(info.handle)));
-      }
-      program = programs.emplace(program_key, built).first;
-    } catch (const cl::Error& error) {
-      fail(*this, "building " + file, error);
+    for (std::string part; parts >> part;) {
+      const std::string text(text_of(part));
+      source += "\n#line 1 \"" + part + "\"\n" + (kernel_text ? kernel_text(part, text) : text);
     }
+    program = programs.emplace(program_key, build(file, source, options)).first;
   }
   try {
     return kernels.emplace(key, cl::Kernel(program->second, name.c_str())).first->second;
   } catch (const cl::Error& error) {
-    fail(*this, "creating kernel " + name, error);
+    keep_context();
+    fail("creating kernel " + name, error);
   }
 }
 
-void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const Range& range) {
+void Device::State::check_unmapped() {
+  if (unmap_error_) throw *std::exchange(unmap_error_, std::nullopt);
+}
+
+void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const Range& wanted) {
   const auto rounded = [](std::size_t n, std::size_t group) {
     return (n + group - 1) / group * group;
   };
-  if (range.nx == 0 || range.ny == 0) return;
+  if (wanted.nx == 0 || wanted.ny == 0) return;
   cl::Event event;
   try {
+    check_unmapped();
+    const Range range = with_groups_of(
+        wanted, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
     const cl::NDRange global =
         range.group_y > 1 || range.ny > 1
             ? cl::NDRange(rounded(range.nx, range.group_x), rounded(range.ny, range.group_y))
@@ -107,25 +221,29 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
                                   : cl::NDRange(range.group_x);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, &event);
   } catch (const cl::Error& error) {
-    fail(*this, "launching " + name, error);
+    fail("launching " + name, error);
   }
-  events.emplace_back(name, event);
+  events.emplace_back(name, std::move(event));
+}
+
+std::size_t Device::State::most_bytes() const {
+  return info.largest_buffer < 2 * kPadding ? 0 : (info.largest_buffer - kPadding) / 64 * 64;
 }
 
 Memory Device::State::allocate_bytes(std::size_t bytes) {
-  if (bytes > info.largest_buffer)
-    throw DeviceError("a buffer of " + std::to_string(bytes) + " bytes is needed but \"" +
-                      info.name + "\" allows " + std::to_string(info.largest_buffer) +
-                      " (use a smaller image or another --device)");
+  if (bytes > most_bytes())
+    throw OutOfDeviceMemory("a buffer of " + std::to_string(bytes) + " bytes is needed but \"" +
+                            info.name + "\" allows " + std::to_string(most_bytes()) +
+                            " (use a smaller image or another --device)");
   try {
     const std::size_t padded = (bytes + 63) / 64 * 64 + kPadding;
     Memory buffer = pool->take(padded);
     const cl_uint zero = 0;
-    const std::size_t tail = bytes / 4 * 4;
+    const std::size_t tail = observer ? 0 : bytes / 4 * 4;
     queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
     return buffer;
   } catch (const cl::Error& error) {
-    fail(*this, "allocating " + std::to_string(bytes) + " bytes", error);
+    fail("allocating " + std::to_string(bytes) + " bytes", error);
   }
 }
 
@@ -133,7 +251,7 @@ void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::siz
   try {
     queue.enqueueWriteBuffer(to, CL_TRUE, 0, bytes, from);
   } catch (const cl::Error& error) {
-    fail(*this, "upload", error);
+    fail("uploading " + std::to_string(bytes) + " bytes", error);
   }
 }
 
@@ -141,7 +259,7 @@ void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t byt
   try {
     queue.enqueueReadBuffer(from, CL_TRUE, 0, bytes, to);
   } catch (const cl::Error& error) {
-    fail(*this, "download", error);
+    fail("downloading " + std::to_string(bytes) + " bytes", error);
   }
 }
 
@@ -149,15 +267,15 @@ void* Device::State::map_bytes(const cl::Buffer& buffer, std::size_t bytes) {
   try {
     return queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
   } catch (const cl::Error& error) {
-    fail(*this, "mapping a buffer", error);
+    fail("mapping " + std::to_string(bytes) + " bytes", error);
   }
 }
 
 void Device::State::unmap(const cl::Buffer& buffer, void* mapped) noexcept {
   try {
     queue.enqueueUnmapMemObject(buffer, mapped);
-  } catch (const cl::Error&) {
-    // The next command on the buffer says what is wrong.
+  } catch (const cl::Error& error) {
+    unmap_error_ = error;
   }
 }
 
@@ -179,13 +297,14 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
       queue.enqueueFillBuffer(buffer, byte, 0, bytes);
     }
   } catch (const cl::Error& error) {
-    fail(*this, "fill", error);
+    fail("filling " + std::to_string(bytes) + " bytes", error);
   }
 }
 
 std::vector<std::pair<std::string, double>> Device::State::take_times() {
   std::vector<std::pair<std::string, double>> times;
   try {
+    check_unmapped();
     queue.finish();
     for (const auto& [name, event] : events) {
       const auto begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
@@ -193,7 +312,7 @@ std::vector<std::pair<std::string, double>> Device::State::take_times() {
       times.emplace_back(name, 1e-6 * static_cast<double>(end - begin));
     }
   } catch (const cl::Error& error) {
-    fail(*this, "waiting for the device", error);
+    fail("waiting for the kernels", error);
   }
   events.clear();
   return times;
@@ -206,11 +325,14 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   try {
     state_->context = cl::Context(info.handle);
     state_->queue = cl::CommandQueue(state_->context, info.handle, CL_QUEUE_PROFILING_ENABLE);
-    state_->pool = std::make_unique<MemoryPool>(state_->context, state_->memory);
+    state_->pool = std::make_unique<MemoryPool>(state_->context, state_->memory, info.largest_buffer);
   } catch (const cl::Error& error) {
-    fail(*state_, "opening the device", error);
+    state_->fail("opening the device", error);
   }
-  state_->vector_width = info.kind == DeviceKind::cpu ? 8 : 1;
+  state_->keep_programs = are_worth_keeping(info);
+  // llvmpipe ends a work-item's loops after 65,535 rounds in all, so that one must not do much.
+  const bool ends_loops = info.platform == "rusticl";
+  state_->vector_width = info.kind == DeviceKind::cpu && !ends_loops ? 8 : 1;
 }
 
 Device::~Device() = default;

@@ -3,9 +3,12 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -23,11 +26,33 @@ struct Buffer {
   std::size_t size = 0;  // values
 };
 
-/// Work-items in up to two dimensions and the fixed work-group they are cut into. The range is
-/// rounded up to whole work-groups.
+/// Work-items in up to two dimensions and the work-group they are cut into, whose sides are powers of
+/// two; they are halved, the height first, until the device and the kernel allow the group. The
+/// range is rounded up to whole work-groups.
 struct Range {
   std::size_t nx = 1, ny = 1;
   std::size_t group_x = 64, group_y = 1;
+};
+
+/// A kernel's launch, as those who watch launches see it.
+struct KernelLaunch {
+  struct Argument {
+    const cl::Buffer* buffer = nullptr;  // null: a scalar
+    std::size_t bytes = 0;               // of the buffer's values
+    bool floats = false;                 // the values are float, else integers
+  };
+  const std::string& file;
+  const std::string& kernel;
+  Range range;  // may be changed before the launch
+  std::vector<Argument> arguments;
+};
+
+/// Sees every launch on a device; what it is for is verify (verify/trace.hpp).
+class LaunchObserver {
+ public:
+  virtual ~LaunchObserver() = default;
+  virtual void before(KernelLaunch& launch) = 0;
+  virtual void after(const KernelLaunch& launch) = 0;
 };
 
 /// How much memory the buffers of a device take. Buffers tell it when they come and when the driver
@@ -56,20 +81,47 @@ struct Device::State {
   std::map<std::string, cl::Program> programs;            // by file and options
   std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options
   std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
-  std::string stage;                                      // named in error messages
+  bool keep_programs = false;  // built ones on disk, see program_cache.hpp
+  std::string stage;           // named in error messages
+  LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
+  /// When set, what it makes of a kernel file's text is built instead: faults on purpose.
+  std::function<std::string(const std::string& file, const std::string& text)> kernel_text;
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State();
 
   cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
   void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
+  std::size_t most_bytes() const;  // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
   void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);  // for reading; waits
-  void unmap(const cl::Buffer& buffer, void* mapped) noexcept;
+  void unmap(const cl::Buffer& buffer, void* mapped) noexcept;  // the next launch throws for it
   void fill_bytes(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
                   std::size_t bytes);
 
+  /// Throws what a failed call comes to: `doing` says what the program was about, "filling 12 bytes".
+  [[noreturn]] void fail(const std::string& doing, const cl::Error& error) const;
+
   /// Waits for all work and returns the milliseconds each kernel took since the last call.
   std::vector<std::pair<std::string, double>> take_times();
+
+ private:
+  std::string place() const;  // " on "the device" in stage fit"
+  cl::Program build(const std::string& file, const std::string& source, const std::string& options);
+  cl::Program build_kept(const std::string& binary, const std::string& options);
+
+  /// From now on the context is never released. After a build that failed, or a kernel that cannot
+  /// be made, PoCL 3.0 aborts the process when the context goes, and nobody would learn what failed.
+  void keep_context();
+  bool context_is_kept_ = false;
+
+  /// Throws where unmap failed, which cannot throw by itself.
+  void check_unmapped();
+  std::optional<cl::Error> unmap_error_;
 };
 
 /// "-D WIDTH=n": the number of pixels or groups that a work-item of a loop-heavy kernel takes.
@@ -78,6 +130,12 @@ std::string width_option(int width);
 template <class T>
 Buffer<T> allocate(Device& device, std::size_t size) {
   return {device.state().allocate_bytes(size * sizeof(T)), size};
+}
+
+/// The most values of T that a buffer of the device can hold. What grows beyond is cut by its stage.
+template <class T>
+std::size_t most_values(Device& device) {
+  return device.state().most_bytes() / sizeof(T);
 }
 
 /// A buffer filled with `value`.
@@ -149,6 +207,16 @@ const T& kernel_argument(const T& value) {
   return value;
 }
 
+template <class T>
+KernelLaunch::Argument seen_argument(const Buffer<T>& buffer) {
+  const cl::Buffer& memory = buffer.memory;
+  return {&memory, buffer.size * sizeof(T), std::is_same_v<T, float>};
+}
+template <class T>
+KernelLaunch::Argument seen_argument(const T&) {
+  return {};
+}
+
 /// Builds (once) and launches a kernel: the only place that sets arguments. `file` names the kernel's
 /// file, after those whose functions it uses: "field.cl settle.cl". `options` go to the compiler,
 /// e.g. width_option(8). Does not wait.
@@ -157,18 +225,21 @@ void launch(Device& device, const std::string& file, const std::string& name, co
             const std::string& options, const Arguments&... arguments) {
   Device::State& state = device.state();
   cl::Kernel& kernel = state.kernel(file, name, options);
-  const cl_uint expected = kernel.getInfo<CL_KERNEL_NUM_ARGS>();
-  if (expected != sizeof...(arguments))
-    throw DeviceError(file + ": " + name + " takes " + std::to_string(expected) +
-                      " arguments, not " + std::to_string(sizeof...(arguments)));
+  cl_uint index = 0;
   try {
-    cl_uint index = 0;
+    const cl_uint expected = kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+    if (expected != sizeof...(arguments))
+      throw DeviceError(file + ": " + name + " takes " + std::to_string(expected) +
+                        " arguments, not " + std::to_string(sizeof...(arguments)));
     (kernel.setArg(index++, kernel_argument(arguments)), ...);
   } catch (const cl::Error& error) {
-    throw DeviceError(file + ": " + name + ": an argument was refused (OpenCL error " +
-                      std::to_string(error.err()) + ")");
+    state.fail("giving " + name + " its arguments", error);
   }
-  state.enqueue(kernel, name, range);
+  if (!state.observer) return state.enqueue(kernel, name, range);
+  KernelLaunch seen{file, name, range, {seen_argument(arguments)...}};
+  state.observer->before(seen);
+  state.enqueue(kernel, name, seen.range);
+  state.observer->after(seen);
 }
 
 }  // namespace meniscus

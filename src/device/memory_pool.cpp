@@ -10,10 +10,10 @@ namespace meniscus {
 namespace {
 
 // Sizes that blocks have: sixteen between one power of two and the next, so that at most a
-// sixteenth is wasted.
-std::size_t block_size(std::size_t bytes) {
+// sixteenth is wasted; and the largest one, for what comes near it.
+std::size_t block_size(std::size_t bytes, std::size_t largest) {
   const std::size_t step = std::max<std::size_t>(256, std::bit_floor(bytes) / 16);
-  return (bytes + step - 1) / step * step;
+  return std::max(bytes, std::min((bytes + step - 1) / step * step, largest));
 }
 
 // Counts a buffer until the driver frees it, which may be after the Device is gone.
@@ -80,11 +80,12 @@ void MemoryPool::Shelf::shrink(std::uint64_t most) {
   }
 }
 
-MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count)
-    : context_(std::move(context)), count_(std::move(count)) {}
+MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count,
+                       std::size_t largest)
+    : context_(std::move(context)), count_(std::move(count)), largest_(largest) {}
 
 Memory MemoryPool::take(std::size_t bytes) {
-  const std::size_t size = block_size(bytes);
+  const std::size_t size = block_size(bytes, largest_);
   const std::lock_guard lock(shelf_->mutex);
   cl::Buffer buffer;
   if (const auto found = shelf_->blocks.find(size); found != shelf_->blocks.end()) {
@@ -116,6 +117,11 @@ void MemoryPool::reuse(bool on) {
   const std::lock_guard lock(shelf_->mutex);
   shelf_->reuse = on;
   if (!on) shelf_->shrink(0);
+}
+
+void MemoryPool::drop_idle() {
+  const std::lock_guard lock(shelf_->mutex);
+  shelf_->shrink(0);
 }
 
 }  // namespace meniscus

@@ -33,13 +33,17 @@ class Memory {
 /// the pool and the device, and may be dropped by any thread.
 class MemoryPool {
  public:
-  MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count);
+  /// `largest`: bytes that one buffer may have.
+  MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count, std::size_t largest);
 
   /// At least `bytes`, with any content. Throws cl::Error.
   Memory take(std::size_t bytes);
 
   /// Whether memory is used again (default). When not, what is given back goes to the driver.
   void reuse(bool on);
+
+  /// Gives what nobody uses back to the driver.
+  void drop_idle();
 
  private:
   friend struct Memory::Block;
@@ -58,6 +62,7 @@ class MemoryPool {
 
   cl::Context context_;
   std::shared_ptr<DeviceMemory> count_;
+  std::size_t largest_;
   std::shared_ptr<Shelf> shelf_ = std::make_shared<Shelf>();
 };
 

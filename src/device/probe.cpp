@@ -67,6 +67,27 @@ double Roofline::bandwidth(double bytes) const {
 
 double Roofline::peak_gflops() const { return std::max(fused_gflops, plain_gflops); }
 
+LaunchCost measure_launches(Device& device, int tries) {
+  const auto one = allocate<float>(device, 64);
+  const auto launch_one = [&] { launch(device, "probe.cl", "write_one", {64}, "", one); };
+  constexpr int kBatch = 100;
+  double single = INFINITY, batched = INFINITY;
+  launch_one();
+  for (int k = 0; k < tries; ++k) {
+    device.state().take_times();
+    single = std::min(single, wall_seconds([&] {
+                        launch_one();
+                        device.state().queue.finish();
+                      }));
+    batched = std::min(batched, wall_seconds([&] {
+                         for (int n = 0; n < kBatch; ++n) launch_one();
+                         device.state().queue.finish();
+                       }));
+  }
+  device.state().take_times();
+  return {1e6 * single, 1e6 * batched / kBatch};
+}
+
 Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
   Roofline roofline;
   const int width = device.state().vector_width;
@@ -87,25 +108,9 @@ Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
   roofline.spread_atomics = atomic_rate(device, static_cast<cl_uint>(effort.atomics - 1), effort);
   roofline.contended_atomics = atomic_rate(device, 0, effort);
 
-  const auto one = allocate<float>(device, 64);
-  const auto launch_one = [&] { launch(device, "probe.cl", "write_one", {64}, "", one); };
-  constexpr int kBatch = 100;
-  double single = INFINITY, batched = INFINITY;
-  launch_one();
-  for (int k = 0; k < effort.tries; ++k) {
-    device.state().take_times();
-    single = std::min(single, wall_seconds([&] {
-                        launch_one();
-                        device.state().queue.finish();
-                      }));
-    batched = std::min(batched, wall_seconds([&] {
-                         for (int n = 0; n < kBatch; ++n) launch_one();
-                         device.state().queue.finish();
-                       }));
-  }
-  device.state().take_times();
-  roofline.launch_us = 1e6 * single;
-  roofline.batched_launch_us = 1e6 * batched / kBatch;
+  const LaunchCost launches = measure_launches(device, effort.tries);
+  roofline.launch_us = launches.single_us;
+  roofline.batched_launch_us = launches.batched_us;
   return roofline;
 }
 

@@ -30,6 +30,15 @@ struct Roofline {
   double peak_gflops() const;
 };
 
+/// What a launch costs by itself, wall time.
+struct LaunchCost {
+  double single_us = 0;   // a launch and the wait for it
+  double batched_us = 0;  // a launch among many with one wait
+};
+
+/// The best of several tries. Throws DeviceError.
+LaunchCost measure_launches(Device& device, int tries);
+
 /// How much is measured.
 struct ProbeEffort {
   std::vector<std::size_t> copy_bytes{std::size_t{1} << 18, std::size_t{1} << 21,

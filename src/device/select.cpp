@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "device/installation.hpp"
+#include "device/opencl_error.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -55,11 +57,9 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-DeviceInfo describe(const cl::Device& handle, const cl::Platform& platform) {
-  DeviceInfo info;
-  info.handle = handle;
+void ask(DeviceInfo& info) {
+  const cl::Device& handle = info.handle;
   info.name = trimmed(handle.getInfo<CL_DEVICE_NAME>());
-  info.platform = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
   info.vendor = trimmed(handle.getInfo<CL_DEVICE_VENDOR>());
   info.version = trimmed(handle.getInfo<CL_DEVICE_VERSION>());
   info.driver = trimmed(handle.getInfo<CL_DRIVER_VERSION>());
@@ -79,13 +79,46 @@ DeviceInfo describe(const cl::Device& handle, const cl::Platform& platform) {
     info.problem = "has no compiler";
   else if (!handle.getInfo<CL_DEVICE_ENDIAN_LITTLE>())
     info.problem = "is big-endian";
-  else if (info.largest_group < 64)
-    info.problem = "work-groups of 64 are needed";
   // clover aborts the process at its first build (shared experience with Mesa 22.3).
   else if (lower(info.platform) == "clover")
     info.problem = "Clover aborts when it builds a kernel; use rusticl";
+}
+
+DeviceInfo describe_device(const cl::Device& handle, const std::string& platform) {
+  DeviceInfo info;
+  info.handle = handle;
+  info.platform = platform;
+  try {
+    ask(info);
+  } catch (const cl::Error& error) {
+    info.problem = describe(error);
+  }
   info.usable = info.problem.empty();
   return info;
+}
+
+// The devices of one platform, numbered from `first` on.
+std::vector<DeviceInfo> devices_of(const cl::Platform& platform, int first) {
+  std::vector<DeviceInfo> devices;
+  const std::string name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+  std::vector<cl::Device> handles;
+  try {
+    platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
+  } catch (const cl::Error& error) {
+    throw DeviceError("platform " + name + ": " + describe(error));
+  }
+  if (handles.empty()) throw DeviceError("platform " + name + " has no device");
+  for (const cl::Device& handle : handles) {
+    devices.push_back(describe_device(handle, name));
+    devices.back().index = first++;
+  }
+  return devices;
+}
+
+std::string listed(const std::vector<std::string>& problems) {
+  std::string text;
+  for (const std::string& problem : problems) text += "; " + problem;
+  return text;
 }
 
 std::string names(const std::vector<DeviceInfo>& devices) {
@@ -94,6 +127,40 @@ std::string names(const std::vector<DeviceInfo>& devices) {
     text += (text.empty() ? "" : ", ") + std::to_string(device.index) + " \"" + device.name + "\"" +
             (device.usable ? "" : " (" + device.problem + ")");
   return text.empty() ? "none" : text;
+}
+
+// All devices; `problems` receives those of platforms.
+std::vector<DeviceInfo> find_devices(std::vector<std::string>& problems) {
+  give_pocl_a_cache();
+  // Intel's CPU runtime (2026.2) changes the sums of fit_groups and fit_heights when it makes vectors
+  // of 8 or 16 work-items (verify found it). What is slow one by one has vectors of its own.
+  setenv(kIntelVectorizer, "1", 0);
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error& error) {
+    platforms.clear();
+    // The loader reports an empty list as an error.
+    if (error.err() != CL_PLATFORM_NOT_FOUND_KHR) problems.push_back(describe(error));
+  }
+  if (platforms.empty())
+    throw DeviceError("no OpenCL platform was found" + listed(problems) +
+                      listed(installation_problems()) +
+                      "; install one, e.g. `apt-get install pocl-opencl-icd`, which runs on any "
+                      "CPU");
+  std::vector<DeviceInfo> devices;
+  for (const cl::Platform& platform : platforms) {
+    // A platform without devices, or one that fails, is no reason to fail with it.
+    try {
+      for (DeviceInfo& device : devices_of(platform, static_cast<int>(devices.size())))
+        devices.push_back(std::move(device));
+    } catch (const DeviceError& error) {
+      problems.push_back(error.what());
+    } catch (const cl::Error& error) {
+      problems.push_back("a platform: " + describe(error));
+    }
+  }
+  return devices;
 }
 
 }  // namespace
@@ -112,36 +179,19 @@ const char* to_string(DeviceKind kind) {
   return "other";
 }
 
-std::vector<DeviceInfo> list_devices() {
-  give_pocl_a_cache();
-  std::vector<cl::Platform> platforms;
-  try {
-    cl::Platform::get(&platforms);
-  } catch (const cl::Error&) {
-    platforms.clear();  // the loader reports an empty list as an error
-  }
-  if (platforms.empty())
-    throw DeviceError(
-        "no OpenCL platform was found: install one, e.g. `apt-get install pocl-opencl-icd`, which "
-        "runs on any CPU");
-  std::vector<DeviceInfo> devices;
-  for (const cl::Platform& platform : platforms) {
-    try {
-      std::vector<cl::Device> handles;
-      platform.getDevices(CL_DEVICE_TYPE_ALL, &handles);
-      for (const cl::Device& handle : handles) {
-        devices.push_back(describe(handle, platform));
-        devices.back().index = static_cast<int>(devices.size()) - 1;
-      }
-    } catch (const cl::Error&) {
-      // A platform without devices, or one that fails, is no reason to fail with it.
-    }
+std::vector<DeviceInfo> list_devices(std::vector<std::string>* problems) {
+  std::vector<std::string> found;
+  const std::vector<DeviceInfo> devices = find_devices(found);
+  if (problems) {
+    *problems = std::move(found);
+    for (std::string& problem : installation_problems()) problems->push_back(std::move(problem));
   }
   return devices;
 }
 
 DeviceInfo select_device(const std::string& selector, std::string* why) {
-  const std::vector<DeviceInfo> devices = list_devices();
+  std::vector<std::string> problems;
+  const std::vector<DeviceInfo> devices = find_devices(problems);
   const auto rank = [](const DeviceInfo& d) {
     return d.kind == DeviceKind::gpu ? 0 : d.kind == DeviceKind::accelerator ? 1 : 2;
   };
@@ -169,10 +219,13 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
         (rank(device) == rank(*best) && device.compute_units > best->compute_units))
       best = &device;
   }
-  if (!best)
-    throw DeviceError((selector.empty() ? "no usable OpenCL device was found"
-                                        : "no usable OpenCL device matches \"" + selector + "\"") +
-                      std::string("; there are: ") + names(devices));
+  if (!best) {
+    std::string what = selector.empty()
+                           ? "no usable OpenCL device was found"
+                           : "no usable OpenCL device matches \"" + selector + "\"";
+    what += "; there are: " + names(devices);
+    throw DeviceError(what + listed(problems) + listed(installation_problems()));
+  }
   if (why)
     *why = selector.empty() ? std::string("fastest kind found (") + to_string(best->kind) + ", " +
                                   std::to_string(best->compute_units) + " compute units)"

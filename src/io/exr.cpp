@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "io/exr_channels.hpp"
 #include "io/exr_zip.hpp"
 #include "io/output_file.hpp"
 #include "io/seal.hpp"
@@ -101,23 +102,17 @@ Imath::M44d as_given(const Matrix& m) {
 }
 
 Imf::Header make_header(const Surface& surface, const Parameters& parameters,
-                        Compression compression, const std::string& job) {
+                        Compression compression, const std::string& job,
+                        const Imf::FrameBuffer& frame) {
   const Camera& camera = surface.camera;
   Imf::Header header(camera.width, camera.height);
   header.compression() = exr_compression(compression);
-  for (const char* name : {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "residual"})
-    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-  for (const char* name : {"id", "kind"}) header.channels().insert(name, Imf::Channel(Imf::UINT));
+  for (auto channel = frame.begin(); channel != frame.end(); ++channel)
+    header.channels().insert(channel.name(), Imf::Channel(channel.slice().type));
   std::string comments = kComments;
-  if (!surface.velocity.empty()) {
-    comments += kVelocityComments;
-    for (const char* name : {"V.X", "V.Y", "V.Z"})
-      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-  }
+  if (!surface.velocity.empty()) comments += kVelocityComments;
   if (!surface.forward.pixels.empty()) {
     comments += kForwardComments;
-    for (const char* name : {"forward.u", "forward.v"})
-      header.channels().insert(name, Imf::Channel(Imf::FLOAT));
     Imf::addFramesPerSecond(header, Imf::guessExactFps(surface.forward.frames_per_second));
   }
 
@@ -175,30 +170,11 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
     frame.insert(name, Imf::Slice(type, const_cast<char*>(static_cast<const char*>(first)), stride,
                                   stride * static_cast<std::size_t>(surface.camera.width)));
   };
-  slice("Z", Imf::FLOAT, surface.depth.data(), sizeof(float));
   slice("A", Imf::FLOAT, alpha.data(), sizeof(float));
-  slice("N.X", Imf::FLOAT, &surface.normal[0].x, sizeof(Vec3));
-  slice("N.Y", Imf::FLOAT, &surface.normal[0].y, sizeof(Vec3));
-  slice("N.Z", Imf::FLOAT, &surface.normal[0].z, sizeof(Vec3));
-  slice("P.X", Imf::FLOAT, &surface.position[0].x, sizeof(Vec3));
-  slice("P.Y", Imf::FLOAT, &surface.position[0].y, sizeof(Vec3));
-  slice("P.Z", Imf::FLOAT, &surface.position[0].z, sizeof(Vec3));
-  slice("id", Imf::UINT, surface.group.data(), sizeof(std::uint32_t));
-  slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
-  slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
-  if (!surface.velocity.empty()) {
-    slice("V.X", Imf::FLOAT, &surface.velocity[0].x, sizeof(Vec3));
-    slice("V.Y", Imf::FLOAT, &surface.velocity[0].y, sizeof(Vec3));
-    slice("V.Z", Imf::FLOAT, &surface.velocity[0].z, sizeof(Vec3));
-  }
-  if (!surface.forward.pixels.empty()) {
-    const std::array<float, 2>& first = surface.forward.pixels[0];
-    slice("forward.u", Imf::FLOAT, &first[0], sizeof first);
-    slice("forward.v", Imf::FLOAT, &first[1], sizeof first);
-  }
+  for_each_channel(surface, kind, slice);
 
   try {
-    const Imf::Header header = make_header(surface, parameters, compression, job);
+    const Imf::Header header = make_header(surface, parameters, compression, job, frame);
     if (compression == Compression::zip || compression == Compression::zips) {
       write_zipped(file, header, frame);
     } else {

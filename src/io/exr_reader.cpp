@@ -14,6 +14,7 @@
 #include <optional>
 #include <vector>
 
+#include "io/exr_channels.hpp"
 #include "io/input_file.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
@@ -130,30 +131,13 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
                " in all pixels, wanted an EXR of Meniscus");
     frame.insert(name, Imf::Slice(type, reinterpret_cast<char*>(first), stride, stride * width));
   };
-  slice("Z", Imf::FLOAT, surface.depth.data(), sizeof(float));
-  slice("N.X", Imf::FLOAT, &surface.normal[0].x, sizeof(Vec3));
-  slice("N.Y", Imf::FLOAT, &surface.normal[0].y, sizeof(Vec3));
-  slice("N.Z", Imf::FLOAT, &surface.normal[0].z, sizeof(Vec3));
-  slice("P.X", Imf::FLOAT, &surface.position[0].x, sizeof(Vec3));
-  slice("P.Y", Imf::FLOAT, &surface.position[0].y, sizeof(Vec3));
-  slice("P.Z", Imf::FLOAT, &surface.position[0].z, sizeof(Vec3));
-  slice("id", Imf::UINT, surface.group.data(), sizeof(std::uint32_t));
-  slice("kind", Imf::UINT, kind.data(), sizeof(std::uint32_t));
-  slice("residual", Imf::FLOAT, surface.residual.data(), sizeof(float));
-  if (header.channels().findChannel("V.X") != nullptr) {
-    surface.velocity.resize(pixels);
-    slice("V.X", Imf::FLOAT, &surface.velocity[0].x, sizeof(Vec3));
-    slice("V.Y", Imf::FLOAT, &surface.velocity[0].y, sizeof(Vec3));
-    slice("V.Z", Imf::FLOAT, &surface.velocity[0].z, sizeof(Vec3));
-  }
+  if (header.channels().findChannel("V.X") != nullptr) surface.velocity.resize(pixels);
   if (header.channels().findChannel("forward.u") != nullptr) {
     surface.forward.frames_per_second =
         attribute<Imf::RationalAttribute>(file, header, "framesPerSecond").value();
-    auto& forward = surface.forward.pixels;
-    forward.resize(pixels);
-    slice("forward.u", Imf::FLOAT, &forward[0][0], sizeof forward[0]);
-    slice("forward.v", Imf::FLOAT, &forward[0][1], sizeof forward[0]);
+    surface.forward.pixels.resize(pixels);
   }
+  for_each_channel(surface, kind, slice);
   read_rows(file, *image, frame, surface.camera.height);
 
   for (std::size_t k = 0; k < pixels; ++k) {

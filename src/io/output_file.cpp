@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "host_name.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -66,9 +67,7 @@ std::string folder_of(const std::string& path) {
 
 // ".meniscus-HOST-": what temporary files of this machine begin with.
 std::string own_prefix() {
-  char host[65] = "";
-  gethostname(host, sizeof host - 1);
-  std::string name = host;
+  std::string name = host_name();
   for (char& c : name)
     if (c == '/') c = '_';
   return ".meniscus-" + name + "-";

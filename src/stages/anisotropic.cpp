@@ -27,7 +27,7 @@ AnisotropicKernels shape_kernels(Device& device, const Projected& particles,
       make_cells(particles.x, particles.y, particles.z, static_cast<float>(2 * params.h));
   const auto found = allocate<float>(device, kRows * n);
   // The variance along an axis of a full ball of radius 2 h with the weights 1 - (d / 2h)^3.
-  const double full = 0.15 * std::pow(2 * params.h, 2);
+  const double full = 0.15 * ((2 * params.h) * (2 * params.h));
   launch(device, kAnisotropic, "shape_kernels", {n}, "", upload(device, near.x),
          upload(device, near.y), upload(device, near.z), upload(device, near.start), found,
          static_cast<cl_int>(n), near.inverse_cell, near.mask,

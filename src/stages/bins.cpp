@@ -37,6 +37,7 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
   const std::vector<cl_int> counts = download(device, count);
 
   std::vector<cl_int> begin(bins.size());
+  most_entries = std::min(most_entries, most_values<cl_int2>(device));
   for (std::size_t first = 0, last = 0; first < bins.size(); first = last) {
     std::size_t entries = 0;
     while (last < bins.size() &&

@@ -51,7 +51,8 @@ struct BinLists {
 /// stays bounded. Lists are in no particular order.
 ///
 ///   bound         [bins] particles with a greater key are left out
-///   most_entries  of the lists at a time (8 bytes each), unless one bin has more
+///   most_entries  of the lists at a time (8 bytes each), or fewer where the device's buffers hold
+///                 fewer; one bin may have more
 ///
 /// Empties the boxes of particles that are in no list. Waits. Throws DeviceError.
 void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bound,

@@ -131,7 +131,8 @@ Buffer<float> filter_narrow_range(Device& device, const View& view, const Buffer
   }
   if (params.cleanup > 0) {
     // As wide at every depth: clip w is taken to be 1.
-    const float squared = static_cast<float>(1.0001 * std::pow(params.cleanup / kCut, 2));
+    const double sigma = params.cleanup / kCut;
+    const float squared = static_cast<float>(1.0001 * (sigma * sigma));
     const cl_float4 spread{{squared, squared, 1.0f, 0.0f}};
     pass(device, maps, "filter_narrow_range", kBoth, spread, limits);
   }

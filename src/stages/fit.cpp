@@ -10,25 +10,30 @@ constexpr std::size_t kLanes = 8;  // fits of a batch, whatever the device's WID
 
 }  // namespace
 
-FitBatches make_batches(const std::vector<std::size_t>& points) {
-  const std::size_t n = points.size();
-  FitBatches batches;
+std::vector<FitBatches> make_batches(const std::vector<std::size_t>& points,
+                                     std::size_t most_slots) {
   // Problems of like size share a batch; the order does not touch the result of any of them.
-  batches.order.resize(n);
-  std::iota(batches.order.begin(), batches.order.end(), 0);
-  std::stable_sort(batches.order.begin(), batches.order.end(),
+  std::vector<std::int32_t> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
                    [&](std::int32_t a, std::int32_t b) { return points[a] < points[b]; });
-  const std::size_t count = (n + kLanes - 1) / kLanes;
-  batches.lanes = count * kLanes;
-  for (std::size_t b = 0; b < count; ++b) {
-    const std::size_t longest = points[batches.order[std::min(n, (b + 1) * kLanes) - 1]];
+  std::vector<FitBatches> parts(1);
+  for (auto begin = order.begin(); begin != order.end();) {
+    const auto end = begin + std::min<std::ptrdiff_t>(kLanes, order.end() - begin);
+    const std::size_t longest = points[*(end - 1)], slots = longest * kLanes;
+    require(slots < kMostSlots,
+            "fit: too many points for 32-bit indices (use a smaller --support)");
+    if (parts.back().lanes > 0 && parts.back().slots + slots > std::min(most_slots, kMostSlots))
+      parts.emplace_back();
+    FitBatches& batches = parts.back();
+    batches.order.insert(batches.order.end(), begin, end);
     batches.first.push_back(static_cast<cl_int>(batches.slots));
     batches.length.push_back(static_cast<cl_int>(longest));
-    batches.slots += longest * kLanes;
-    require(batches.slots < (std::size_t{1} << 28),
-            "fit: too many points for 32-bit indices (use a smaller --support)");
+    batches.lanes += kLanes;
+    batches.slots += slots;
+    begin = end;
   }
-  return batches;
+  return parts;
 }
 
 void fit_batches(Device& device, const DeviceFits& fits, const FitParams& params) {

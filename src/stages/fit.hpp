@@ -29,9 +29,14 @@ struct FitBatches {
   }
 };
 
-/// Batches for problems of the given numbers of points. Throws InvalidArgument when there are too
-/// many for 32-bit indices.
-FitBatches make_batches(const std::vector<std::size_t>& points);
+/// The most slots that 32-bit indices reach.
+inline constexpr std::size_t kMostSlots = std::size_t{1} << 28;
+
+/// Batches for problems of the given numbers of points, in parts of at most `most_slots` slots, or of
+/// one batch where that has more. There is a part even for no problems. Throws InvalidArgument when
+/// a batch has too many slots for 32-bit indices.
+std::vector<FitBatches> make_batches(const std::vector<std::size_t>& points,
+                                     std::size_t most_slots = kMostSlots);
 
 /// Batches on the device.
 struct DeviceFits {

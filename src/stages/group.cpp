@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "exact_math.hpp"
 #include "parallel.hpp"
 
 namespace meniscus {
@@ -138,7 +139,7 @@ std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
         for (std::size_t p = near.start[t]; p < near.start[t + 1]; ++p) {
           const std::int32_t k = near.triangle[p];
           if (k < static_cast<std::int32_t>(t)) continue;
-          alike[p] = alike[near.mirror[p]] = std::exp(-8 * (1 - dot(normals[t], normals[k])));
+          alike[p] = alike[near.mirror[p]] = exp_negative(-8 * (1 - dot(normals[t], normals[k])));
         }
     });
     parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {

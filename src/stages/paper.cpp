@@ -4,6 +4,7 @@
 #include <climits>
 #include <map>
 
+#include "exact_math.hpp"
 #include "stages/cells.hpp"
 
 namespace meniscus {
@@ -21,7 +22,7 @@ Range samples_of(const SampleGrid& grid) {
 // SLIM's weight [7] at the distance d, in units of the support.
 double slim_weight(double d) {
   const double rest = std::max(0.0, 1 - d);
-  return d <= 0.5 ? std::exp(-8 * d * d) : 2.16536453 * rest * rest * rest * rest;
+  return d <= 0.5 ? exp_negative(-8 * d * d) : 2.16536453 * rest * rest * rest * rest;
 }
 
 // An orthonormal frame whose third axis is the unit vector n.
@@ -207,7 +208,7 @@ PaperRegion smooth_contour(Device& device, const PaperRegion& region, const Grou
   const int reach = static_cast<int>(std::ceil(3 * sigma));
   std::vector<float> distance_weight;  // Eq. 4 without its factor, which cancels in Eq. 3
   for (int squared = 0; squared <= 2 * reach * reach; ++squared)
-    distance_weight.push_back(static_cast<float>(std::exp(-squared / (2 * sigma * sigma))));
+    distance_weight.push_back(static_cast<float>(exp_negative(-squared / (2 * sigma * sigma))));
   const std::size_t n = groups.size();
   std::vector<float> normal(3 * n);
   for (std::size_t g = 0; g < n; ++g) {

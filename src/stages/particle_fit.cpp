@@ -62,54 +62,91 @@ Neighbours find_neighbours(const Projected& projected, const std::vector<std::in
   return near;
 }
 
-// Lanes of kernel fit_groups: a fit each.
+// Lanes of kernel fit_groups, a fit each: as many as the device takes at a time.
 struct Lanes {
   FitBatches batches;
-  std::vector<cl_int> particle;   // [lanes] centre of the lane's fit in the surface, -1: unused
-  std::vector<cl_int> neighbour;  // [slots] in the surface, -1: unused
+  Buffer<cl_int> particle;   // [lanes] centre of the lane's fit in the surface, -1: unused
+  Buffer<cl_int> neighbour;  // [slots] in the surface, -1: unused
+  DeviceFits fits;           // they share the points, which matter only from kernel to kernel
 };
 
-Lanes make_lanes(const Neighbours& near, const std::vector<std::int32_t>& place) {
+std::vector<Lanes> make_lanes(Device& device, const Neighbours& near,
+                              const std::vector<std::int32_t>& place) {
   std::vector<std::size_t> sizes;
   for (std::size_t k = 0; k < place.size(); ++k) sizes.push_back(near.start[k + 1] - near.start[k]);
-  Lanes lanes{make_batches(sizes), {}, {}};
-  lanes.particle.assign(lanes.batches.lanes, -1);
-  lanes.neighbour.assign(lanes.batches.slots, -1);
-  parallel_for(place.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t l = begin; l < end; ++l) {
-      const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
-      lanes.particle[l] = place[k];
-      std::size_t slot = lanes.batches.first_slot(l);
-      for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
-        lanes.neighbour[slot] = near.index[p];
-    }
-  });
+  std::vector<FitBatches> parts = make_batches(sizes, most_values<float>(device) / 7);
+  std::size_t most_slots = 0;
+  for (const FitBatches& batches : parts) most_slots = std::max(most_slots, batches.slots);
+  const auto points = allocate<float>(device, 7 * most_slots);
+  std::vector<Lanes> lanes;
+  for (FitBatches& batches : parts) {
+    std::vector<cl_int> particle(batches.lanes, -1), neighbour(batches.slots, -1);
+    parallel_for(batches.order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t l = begin; l < end; ++l) {
+        const std::size_t k = static_cast<std::size_t>(batches.order[l]);
+        particle[l] = place[k];
+        std::size_t slot = batches.first_slot(l);
+        for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
+          neighbour[slot] = near.index[p];
+      }
+    });
+    DeviceFits fits{points,
+                    upload(device, batches.first),
+                    upload(device, batches.length),
+                    allocate<float>(device, batches.lanes),
+                    allocate<float>(device, 10 * batches.lanes),
+                    filled<float>(device, 2 * batches.lanes, -1.0f),
+                    batches.lanes,
+                    batches.slots};
+    lanes.push_back({std::move(batches), upload(device, particle), upload(device, neighbour),
+                     std::move(fits)});
+  }
   return lanes;
 }
 
-// The lanes' supports for the last pass, see fit_particles.
-std::vector<float> narrow_supports(const Lanes& lanes, const Neighbours& near,
+// Sets the lanes' supports to those of their fits.
+void set_supports(Device& device, std::vector<Lanes>& parts, const std::vector<float>& rho) {
+  for (Lanes& lanes : parts) {
+    std::vector<float> scale(lanes.batches.lanes, 1.0f);
+    for (std::size_t l = 0; l < lanes.batches.order.size(); ++l)
+      scale[l] = rho[lanes.batches.order[l]];
+    lanes.fits.scale = upload(device, scale);
+  }
+}
+
+// The residual of each fit; negative: no fit.
+std::vector<float> residuals(Device& device, const std::vector<Lanes>& parts, std::size_t fits) {
+  std::vector<float> residual(fits);
+  for (const Lanes& lanes : parts) {
+    const std::vector<float> quality = download(device, lanes.fits.quality);
+    for (std::size_t l = 0; l < lanes.batches.order.size(); ++l)
+      residual[lanes.batches.order[l]] = quality[l];
+  }
+  return residual;
+}
+
+// The fits' supports for the last pass, see fit_particles.
+std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std::int32_t>& place,
                                    const std::vector<float>& particles,
                                    const std::vector<float>& normal,
                                    const std::vector<float>& residual, const FitParams& params) {
-  const std::size_t n = normal.size() / 3, fits = near.start.size() - 1;
+  const std::size_t n = normal.size() / 3, fits = place.size();
   const auto vector_at = [n](const std::vector<float>& values, std::size_t k) {
     return Vec3d{values[k], values[n + k], values[2 * n + k]};
   };
-  std::vector<float> rho(lanes.batches.lanes, static_cast<float>(params.support));
+  std::vector<float> rho(fits, static_cast<float>(params.support));
   std::vector<float> own(n, -1.0f), sorted;
-  for (std::size_t l = 0; l < fits; ++l) {
-    own[lanes.particle[l]] = residual[l];
-    if (residual[l] > 0) sorted.push_back(residual[l]);
+  for (std::size_t k = 0; k < fits; ++k) {
+    own[place[k]] = residual[k];
+    if (residual[k] > 0) sorted.push_back(residual[k]);
   }
   if (sorted.empty()) return rho;
   const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
   parallel_for(fits, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t l = begin; l < end; ++l) {
-      const std::size_t k = static_cast<std::size_t>(lanes.batches.order[l]);
-      const std::size_t i = static_cast<std::size_t>(lanes.particle[l]);
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = static_cast<std::size_t>(place[k]);
       double sum = 0, weight = 0;
       for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
         const std::size_t j = static_cast<std::size_t>(near.index[p]);
@@ -122,7 +159,7 @@ std::vector<float> narrow_supports(const Lanes& lanes, const Neighbours& near,
       }
       if (!(weight > 0)) continue;
       const double share = noise * weight / sum;
-      rho[l] =
+      rho[k] =
           static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
     }
   });
@@ -149,75 +186,75 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   }
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   const Neighbours near = find_neighbours(projected, seen.index, around.index, params.support);
-  const Lanes host = make_lanes(near, place);
-  const std::size_t lanes = host.batches.lanes, slots = host.batches.slots;
-  std::vector<float> rho(lanes, static_cast<float>(params.support));
-
-  DeviceFits device_fits{allocate<float>(device, 7 * slots),
-                         upload(device, host.batches.first),
-                         upload(device, host.batches.length),
-                         upload(device, rho),
-                         allocate<float>(device, 10 * lanes),
-                         filled<float>(device, 2 * lanes, -1.0f),
-                         lanes,
-                         slots};
+  std::vector<Lanes> parts = make_lanes(device, near, place);
+  std::vector<float> rho(count, static_cast<float>(params.support));
+  set_supports(device, parts, rho);
   const auto device_particles = upload(device, particles);
   const auto device_normal = upload(device, normal);
-  const auto device_particle = upload(device, host.particle);
-  const auto device_neighbour = upload(device, host.neighbour);
-  const cl_int surface_count = static_cast<cl_int>(n), lane_count = static_cast<cl_int>(lanes);
+  const cl_int surface_count = static_cast<cl_int>(n);
   const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
-  // Few items of much work: small work-groups spread them over the compute units.
   const int width = device.state().vector_width;
-  const Range items{lanes / static_cast<std::size_t>(width), 1, 8, 1};
+  // Few items of much work: small work-groups spread them over the compute units.
+  const auto items = [width](const Lanes& lanes) {
+    return Range{lanes.fits.lanes / static_cast<std::size_t>(width), 1, 8, 1};
+  };
   for (int pass = 0; pass < params.passes; ++pass) {
     if (pass > 0 && pass + 1 == params.passes && params.least_support < 1) {
-      rho = narrow_supports(host, near, particles, download(device, device_normal),
-                            download(device, device_fits.quality), params);
-      device_fits.scale = upload(device, rho);
+      rho = narrow_supports(near, place, particles, download(device, device_normal),
+                            residuals(device, parts, count), params);
+      set_supports(device, parts, rho);
     }
-    launch(device, "particle_fit.cl", "weigh_neighbours", items, width_option(width),
-           device_particles, device_normal, device_particle, device_neighbour, device_fits.first,
-           device_fits.length, device_fits.scale, device_fits.quadric, device_fits.quality,
-           device_fits.points, surface_count, static_cast<cl_int>(slots), lane_count, cl_int{pass},
-           cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
-    fit_batches(device, device_fits, params);
-    launch(device, "particle_fit.cl", "turn_normals", {lanes}, "", device_particle,
-           device_fits.quadric, device_fits.quality, device_normal, surface_count, lane_count);
+    for (const Lanes& lanes : parts) {
+      const DeviceFits& on_device = lanes.fits;
+      launch(device, "particle_fit.cl", "weigh_neighbours", items(lanes), width_option(width),
+             device_particles, device_normal, lanes.particle, lanes.neighbour, on_device.first,
+             on_device.length, on_device.scale, on_device.quadric, on_device.quality,
+             on_device.points, surface_count, static_cast<cl_int>(on_device.slots),
+             static_cast<cl_int>(on_device.lanes), cl_int{pass},
+             cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
+      fit_batches(device, on_device, params);
+    }
+    for (const Lanes& lanes : parts)  // once all fits have seen the normals before
+      launch(device, "particle_fit.cl", "turn_normals", {lanes.fits.lanes}, "", lanes.particle,
+             lanes.fits.quadric, lanes.fits.quality, device_normal, surface_count,
+             static_cast<cl_int>(lanes.fits.lanes));
   }
-  const auto device_rows = allocate<float>(device, 3 * lanes);
-  launch(device, "particle_fit.cl", "measure_edges", items, width_option(width), device_particles,
-         device_normal, device_particle, device_neighbour, device_fits.first, device_fits.length,
-         device_fits.scale, device_fits.quadric, device_rows, surface_count, lane_count, falloff,
-         kEdgeReach);
-
-  const std::vector<float> c = download(device, device_fits.quadric);
-  const std::vector<float> quality = download(device, device_fits.quality);
-  const std::vector<float> rows = download(device, device_rows);
   normal = download(device, device_normal);
-  std::vector<std::size_t> lane_of(count);
-  for (std::size_t l = 0; l < count; ++l)
-    lane_of[static_cast<std::size_t>(host.batches.order[l])] = l;
+  fits.support.assign(rho.begin(), rho.end());
+  fits.residual = residuals(device, parts, count);
+  fits.edge.resize(count);
+  fits.spread.resize(count);
+  fits.supporters.resize(count);
+  fits.quadric.resize(count);
+  for (const Lanes& part : parts) {
+    const std::size_t lanes = part.fits.lanes;
+    const auto device_rows = allocate<float>(device, 3 * lanes);
+    launch(device, "particle_fit.cl", "measure_edges", items(part), width_option(width),
+           device_particles, device_normal, part.particle, part.neighbour, part.fits.first,
+           part.fits.length, part.fits.scale, part.fits.quadric, device_rows, surface_count,
+           static_cast<cl_int>(lanes), falloff, kEdgeReach);
+    const std::vector<float> c = download(device, part.fits.quadric);
+    const std::vector<float> rows = download(device, device_rows);
+    for (std::size_t l = 0; l < part.batches.order.size(); ++l) {
+      const std::size_t k = static_cast<std::size_t>(part.batches.order[l]);
+      fits.edge[k] = rows[l];
+      fits.spread[k] = rows[lanes + l];
+      fits.supporters[k] = rows[2 * lanes + l];
+      for (std::size_t r = 0; r < 10; ++r) fits.quadric[k][r] = c[r * lanes + l];
+    }
+  }
   for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t l = lane_of[k], i = static_cast<std::size_t>(place[k]);
+    const std::size_t i = static_cast<std::size_t>(place[k]);
     fits.position.push_back(projected.eye(static_cast<std::size_t>(seen.index[k])));
     fits.normal.push_back({normal[i], normal[n + i], normal[2 * n + i]});
     fits.visible.push_back(visibility(seen.owned[k]));
     fits.surface.push_back(around.weight[i]);
-    fits.support.push_back(rho[l]);
-    fits.edge.push_back(rows[l]);
-    fits.spread.push_back(rows[lanes + l]);
-    fits.supporters.push_back(rows[2 * lanes + l]);
-    fits.residual.push_back(quality[l]);
-    std::array<float, 10> quadric;
-    for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
     fits.foot.push_back(fits.position[k]);
-    if (quality[l] >= 0) {
-      const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
-      fits.foot[k] += fits.normal[k] * (params.offset + behind);
-      quadric[0] -= static_cast<float>(params.offset);
-    }
-    fits.quadric.push_back(quadric);
+    if (fits.residual[k] < 0) continue;
+    std::array<float, 10>& quadric = fits.quadric[k];
+    const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
+    fits.foot[k] += fits.normal[k] * (params.offset + behind);
+    quadric[0] -= static_cast<float>(params.offset);
   }
   return fits;
 }

@@ -27,7 +27,7 @@ void check_size(const Buffer<float>& depth, const SampleGrid& grid) {
 cl_float4 spread_of(const View& view, double scale, double step, const SsmParams& params,
                     double cell) {
   if (params.filter > 0)
-    return {{static_cast<float>(params.filter * std::pow(cell / step, 2)), 1.0f, 0.0f, 0.0f}};
+    return {{static_cast<float>(params.filter * ((cell / step) * (cell / step))), 1.0f, 0.0f, 0.0f}};
   const double sigma = params.sigma * scale / step;  // samples, times w
   return {{static_cast<float>(2 * sigma * sigma), static_cast<float>(view.w_row[3]),
            static_cast<float>(-view.w_row[2]), 0.0f}};

@@ -99,7 +99,7 @@ SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
     const double steep = 2 * length(g);            // 1/s
     if (place[i] < 0 && !(steep > 0.1)) continue;  // most of them
     const double sparse = 1.5 * std::max(0.0, 0.97 - double{gradients[3 * n + p]});
-    const double open = smooth_step(0.22, 0.42, std::hypot(steep, sparse));
+    const double open = smooth_step(0.22, 0.42, std::sqrt(steep * steep + sparse * sparse));
     if (place[i] < 0 && !(open > 0.01)) continue;
     Vec3d normal = g * (-1 / std::max(length(g), 1e-12));
     if (place[i] >= 0) {

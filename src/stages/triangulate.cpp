@@ -23,7 +23,7 @@ bool is_longer(const Projected& projected, const Triangulation& mesh, std::int32
   const double squared = du * du + dv * dv;  // decides but for edges within rounding of the limit
   if (squared < 0.999 * most * most) return false;
   if (squared > 1.001 * most * most) return true;
-  return std::hypot(du, dv) > most;
+  return std::sqrt(squared) > most;
 }
 
 // Whether vertex v lies in a pit of its ring.

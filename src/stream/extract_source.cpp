@@ -269,10 +269,7 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   report_bad(survey, params, surface.warnings);
   const double radius = radius_of(source, survey, params, surface.warnings);
   surface.particle_radius = radius;
-  // The origin that is subtracted first: the middle of the particles, exact in float.
-  std::array<double, 3> origin{};
-  for (std::size_t k = 0; k < 3; ++k)
-    origin[k] = static_cast<float>((double{survey.low[k]} + double{survey.high[k]}) / 2);
+  const std::array<double, 3> origin = middle_of(survey.low, survey.high);
   // All processes see what the first one sees, to the last bit, whatever machines they run on.
   Team& team = source.team();
   const View view = team.from_first(make_view(camera, radius, origin));

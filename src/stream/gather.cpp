@@ -141,7 +141,7 @@ std::vector<cl_float4> layer_of(const View& view, const FrontMap& map,
       // Radii that a cell spans at this depth, and from there how steep the layer is.
       const double w = view.w_row[3] - view.w_row[2] * depth;
       const double along_u = map.cell * w / view.u_scale, along_v = map.cell * w / view.v_scale;
-      const double steep = std::hypot(1.0, u / along_u, v / along_v);
+      const double du = u / along_u, dv = v / along_v, steep = std::sqrt(1 + du * du + dv * dv);
       layer[here] = {{depth, u, v, static_cast<float>(thickness * steep)}};
     }
   return layer;

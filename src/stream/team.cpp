@@ -1,11 +1,10 @@
 #include "stream/team.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <limits>
 
+#include "host_name.hpp"
 #include "meniscus/source.hpp"
 
 namespace meniscus {
@@ -16,12 +15,6 @@ template <class Work>
 void in_parts(std::size_t size, std::size_t largest, const Work& work) {
   for (std::size_t first = 0; first < size; first += largest)
     work(first, std::min(largest, size - first));
-}
-
-std::string host_name() {
-  char name[256] = "";
-  gethostname(name, sizeof name - 1);
-  return name;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "exact_math.hpp"
 #include "stages/cells.hpp"
 #include "stages/density.hpp"
 
@@ -201,14 +202,14 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
   constexpr double kFlat = 0.05;                  // a gradient that tells no direction, 1 / S
 
   const std::vector<VoxelGrid::Voxel> voxels = grid.voxels();
-  const double side = grid.side(), unit = side / 2, spacing = 2 * radius;
+  const double side = grid.side(), unit = side / 2, spacing = 2 * radius, share = spacing / side;
   std::vector<Vec3d> masses, points;
   std::vector<double> mass;
   std::vector<std::size_t> voxel_of;  // of each point
   for (std::size_t k = 0; k < voxels.size(); ++k) {
     const VoxelGrid::Voxel& voxel = voxels[k];
     masses.push_back((grid.mean(voxel) - grid.origin()) / unit);
-    mass.push_back(static_cast<double>(voxel.count) * std::pow(spacing / side, 3));
+    mass.push_back(static_cast<double>(voxel.count) * (share * share * share));
     if (voxel.seen == 0) continue;
     points.push_back((grid.seen_mean(voxel) - grid.origin()) / unit);
     voxel_of.push_back(k);
@@ -255,7 +256,7 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
     if (density < kLoose &&
         (density < kLayer * spacing / side || sparse_around(voxel.key) < kSheet)) {
       thinned.spray.push_back({grid.mean(voxel),
-                               radius * std::cbrt(static_cast<double>(voxel.count)),
+                               radius * cube_root(static_cast<double>(voxel.count)),
                                grid.mean_velocity(voxel)});
       continue;
     }

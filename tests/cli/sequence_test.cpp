@@ -194,6 +194,13 @@ TEST_F(Sequence, TwoDevicesGiveTheSameBytes) {
   const auto one = outputs();
   for (const auto& [file, bytes] : one) fs::remove(path(file));
   const Conditions two{{{"POCL_DEVICES", "pthread basic"}}};
+  // PoCL 3.1 may abort when two of its devices build the same kernel at once for the first time
+  // (docs/portability.md), so that each has built all by itself before.
+  for (const char* device : {"0", "1"}) {
+    ASSERT_EQ(run(words({"-q", "--device", device}), two).exit_code, 0);
+    EXPECT_EQ(outputs(), one);
+    for (const auto& [file, bytes] : one) fs::remove(path(file));
+  }
   const Outcome outcome = run(words({"--device", "all", "--log", "log.jsonl"}), two);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outputs(), one);

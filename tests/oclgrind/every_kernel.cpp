@@ -12,6 +12,7 @@
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
 #include "stream/gather.hpp"
+#include "verify/arithmetic.hpp"
 
 namespace {
 
@@ -118,6 +119,11 @@ int main(int argc, char** argv) try {
     const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
     select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
     measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
+    verify::probe_arithmetic(device, [&](const verify::Row& row) {
+      if (row.result != verify::Result::fail || !row.required || !compare) return;
+      std::printf("%s: %s\n", row.kernel.c_str(), row.reason.c_str());
+      good = false;
+    });
     for (const auto& [key, kernel] : device.state().kernels) {
       // "field.cl settle.cl options settle_samples": the kernel's own file is the last.
       const std::size_t end = key.rfind(".cl ") + 3, begin = key.rfind(' ', end - 1) + 1;

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "reference/anisotropic.hpp"
+#include "verify/reference/anisotropic.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {

@@ -1,26 +1,15 @@
 // The density field against a loop over all particles, and the blobs it draws, on every device.
 #include "stages/density.hpp"
 
-#include "reference/density.hpp"
-#include "reference/settle.hpp"
 #include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/reference/density.hpp"
+#include "verify/reference/settle.hpp"
 
 namespace meniscus {
 namespace {
 
 using Density = OnDevice;
-
-Projected scattered(std::size_t n, double side, unsigned seed) {
-  Random random(seed);
-  Projected p;
-  for (std::size_t i = 0; i < n; ++i) {
-    p.x.push_back(static_cast<float>(random(-side, side)));
-    p.y.push_back(static_cast<float>(random(-side, side)));
-    p.z.push_back(static_cast<float>(random(-side, side) - 20));
-  }
-  return p;
-}
 
 DeviceCells cells_of(Device& device, const Projected& p) {
   return upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport));
@@ -44,13 +33,7 @@ TEST_P(Density, MatchesTheReference) {
     ASSERT_EQ(actual.size(), points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
       const double expected = reference::density(p, points[k]);
-      double near = 0;  // particles in reach
-      for (std::size_t i = 0; i < n; ++i) near += length(points[k] - p.eye(i)) < 4.001;
-      // A share's terms are at most 1.5 / pi in size and its argument carries 4 epsilon, which the
-      // spline's slope (at most 1) passes on: 16 epsilon / pi for each particle in reach; the sum
-      // and the norm round once a particle and once more.
-      EXPECT_NEAR(actual[k], expected,
-                  kEpsilon * (16 / std::numbers::pi * near + (near + 2) * expected));
+      EXPECT_NEAR(actual[k], expected, reference::density_error(p, points[k], expected));
     }
   }
 }
@@ -64,18 +47,12 @@ TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {
     const reference::Field field{p, std::vector<double>(n, 1)};
     for (std::size_t k = 0; k < n; ++k) {
       const Vec3d at = p.eye(cells.item[k]), expected = field.gradient(at);
-      double near = 0;  // particles in reach
-      for (std::size_t i = 0; i < n; ++i) near += length(at - p.eye(i)) < 4.001;
-      // A term is at most 1 / (2 pi) in size and rounds eight times in its factors and, with a
-      // slope of 3 / (4 pi) a radius, eight times more in the distance of four radii; the sum
-      // rounds once a particle.
-      const double off = kEpsilon * near * (near + 16 + 8) / (2 * std::numbers::pi);
+      const double off = reference::gradient_error(p, at);
       EXPECT_NEAR(actual[k], expected.x, off);
       EXPECT_NEAR(actual[n + k], expected.y, off);
       EXPECT_NEAR(actual[2 * n + k], expected.z, off);
       const double density = reference::density(p, at);
-      EXPECT_NEAR(actual[3 * n + k], density,
-                  kEpsilon * (16 / std::numbers::pi * near + (near + 2) * density));
+      EXPECT_NEAR(actual[3 * n + k], density, reference::density_error(p, at, density));
     }
   }
 }

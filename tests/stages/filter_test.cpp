@@ -5,42 +5,13 @@
 
 #include <cmath>
 
-#include "reference/filter.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/reference/filter.hpp"
 
 namespace meniscus {
 namespace {
 
 using reference::Bounded;
-
-/// A map of `grid`'s size, `at(i, j)` everywhere.
-template <class At>
-std::vector<float> map_of(const SampleGrid& grid, const At& at) {
-  std::vector<float> depth;
-  for (int j = 0; j < grid.ny; ++j)
-    for (int i = 0; i < grid.nx; ++i) depth.push_back(static_cast<float>(at(i, j)));
-  return depth;
-}
-
-/// Noise below 0.8 on two layers, 20 and 38 radii away, in irregular patches, and none beside them.
-std::vector<float> patches(const SampleGrid& grid, unsigned seed) {
-  Random random(seed);
-  return map_of(grid, [&](int i, int j) -> double {
-    const double patch = std::sin(0.35 * i + 0.2 * j) + std::cos(0.31 * j - 0.12 * i);
-    const double noise = random(0, 0.8);
-    return patch < -0.8 ? kNoSurface : (patch < 0.5 ? 20.0 : 38.0) + noise;
-  });
-}
-
-/// Layers whose depths and their sums with 1/128 are floats, rising by up to 1/4 a sample.
-std::vector<float> stairs(const SampleGrid& grid, unsigned seed) {
-  Random random(seed);
-  return map_of(grid, [&](int i, int j) -> double {
-    const double patch = std::sin(0.21 * i + 0.13 * j);
-    const double noise = std::floor(random(0, 16)) / 64;
-    return patch < -0.9 ? kNoSurface : (patch < 0.4 ? 20 : 38) + 0.25 * i + 0.125 * j + noise;
-  });
-}
 
 struct Case {
   const char* name;
@@ -70,15 +41,6 @@ reference::FilterWindow window_of(const Case& c, const View& view, bool along_u,
 
 std::vector<double> doubles(const std::vector<float>& values) {
   return {values.begin(), values.end()};
-}
-
-/// How far a float quotient of sums over a window can be from the exact one. The centre weighs 1.
-/// A weight is exp(-x): x has eight roundings and is at most `exponent` where the weight counts,
-/// and the exponential is good to 2e-7. The quotient of sum w s / sum w, |s| <= span, moves by at
-/// most 2 span times the weights' relative error, and by as much for each of the sums' roundings.
-double quotient_error(const reference::Filtered& filtered, double exponent, double span) {
-  const double weight = 8 * kEpsilon * exponent + 2e-7;
-  return 2 * span * (weight + (filtered.most + 4) * kEpsilon) + 40 * kEpsilon;
 }
 
 void expect_near(const std::vector<float>& actual, const std::vector<double>& expected,
@@ -124,14 +86,14 @@ TEST_P(Filter, BilateralMatchesTheReference) {
       // Depths of a layer differ by less than 0.8, those of two layers by more than 17, whose
       // weight is zero in floats and below 1e-170 here.
       const double exponent = 3.125 + 0.5 * std::pow(0.8 / params.range, 2);
-      double tolerance = quotient_error(expected, exponent, 0.8);
+      double tolerance = reference::quotient_error(expected, exponent, 0.8);
       if (separable) {
         // What the first pass is off moves the second's samples by as much, and the exponents by
         // |s| / range^2 times twice that.
         const double first = tolerance;
         expected = reference::filter_bilateral(expected.depth, c.grid,
                                                window_of(c, view, false, true), params.range);
-        tolerance = quotient_error(expected, exponent, 0.8) +
+        tolerance = reference::quotient_error(expected, exponent, 0.8) +
                     first * (3 + 2 * 0.8 * 2 * 0.8 / std::pow(params.range, 2));
       }
       ASSERT_GT(expected.disc_margin, 1e-6);  // rounding decides about no sample
@@ -156,7 +118,7 @@ TEST_P(Filter, NarrowRangeMatchesTheReference) {
     ASSERT_GE(expected.margin, 1.0 / 128);  // and floats hold what is compared exactly
     const auto [su, sv] = window_of(c, view, true, true).sigma(20);
     const double span = std::max(params.mu, 2.5 * (su * 0.25 + sv * 0.125) + 0.25);
-    const double tolerance = quotient_error(expected, 3.125, span);
+    const double tolerance = reference::quotient_error(expected, 3.125, span);
     ASSERT_LT(tolerance, 1e-2);
     expect_near(narrow_range(view, depth, c.grid, params), expected.depth, tolerance);
   }
@@ -182,7 +144,7 @@ TEST_P(Filter, NarrowRangePassesAndCleanUpMatchTheReference) {
       EXPECT_GT(std::min(result.disc_margin, result.margin), 1e-5);
       expected = result.depth;
       // A sample's error moves the mean by at most as much, and the centre's its own value.
-      tolerance = 2 * tolerance + quotient_error(result, 3.125, 0.8 + 4 * params.mu);
+      tolerance = 2 * tolerance + reference::quotient_error(result, 3.125, 0.8 + 4 * params.mu);
     };
     for (int k = 0; k < params.iterations; ++k) {
       run_pass(window_of(c, view, true, false));

@@ -5,7 +5,8 @@
 #include <numeric>
 #include <set>
 
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 namespace {

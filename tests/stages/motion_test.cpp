@@ -3,9 +3,9 @@
 
 #include <cstring>
 
-#include "reference/motion.hpp"
 #include "stages/stage_test_support.hpp"
 #include "velocities.hpp"
+#include "verify/reference/motion.hpp"
 
 namespace meniscus {
 namespace {
@@ -48,16 +48,8 @@ Fluid scattered(std::size_t n, double side, unsigned seed) {
   return fluid;
 }
 
-// How far a velocity may be from the reference's in one component. The squared distance rounds five
-// times and is at most 1 where it counts, so that 1 - d^2/16 carries 6 epsilon and its fourth power
-// 24 (1 - d^2/16)^3 and three roundings more; sums and the quotient round once a particle and four
-// times more. All of it is weighed by the velocities. `shift`: of the point, radii.
-double tolerance(const reference::Motion& m, double shift = 0) {
-  return (kEpsilon * (24 * m.by_cube + (m.count + 7) * m.by_weight) + shift * m.slope) / m.weight;
-}
-
 void expect_near(const Vec3& actual, const reference::Motion& expected, double shift = 0) {
-  const double off = tolerance(expected, shift);
+  const double off = reference::motion_error(expected, shift);
   EXPECT_NEAR(actual.x, expected.velocity.x, off);
   EXPECT_NEAR(actual.y, expected.velocity.y, off);
   EXPECT_NEAR(actual.z, expected.velocity.z, off);

@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <set>
 
-#include "reference/paper.hpp"
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/reference/paper.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 namespace {
@@ -54,29 +55,10 @@ TEST(GhostParticles, AParticleOfWhichNoTriangleIsLeftHasNoGroup) {
   EXPECT_EQ(particles_without_group(patched, 6), (std::vector<std::int32_t>{4, 5}));
 }
 
-// A group of n particles whose normal is the eye's z axis.
-Triangulation bumps(std::size_t n, unsigned seed) {
-  Random random(seed);
-  Triangulation mesh;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double x = random(-4, 4), y = random(-4, 4);
-    mesh.position.push_back({x, y, -20 + 0.1 * x * x - 0.2 * x * y + 0.3 * y + random(-0.2, 0.2)});
-  }
-  return mesh;
-}
-
 TEST_P(Paper, HeightsSolveTheNormalEquations) {
   for (const std::size_t n : {3, 7, 8, 40}) {
     const Triangulation mesh = bumps(n, static_cast<unsigned>(n));
-    Groups groups;
-    groups.centre = {{0.2, -0.1, -20}};
-    groups.normal = {{0, 0, 1}};
-    double radius = 0;
-    for (const Vec3d& p : mesh.position) radius = std::max(radius, length(p - groups.centre[0]));
-    groups.radius = {radius};
-    groups.triangles = {1};
-    groups.start = {0, static_cast<std::int32_t>(n)};
-    for (std::size_t k = 0; k < n; ++k) groups.point.push_back(static_cast<std::int32_t>(k));
+    const Groups groups = one_group(mesh);
     const FitParams params;
     const Quadrics quadrics = fit_heights(device_, mesh, groups, params);
     const auto& c = quadrics.coefficient[0];
@@ -84,39 +66,12 @@ TEST_P(Paper, HeightsSolveTheNormalEquations) {
     EXPECT_EQ(c[6], 0);
     EXPECT_EQ(c[8], 0);
     EXPECT_EQ(c[9], 0);
-
-    const double R = 1.3 * radius;
-    const int terms = n < 8 ? 3 : 6;
-    using Vector = Eigen::Matrix<double, 6, 1>;
-    Vector a;
-    a << -c[0] / R, -c[1], -c[2], -c[4] * R, -c[7] * R, -c[5] * R;
-    Eigen::Matrix<double, 6, 6> A = A.Zero(), A_size = A.Zero();
-    Vector b = b.Zero(), b_size = b.Zero();
-    double total = 0, squares = 0;
-    for (const Vec3d& p : mesh.position) {
-      const Vec3d q = (p - groups.centre[0]) / R;
-      const double w = reference::slim_weight(length(q));
-      Vector f;
-      f << 1, q.x, q.y, q.x * q.x, q.x * q.y, q.y * q.y;
-      A += w * f * f.transpose();
-      A_size += w * f.cwiseAbs() * f.cwiseAbs().transpose();
-      b += w * q.z * f;
-      b_size += w * std::abs(q.z) * f.cwiseAbs();
-      total += w;
-      squares += w * std::pow(f.head(terms).dot(a.head(terms)) - q.z, 2);
-    }
-    for (int k = 1; k < 6; ++k) A(k, k) += total * (k < 3 ? 1e-6 : params.ridge);
-    for (int k = terms; k < 6; ++k) EXPECT_EQ(a[k], 0) << "few points make a plane";
-    // As in fit_test: sums of n rows of products of five factors, Cholesky's backward error of
-    // 7 |L| |L'| for the factor and each substitution, and four roundings on the way back.
-    const Vector pivots = A.diagonal().cwiseSqrt();
-    const double rows = static_cast<double>(n);
-    const Vector error = A * a - b;
-    const Vector bound = kEpsilon * ((rows + 12) * (A_size * a.cwiseAbs() + b_size) +
-                                     21 * pivots * pivots.dot(a.cwiseAbs()));
-    for (int k = 0; k < terms; ++k) EXPECT_LE(std::abs(error[k]), bound[k]) << n << " " << k;
-    // h - z is off by some 12 epsilon of terms whose sizes add up to less than 6.
-    EXPECT_NEAR(quadrics.residual[0], R * std::sqrt(squares / total), R * 72 * kEpsilon);
+    const auto left =
+        reference::height_residuals(mesh.position, groups.centre[0], groups.radius[0], c, params);
+    for (int k = left.terms; k < 6; ++k) EXPECT_EQ(left.solution[k], 0) << "few make a plane";
+    for (int k = 0; k < left.terms; ++k)
+      EXPECT_LE(std::abs(left.error[k]), left.bound[k]) << n << " " << k;
+    EXPECT_NEAR(quadrics.residual[0], left.rms, left.rms_bound);
   }
 }
 

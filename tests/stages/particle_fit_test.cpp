@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reference/particle_fit.hpp"
 #include "stages/fit_check.hpp"
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/reference/particle_fit.hpp"
+#include "verify/references/fits_by_hand.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 namespace {
@@ -14,49 +16,10 @@ namespace {
 using ParticleFit = OnDevice;
 using reference::Surroundings;
 
-double hills(double u, double v) { return 30 + 2 * std::sin(0.3 * u) + std::cos(0.25 * v); }
-double roof(double u, double) { return 30 + 0.8 * std::abs(u - 21); }
-
-// Particles of a surface, of which some are fitted.
-struct Scene {
-  Projected projected;
-  Visible seen;
-  SurfaceParticles around;
-  std::vector<std::int32_t> place;  // of the seen ones in `around`
-
-  Surroundings surroundings(const ParticleFits& fits) const {
-    return reference::surroundings(projected, around, fits, place);
-  }
-};
-
-// Every `step`-th particle is part of the surface alone.
-Scene prepare(const Projected& projected, std::int32_t step = 5) {
-  Scene scene{projected, {}, {}, {}};
-  const Visible all = all_visible(projected);
-  const Triangulation mesh = triangulated(projected);
-  scene.around = {all.index, {}, first_normals(plain_view(), projected, all, mesh, mesh.normal)};
-  Random random(3);
-  for (const std::int32_t i : all.index) {
-    scene.around.weight.push_back(static_cast<float>(random(0.3, 1)));
-    if (i % step == step - 1) continue;
-    scene.seen.index.push_back(i);
-    scene.seen.owned.push_back(static_cast<float>(random(0.02, 0.12)));
-  }
-  scene.place = scene.seen.index;
-  return scene;
-}
+using Scene = FittedSurface;
 
 ParticleFits fit(Device& device, const Scene& scene, const FitParams& params) {
   return fit_particles(device, scene.projected, scene.seen, scene.around, params);
-}
-
-// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and 20
-// epsilon for all but the last factor. That is exp(-x^2), whose slope is 0.86 at most, with x = h /
-// 0.6 in the first pass, h good to 6 epsilon of a distance of rho; and later f / tau, f good to 10
-// epsilon of its terms, which add up to 1.5 rho.
-double weight_error(const FitParams& params, int pass) {
-  const double x = pass == 1 ? 6 * params.support / 0.6 : 15 * params.support / params.tau;
-  return kEpsilon * (12 / (params.normal_sigma * params.normal_sigma) + 0.86 * x + 20);
 }
 
 // Checks the fits of pass `pass` against the normal equations with the weights that those of the
@@ -68,24 +31,11 @@ void expect_pass(const Scene& scene, const ParticleFits& before, const ParticleF
   for (std::size_t k = 0; k < after.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(scene.place[k]);
     const double rho = after.support[k];
-    reference::FitProblem problem{after.position[k], rho, {}};
-    std::vector<double> weights;
-    for (std::size_t j = 0; j < all.position.size(); ++j) {
-      const Vec3d x = all.position[j] - problem.centre;
-      if (length(x) >= rho) continue;
-      // A full weight of 1, so that weight_error is in units of it.
-      problem.points.push_back({all.position[j], all.normal[j], 1});
-      const double w = reference::common_weight(x, all.normal[i], all.normal[j], all.weight[j], rho,
-                                                params.normal_sigma);
-      weights.push_back(
-          w * (pass == 1
-                   ? reference::flatness(x, all.normal[i])
-                   : reference::robustness(
-                         -reference::value_at(before.quadric[k], x) - params.offset, params.tau)));
-    }
+    const reference::PassProblem one =
+        reference::pass_problem(all, before, k, i, rho, params, pass);
     ASSERT_GE(after.residual[k], 0);
-    expect_solves(problem, after.quadric[k], params.offset, weights, params,
-                  weight_error(params, pass));
+    expect_solves(one.problem, after.quadric[k], params.offset, one.weights, params,
+                  reference::weight_error(params, pass));
     const auto& c = after.quadric[k];
     const Vec3d gradient = normalized({c[1], c[2], c[3]});
     EXPECT_GT(dot(after.normal[k], all.normal[i]), 0);
@@ -96,7 +46,7 @@ void expect_pass(const Scene& scene, const ParticleFits& before, const ParticleF
 
 TEST_P(ParticleFit, EachPassWeighsByThePassBefore) {
   for (const auto& surface : {hills, roof}) {
-    const Scene scene = prepare(field(11, 2, surface));
+    const Scene scene = fitted_surface(field(11, 2, surface));
     FitParams params;
     params.least_support = 1;
     ParticleFits before;
@@ -123,7 +73,7 @@ TEST_P(ParticleFit, SupportsNarrowWhereOneQuadricCannotFollow) {
   // Noise of 0.5 has residuals by which 1.5 r_05 exceeds the 0.14 that decide without it.
   for (const double noise : {0.0, 0.5}) {
     Random random(11);
-    const Scene scene = prepare(
+    const Scene scene = fitted_surface(
         field(22, 6, [&](double u, double v) { return half_wave(u, v) + random(-noise, noise); }));
     const ParticleFits before = fit(device_, scene, full);
     const ParticleFits after = fit(device_, scene, params);
@@ -156,7 +106,7 @@ TEST_P(ParticleFit, SupportsNarrowWhereOneQuadricCannotFollow) {
 TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
   double least = 1, most = 0, narrowest = 1e9;
   for (const auto& surface : {roof, half_wave}) {
-    const Scene scene = prepare(field(18, 4, surface));
+    const Scene scene = fitted_surface(field(18, 4, surface));
     const FitParams params;
     const ParticleFits fits = fit(device_, scene, params);
     const Surroundings all = scene.surroundings(fits);
@@ -192,7 +142,7 @@ TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
 // not larger, and the points' share of it not either.
 TEST_P(ParticleFit, ASphereStaysASphere) {
   constexpr double kRadius = 60;
-  const Scene scene = prepare(field(12, 5, [](double u, double v) {
+  const Scene scene = fitted_surface(field(12, 5, [](double u, double v) {
     return 90 - std::sqrt(kRadius * kRadius - (u - 21) * (u - 21) - (v - 21) * (v - 21));
   }));
   const Vec3d middle = point_at(plain_view(), 21, 21, 90);
@@ -211,7 +161,7 @@ TEST_P(ParticleFit, ASphereStaysASphere) {
 }
 
 TEST_P(ParticleFit, CarriesWhatIsKnownOfTheParticles) {
-  const Scene scene = prepare(field(9, 7, hills));
+  const Scene scene = fitted_surface(field(9, 7, hills));
   const ParticleFits fits = fit(device_, scene, {});
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(scene.seen.index[k]);
@@ -229,7 +179,7 @@ TEST_P(ParticleFit, FewerThanThreeNeighboursHaveNoFit) {
   std::vector<Vec3d> uvt{{20, 20, 30}, {60, 60, 30}, {62, 60, 30}};
   for (int k = 0; k < 5; ++k)
     for (int j = 0; j < 5; ++j) uvt.push_back({30 + 2.0 * k, 80 + 2.0 * j, 30});
-  const Scene scene = prepare(place(uvt), 100);
+  const Scene scene = fitted_surface(place(uvt), 100);
   const ParticleFits fits = fit(device_, scene, {});
   for (std::size_t k = 0; k < fits.size(); ++k) {
     EXPECT_EQ(fits.residual[k] >= 0, k >= 3) << k;
@@ -241,7 +191,7 @@ TEST_P(ParticleFit, FewerThanThreeNeighboursHaveNoFit) {
 }
 
 TEST_P(ParticleFit, VectorsOfAnyWidthGiveTheSameBits) {
-  const Scene scene = prepare(field(13, 9, half_wave));
+  const Scene scene = fitted_surface(field(13, 9, half_wave));
   use_width(1);
   const ParticleFits one = fit(device_, scene, {});
   use_width(8);

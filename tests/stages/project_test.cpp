@@ -1,8 +1,8 @@
 // project_particles against the matrices in double precision, on every device.
 #include "stages/project.hpp"
 
-#include "reference/project.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/reference/project.hpp"
 
 namespace meniscus {
 namespace {
@@ -12,26 +12,7 @@ constexpr double kMargin = 2.5;
 constexpr std::array<double, 3> kOrigin{0.5, -0.25, 0.125};  // exact in float
 
 using Project = OnDevice;
-
-// What the reference says of a particle, when single precision cannot see it otherwise.
-enum class Fate { kept, dropped, undecided };
-
-Fate fate_of(const reference::ProjectedParticle& p, const Camera& camera, double near_depth) {
-  const double mu = kMargin * p.ku, mv = kMargin * p.kv;
-  const double u_error = p.u_error + mu * (p.k_error + 2 * kEpsilon);
-  const double v_error = p.v_error + mv * (p.k_error + 2 * kEpsilon);
-  // Each is positive where the particle is inside.
-  const double inside[5] = {-p.eye[2] - near_depth, p.u + mu, camera.width - (p.u - mu), p.v + mv,
-                            camera.height - (p.v - mv)};
-  const double error[5] = {p.eye_error[2] + kEpsilon * near_depth, u_error, u_error, v_error,
-                           v_error};
-  bool doubt = false;
-  for (int k = 0; k < 5; ++k) {
-    if (inside[k] < -error[k]) return Fate::dropped;
-    doubt = doubt || inside[k] <= error[k];
-  }
-  return doubt ? Fate::undecided : Fate::kept;
-}
+using reference::Fate;
 
 TEST_P(Project, MatchesTheReference) {
   for (const Camera& camera :
@@ -47,9 +28,7 @@ TEST_P(Project, MatchesTheReference) {
                     z = static_cast<float>(random(-9, 14)),
                     scale = static_cast<float>(random(0.5, 2));
         const auto p = reference::project(camera, kRadius, kOrigin, {x, y, z}, scale, kEpsilon);
-        // Behind the eye the perspective division has no meaning; the depth alone decides.
-        const Fate fate =
-            -p.eye[2] < view.near_depth / 2 ? Fate::dropped : fate_of(p, camera, view.near_depth);
+        const Fate fate = reference::fate_of(p, camera, view.near_depth, kMargin);
         if (fate == Fate::undecided) continue;
         particles.x.push_back(x);
         particles.y.push_back(y);

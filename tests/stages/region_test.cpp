@@ -1,7 +1,8 @@
 // The triangles' depth map against a loop over all triangles, on every device.
 #include "stages/region.hpp"
 
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 #include "stages/specks.hpp"
 
 namespace meniscus {

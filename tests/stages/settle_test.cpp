@@ -1,5 +1,5 @@
 // What samples show, against plain loops in double precision, on every device.
-#include "reference/settle.hpp"
+#include "verify/reference/settle.hpp"
 
 #include <algorithm>
 #include <bit>

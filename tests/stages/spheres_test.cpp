@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "reference/spheres.hpp"
+#include "verify/reference/spheres.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {

@@ -8,13 +8,11 @@
 #include <random>
 
 #include "meniscus/camera.hpp"
-#include "reference/ssm.hpp"
 #include "stages/mesh.hpp"
+#include "verify/reference/ssm.hpp"
 
 namespace meniscus {
 namespace {
-
-constexpr double kEpsilon = FLT_EPSILON / 2;  // the largest relative error of one rounding
 
 View perspective_view(int width, int height) {
   return make_view(look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 50, width, height), 0.5, {0, 0, 0});
@@ -84,21 +82,6 @@ class Ssm : public testing::TestWithParam<DeviceInfo> {
   }
 };
 
-// Largest error of one pass in floats: centre + S / T, S = sum of w (a + b), T = 1 + 2 sum of w,
-// where a and b are differences of at most z_max (exact: both ends lie within a factor of two).
-// n has the relative error `width_error`. A weight's recurrence multiplies by a factor below 1
-// whose numerator and denominator have that error once each, and rounds four times, so that w(k) is
-// off by at most k (2 width_error + 4 epsilon). A term of S rounds three times, and K of them are
-// added. S / T is at most z_max, so T's error counts as much as S's.
-// Where a weight is so near the least that rounding decides whether the tap counts, the result
-// differs by at most that weight times the two differences.
-double pass_error(const reference::Smoothed& pass, double z_max, double width_error) {
-  const double k = pass.widest;
-  const double weights = 0.5 * k * (k + 1) * (2 * width_error + 4 * kEpsilon);
-  const double undecided = pass.weight_margin < 1024 * weights ? 2 * z_max / 1024 : 0;
-  return 4 * z_max * (weights + (3 * k + k * k) * kEpsilon) + 40 * kEpsilon + undecided;
-}
-
 TEST_P(Ssm, SmoothingMatchesTheReference) {
   for (const Case& c : kCases) {
     SCOPED_TRACE(c.name);
@@ -121,8 +104,9 @@ TEST_P(Ssm, SmoothingMatchesTheReference) {
     ASSERT_GT(std::min(columns.layer_margin, expected.layer_margin), 0.1);
     // n: three roundings of its constants and of w, squared, and a division; then twice the error
     // of a depth of at least 20.
-    const double first = pass_error(columns, params.z_max, 8 * kEpsilon);
-    const double second = first + pass_error(expected, params.z_max, 8 * kEpsilon + 2 * first / 20);
+    const double first = reference::pass_error(columns, params.z_max, 8 * kEpsilon);
+    const double second =
+        first + reference::pass_error(expected, params.z_max, 8 * kEpsilon + 2 * first / 20);
     ASSERT_LT(second, 1e-2);
     const auto actual = smoothed(view, depth, c.grid, params, c.cell);
     ASSERT_EQ(actual.size(), expected.depth.size());

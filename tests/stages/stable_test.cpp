@@ -6,45 +6,17 @@
 #include <numeric>
 
 #include "meniscus/meniscus.hpp"
-#include "reference/stable.hpp"
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/reference/stable.hpp"
+#include "verify/references/fits_by_hand.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 namespace {
 
 using Stable = OnDevice;
 
-double hills(double u, double v) { return 30 + 2 * std::sin(0.3 * u) + std::cos(0.25 * v); }
-double roof(double u, double) { return 30 + 0.8 * std::abs(u - 21); }
 double flat(double, double) { return 30; }
-
-// Hand-made fits at the vertices of a mesh: tangent quadrics of `depth`, curved by up to `bend`.
-template <class Depth>
-ParticleFits made_by_hand(const Triangulation& mesh, Depth&& depth, double bend, unsigned seed) {
-  Random random(seed);
-  ParticleFits fits;
-  for (std::size_t k = 0; k < mesh.position.size(); ++k) {
-    const double u = mesh.screen[k].u, v = mesh.screen[k].v, step = 1e-3;
-    // Eye x runs with u, y against v, and z against the depth.
-    const double du = (depth(u + step, v) - depth(u - step, v)) / (2 * step);
-    const double dv = (depth(u, v + step) - depth(u, v - step)) / (2 * step);
-    const Vec3d n = normalized({du, -dv, 1});
-    fits.position.push_back(mesh.position[k]);
-    fits.normal.push_back(Vec3d(Vec3(n)));
-    fits.visible.push_back(random(0.1, 1));
-    fits.surface.push_back(1);
-    fits.support.push_back(FitParams{}.support);
-    fits.edge.push_back(random(0.005, 1));
-    fits.foot.push_back(mesh.position[k] + n);
-    std::array<float, 10> c{};
-    const double linear[4] = {-1, n.x, n.y, n.z};
-    for (int q = 0; q < 4; ++q) c[q] = static_cast<float>(linear[q]);
-    for (int q = 4; q < 10; ++q) c[q] = static_cast<float>(random(-bend, bend));
-    fits.quadric.push_back(c);
-    fits.residual.push_back(0);
-  }
-  return fits;
-}
 
 struct Drawn {
   StableRegion region;

@@ -4,7 +4,8 @@
 #include <vector>
 
 #include "stages/density.hpp"
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 #include "stages/surface.hpp"
 
 namespace meniscus {

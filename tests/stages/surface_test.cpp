@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reference/surface.hpp"
+#include "verify/reference/surface.hpp"
 #include "stages/surface_by_hand.hpp"
 
 namespace meniscus {

@@ -7,7 +7,8 @@
 #include <algorithm>
 #include <set>
 
-#include "stages/mesh_by_hand.hpp"
+#include "stages/stage_test_support.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 namespace {

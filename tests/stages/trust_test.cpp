@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "reference/density.hpp"
+#include "verify/reference/density.hpp"
 #include "stages/surface_by_hand.hpp"
 
 namespace meniscus {

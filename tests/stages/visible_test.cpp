@@ -6,8 +6,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "reference/visible.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/reference/visible.hpp"
 
 namespace meniscus {
 namespace {
@@ -16,26 +16,7 @@ using Visibility = OnDevice;
 
 constexpr int kWidth = 61, kHeight = 47;
 
-// n spheres over and around the screen; every tenth twice.
-Projected scattered(std::size_t n, unsigned seed) {
-  Random random(seed);
-  Projected p;
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto next = [&](std::vector<float>& values, double low, double high) {
-      const bool again = i % 10 == 9;
-      values.push_back(again ? values.back() : static_cast<float>(random(low, high)));
-    };
-    next(p.x, -1, 1);
-    next(p.y, -1, 1);
-    next(p.z, -40, -12);
-    next(p.u, -8, kWidth + 8);
-    next(p.v, -8, kHeight + 8);
-    next(p.ku, 1.5, 6);
-    next(p.kv, 1.5, 6);
-    next(p.scale, 0.5, 1.5);
-  }
-  return p;
-}
+Projected scattered(std::size_t n, unsigned seed) { return discs(n, seed, kWidth, kHeight); }
 
 std::vector<std::int32_t> all_of(const Projected& p) {
   std::vector<std::int32_t> indices(p.size());

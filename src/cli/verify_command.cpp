@@ -1,0 +1,187 @@
+// `verify`: whether devices compute what they should, and the same as others.
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+#include "cli/commands.hpp"
+#include "cli/options.hpp"
+#include "io/input_file.hpp"
+#include "io/output_file.hpp"
+#include "meniscus/error.hpp"
+#include "verify/devices.hpp"
+#include "verify/page.hpp"
+#include "verify/results.hpp"
+#include "verify/run.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+struct VerifyOptions {
+  std::string device = "all", size = "full", json, junit, html, record;
+  std::vector<std::string> kernels, compare;
+  double seconds = 300;
+  bool quiet = false, list = false;
+  int child = -1;
+  std::size_t from = 0;
+};
+
+verify::Settings settings_of(const VerifyOptions& options) {
+  return {options.size == "full", options.kernels};
+}
+
+void check_kernels(const VerifyOptions& options) {
+  const std::vector<std::string> names = verify::known_kernels();
+  for (const std::string& part : options.kernels) {
+    std::string all;
+    bool found = false;
+    for (const std::string& name : names) {
+      all += (all.empty() ? "" : ", ") + name;
+      found = found || name.find(part) != std::string::npos;
+    }
+    if (!found) throw usage_error("--kernel is " + part + ", must be a part of one of " + all);
+  }
+}
+
+// The one line on the terminal that says how far it is.
+class Line {
+ public:
+  explicit Line(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO)), told_(quiet || shown_) {}
+  ~Line() { clear(); }
+  void show(const std::string& device, std::size_t item, std::size_t items,
+            const std::string& name) {
+    if (!shown_) {
+      // Without a terminal a line for each device is enough.
+      if (!told_ && device != last_) std::fprintf(stderr, "verifying  %s\n", device.c_str());
+      last_ = device;
+      return;
+    }
+    char line[160];
+    std::snprintf(line, sizeof line, "%s  %zu of %zu: %s", device.substr(0, 36).c_str(), item, items,
+                  name.c_str());
+    std::fprintf(stderr, "\r\x1b[K%.100s", line);
+    std::fflush(stderr);
+    drawn_ = true;
+  }
+  void clear() {
+    if (drawn_) std::fputs("\r\x1b[K", stderr);
+    drawn_ = false;
+  }
+
+ private:
+  bool shown_, told_, drawn_ = false;
+  std::string last_;
+};
+
+void write(std::optional<OutputFile>& file, const std::string& text) {
+  if (!file) return;
+  file->write(text);
+  file->commit();
+}
+
+verify::VerifyRun read_run(const std::string& path) {
+  return verify::run_from_json(read_file(path).bytes, path);
+}
+
+// The devices of several runs as those of one.
+verify::VerifyRun together(const std::vector<std::string>& paths) {
+  verify::VerifyRun all;
+  for (const std::string& path : paths) {
+    verify::VerifyRun run = read_run(path);
+    all.version = run.version;
+    for (verify::DeviceResults& device : run.devices) all.devices.push_back(std::move(device));
+  }
+  return all;
+}
+
+void run_verify(const VerifyOptions& options, int& exit_code) {
+  if (options.list) return verify::list_as_child(options.device);
+  if (options.child >= 0)
+    return verify::run_as_child(options.child, options.from, settings_of(options));
+  // Files that cannot be written are better known now than later.
+  const bool to_output = options.json == "-";
+  std::optional<OutputFile> json, junit, html, record;
+  if (!options.json.empty() && !to_output) json.emplace(options.json);
+  if (!options.junit.empty()) junit.emplace(options.junit);
+  if (!options.html.empty()) html.emplace(options.html);
+  if (!options.record.empty()) record.emplace(options.record);
+
+  if (record) {
+    Device device(options.device == "all" ? "" : options.device);
+    write(record, verify::to_bytes(verify::record_canonical(device, [&](const std::string& what) {
+            if (!options.quiet) std::fprintf(stderr, "recording  %s\n", what.c_str());
+          })));
+    return;
+  }
+  verify::VerifyRun run;
+  if (!options.compare.empty()) {
+    run = together(options.compare);
+    if (run.devices.size() < 2)
+      throw usage_error("--compare: the files hold one device in all, two are needed");
+    for (std::size_t k = 1; k < run.devices.size() && !to_output; ++k)
+      std::fputs(verify::comparison_of(run.devices[0], run.devices[k]).c_str(), stdout);
+  } else {
+    check_kernels(options);
+    Line line(options.quiet);
+    run = verify::verify_devices(options.device, settings_of(options), options.seconds,
+                                 [&](const std::string& device, std::size_t item, std::size_t items,
+                                     const std::string& name) {
+                                   line.show(device, item, items, name);
+                                 });
+    line.clear();
+    if (!to_output) std::fputs(verify::table_of(run).c_str(), stdout);
+    exit_code = run.good() ? 0 : 1;
+  }
+  if (to_output) std::fputs(verify::to_json(run).c_str(), stdout);
+  write(json, verify::to_json(run));
+  write(junit, verify::to_junit(run));
+  write(html, verify::to_html(run));
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& program, int& exit_code) {
+  CLI::App& command = *program.add_subcommand(
+      "verify", "Check that devices compute what they should, to the last bit");
+  const auto options = std::make_shared<VerifyOptions>();
+  VerifyOptions& o = *options;
+  command
+      .add_option("--device", o.device,
+                  "OpenCL device: a number, a part of a name, cpu or gpu, or all (default)")
+      ->type_name("D");
+  command
+      .add_option("--kernel", o.kernels,
+                  "only kernels with this in their names; may be given several times")
+      ->allow_extra_args(false)
+      ->type_name("K");
+  command
+      .add_option("--size", o.size,
+                  "full: all cases (default); small: what a simulator has the time for")
+      ->check(CLI::IsMember({"small", "full"}))
+      ->type_name("S");
+  command.add_option("--json", o.json, "write the rows as JSON; -: to standard output, no table")
+      ->type_name("FILE");
+  command.add_option("--junit", o.junit, "write the rows as JUnit XML")->type_name("FILE");
+  command.add_option("--html", o.html, "write one page: devices side by side")->type_name("FILE");
+  command
+      .add_option("--compare", o.compare,
+                  "the JSON of earlier runs instead of a run: what differs between their devices")
+      ->expected(1, 100)
+      ->type_name("A.json B.json");
+  command
+      .add_option("--timeout", o.seconds,
+                  "a device that says nothing for so many seconds is given up (default 300)")
+      ->check(CLI::Range(1.0, 1e6))
+      ->type_name("S");
+  command.add_flag("-q,--quiet", o.quiet, "do not tell what is being verified");
+  // Not for people: the canonical bits, and what the processes for each device are called with.
+  command.add_option("--record", o.record)->group("");
+  command.add_option("--child", o.child)->group("");
+  command.add_option("--child-from", o.from)->group("");
+  command.add_flag("--child-list", o.list)->group("");
+  command.callback([options, &exit_code] { run_verify(*options, exit_code); });
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,19 @@
+// A frame's second chance on a device that ran out of memory.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+
+/// extract() for a device that ran out of memory (`first`, the error): with nothing kept from
+/// earlier frames, and an eighth of `memory` at a time. The result is the same; its warnings say
+/// what was done. Throws `first` where `memory` cannot be less.
+Surface extract_sparingly(Device& device, const ParticleSource& source, const Camera& camera,
+                          const Parameters& parameters, std::vector<StageTime>* timings,
+                          std::size_t memory, const OutOfDeviceMemory& first);
+
+}  // namespace meniscus

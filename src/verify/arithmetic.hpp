@@ -1,0 +1,28 @@
+// Probes of a device's arithmetic, memory and work-items: what explains why a kernel's bits differ.
+#pragma once
+
+#include "device/device.hpp"
+#include "verify/row.hpp"
+
+namespace meniscus::verify {
+
+/// Asks everything that the same bits rest on, one thing a row (kernels/arithmetic.cl): what is
+/// computed of single values, in widths 1 and 8; then vectors, private memory, arguments, atomics,
+/// barriers, local memory, ranges, buffers and the order of commands. A row names the section of
+/// the OpenCL 1.2 specification that promises it; what is not promised or not needed is not
+/// required. A probe that does not build or run is a failed row.
+void probe_arithmetic(Device& device, const Tell& tell);
+
+/// The two parts of it.
+void probe_expressions(Device& device, const Tell& tell);
+void probe_execution(Device& device, const Tell& tell);
+
+/// Whether a kernel with `bytes` of local memory, or with work-groups of `items`, does what it
+/// should.
+bool local_memory_works(Device& device, std::size_t bytes);
+bool work_group_works(Device& device, std::size_t items);
+
+/// How many work-items that kernel's groups may have: CL_KERNEL_WORK_GROUP_SIZE.
+std::size_t work_group_claimed(Device& device);
+
+}  // namespace meniscus::verify

@@ -1,0 +1,25 @@
+#include "verify/probe.hpp"
+
+#include <chrono>
+#include <exception>
+
+namespace meniscus::verify {
+
+void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell) {
+  const auto begin = std::chrono::steady_clock::now();
+  Finding finding;
+  try {
+    finding = probe();
+  } catch (const std::exception& error) {
+    finding = failed(error.what());
+  }
+  row.ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  row.result = finding.result;
+  row.required = row.required && finding.result != Result::skip;
+  row.reason = finding.reason;
+  row.ulp = finding.ulp;
+  tell(std::move(row));
+}
+
+}  // namespace meniscus::verify

@@ -1,0 +1,232 @@
+// The blend of the fits that one ray meets, in double precision: docs/method.md, "blend".
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "meniscus/parameters.hpp"
+#include "stages/particle_fit.hpp"
+#include "stages/view.hpp"
+#include "verify/reference/epsilon.hpp"
+
+namespace meniscus::reference {
+
+inline double smooth_passage(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+/// Value and gradient of fit k's quadric at X, not scaled.
+inline double value(const ParticleFits& fits, std::size_t k, const Vec3d& X, Vec3d* gradient) {
+  const std::array<float, 10>& c = fits.quadric[k];
+  const Vec3d d = X - fits.position[k];
+  *gradient = {c[1] + 2.0 * c[4] * d.x + c[7] * d.y + c[9] * d.z,
+               c[2] + 2.0 * c[5] * d.y + c[7] * d.x + c[8] * d.z,
+               c[3] + 2.0 * c[6] * d.z + c[8] * d.y + c[9] * d.x};
+  return c[0] + c[1] * d.x + c[2] * d.y + c[3] * d.z + c[4] * d.x * d.x + c[5] * d.y * d.y +
+         c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.y * d.z + c[9] * d.z * d.x;
+}
+
+/// Radius of a fit's weight.
+inline double reach(const ParticleFits& fits, std::size_t k, const FitParams& fit,
+                    const BlendParams& params) {
+  return 0.84 * params.radius * std::max(0.7, fits.support[k] / fit.support);
+}
+
+/// The weight (1 - D²)³ with D the distance over the reach, and half its gradient in X.
+inline double nearness(const Vec3d& from_foot, double reach) {
+  const double d = std::min(length(from_foot) / reach, 1.0);
+  return std::pow(1 - d * d, 3);
+}
+inline Vec3d half_gradient(const Vec3d& from_foot, double reach) {
+  const double d = std::min(length(from_foot) / reach, 1.0);
+  return from_foot * (-3 * std::pow(1 - d * d, 2) / (reach * reach));
+}
+
+/// What a ray shows.
+struct Blended {
+  double depth = std::numeric_limits<double>::infinity();
+  Vec3d normal;
+  double trust = 0;
+  bool on_edge = false, ended = false;
+  std::size_t hits = 0;
+  double cancelled = 0;  // size of the terms that cancel in the normal, over its own
+  double margin = std::numeric_limits<double>::infinity();  // radii by which the sheets that meet
+                                                            // were told apart
+};
+
+/// The blend on the ray of pixel (u, v), whose reference depth is t0. Fits without residual or with
+/// trust up to 0.01 do not count; those with v < 1/1000 are not met by the ray.
+inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust, const View& view,
+                     double u, double v, double t0, const FitParams& fit,
+                     const BlendParams& params) {
+  struct Hit {
+    std::size_t fit;
+    double t, weight;
+    Vec3d at, gradient;
+  };
+  const Vec3d ray = ray_direction(view, u, v), start = point_at(view, u, v, t0);
+  const auto counts = [&](std::size_t k) { return fits.residual[k] >= 0 && trust[k] > 0.01; };
+  std::vector<Hit> hits;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (!counts(k) || fits.visible[k] < 1e-3) continue;
+    // Roots of A tau^2 + B tau + C along the ray: from values at three points.
+    Vec3d g;
+    const double C = value(fits, k, start, &g), B = dot(g, ray);
+    const double A = value(fits, k, start + ray, &g) - B - C;
+    const double D = B * B - 4 * A * C;
+    if (D < 0) continue;
+    // f falls where the ray enters: B + 2 A tau = -sqrt(D).
+    double tau;
+    if (B < 0)
+      tau = 2 * C / (std::sqrt(D) - B);
+    else if (std::abs(A) > 1e-12)
+      tau = -(B + std::sqrt(D)) / (2 * A);
+    else
+      continue;
+    Hit hit{k, t0 + tau, 0, start + ray * tau, {}};
+    value(fits, k, hit.at, &g);
+    hit.gradient = g / length(g);
+    const double facing = std::abs(dot(hit.gradient, ray));
+    if (std::abs(tau) > 4 * params.d_max ||
+        std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
+      continue;
+    hit.weight = nearness(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+                 fits.visible[k] * trust[k];
+    if (hit.weight > 0) hits.push_back(hit);
+  }
+  Blended out;
+  out.hits = hits.size();
+  if (hits.empty()) return out;
+
+  // Sheet A around the gradient that dominates, sheet B the rest.
+  const auto same = [&](const Vec3d& a, const Vec3d& b) {
+    return smooth_passage(params.same_low, params.same_high, dot(a, b));
+  };
+  Vec3d axis = std::max_element(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
+                 return a.weight < b.weight;
+               })->gradient;
+  for (int round = 0; round < 2; ++round) {
+    Vec3d sum;
+    for (const Hit& hit : hits) sum += hit.gradient * (hit.weight * same(hit.gradient, axis));
+    if (length(sum) > 1e-15) axis = normalized(sum);
+  }
+  struct Sheet {
+    double weight = 0, t = 0;
+    Vec3d centre, normal;  // normal: sum of the gradients
+    Vec3d blended;         // ... with half of the weights' gradients
+    double cancelled = 0;
+  } sheets[2];
+  double untrusted = 0, all = 0;
+  for (int s = 0; s < 2; ++s) {
+    Sheet& sheet = sheets[s];
+    const auto part = [&](const Hit& hit) {
+      const double a = same(hit.gradient, axis);
+      return hit.weight * (s == 0 ? a : 1 - a);
+    };
+    for (const Hit& hit : hits) {
+      sheet.weight += part(hit);
+      sheet.t += part(hit) * hit.t;
+      sheet.centre += part(hit) * fits.foot[hit.fit];
+      sheet.normal += part(hit) * hit.gradient;
+      untrusted += part(hit) / trust[hit.fit];
+      all += part(hit);
+    }
+    if (!(sheet.weight > 0)) continue;
+    sheet.t /= sheet.weight;
+    sheet.centre = sheet.centre / sheet.weight;
+    sheet.blended = sheet.normal;
+    for (const Hit& hit : hits) {
+      const Vec3d from_foot = hit.at - fits.foot[hit.fit];
+      const double r = reach(fits, hit.fit, fit, params), w = nearness(from_foot, r);
+      if (!(w > 0)) continue;
+      const Vec3d pull = half_gradient(from_foot, r) * (part(hit) / w * dot(hit.gradient, ray));
+      sheet.blended += pull * (sheet.t - hit.t);
+      sheet.cancelled += length(pull) * (std::abs(sheet.t - t0) + std::abs(hit.t - t0));
+    }
+  }
+  const auto& [a, b] = sheets;
+  // Convex where each sheet's centre lies behind the other's plane.
+  const Vec3d apart = b.centre - a.centre;
+  const bool both = b.weight > 0;
+  const double side = both ? dot(apart, axis) - dot(apart, normalized(b.normal)) : 0;
+  const bool convex = side < 0, near = both && std::abs(a.t - b.t) <= params.crease;
+  const bool takes_b = near && (convex ? b.t >= a.t : b.t <= a.t);
+  double share = takes_b ? smooth_passage(0.003, 0.02, b.weight / (a.weight + b.weight)) : 0;
+  if (!(a.weight > 1e-9 * b.weight)) share = 1;
+  if (both && b.weight > 0.003 * (a.weight + b.weight))
+    out.margin = std::min(
+        {std::abs(side), std::abs(a.t - b.t), std::abs(std::abs(a.t - b.t) - params.crease)});
+  out.depth = (share < 1 ? (1 - share) * a.t : 0) + (share > 0 ? share * b.t : 0);
+  out.normal = normalized((share < 1 ? (1 - share) * normalized(a.blended) : Vec3d{}) +
+                          (share > 0 ? share * normalized(b.blended) : Vec3d{}));
+  for (const Sheet& sheet : sheets)
+    if (sheet.weight > 0)
+      out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
+  // Hardly more than the rim of a weight is not trusted.
+  out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.001, 0.005, all);
+  out.on_edge = near && convex && b.weight > 0.03 * a.weight;
+
+  // Sheet R: what faces away near the point, with another normal.
+  const Vec3d at = start + ray * (out.depth - t0);
+  double weight = 0, level = 0;
+  Vec3d centre, normal;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (!counts(k)) continue;
+    Vec3d g;
+    const double steep = value(fits, k, at, &g), f = steep / length(g);
+    g = g / length(g);
+    if (dot(g, ray) <= 0) continue;
+    const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+                     fits.surface[k] * trust[k] * (1 - same(g, out.normal)) *
+                     std::max(1 - f * f / 4, 0.0);
+    weight += w;
+    level += w * f;
+    centre += w * fits.foot[k];
+    normal += w * g;
+  }
+  if (weight > 1e-3 && level > 0) {
+    const Vec3d to = centre / weight - a.centre;
+    out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
+  }
+  return out;
+}
+
+/// The blend, and how far one in floats may be from it.
+struct BoundedBlend {
+  Blended expected;
+  bool sure = true;  // rounding decides about nothing
+  double depth_error = 0, normal_error = 0, trust_error = 0;
+};
+
+/// The blend's own roundings are those of its inputs over again: the answers with `others`, the
+/// same fits rounded some other way, say how far they carry. Where these decide otherwise nothing
+/// can be said.
+inline BoundedBlend bounded_blend(const ParticleFits& fits, const std::vector<double>& trust,
+                                  const std::vector<ParticleFits>& others, const View& view,
+                                  double u, double v, double t0, const FitParams& fit,
+                                  const BlendParams& params) {
+  const Blended expected = blend(fits, trust, view, u, v, t0, fit, params);
+  BoundedBlend bounded{expected};
+  double depth_off = 0, normal_off = 0, trust_off = 0;
+  for (const ParticleFits& other : others) {
+    const Blended b = blend(other, trust, view, u, v, t0, fit, params);
+    bounded.sure &=
+        b.hits == expected.hits && b.on_edge == expected.on_edge && b.ended == expected.ended;
+    if (b.hits == 0 || expected.hits == 0) continue;
+    depth_off = std::max(depth_off, std::abs(b.depth - expected.depth));
+    normal_off = std::max(normal_off, length(b.normal - expected.normal));
+    trust_off = std::max(trust_off, std::abs(b.trust - expected.trust));
+  }
+  // Sums round once a hit.
+  const double sums = (static_cast<double>(expected.hits) + 16) * kEpsilon;
+  bounded.depth_error = 4 * depth_off + sums * 20;
+  bounded.normal_error = 4 * normal_off + 2 * sums * (1 + expected.cancelled);
+  bounded.trust_error = 4 * trust_off + 2 * sums;
+  bounded.sure &= expected.margin >= bounded.depth_error;
+  return bounded;
+}
+
+}  // namespace meniscus::reference

@@ -1,0 +1,118 @@
+// The paper's Eqs. 2 to 7 in double precision, as paper.hpp and paper.cl say they are read.
+#pragma once
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "meniscus/parameters.hpp"
+#include "stages/group.hpp"
+#include "stages/view.hpp"
+#include "verify/reference/epsilon.hpp"
+
+namespace meniscus::reference {
+
+/// SLIM's weight at the distance d in units of the support.
+inline double slim_weight(double d) {
+  return d <= 0.5 ? std::exp(-8 * d * d) : d < 1 ? 2.16536453 * std::pow(1 - d, 4) : 0;
+}
+
+/// What a height field h over a group's plane leaves of its normal equations (Eq. 2).
+struct HeightResiduals {
+  using Vector = Eigen::Matrix<double, 6, 1>;
+  int terms = 6;  // 3: few points make a plane
+  Vector solution, error, bound, size;
+  double rms = 0, rms_bound = 0;  // of h - z at the points, particle radii
+};
+
+/// `coefficient` is that of the group's quadric, whose normal is the eye's z axis.
+inline HeightResiduals height_residuals(const std::vector<Vec3d>& points, const Vec3d& centre,
+                                        double radius, const std::array<float, 10>& c,
+                                        const FitParams& params) {
+  using Vector = HeightResiduals::Vector;
+  const double R = 1.3 * radius, rows = static_cast<double>(points.size());
+  HeightResiduals left;
+  left.terms = points.size() < 8 ? 3 : 6;
+  Vector& a = left.solution;
+  a << -c[0] / R, -c[1], -c[2], -c[4] * R, -c[7] * R, -c[5] * R;
+  Eigen::Matrix<double, 6, 6> A = A.Zero(), A_size = A.Zero();
+  Vector b = b.Zero(), b_size = b.Zero();
+  double total = 0, squares = 0;
+  for (const Vec3d& p : points) {
+    const Vec3d q = (p - centre) / R;
+    const double w = slim_weight(length(q));
+    Vector f;
+    f << 1, q.x, q.y, q.x * q.x, q.x * q.y, q.y * q.y;
+    A += w * f * f.transpose();
+    A_size += w * f.cwiseAbs() * f.cwiseAbs().transpose();
+    b += w * q.z * f;
+    b_size += w * std::abs(q.z) * f.cwiseAbs();
+    total += w;
+    squares += w * std::pow(f.head(left.terms).dot(a.head(left.terms)) - q.z, 2);
+  }
+  for (int k = 1; k < 6; ++k) A(k, k) += total * (k < 3 ? 1e-6 : params.ridge);
+  // As in residuals() of fit.hpp: sums of n rows of products of five factors, Cholesky's backward
+  // error of 7 |L| |L'| for the factor and each substitution, and four roundings on the way back.
+  const Vector pivots = A.diagonal().cwiseSqrt();
+  left.error = A * a - b;
+  left.size = A_size * a.cwiseAbs() + b_size;
+  left.bound = kEpsilon * ((rows + 12) * left.size + 21 * pivots * pivots.dot(a.cwiseAbs()));
+  left.rms = R * std::sqrt(squares / total);
+  // h - z is off by some 12 epsilon of terms whose sizes add up to less than 6.
+  left.rms_bound = R * 72 * kEpsilon;
+  return left;
+}
+
+struct Filtered {
+  bool inside;
+  double doubt;  // distance of the filter's value from 1/2
+};
+
+/// Eqs. 3 to 5 on the region at sample (i, j); the window ends at three sigma_s (samples).
+inline Filtered filter_contour(const std::vector<int>& group, int nx, int ny, int i, int j,
+                               const std::vector<Vec3d>& normal, double sigma_s, double sigma_n) {
+  const int reach = static_cast<int>(std::ceil(3 * sigma_s));
+  const int here = group[static_cast<std::size_t>(j) * nx + i];
+  double sum = 0, weight = 0;
+  for (int n = -reach; n <= reach; ++n)
+    for (int m = -reach; m <= reach; ++m) {
+      const int x = i + m, y = j + n;
+      if (x < 0 || y < 0 || x >= nx || y >= ny) continue;
+      const int there = group[static_cast<std::size_t>(y) * nx + x];
+      double w = std::exp(-(m * m + n * n) / (2 * sigma_s * sigma_s));
+      if (here >= 0 && there >= 0) {
+        const Vec3d d = normal[here] - normal[there];
+        w *= std::exp(-dot(d, d) / (2 * sigma_n * sigma_n));
+      }
+      weight += w;
+      if (there >= 0) sum += w;
+    }
+  return {sum > weight / 2, std::abs(sum / weight - 0.5)};
+}
+
+/// Eqs. 6 and 7 at pixel (u, v) for groups whose surfaces are planes through their centres.
+inline double blend_planes(const View& view, const Groups& groups, int owner, double reference,
+                           double u, double v, double reach, double d_max) {
+  double sum = 0, weight = 0;
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    const PixelPosition centre = project(view, groups.centre[k]);
+    const double d = std::hypot((u - centre.u) * centre.w / view.u_scale,
+                                (v - centre.v) * centre.w / view.v_scale);
+    if (d > groups.radius[k] + reach) continue;
+    const Vec3d from = point_at(view, u, v, 0), along = ray_direction(view, u, v);
+    const double t = dot(groups.centre[k] - from, groups.normal[k]) / dot(along, groups.normal[k]);
+    if (!(std::abs(t - reference) <= d_max)) continue;
+    const double like = std::max(0.0, dot(groups.normal[k], groups.normal[owner]));
+    const double b = groups.radius[k] * (0.15 + 0.45 * std::pow(like, 4));
+    const double beta =
+        1 / (std::sqrt(2 * std::numbers::pi) * b * b) * std::exp(-d * d / (2 * b * b));
+    sum += beta * t;
+    weight += beta;
+  }
+  return weight > 0 ? sum / weight : reference;
+}
+
+}  // namespace meniscus::reference

@@ -1,0 +1,147 @@
+// The fits around particles in double precision, from their equations (particle_fit.hpp,
+// particle_fit.cl): the weights, the supports and what is measured of a fit.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "stages/particle_fit.hpp"
+#include "verify/reference/fit.hpp"
+
+namespace meniscus::reference {
+
+/// Wendland's function on [0, 1).
+inline double wendland(double d) { return d < 1 ? std::pow(1 - d, 4) * (4 * d + 1) : 0; }
+
+/// The quadratic B-spline on [0, 1).
+inline double spline(double d) {
+  const double y = 1.5 * d;
+  return y < 0.5 ? 0.75 - y * y : y < 1.5 ? 0.5 * (1.5 - y) * (1.5 - y) : 0;
+}
+
+/// u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2): what all passes weigh a neighbour at `x` from
+/// the particle with; nothing below 1e-6.
+inline double common_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u,
+                            double rho, double sigma) {
+  const double w =
+      u * spline(length(x) / rho) * std::exp(-2 * (1 - dot(n_i, n_j)) / (sigma * sigma));
+  return w < 1e-6 ? 0 : w;
+}
+
+/// exp(-h^2 / (.6 + .075 l^2)^2), at least 1e-5: the first pass's share for a neighbour at height
+/// h.
+inline double flatness(const Vec3d& x, const Vec3d& n_i) {
+  return std::max(std::exp(-std::pow(dot(x, n_i) / (0.6 + 0.075 * dot(x, x)), 2)), 1e-5);
+}
+
+/// The surface as a pass finds it: the fits' normals where there are fits already.
+struct Surroundings {
+  std::vector<Vec3d> position, normal;  // [surface particles]
+  std::vector<double> weight;           // [surface particles] u
+  std::vector<double> residual;         // [surface particles] of the fits; negative: none
+};
+
+/// `place` is each fit's place among the surface particles.
+inline Surroundings surroundings(const Projected& projected, const SurfaceParticles& around,
+                                 const ParticleFits& fits, const std::vector<std::int32_t>& place) {
+  Surroundings all{{}, around.normal, around.weight, std::vector<double>(around.index.size(), -1)};
+  for (const std::int32_t i : around.index)
+    all.position.push_back(projected.eye(static_cast<std::size_t>(i)));
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    all.normal[place[k]] = fits.normal[k];
+    all.residual[place[k]] = fits.residual[k];
+  }
+  return all;
+}
+
+/// rho = support min(1, max(least_support, (max(.14, 1.5 r_05) / r)^2)) of the fit around surface
+/// particle i, with r the mean of the residuals within 6 radii with weights (1 - l / 6)
+/// smoothstep(.8, .95, n_i.n_j), and r_05 the 5th percentile of all; the
+/// full support where there is nothing to average.
+inline double narrowed_support(const Surroundings& all, std::size_t i, const FitParams& params) {
+  std::vector<double> sorted;
+  double sum = 0, weight = 0;
+  for (std::size_t j = 0; j < all.position.size(); ++j) {
+    if (!(all.residual[j] > 0)) continue;
+    sorted.push_back(all.residual[j]);
+    const double w = std::max(0.0, 1 - length(all.position[j] - all.position[i]) / 6) *
+                     smooth_step(0.8, 0.95, dot(all.normal[i], all.normal[j]));
+    sum += w * all.residual[j];
+    weight += w;
+  }
+  if (!(weight > 0)) return params.support;
+  std::sort(sorted.begin(), sorted.end());
+  const double noise = std::max(0.14, 1.5 * sorted[sorted.size() / 20]);
+  const double share = std::pow(noise / (sum / weight), 2);
+  return params.support * std::min(1.0, std::max(params.least_support, share));
+}
+
+/// What measure_edges finds of a fit.
+struct Measured {
+  double edge = 0, spread = 0, supporters = 0;
+  int neighbours = 0;   // within the support
+  double margin = 1e9;  // how near one is to its end, particle radii
+};
+
+/// e = max(.005, smoothstep(.7, 1, share)) with the share of the neighbours, u_j W(l / 4) each,
+/// that agree, smoothstep(.85, .95, n_i.n_j); the RMS of f, at most 2, under the common weights;
+/// the sum of u_j. `quadric` is that of the fit with its offset.
+inline Measured measure(const Surroundings& all, std::size_t i, double rho,
+                        const std::array<float, 10>& quadric, const FitParams& params) {
+  Measured found;
+  double near = 0, agree = 0, weight = 0, squares = 0;
+  for (std::size_t j = 0; j < all.position.size(); ++j) {
+    const Vec3d x = all.position[j] - all.position[i];
+    const double l = length(x), u = all.weight[j], same = dot(all.normal[i], all.normal[j]);
+    found.margin = std::min(found.margin, std::abs(l - params.support));
+    if (l >= params.support) continue;
+    ++found.neighbours;
+    const double f = std::clamp(value_at(quadric, x) + params.offset, -2.0, 2.0);
+    const double w = u * spline(l / rho) *
+                     std::exp(-2 * (1 - same) / (params.normal_sigma * params.normal_sigma));
+    weight += w;
+    squares += w * f * f;
+    found.supporters += u;
+    const double q = u * wendland(l / 4);
+    near += q;
+    agree += q * smooth_step(0.85, 0.95, same);
+  }
+  found.edge = std::max(0.005, smooth_step(0.7, 1.0, agree / near));
+  found.spread = std::sqrt(squares / weight);
+  return found;
+}
+
+/// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and
+/// 20 epsilon for all but the last factor. That is exp(-x^2), whose slope is 0.86 at most, with x =
+/// h / 0.6 in the first pass, h good to 6 epsilon of a distance of rho; and later f / tau, f good
+/// to 10 epsilon of its terms, which add up to 1.5 rho.
+inline double weight_error(const FitParams& params, int pass) {
+  const double x = pass == 1 ? 6 * params.support / 0.6 : 15 * params.support / params.tau;
+  return kEpsilon * (12 / (params.normal_sigma * params.normal_sigma) + 0.86 * x + 20);
+}
+
+/// The problem that pass `pass` solves for fit k of surface particle i, with the weights that the
+/// pass before gives; `before` is empty in the first.
+struct PassProblem {
+  FitProblem problem;
+  std::vector<double> weights;
+};
+inline PassProblem pass_problem(const Surroundings& all, const ParticleFits& before, std::size_t k,
+                                std::size_t i, double rho, const FitParams& params, int pass) {
+  PassProblem one{{all.position[i], rho, {}}, {}};
+  for (std::size_t j = 0; j < all.position.size(); ++j) {
+    const Vec3d x = all.position[j] - one.problem.centre;
+    if (length(x) >= rho) continue;
+    // A full weight of 1, so that weight_error is in units of it.
+    one.problem.points.push_back({all.position[j], all.normal[j], 1});
+    const double w =
+        common_weight(x, all.normal[i], all.normal[j], all.weight[j], rho, params.normal_sigma);
+    one.weights.push_back(
+        w * (pass == 1 ? flatness(x, all.normal[i])
+                       : robustness(-value_at(before.quadric[k], x) - params.offset, params.tau)));
+  }
+  return one;
+}
+
+}  // namespace meniscus::reference

@@ -1,0 +1,25 @@
+#include "verify/references.hpp"
+
+#include "verify/references/cases.hpp"
+
+namespace meniscus::verify {
+
+const std::vector<StageCase>& stage_cases() {
+  static const std::vector<StageCase> cases{
+      {"project", {0, 1, 63, 65, 1001}, project_case},
+      {"visible", {1, 63, 130}, visible_case},
+      {"density", {0, 1, 65, 700}, density_case},
+      {"motion", {0, 1, 65, 900}, motion_case},
+      {"fit", {11, 45}, fit_case},
+      {"particle_fit", {4, 11}, particle_fit_case},
+      {"blend", {9, 37}, blend_case},
+      {"stable", {1, 13, 60}, stable_case},
+      {"paper", {3, 7, 8, 40}, paper_case},
+      {"ssm", {1, 21, 53}, ssm_case},
+      {"spheres", {1, 21, 67}, spheres_case},
+      {"filter", {1, 17, 37}, filter_case},
+  };
+  return cases;
+}
+
+}  // namespace meniscus::verify

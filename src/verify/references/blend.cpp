@@ -1,0 +1,57 @@
+// blend_groups: a crowd of fits of three sheets, more than a ray keeps, and others that face away.
+#include "stages/blend.hpp"
+
+#include "verify/reference/blend.hpp"
+#include "verify/references/cases.hpp"
+#include "verify/references/fits_by_hand.hpp"
+#include "verify/references/worst.hpp"
+
+namespace meniscus::verify {
+
+ReferenceErrors blend_case(Device& device, int size) {
+  const SampleGrid grid{size, (size + 1) / 2, 0.5f, 1};
+  const View view = frontal_view(grid.nx, grid.ny);
+  const FitParams fit;
+  const BlendParams params;
+  const GivenFits scene = crowd(1);
+  Random random(11);
+  std::vector<ParticleFits> others;
+  for (int k = 0; k < 6; ++k) others.push_back(rounded(scene, random).fits);
+  std::vector<float> reference(grid.size());
+  for (float& t : reference) t = static_cast<float>(random(19, 21));
+  for (std::size_t s = 8; s < reference.size(); s += 9) reference[s] = kNoSurface;
+
+  const GroupRecords records =
+      make_records(scene.fits, scene.trust, fit, kBlendReach * params.radius);
+  const SurfaceBuffers surface = empty_surface(device, grid);
+  const Buffer<float> depth = upload(device, reference);
+  blend_groups(device, view, list_samples(device, grid, depth, depth),
+               upload(device, records.values), list_fits(device, view, records, grid), depth,
+               surface, params);
+  const SurfaceMap map = download(device, surface);
+  const std::vector<float> trust = download(device, surface.trust);
+
+  Worst depths("blend_groups", "depth"), normals("blend_groups", "normal"),
+      trusts("blend_groups", "trust");
+  const auto nx = static_cast<std::size_t>(grid.nx);
+  for (std::size_t s = 0; s < grid.size(); ++s) {
+    if (!(reference[s] < kNoSurface)) {
+      depths.see(map.depth[s], kNoSurface, 0);
+      continue;
+    }
+    const auto bounded = reference::bounded_blend(
+        scene.fits, scene.trust, others, view, static_cast<double>(s % nx) + 0.5,
+        static_cast<double>(s / nx) + 0.5, reference[s], fit, params);
+    if (!bounded.sure) continue;
+    const reference::Blended& expected = bounded.expected;
+    depths.see(map.depth[s], expected.depth, bounded.depth_error);
+    if (expected.hits == 0) continue;
+    const Vec3d off = Vec3d(map.normal[s]) - expected.normal;
+    normals.see(length(off), 0, bounded.normal_error, 1);
+    // 2 is added on an edge, 4 where a face has ended.
+    trusts.see(std::fmod(trust[s], 2), expected.trust, bounded.trust_error, 1);
+  }
+  return {depths.error(), normals.error(), trusts.error()};
+}
+
+}  // namespace meniscus::verify

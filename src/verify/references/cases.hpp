@@ -1,0 +1,23 @@
+// The cases of references.hpp, one function a stage.
+#pragma once
+
+#include "verify/references.hpp"
+
+namespace meniscus::verify {
+
+using ReferenceErrors = std::vector<ReferenceError>;
+
+ReferenceErrors project_case(Device& device, int size);
+ReferenceErrors visible_case(Device& device, int size);
+ReferenceErrors density_case(Device& device, int size);
+ReferenceErrors motion_case(Device& device, int size);
+ReferenceErrors fit_case(Device& device, int size);
+ReferenceErrors particle_fit_case(Device& device, int size);
+ReferenceErrors blend_case(Device& device, int size);
+ReferenceErrors stable_case(Device& device, int size);
+ReferenceErrors paper_case(Device& device, int size);
+ReferenceErrors ssm_case(Device& device, int size);
+ReferenceErrors spheres_case(Device& device, int size);
+ReferenceErrors filter_case(Device& device, int size);
+
+}  // namespace meniscus::verify

@@ -1,0 +1,167 @@
+// Problems of fits, and fits, made by hand: for the cases of fits and of their blend.
+#pragma once
+
+#include "stages/fit.hpp"
+#include "stages/particle_fit.hpp"
+#include "verify/reference/fit.hpp"
+#include "verify/references/inputs.hpp"
+
+namespace meniscus {
+
+/// n points near a cap of a sphere of 12 radii, with normals off by a little; a few lie deeper.
+inline reference::FitProblem cap(std::size_t n, unsigned seed) {
+  Random random(seed);
+  reference::FitProblem problem;
+  problem.centre = {random(-5, 5), random(-5, 5), random(-40, -20)};
+  problem.scale = random(3, 6);
+  const Vec3d up = normalized({random(-1, 1), random(-1, 1), 1.5});
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vec3d side{random(-0.6, 0.6), random(-0.6, 0.6), random(-0.6, 0.6)};
+    const Vec3d outward = normalized(up * 2 + side);
+    const double deep = k % 7 == 6 ? random(1, 2) : random(-0.1, 0.1);
+    const Vec3d normal = normalized(outward + Vec3d{random(-1, 1), random(-1, 1), 0} * 0.1);
+    problem.points.push_back(
+        {problem.centre - up * 12 + outward * (12 - deep), normal, random(0.05, 0.75)});
+  }
+  return problem;
+}
+
+/// Problems of every size from 0 to `most` points.
+inline std::vector<reference::FitProblem> problems_up_to(std::size_t most) {
+  std::vector<reference::FitProblem> problems;
+  for (std::size_t n = 0; n <= most; ++n) problems.push_back(cap(n, static_cast<unsigned>(n)));
+  return problems;
+}
+
+inline std::vector<double> weights_of(const reference::FitProblem& problem) {
+  std::vector<double> weights;
+  for (const reference::FitPoint& point : problem.points) weights.push_back(point.weight);
+  return weights;
+}
+
+/// What fit_groups makes of each problem.
+struct Fitted {
+  std::vector<std::array<float, 10>> quadric;
+  std::vector<float> residual, slope;
+};
+
+inline Fitted solve(Device& device, const std::vector<reference::FitProblem>& problems,
+                    const FitParams& params = {}) {
+  std::vector<std::size_t> sizes;
+  for (const reference::FitProblem& problem : problems) sizes.push_back(problem.points.size());
+  const FitBatches batches = make_batches(sizes).front();
+  const std::size_t slots = batches.slots, lanes = batches.lanes;
+  std::vector<float> points(7 * slots, 0.0f), scale(lanes, 1.0f);
+  for (std::size_t l = 0; l < problems.size(); ++l) {
+    const reference::FitProblem& problem = problems[batches.order[l]];
+    scale[l] = static_cast<float>(problem.scale);
+    std::size_t slot = batches.first_slot(l);
+    for (const reference::FitPoint& point : problem.points) {
+      const Vec3d q = (point.position - problem.centre) / problem.scale;
+      const double row[7] = {q.x,         q.y, q.z, point.normal.x, point.normal.y, point.normal.z,
+                             point.weight};
+      for (std::size_t r = 0; r < 7; ++r) points[r * slots + slot] = static_cast<float>(row[r]);
+      slot += 8;
+    }
+  }
+  const DeviceFits fits{upload(device, points),
+                        upload(device, batches.first),
+                        upload(device, batches.length),
+                        upload(device, scale),
+                        allocate<float>(device, 10 * lanes),
+                        allocate<float>(device, 2 * lanes),
+                        lanes,
+                        slots};
+  fit_batches(device, fits, params);
+  const std::vector<float> c = download(device, fits.quadric);
+  const std::vector<float> quality = download(device, fits.quality);
+  Fitted fitted;
+  fitted.quadric.resize(problems.size());
+  fitted.residual.resize(problems.size());
+  fitted.slope.resize(problems.size());
+  for (std::size_t l = 0; l < problems.size(); ++l) {
+    const std::size_t k = static_cast<std::size_t>(batches.order[l]);
+    for (std::size_t r = 0; r < 10; ++r) fitted.quadric[k][r] = c[r * lanes + l];
+    fitted.residual[k] = quality[l];
+    fitted.slope[k] = quality[lanes + l];
+  }
+  return fitted;
+}
+
+/// Fits that are given.
+struct GivenFits {
+  ParticleFits fits;
+  std::vector<double> trust;
+
+  // A fit whose surface passes `foot`, one radius outside its particle, and bends by `bend` times
+  // the distance to the foot; with its visibility v.
+  void add(const Vec3d& foot, const Vec3d& outward, double visible = 1, double bend = 0) {
+    const Vec3d n = normalized(outward), at = foot - n;
+    const Vec3d particle = Vec3d(static_cast<Vec3>(at));
+    fits.position.push_back(particle);
+    fits.normal.push_back(n);
+    fits.visible.push_back(visible);
+    fits.surface.push_back(1);
+    fits.support.push_back(FitParams{}.support);
+    fits.edge.push_back(1);
+    fits.spread.push_back(0);
+    fits.supporters.push_back(30);
+    fits.foot.push_back(foot);
+    // f = n.x - 1 + bend / 2 (x.x - (n.x)^2), x from the particle
+    const auto quadratic = [&](double a, double b, double same) {
+      return static_cast<float>(bend / 2 * same * (1 - a * b) - bend * (1 - same) * a * b);
+    };
+    fits.quadric.push_back({static_cast<float>(dot(n, particle - foot)), static_cast<float>(n.x),
+                            static_cast<float>(n.y), static_cast<float>(n.z),
+                            quadratic(n.x, n.x, 1), quadratic(n.y, n.y, 1), quadratic(n.z, n.z, 1),
+                            quadratic(n.x, n.y, 0), quadratic(n.y, n.z, 0),
+                            quadratic(n.z, n.x, 0)});
+    fits.residual.push_back(0);
+    trust.push_back(1);
+  }
+};
+
+/// A perspective camera that looks down -z, u = 8 + 8 x / t on 16 x 16 pixels and so on.
+inline View frontal_view(int width, int height) {
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  camera.projection = {1, 0, 0, 0, 0, 1.0 * width / height, 0, 0, 0, 0, -1, -0.2, 0, 0, -1, 0};
+  return make_view(camera, 1, {0, 0, 0});
+}
+
+/// Fits of three sheets, crowded so that a ray meets more than the kernel keeps, and others that
+/// face away among them; no two are alike.
+inline GivenFits crowd(unsigned seed) {
+  Random random(seed);
+  GivenFits scene;
+  for (int k = 0; k < 480; ++k) {
+    const bool hidden = k % 7 < 2;
+    const Vec3d foot{random(-7, 7), random(-5, 5), random(-21, -19)};
+    const Vec3d sides[] = {{-0.8, 0.1, 0.9}, {0.8, 0, 0.9}, {0.1, 0.9, 0.5}};
+    const Vec3d scatter{random(-0.3, 0.3), random(-0.3, 0.3), random(-0.3, 0.3)};
+    scene.add(foot, hidden ? Vec3d{random(-1, 1), random(-1, 1), -0.7} : sides[k % 3] + scatter,
+              k % 11 == 0 ? 5e-4 : random(0.01, 1), random(-0.05, 0.1));
+    scene.fits.surface.back() = random(0, 1);
+    scene.fits.support.back() = random(5, 10);
+    scene.fits.edge.back() = random(0.2, 1);
+    scene.trust.back() = k % 13 == 0 ? 0.009 : k % 3 == 0 ? random(0.02, 1) : 1;
+    if (k % 17 == 0) scene.fits.residual.back() = -1;
+  }
+  return scene;
+}
+
+/// The scene as if its numbers had been rounded eight times: coordinates near 20 and coefficients.
+inline GivenFits rounded(const GivenFits& scene, Random& random) {
+  GivenFits moved = scene;
+  const auto off = [&](double size) { return 8 * kEpsilon * size * random(-1, 1); };
+  for (std::size_t k = 0; k < scene.fits.size(); ++k) {
+    moved.fits.position[k] += Vec3d{off(20), off(20), off(20)};
+    moved.fits.foot[k] += Vec3d{off(20), off(20), off(20)};
+    for (float& c : moved.fits.quadric[k]) c += static_cast<float>(off(std::abs(c)));
+  }
+  return moved;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,65 @@
+// weigh_neighbours, fit_groups and turn_normals: every pass against the pass before; and
+// measure_edges.
+#include "stages/particle_fit.hpp"
+
+#include "verify/reference/particle_fit.hpp"
+#include "verify/references/cases.hpp"
+#include "verify/references/mesh_by_hand.hpp"
+#include "verify/references/worst.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+ParticleFits fit(Device& device, const FittedSurface& scene, const FitParams& params) {
+  return fit_particles(device, scene.projected, scene.seen, scene.around, params);
+}
+
+void see_pass(const FittedSurface& scene, const ParticleFits& before, const ParticleFits& after,
+              const FitParams& params, int pass, Worst& equation) {
+  const reference::Surroundings all = scene.surroundings(before);
+  for (std::size_t k = 0; k < after.size(); ++k) {
+    const auto one = reference::pass_problem(
+        all, before, k, static_cast<std::size_t>(scene.place[k]), after.support[k], params, pass);
+    const auto left =
+        reference::residuals(one.problem, after.quadric[k], params.offset, one.weights, params,
+                             reference::weight_error(params, pass));
+    for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);
+  }
+}
+
+void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitParams& params,
+               Worst& edge, Worst& supporters) {
+  const reference::Surroundings all = scene.surroundings(fits);
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    const auto expected = reference::measure(all, static_cast<std::size_t>(scene.place[k]),
+                                             fits.support[k], fits.quadric[k], params);
+    if (expected.margin < 1e-5) continue;  // a neighbour more or less
+    const double n = expected.neighbours;
+    // The share is a quotient of sums of n terms of some 10 roundings; agreement is steep, 1.5 /
+    // 0.1 times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
+    edge.see(fits.edge[k], expected.edge, kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3, 1);
+    supporters.see(fits.supporters[k], expected.supporters, expected.supporters * n * kEpsilon);
+  }
+}
+
+}  // namespace
+
+ReferenceErrors particle_fit_case(Device& device, int size) {
+  Worst equation("weigh_neighbours", "normal equations"), edge("measure_edges", "edge"),
+      supporters("measure_edges", "supporters");
+  for (const auto& surface : {hills, roof}) {
+    const FittedSurface scene = fitted_surface(field(size, 2, surface));
+    FitParams params;
+    params.least_support = 1;
+    ParticleFits before;
+    for (params.passes = 1; params.passes <= 3; ++params.passes) {
+      const ParticleFits after = fit(device, scene, params);
+      see_pass(scene, before, after, params, params.passes, equation);
+      before = after;
+    }
+    see_edges(scene, before, params, edge, supporters);
+  }
+  return {equation.error(), edge.error(), supporters.error()};
+}
+
+}  // namespace meniscus::verify

@@ -1,0 +1,40 @@
+// Collects the errors of an output and keeps the one that uses the most of its bound.
+#pragma once
+
+#include <cmath>
+#include <utility>
+
+#include "verify/bits.hpp"
+#include "verify/references.hpp"
+
+namespace meniscus::verify {
+
+class Worst {
+ public:
+  Worst(std::string kernel, std::string output) : error_{std::move(kernel), std::move(output)} {}
+
+  /// A value that should be `expected`, give or take `bound`; both infinite: no surface.
+  /// `size`: whose last place counts, the expected value's unless it is given.
+  void see(double found, double expected, double bound) { see(found, expected, bound, expected); }
+  void see(double found, double expected, double bound, double size) {
+    if (found == expected) return;
+    const double unit = ulp_of(size), off = std::abs(found - expected);
+    if (!std::isfinite(off)) return keep(INFINITY, 0, INFINITY);
+    keep(off / unit, bound / unit, bound > 0 ? off / bound : INFINITY);
+  }
+
+  const ReferenceError& error() const { return error_; }
+
+ private:
+  void keep(double ulp, double allowed, double share) {
+    if (!(share > share_)) return;
+    share_ = share;
+    error_.ulp = ulp;
+    error_.allowed = allowed;
+  }
+
+  ReferenceError error_;
+  double share_ = 0;  // of the bound
+};
+
+}  // namespace meniscus::verify

@@ -1,0 +1,296 @@
+#include "verify/results.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <tuple>
+
+#include "meniscus/error.hpp"
+#include "page/page.hpp"
+#include "printed.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kGroups[] = {"device", "probe", "limit", "kernel", "reference", "frame"};
+
+// JSON has no infinity.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json("infinite"); }
+
+Json object_of(const Row& row) {
+  return {{"device", row.device},
+          {"kernel", row.kernel},
+          {"variant", row.variant},
+          {"size", row.size},
+          {"result", to_string(row.result)},
+          {"ulp", row.ulp < 0 ? Json(nullptr) : number(row.ulp)},
+          {"reason", row.reason},
+          {"ms", row.ms},
+          {"group", row.group},
+          {"required", row.required},
+          {"section", row.section}};
+}
+
+Row row_of(const Json& object) {
+  Row row;
+  row.group = object.at("group");
+  row.device = object.at("device");
+  row.kernel = object.at("kernel");
+  row.variant = object.at("variant");
+  row.size = object.at("size");
+  const std::string result = object.at("result");
+  require(result == "pass" || result == "fail" || result == "skip",
+          "\"result\" is " + result + ", must be pass, fail or skip");
+  row.result = result == "pass" ? Result::pass : result == "fail" ? Result::fail : Result::skip;
+  const Json& ulp = object.at("ulp");
+  row.ulp = ulp.is_null() ? -1 : ulp.is_string() ? INFINITY : ulp.get<double>();
+  row.reason = object.at("reason");
+  row.ms = object.at("ms");
+  row.required = object.at("required");
+  row.section = object.at("section");
+  return row;
+}
+
+template <class Work>
+auto parsed(const std::string& name, const Work& work) {
+  try {
+    return work();
+  } catch (const Json::exception& error) {
+    throw InputError(name + ": is no JSON of meniscus verify: " + error.what());
+  } catch (const InvalidArgument& error) {
+    throw InputError(name + ": is no JSON of meniscus verify: " + error.what());
+  } catch (const std::out_of_range&) {
+    throw InputError(name + ": is no JSON of meniscus verify: a row names a device that is not there");
+  }
+}
+
+std::string padded(std::string text, std::size_t width) {
+  if (text.size() < width) text.append(width - text.size(), ' ');
+  return text;
+}
+
+// "project_particles, width 8, fit on block".
+std::string words_of(const Row& row) {
+  std::string text = row.kernel;
+  for (const std::string* part : {&row.variant, &row.size})
+    if (!part->empty()) text += ", " + *part;
+  return text;
+}
+
+}  // namespace
+
+const char* to_string(Result result) {
+  return result == Result::pass ? "pass" : result == Result::fail ? "fail" : "skip";
+}
+
+std::size_t DeviceResults::count(Result result, const std::string& group) const {
+  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](const Row& row) {
+    return row.result == result && (group.empty() || row.group == group);
+  }));
+}
+
+bool DeviceResults::good() const {
+  return count(Result::pass) > 0 && std::none_of(rows.begin(), rows.end(), [](const Row& row) {
+           return row.required && row.result == Result::fail;
+         });
+}
+
+bool VerifyRun::good() const {
+  bool any = false;
+  for (const DeviceResults& device : devices) {
+    const bool unusable = device.count(Result::skip) == device.rows.size();
+    if (!unusable && !device.good()) return false;
+    any = any || !unusable;
+  }
+  return any;
+}
+
+std::string to_json(const Row& row) {
+  return object_of(row).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Row row_from_json(const std::string& text, const std::string& name) {
+  return parsed(name, [&] { return row_of(Json::parse(text)); });
+}
+
+std::string to_json(const VerifyRun& run) {
+  std::string text = "{\"meniscus\": " + Json(run.version).dump() + ",\n \"devices\": [";
+  const char* separator = "\n  ";
+  for (const DeviceResults& d : run.devices) {
+    const Json device{{"name", d.device.name},
+                      {"platform", d.device.platform},
+                      {"driver", d.device.driver},
+                      {"version", d.device.version},
+                      {"seconds", d.seconds},
+                      {"good", d.good()}};
+    text += separator + device.dump(-1, ' ', false, Json::error_handler_t::replace);
+    separator = ",\n  ";
+  }
+  text += "],\n \"rows\": [";
+  separator = "\n  ";
+  for (std::size_t k = 0; k < run.devices.size(); ++k)
+    for (const Row& row : run.devices[k].rows) {
+      Json object = object_of(row);
+      object["index"] = k;
+      text += separator + object.dump(-1, ' ', false, Json::error_handler_t::replace);
+      separator = ",\n  ";
+    }
+  return text + "]}\n";
+}
+
+VerifyRun run_from_json(const std::string& text, const std::string& name) {
+  return parsed(name, [&] {
+    const Json json = Json::parse(text);
+    VerifyRun run;
+    run.version = json.at("meniscus");
+    for (const Json& device : json.at("devices")) {
+      DeviceResults results;
+      results.device = {device.at("name"), device.at("platform"), device.at("driver"),
+                        device.at("version")};
+      results.seconds = device.at("seconds");
+      run.devices.push_back(results);
+    }
+    for (const Json& row : json.at("rows"))
+      run.devices.at(row.at("index").get<std::size_t>()).rows.push_back(row_of(row));
+    return run;
+  });
+}
+
+std::string to_junit(const VerifyRun& run) {
+  std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"meniscus verify\">\n";
+  for (const DeviceResults& device : run.devices)
+    for (const char* group : kGroups) {
+      const std::size_t failed = device.count(Result::fail, group);
+      const std::size_t skipped = device.count(Result::skip, group);
+      const std::size_t all = failed + skipped + device.count(Result::pass, group);
+      if (all == 0) continue;
+      text += "<testsuite name=\"" + escaped(title_of(device.device)) + "." + group + "\" tests=\"";
+      text += std::to_string(all) + "\" failures=\"" + std::to_string(failed) + "\" skipped=\"";
+      text += std::to_string(skipped) + "\">\n";
+      for (const Row& row : device.rows) {
+        if (row.group != group) continue;
+        text += "<testcase classname=\"" + escaped(row.kernel) + "\" name=\"" +
+                escaped(words_of(row)) + "\" time=\"" + printed("%.6f", 1e-3 * row.ms) + "\"";
+        if (row.result == Result::pass)
+          text += "/>\n";
+        else if (row.result == Result::fail)
+          text += "><failure message=\"" + escaped(row.reason) + "\"/></testcase>\n";
+        else
+          text += "><skipped message=\"" + escaped(row.reason) + "\"/></testcase>\n";
+      }
+      text += "</testsuite>\n";
+    }
+  return text + "</testsuites>\n";
+}
+
+std::string title_of(const DeviceName& device) {
+  std::string title = device.name;
+  if (!device.platform.empty()) title += " (" + device.platform;
+  if (!device.driver.empty()) title += ", driver " + device.driver;
+  return device.platform.empty() ? title : title + ")";
+}
+
+std::string error_of(const Row& row) {
+  if (row.ulp < 0) return "";
+  if (row.ulp == 0 && row.result == Result::pass) return "same bits";
+  return std::isfinite(row.ulp) ? three_digits(row.ulp) + " ulp" : "infinitely far";
+}
+
+std::string table_of(const VerifyRun& run) {
+  std::string text;
+  for (const DeviceResults& device : run.devices) {
+    text += title_of(device.device) + ", " + device.device.version + "\n";
+    for (const char* group : kGroups) {
+      const std::size_t passed = device.count(Result::pass, group);
+      const std::size_t failed = device.count(Result::fail, group);
+      const std::size_t skipped = device.count(Result::skip, group);
+      if (passed + failed + skipped == 0) continue;
+      text += "  " + padded(std::string(group) + "s", 12) + grouped(static_cast<std::int64_t>(passed)) + " passed";
+      if (failed > 0) text += ", " + grouped(static_cast<std::int64_t>(failed)) + " FAILED";
+      if (skipped > 0) text += ", " + grouped(static_cast<std::int64_t>(skipped)) + " skipped";
+      text += "\n";
+    }
+    // Limits are figures that people want to see.
+    for (const Row& row : device.rows)
+      if (row.group == "limit" && row.result == Result::pass && !row.reason.empty())
+        text += "    " + padded(row.kernel, 26) + row.reason + "\n";
+    // The same failure in many variants and sizes is told once.
+    std::map<std::tuple<std::string, bool, std::string>, std::vector<const Row*>> failures;
+    std::map<std::string, std::size_t> skips;
+    std::vector<const Row*> order;
+    for (const Row& row : device.rows) {
+      if (row.result == Result::skip) ++skips[row.reason];
+      if (row.result != Result::fail) continue;
+      auto& same = failures[{row.group + " " + row.kernel, row.required, row.variant}];
+      if (same.empty()) order.push_back(&row);
+      same.push_back(&row);
+    }
+    for (const Row* row : order) {
+      const auto& same = failures[{row->group + " " + row->kernel, row->required, row->variant}];
+      text += std::string(row->required ? "  FAILED " : "  (not required) ") + row->group + " " +
+              words_of(*row);
+      if (same.size() > 1)
+        text += " and on " + std::to_string(same.size() - 1) +
+                (same.size() > 2 ? " others" : " other");
+      text += "\n    ";
+      if (row->ulp > 0) text += error_of(*row) + "; ";
+      text += row->reason + (row->section.empty() ? "" : " [" + row->section + "]") + "\n";
+    }
+    for (const auto& [reason, count] : skips)
+      text += "  skipped " + std::to_string(count) + ": " + reason + "\n";
+    const bool unusable = device.count(Result::skip) == device.rows.size();
+    text += std::string("  ") + (unusable ? "not verified" : device.good() ? "PASSED" : "FAILED") +
+            ", " + duration(device.seconds) + "\n\n";
+  }
+  return text;
+}
+
+std::vector<Change> changes_between(const DeviceResults& before, const DeviceResults& after) {
+  const auto key = [](const Row& row) {
+    return std::tuple(row.group, row.kernel, row.variant, row.size);
+  };
+  std::map<decltype(key(Row{})), const Row*> earlier;
+  for (const Row& row : before.rows) earlier[key(row)] = &row;
+  std::vector<Change> changes;
+  for (const Row& row : after.rows) {
+    const auto found = earlier.find(key(row));
+    const Row* old = found == earlier.end() ? nullptr : found->second;
+    if (old) earlier.erase(found);
+    // What limits measure is never the same twice: their results count.
+    const bool same = old && old->result == row.result && old->ulp == row.ulp &&
+                      (row.group == "limit" || row.result == Result::pass || old->reason == row.reason) &&
+                      (row.group != "frame" || old->reason == row.reason);
+    if (!same) changes.push_back({old, &row});
+  }
+  for (const Row& row : before.rows)
+    if (const auto left = earlier.find(key(row)); left != earlier.end() && left->second == &row)
+      changes.push_back({&row, nullptr});
+  return changes;
+}
+
+std::string comparison_of(const DeviceResults& before, const DeviceResults& after) {
+  std::string text = "A  " + title_of(before.device) + "\nB  " + title_of(after.device) + "\n";
+  const std::vector<Change> changes = changes_between(before, after);
+  text += grouped(static_cast<std::int64_t>(after.rows.size() - (changes.size() - std::count_if(
+                      changes.begin(), changes.end(),
+                      [](const Change& change) { return change.after == nullptr; })))) +
+          " rows are the same, " + grouped(static_cast<std::int64_t>(changes.size())) + " differ\n";
+  const auto said = [](const Row* row) {
+    if (!row) return std::string("not there");
+    std::string words = to_string(row->result);
+    if (const std::string error = error_of(*row); !error.empty()) words += ", " + error;
+    return row->reason.empty() ? words : words + ": " + row->reason;
+  };
+  for (const Change& change : changes) {
+    const Row& row = change.after ? *change.after : *change.before;
+    text += row.group + " " + words_of(row) + "\n  A  " + said(change.before) + "\n  B  " +
+            said(change.after) + "\n";
+  }
+  return text;
+}
+
+}  // namespace meniscus::verify

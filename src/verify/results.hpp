@@ -1,0 +1,68 @@
+// What a run of verify found, and its JSON, JUnit XML and tables.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "verify/row.hpp"
+
+namespace meniscus::verify {
+
+/// A device as the results name it.
+struct DeviceName {
+  std::string name, platform, driver, version;
+  bool operator==(const DeviceName&) const = default;
+};
+
+/// All that was found on one device.
+struct DeviceResults {
+  DeviceName device;
+  std::vector<Row> rows;
+  double seconds = 0;
+
+  std::size_t count(Result result, const std::string& group = "") const;
+  /// Whether something passed and no row that must pass failed.
+  bool good() const;
+};
+
+/// What one call of `verify` found.
+struct VerifyRun {
+  std::string version;  // of Meniscus
+  std::vector<DeviceResults> devices;
+  bool good() const;
+};
+
+const char* to_string(Result result);
+
+/// One row as a JSON object in one line, and back. Throws InputError, naming `name`.
+std::string to_json(const Row& row);
+Row row_from_json(const std::string& text, const std::string& name);
+
+/// {"meniscus", "devices": [{"name", "platform", "driver", "version", "seconds"}], "rows": [{"device",
+/// "kernel", "variant", "size", "result", "ulp", "reason", "ms", "group", "required", "section"}]};
+/// "device" in a row is the device's name, "index" its place in "devices".
+std::string to_json(const VerifyRun& run);
+VerifyRun run_from_json(const std::string& text, const std::string& name);
+
+/// A test suite a device and group, a test case a row.
+std::string to_junit(const VerifyRun& run);
+
+/// For the terminal: what passed by group, then every row that failed, and why rows were skipped.
+std::string table_of(const VerifyRun& run);
+
+/// Rows that differ between two devices, side by side.
+struct Change {
+  const Row *before, *after;  // null: there is none
+};
+std::vector<Change> changes_between(const DeviceResults& before, const DeviceResults& after);
+
+/// The changes as a table, and how many rows are the same.
+std::string comparison_of(const DeviceResults& before, const DeviceResults& after);
+
+/// "PoCL device (driver 3.1)".
+std::string title_of(const DeviceName& device);
+
+/// "3 ulp", "same bits" or empty.
+std::string error_of(const Row& row);
+
+}  // namespace meniscus::verify

@@ -1,0 +1,395 @@
+#include "verify/run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "content_hash.hpp"
+#include "device/probe.hpp"
+#include "meniscus/meniscus.hpp"
+#include "printed.hpp"
+#include "stages/project.hpp"
+#include "stages/visible.hpp"
+#include "stream/gather.hpp"
+#include "verify/arithmetic.hpp"
+#include "verify/limits.hpp"
+#include "verify/references.hpp"
+#include "verify/scenes.hpp"
+#include "verify/trace.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+/// How the kernels are built and launched. All variants of a width have the same launches.
+struct Variant {
+  std::string name;
+  int width;
+  std::size_t group;          // of rows of work-items; 0: 64
+  std::size_t largest_group;  // that the device is taken to allow; 0: its own
+};
+
+const std::vector<Variant>& variants() {
+  static const std::vector<Variant> all{{"width 8", 8, 0, 0},
+                                        {"width 1", 1, 0, 0},
+                                        {"width 8, groups of 16", 8, 16, 64},
+                                        {"width 1, groups of 32", 1, 32, 64}};
+  return all;
+}
+
+/// Sets a device to a variant while it lives.
+class AsVariant {
+ public:
+  AsVariant(Device& device, const Variant& variant)
+      : state_(device.state()),
+        width_(state_.vector_width),
+        largest_group_(state_.info.largest_group) {
+    state_.vector_width = variant.width;
+    if (variant.largest_group > 0)
+      state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
+  }
+  ~AsVariant() {
+    state_.vector_width = width_;
+    state_.info.largest_group = largest_group_;
+  }
+  AsVariant(const AsVariant&) = delete;
+  AsVariant& operator=(const AsVariant&) = delete;
+
+ private:
+  Device::State& state_;
+  int width_;
+  std::uint64_t largest_group_;
+};
+
+/// Something that launches kernels, always the same ones.
+struct Case {
+  std::string name, size;
+  bool small, values;  // values: the canonical ones are shipped, not only their hashes
+  std::function<void(Device&)> run;
+};
+
+std::string key_of(const Case& which, int width) {
+  return which.name + ", " + which.size + ", width " + std::to_string(width);
+}
+
+// The passes over particles that stream (stream.cl).
+void run_stream(Device& device, const Scene& scene) {
+  device.state().stage = "stream";
+  const auto source = source_of(scene.particles);
+  const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
+  // All in one part: the next one would find what the last one left in the list, in any order.
+  const std::size_t all = scene.particles.size();
+  const FrontMap map = find_fronts(device, view, *source, all, 2, 4, 2, 8, 8, 4, 0.8);
+  select_near(device, view, *source, all, map, {}, [](const auto&, const auto&) {});
+  device.state().stage.clear();
+}
+
+// Who is seen (visible.cl, bins.cl), of so many that work-items meet in the atomics.
+void run_visible(Device& device, const Scene& scene) {
+  device.state().stage = "visible";
+  const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
+  const WorldParticles world{scene.particles.x, scene.particles.y, scene.particles.z, {}, false, {}};
+  const Projected projected = project_particles(device, view, world, 2);
+  std::vector<std::int32_t> all(projected.size());
+  std::iota(all.begin(), all.end(), 0);
+  find_visible(device, view, projected, all, {}, 0);
+  device.state().stage.clear();
+}
+
+Case case_of(const StageCase& stage, int size) {
+  const bool least = size == stage.sizes.front();
+  return {std::string("stage ") + stage.stage, "size " + std::to_string(size), least, least,
+          [&stage, size](Device& device) { stage.run(device, size); }};
+}
+
+// Two work-items that race do not collide every time.
+constexpr int kStormRounds = 6;
+
+const std::vector<Case>& kernel_cases() {
+  static const std::vector<Case> all = [] {
+    std::vector<Case> cases;
+    for (const Scene& scene : kernel_scenes()) {
+      for (const Method method : scene.methods)
+        cases.push_back({to_string(method) + " on " + scene.name, scene.size, scene.small,
+                         scene.small, [&scene, method](Device& device) {
+                           extract(device, scene.particles, scene.camera,
+                                   parameters_of(scene, method));
+                         }});
+      const bool storm = scene.methods.empty();
+      if (scene.particles.size() > 1)
+        cases.push_back({"stream on " + scene.name, scene.size, scene.small, scene.small,
+                         [&scene, storm](Device& device) {
+                           for (int k = 0; k < (storm ? kStormRounds : 1); ++k)
+                             run_stream(device, scene);
+                         }});
+      if (storm)
+        cases.push_back({"visible on " + scene.name, scene.size, false, false,
+                         [&scene](Device& device) {
+                           for (int k = 0; k < kStormRounds; ++k) run_visible(device, scene);
+                         }});
+    }
+    for (const StageCase& stage : stage_cases())
+      for (const int size : stage.sizes) cases.push_back(case_of(stage, size));
+    return cases;
+  }();
+  return all;
+}
+
+const Trace& canonical_trace(const std::string& key) {
+  static const Trace none;
+  const auto found = shipped_canonical().traces.find(key);
+  return found == shipped_canonical().traces.end() ? none : found->second;
+}
+
+std::string error_in_words(double ulp) {
+  return std::isfinite(ulp) ? three_digits(ulp) + " ulp" : "infinitely many ulp";
+}
+
+bool wanted(const Settings& settings, const std::string& kernel) {
+  return settings.kernels.empty() ||
+         std::any_of(settings.kernels.begin(), settings.kernels.end(),
+                     [&](const std::string& part) { return kernel.find(part) != std::string::npos; });
+}
+
+Row row_of(const std::string& kernel, const KernelFindings& found) {
+  Row row;
+  row.group = "kernel";
+  row.kernel = kernel;
+  row.ms = found.ms;
+  if (found.differing > 0) {
+    row.result = Result::fail;
+    row.ulp = found.ulp;
+    row.reason = found.first;
+    if (found.differing > 1)
+      row.reason += "; " + std::to_string(found.differing) + " of its " +
+                    std::to_string(found.launches) + " launches differ";
+  } else if (found.launches > 0) {
+    row.ulp = 0;
+  } else {
+    row.result = Result::skip;
+    row.reason = found.unknown > 0 ? "its inputs differ already: see the kernels before it"
+                                   : "other kernels were launched than the canonical ones";
+  }
+  return row;
+}
+
+void check_kernels(Device& device, const Case& which, const Variant& variant, bool required,
+                   const Settings& settings, const Tell& tell) {
+  const AsVariant as(device, variant);
+  Tracer tracer(device, canonical_trace(key_of(which, variant.width)), shipped_canonical().values);
+  tracer.group = variant.group;
+  const auto report = [&](Row row) {
+    row.group = "kernel";
+    row.variant = variant.name;
+    row.size = which.name + ", " + which.size;
+    row.required = required;
+    tell(std::move(row));
+  };
+  const auto begin = Clock::now();
+  std::string error;
+  try {
+    which.run(device);
+  } catch (const Error& failure) {
+    error = failure.what();
+    device.state().stage.clear();
+  }
+  for (const auto& [kernel, found] : tracer.findings())
+    if (wanted(settings, kernel)) report(row_of(kernel, found));
+  if (error.empty()) error = tracer.other_launches();
+  if (error.empty()) return;
+  Row row;
+  row.kernel = which.name;
+  row.result = Result::fail;
+  row.reason = error;
+  row.ms = ms_since(begin);
+  report(row);
+}
+
+std::string frame_key(const Scene& frame, Method method) {
+  return "frame " + to_string(method) + " on " + frame.name;
+}
+
+// A frame whose hash is not the canonical one runs once more, watched.
+std::string first_difference(Device& device, const Scene& frame, Method method) {
+  Tracer tracer(device,
+                canonical_trace(frame_key(frame, method) + ", width " +
+                                std::to_string(device.state().vector_width)),
+                shipped_canonical().values);
+  extract(device, frame.particles, frame.camera, parameters_of(frame, method));
+  if (!tracer.first_difference().empty()) return "first in " + tracer.first_difference();
+  if (!tracer.other_launches().empty()) return tracer.other_launches();
+  return "all launches leave the canonical bits: the host's part differs, or it differs from run "
+         "to run";
+}
+
+void check_frame(Device& device, const Scene& frame, Method method, const Tell& tell) {
+  Row row;
+  row.group = "frame";
+  row.kernel = to_string(method);
+  row.size = frame.name + ", " + frame.size;
+  row.variant = "width " + std::to_string(device.state().vector_width);
+  const auto begin = Clock::now();
+  const std::uint64_t found =
+      content_hash(extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
+  row.ms = ms_since(begin);
+  const auto known = shipped_canonical().frames.find(frame_key(frame, method));
+  if (known == shipped_canonical().frames.end()) {
+    row.result = Result::skip;
+    row.reason = "this release has no hash for it; found " + hex_digits(found);
+  } else if (known->second == found) {
+    row.ulp = 0;
+    row.reason = "hash " + hex_digits(found);
+  } else {
+    row.result = Result::fail;
+    row.reason = "hash " + hex_digits(found) + ", wanted " + hex_digits(known->second) + "; " +
+                 first_difference(device, frame, method);
+  }
+  tell(std::move(row));
+}
+
+// A stage against double precision: not watched, because what is watched is put right.
+void check_references(Device& device, const StageCase& stage, const Variant& variant, bool required,
+                      const Settings& settings, const Tell& tell) {
+  const AsVariant as(device, variant);
+  for (const int size : stage.sizes) {
+    if (size != stage.sizes.front() && !settings.full) break;
+    const auto begin = Clock::now();
+    const std::vector<ReferenceError> errors = stage.run(device, size);
+    const double ms = ms_since(begin) / static_cast<double>(std::max<std::size_t>(1, errors.size()));
+    for (const ReferenceError& error : errors) {
+      if (!wanted(settings, error.kernel)) continue;
+      Row row;
+      row.group = "reference";
+      row.kernel = error.kernel;
+      row.variant = variant.name;
+      row.size = std::string(stage.stage) + ", size " + std::to_string(size) + ", " + error.output;
+      row.result = error.ulp <= error.allowed ? Result::pass : Result::fail;
+      row.ulp = error.ulp;
+      row.reason = std::string("stage ") + stage.stage + ": " + error_in_words(error.ulp) + " of " + error_in_words(error.allowed) + " allowed";
+      row.ms = ms;
+      row.required = required;
+      tell(std::move(row));
+    }
+  }
+}
+
+bool launches_wanted(const Settings& settings, const Trace& trace) {
+  return std::any_of(trace.begin(), trace.end(),
+                     [&](const TracedLaunch& launch) { return wanted(settings, launch.kernel); });
+}
+
+}  // namespace
+
+std::vector<Item> items_of(const Settings& settings, int device_width) {
+  std::vector<Item> items;
+  const auto add = [&](const std::string& name, std::function<void(Device&, const Tell&)> run) {
+    items.push_back({name, std::move(run)});
+  };
+  if (settings.kernels.empty()) {
+    add("probes of single values", probe_expressions);
+    add("probes of memory and work-items", probe_execution);
+    add("limits", [full = settings.full](Device& device, const Tell& tell) {
+      probe_limits(device, full, tell);
+    });
+  }
+  for (const Variant& variant : variants()) {
+    if (variant.group > 0) continue;  // a stage's values do not depend on its groups
+    for (const StageCase& stage : stage_cases()) {
+      if (!settings.kernels.empty() &&
+          !launches_wanted(settings, canonical_trace(key_of(case_of(stage, stage.sizes.front()),
+                                                            variant.width))))
+        continue;
+      add(std::string("references of ") + stage.stage + ", " + variant.name,
+          [&stage, &variant, required = variant.width == device_width, settings](
+              Device& device, const Tell& tell) {
+            check_references(device, stage, variant, required, settings, tell);
+          });
+    }
+  }
+  for (const Variant& variant : variants())
+    for (const Case& which : kernel_cases()) {
+      if (!which.small && !settings.full) continue;
+      if (!settings.kernels.empty() &&
+          !launches_wanted(settings, canonical_trace(key_of(which, variant.width))))
+        continue;
+      add("kernels of " + which.name + ", " + variant.name,
+          [&which, &variant, required = variant.width == device_width, settings](
+              Device& device, const Tell& tell) {
+            check_kernels(device, which, variant, required, settings, tell);
+          });
+    }
+  if (settings.kernels.empty())
+    for (const Scene& frame : whole_frames())
+      if (frame.small || settings.full)
+        for (const Method method : frame.methods)
+          add(frame_key(frame, method), [&frame, method](Device& device, const Tell& tell) {
+            check_frame(device, frame, method, tell);
+          });
+  return items;
+}
+
+std::string group_of(const std::string& item) {
+  const std::string first = item.substr(0, item.find(' '));
+  return first.ends_with('s') ? first.substr(0, first.size() - 1) : first;
+}
+
+void run_item(const Item& item, Device& device, const Tell& tell) {
+  try {
+    item.run(device, tell);
+  } catch (const std::exception& error) {
+    device.state().stage.clear();
+    Row row;
+    row.group = group_of(item.name);
+    row.kernel = item.name;
+    row.result = Result::fail;
+    row.reason = error.what();
+    tell(std::move(row));
+  }
+}
+
+Canonical record_canonical(Device& device, const std::function<void(const std::string&)>& say) {
+  Canonical canonical;
+  constexpr std::size_t kMost = 16384;  // bytes of a buffer whose values are kept
+  const auto record = [&](const std::string& key, int width, bool values, const auto& run) {
+    say(key);
+    const AsVariant as(device, {"", width, 0, 0});
+    std::map<std::uint64_t, std::vector<std::uint8_t>> written;
+    Tracer tracer(device, values ? &written : nullptr);
+    run();
+    canonical.traces[key] = tracer.trace();
+    for (auto& [hash, bytes] : written)
+      if (bytes.size() <= kMost) canonical.values.emplace(hash, std::move(bytes));
+  };
+  for (const int width : {1, 8}) {
+    for (const Case& which : kernel_cases())
+      record(key_of(which, width), width, which.values, [&] { which.run(device); });
+    for (const Scene& frame : whole_frames())
+      for (const Method method : frame.methods) {
+        const std::string name = frame_key(frame, method);
+        record(name + ", width " + std::to_string(width), width, false, [&] {
+          const std::uint64_t hash = content_hash(
+              extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
+          const auto [place, first] = canonical.frames.emplace(name, hash);
+          require(first || place->second == hash,
+                  name + ": widths 1 and 8 give different bits on this device");
+        });
+      }
+  }
+  return canonical;
+}
+
+std::vector<std::string> known_kernels() {
+  std::set<std::string> names;
+  for (const auto& [key, trace] : shipped_canonical().traces)
+    for (const TracedLaunch& launch : trace) names.insert(launch.kernel);
+  return {names.begin(), names.end()};
+}
+
+}  // namespace meniscus::verify

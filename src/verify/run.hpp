@@ -1,0 +1,42 @@
+// The checks of one device, item by item.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "verify/canonical.hpp"
+#include "verify/row.hpp"
+
+namespace meniscus::verify {
+
+struct Settings {
+  bool full = true;                  // else what a simulator has the time for
+  std::vector<std::string> kernels;  // parts of names; empty: all
+};
+
+/// A part of the run that can fail or crash without the others.
+struct Item {
+  std::string name;  // "kernels of fit on block, width 8"
+  std::function<void(Device&, const Tell&)> run;
+};
+
+/// The items, the same ones in the same order for the same settings. `device_width` is the vector
+/// width that the device is used with: only that must pass.
+std::vector<Item> items_of(const Settings& settings, int device_width);
+
+/// The group of an item's rows, by its name: "kernel".
+std::string group_of(const std::string& item);
+
+/// Runs an item: what it throws becomes a row.
+void run_item(const Item& item, Device& device, const Tell& tell);
+
+/// What this device computes, as canonical bits of all cases. Throws when two vector widths differ
+/// in a frame's result, or a result is farther from double precision than allowed.
+Canonical record_canonical(Device& device, const std::function<void(const std::string&)>& say);
+
+/// Every kernel that some canonical trace holds.
+std::vector<std::string> known_kernels();
+
+}  // namespace meniscus::verify

@@ -1,0 +1,34 @@
+// What verify runs the kernels on: small frames made from integers, the same on every machine.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meniscus/parameters.hpp"
+#include "meniscus/types.hpp"
+
+namespace meniscus::verify {
+
+/// A frame with what is asked of it.
+struct Scene {
+  std::string name;  // "block"
+  std::string size;  // for people: "102 particles, 24x17"
+  bool small;        // a simulator has the time for it
+  Particles particles;
+  Camera camera;
+  std::vector<Method> methods;
+};
+
+/// Frames that show each kernel something else: a block with a step and splash, one particle, none,
+/// an odd number in an orthographic view, coordinates at the edges of what floats hold, a crowd on
+/// few pixels, a wall beyond the image's edges, a storm and a swarm that make atomics
+/// meet (no methods: verify/run.cpp has what is run on them).
+const std::vector<Scene>& kernel_scenes();
+
+/// Whole frames as users have them.
+const std::vector<Scene>& whole_frames();
+
+/// The parameters for a method on a scene.
+Parameters parameters_of(const Scene& scene, Method method);
+
+}  // namespace meniscus::verify

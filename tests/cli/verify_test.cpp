@@ -1,0 +1,64 @@
+// What `meniscus verify` says and writes.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/program.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::HasSubstr;
+
+using ProgramVerify = Program;
+
+TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
+  const Outcome outcome = run({"verify", "--device", "cpu", "--size", "small", "--kernel", "project",
+                               "--json", "v.json", "--junit", "v.xml", "--html", "v.html"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("PASSED"));
+  const auto json = nlohmann::json::parse(read("v.json"));
+  ASSERT_FALSE(json["rows"].empty());
+  for (const auto& row : json["rows"]) {
+    EXPECT_EQ(row["result"], "pass");
+    EXPECT_THAT(row["kernel"].get<std::string>(), HasSubstr("project"));
+  }
+  EXPECT_THAT(read("v.xml"), HasSubstr("<testcase classname=\"project_particles\""));
+  EXPECT_THAT(read("v.html"), HasSubstr("project_particles"));
+
+  const Outcome same = run({"verify", "--compare", "v.json", "v.json"});
+  EXPECT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_THAT(same.out, HasSubstr(", 0 differ"));
+}
+
+TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
+  expect_error(run({"verify", "--kernel", "no_such"}), 2, {"--kernel is no_such", "project_particles"});
+  expect_error(run({"verify", "--device", "no such"}), 1, {"no usable OpenCL device matches"});
+  expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
+  write("broken.json", "{");
+  expect_error(run({"verify", "--compare", "broken.json", "broken.json"}), 1, {"broken.json"});
+}
+
+// A device that crashes or hangs costs rows; the next process goes on behind the case.
+TEST_F(ProgramVerify, CrashesAndHangsAreRowsAndNoEnd) {
+  for (const bool hangs : {false, true}) {
+    const Outcome outcome =
+        run({"verify", "--device", "cpu", "--size", "small", "--kernel", "select_near", "--timeout",
+             "2", "--json", "v.json"},
+            {.environment = {{"LD_PRELOAD", MENISCUS_ENDING_CALL},
+                             {"MENISCUS_END_CALL", "2"},
+                             {"MENISCUS_END_BY", hangs ? "hang" : "crash"}}});
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    const auto json = nlohmann::json::parse(read("v.json"));
+    ASSERT_EQ(json["rows"].size(), 4u) << "one for each variant";
+    for (const auto& row : json["rows"]) {
+      EXPECT_EQ(row["result"], "fail");
+      EXPECT_THAT(row["kernel"].get<std::string>(), HasSubstr("kernels of stream on block"));
+      EXPECT_THAT(row["reason"].get<std::string>(),
+                  HasSubstr(hangs ? "gave no sign for 2 s" : "the process was ended by signal 9"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace meniscus::test

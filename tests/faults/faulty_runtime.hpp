@@ -1,0 +1,45 @@
+// The program with OpenCL calls that fail.
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/program.hpp"
+
+namespace meniscus::test {
+
+class FaultyRuntime : public Program {
+ protected:
+  void SetUp() override {
+#ifdef __SANITIZE_ADDRESS__
+    GTEST_SKIP() << "nothing can be preloaded before the sanitizer";
+#endif
+  }
+
+  /// The settings of failing_call.hpp.
+  static Conditions failing(std::vector<std::pair<std::string, std::string>> settings) {
+    settings.emplace_back("LD_PRELOAD", MENISCUS_FAILING_CALL);
+    return {.environment = std::move(settings)};
+  }
+
+  /// Bytes of the files whose names begin so.
+  std::map<std::string, std::string> outputs(const std::string& stem) const {
+    std::map<std::string, std::string> bytes;
+    for (const std::string& file : files())
+      if (file.starts_with(stem)) bytes[file] = read(file);
+    return bytes;
+  }
+
+  static int count(const std::string& text, const std::string& part) {
+    int found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1))
+      ++found;
+    return found;
+  }
+};
+
+}  // namespace meniscus::test

@@ -1,0 +1,76 @@
+// One frame, whose device fails.
+#include "faults/faulty_runtime.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class FaultyFrame : public FaultyRuntime {
+ protected:
+  static std::vector<std::string> words(const std::string& stem) {
+    return {"extract", "in.ply", "--size", "64x48", "-o", stem + ".exr", "-o", stem + ".ply"};
+  }
+};
+
+TEST_F(FaultyFrame, IsExtractedAgainWhenMemoryRanOutOnce) {
+  write_particles("in.ply", block(4));
+  ASSERT_EQ(run(words("a")).exit_code, 0);
+  for (const char* call : {"clCreateBuffer:1", "clEnqueueNDRangeKernel:5"}) {
+    const Outcome outcome = run(words("b"), failing({{"MENISCUS_FAIL_CALL", call}}));
+    ASSERT_EQ(outcome.exit_code, 0) << call << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: in.ply: extracted again in smaller "
+                                       "chunks after: "));
+    EXPECT_EQ(read("b.exr"), read("a.exr")) << call;
+    EXPECT_EQ(read("b.ply"), read("a.ply")) << call;
+  }
+}
+
+TEST_F(FaultyFrame, ThatNeverHasMemoryIsOneErrorAndNoFile) {
+  write_particles("in.ply", block(4));
+  const Outcome outcome = run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clCreateBuffer:20+"}}));
+  expect_error(outcome, 1,
+               {"clCreateBuffer failed with CL_MEM_OBJECT_ALLOCATION_FAILURE (-4)", " in stage ",
+                "out of memory (use a smaller image"});
+  EXPECT_THAT(files(), ElementsAre("in.ply"));
+}
+
+TEST_F(FaultyFrame, ThatFailsInAnotherWayIsNotTriedAgain) {
+  write_particles("in.ply", block(4));
+  const Outcome outcome =
+      run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:5"},
+                               {"MENISCUS_FAIL_CODE", "-54"}}));
+  expect_error(outcome, 1,
+               {"clEnqueueNDRangeKernel failed with CL_INVALID_WORK_GROUP_SIZE (-54)",
+                " in stage ", "try another --device"});
+  EXPECT_THAT(files(), ElementsAre("in.ply"));
+}
+
+// The first attempt's chunks take 16 MB, an eighth of them and the few particles in view do not.
+TEST_F(FaultyFrame, ThatStreamsFitsIntoLessMemory) {
+  ASSERT_EQ(run({"generate", "--particles", "300000", "-o", "in.ply"}).exit_code, 0);
+  const auto extract = [](const std::string& output) {
+    return std::vector<std::string>{"extract",  "in.ply", "--size",   "64x48",    "--method",
+                                    "ssm",      "--eye",  "0,3,0",    "--target", "0.2,0,0.2",
+                                    "--fov",    "6",      "--memory", "24M",      "-o",
+                                    output};
+  };
+  ASSERT_EQ(run(extract("a.exr")).exit_code, 0);
+  const Outcome outcome = run(extract("b.exr"), failing({{"MENISCUS_DEVICE_MEMORY", "8000000"}}));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("extracted again in smaller chunks"));
+  EXPECT_EQ(read("b.exr"), read("a.exr"));
+}
+
+TEST_F(FaultyFrame, ABuildThatFailsSaysSo) {
+  write_particles("in.ply", block(4));
+  const Outcome outcome =
+      run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clBuildProgram:1+"}}));
+  expect_error(outcome, 1,
+               {"building project.cl on ", " in stage project: clBuildProgram failed with "
+                "CL_BUILD_PROGRAM_FAILURE (-11)"});
+}
+
+}  // namespace
+}  // namespace meniscus::test

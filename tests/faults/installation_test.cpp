@@ -1,0 +1,100 @@
+// OpenCL installations that are broken: a clear line each.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "cli/program.hpp"
+
+namespace meniscus::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class BrokenInstallation : public Program {
+ protected:
+  BrokenInstallation() { fs::create_directory(path("vendors")); }
+
+  static Conditions vendors(const std::string& place) {
+    return {.environment = {{"OCL_ICD_VENDORS", place}}};
+  }
+
+  void expect_no_platform(const std::string& place, const std::vector<std::string>& parts) const {
+    std::vector<std::string> all{"no OpenCL platform was found", "install one"};
+    all.insert(all.end(), parts.begin(), parts.end());
+    expect_error(run({"devices"}, vendors(place)), 1, all);
+    write_particles("in.ply", block(3));
+    expect_error(run({"extract", "in.ply", "-o", "a.png"}, vendors(place)), 1, all);
+    EXPECT_FALSE(exists("a.png"));
+  }
+};
+
+TEST_F(BrokenInstallation, AFolderWithoutVendors) {
+  expect_no_platform(path("vendors"), {path("vendors") + ": has no .icd file"});
+}
+
+TEST_F(BrokenInstallation, NoFolder) {
+  expect_no_platform(path("nowhere") + "/", {path("nowhere")});
+}
+
+TEST_F(BrokenInstallation, AVendorWhoseLibraryIsNotThere) {
+  write("vendors/gone.icd", "/opt/gone/libgone.so\n");
+  expect_no_platform(path("vendors"),
+                     {path("vendors/gone.icd") + ": /opt/gone/libgone.so: cannot open shared object "
+                      "file: No such file or directory"});
+}
+
+TEST_F(BrokenInstallation, AVendorWhoseLibraryIsNone) {
+  write("text.so", "this is no library, however long this file may be made");
+  write("vendors/text.icd", path("text.so") + "\n");
+  write("vendors/nothing.icd", "");
+  expect_no_platform(path("vendors"),
+                     {path("vendors/nothing.icd") + ": names no library",
+                      path("vendors/text.icd") + ": " + path("text.so") + ": "});
+  expect_no_platform(path("text.so"), {"OCL_ICD_VENDORS: " + path("text.so") + ": "});
+}
+
+TEST_F(BrokenInstallation, ALibraryThatIsNoPlatform) {
+  expect_no_platform("libz.so.1", {"libz.so.1"});
+}
+
+TEST_F(BrokenInstallation, ABrokenVendorBesideAGoodOneIsShownAndDoesNoHarm) {
+  bool good = false;
+  for (const auto& entry : fs::directory_iterator("/etc/OpenCL/vendors"))
+    if (entry.path().filename() == "pocl.icd") {
+      fs::copy(entry.path(), path("vendors/pocl.icd"));
+      good = true;
+    }
+  if (!good) GTEST_SKIP() << "PoCL is not installed system-wide";
+  write("vendors/gone.icd", "libgone.so\n");
+  const Outcome devices = run({"devices"}, vendors(path("vendors")));
+  EXPECT_EQ(devices.exit_code, 0) << devices.err;
+  EXPECT_THAT(devices.out, HasSubstr("! " + path("vendors/gone.icd") + ": libgone.so: cannot"));
+  EXPECT_THAT(devices.out, Not(HasSubstr("! " + path("vendors/pocl.icd"))));
+  EXPECT_THAT(devices.out, HasSubstr("The default is 0"));
+  write_particles("in.ply", block(3));
+  const Outcome outcome = run({"extract", "in.ply", "-o", "a.png"}, vendors(path("vendors")));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+TEST_F(BrokenInstallation, ANewerTbbThatCannotBeLoadedIsTriedOnce) {
+  write("libtbb.so.12", "oneTBB: INTERFACE VERSION\t999999\n");
+  write("vendors/vendor.icd", path("libvendor.so") + "\n");
+  const Outcome outcome = run({"devices"}, vendors(path("vendors")));
+  expect_error(outcome, 1, {path("vendors/vendor.icd") + ": " + path("libvendor.so") + ": cannot",
+                            "start the program with LD_PRELOAD=" + path("libtbb.so.12")});
+}
+
+TEST_F(BrokenInstallation, UnwritableCachesAreNoError) {
+  write_particles("in.ply", block(3));
+  const Conditions nowhere{{{"HOME", "/nonexistent"},
+                            {"XDG_CACHE_HOME", ""},
+                            {"POCL_CACHE_DIR", ""},
+                            {"MENISCUS_CACHE_DIR", "/proc/nowhere"}}};
+  const Outcome outcome = run({"extract", "in.ply", "-o", "a.png"}, nowhere);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+}  // namespace
+}  // namespace meniscus::test

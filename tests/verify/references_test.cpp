@@ -1,0 +1,99 @@
+// The stages' cases: that every device stays within the bounds, and that they notice errors.
+#include "verify/references.hpp"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "stages/stage_test_support.hpp"
+#include "verify/references/worst.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+using References = OnDevice;
+
+TEST_P(References, EveryStageIsWithinItsBounds) {
+  for (const StageCase& stage : stage_cases())
+    for (const int size : stage.sizes)
+      for (const int width : {1, 8}) {
+        use_width(width);
+        const auto errors = stage.run(device_, size);
+        EXPECT_FALSE(errors.empty());
+        for (const ReferenceError& error : errors)
+          EXPECT_LE(error.ulp, error.allowed)
+              << stage.stage << ", size " << size << ", width " << width << ": " << error.kernel
+              << ", " << error.output;
+      }
+}
+
+struct Fault {
+  const char* stage;
+  int size;
+  const char *file, *from, *to;
+};
+
+// A factor that is off by little in the kernels of each stage.
+const Fault kFaults[] = {
+    {"project", 63, "project.cl", "extent.x * LOADF(scale + i)",
+     "extent.x * 1.0001f * LOADF(scale + i)"},
+    {"visible", 63, "visible.cl", "front = t - bulge * sqrt(",
+     "front = t - 1.001f * bulge * sqrt("},
+    {"density", 65, "density.cl", "f.c * NORM, density + p", "f.c * (1.0001f * NORM), density + p"},
+    {"density", 65, "density.cl", "f.gy * (0.25f * NORM)", "f.gx * (0.25f * NORM)"},
+    {"motion", 65, "motion.cl", "weight += w;", "weight += 1.001f * w;"},
+    {"fit", 45, "fit.cl", "R * sqrt(sum / weight)", "R * sqrt(1.001f * sum / weight)"},
+    {"particle_fit", 11, "particle_fit.cl", "0.75f - y * y", "0.76f - y * y"},
+    {"blend", 9, "blend.cl", "root = sqrt(fmax(D, none))", "root = 1.0001f * sqrt(fmax(D, none))"},
+    {"stable", 13, "stable.cl", "root = sqrt(fmax(D, none))", "root = 1.001f * sqrt(fmax(D, none))"},
+    {"paper", 40, "paper.cl", "total * (r < 3", "1.01f * total * (r < 3"},
+    {"ssm", 21, "ssm.cl", "weight * ((n - tap) / (n + (tap + 1.0f)))",
+     "weight * ((n - tap) / (n + (tap + 1.01f)))"},
+    {"spheres", 21, "spheres.cl", "(b + sqrt(discriminant)) / r.a;",
+     "(b + 1.001f * sqrt(discriminant)) / r.a;"},
+    {"filter", 17, "filter.cl", "window.u = w * w * (0.5f", "window.u = w * w * (0.51f"}};
+
+TEST_P(References, NoticeAFactorThatIsOffByLittle) {
+  for (const Fault& fault : kFaults) {
+    Device device(GetParam());
+    device.state().vector_width = 1;
+    bool planted = false;
+    device.state().kernel_text = [&](const std::string& file, std::string text) {
+      const std::size_t at = file == fault.file ? text.find(fault.from) : std::string::npos;
+      if (at == std::string::npos) return text;
+      planted = true;
+      return text.replace(at, std::string(fault.from).size(), fault.to);
+    };
+    bool noticed = false;
+    for (const StageCase& stage : stage_cases())
+      if (std::string(stage.stage) == fault.stage)
+        for (const ReferenceError& error : stage.run(device, fault.size))
+          noticed |= error.ulp > error.allowed;
+    EXPECT_TRUE(planted) << fault.file << ": " << fault.from;
+    EXPECT_TRUE(noticed) << fault.stage << ": " << fault.to;
+  }
+}
+
+MENISCUS_ON_EVERY_DEVICE(References);
+
+TEST(Worst, IsTheErrorThatUsesTheMostOfItsBound) {
+  Worst worst("kernel", "output");
+  worst.see(1, 1, 0);
+  EXPECT_EQ(worst.error().ulp, 0);
+  worst.see(1 + 0x1p-22, 1, 0x1p-20);
+  EXPECT_EQ(worst.error().ulp, 2);
+  EXPECT_EQ(worst.error().allowed, 8);
+  worst.see(1 + 0x1p-21, 1, 1);  // more, but allowed more
+  EXPECT_EQ(worst.error().ulp, 2);
+  worst.see(4 + 0x1p-19, 4, 0x1p-19);
+  EXPECT_EQ(worst.error().ulp, 4);
+  EXPECT_EQ(worst.error().allowed, 4);
+  worst.see(INFINITY, INFINITY, 0);
+  EXPECT_EQ(worst.error().ulp, 4);
+  worst.see(1, INFINITY, 0);
+  EXPECT_EQ(worst.error().ulp, INFINITY);
+  EXPECT_EQ(worst.error().allowed, 0);
+}
+
+}  // namespace
+}  // namespace meniscus::verify

@@ -1,0 +1,158 @@
+// Rows, runs, and what becomes of them.
+#include "verify/results.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "meniscus/error.hpp"
+#include "verify/page.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+Row row(const char* group, const char* kernel, Result result, double ulp = 0) {
+  Row r;
+  r.group = group;
+  r.device = "PoCL <1>";
+  r.kernel = kernel;
+  r.variant = "width 8";
+  r.size = "block";
+  r.result = result;
+  r.ulp = ulp;
+  r.ms = 1.5;
+  return r;
+}
+
+VerifyRun two_devices() {
+  VerifyRun run;
+  run.version = "1.2.3";
+  DeviceResults good, bad;
+  good.device = {"PoCL <1>", "Portable", "3.1", "OpenCL 3.0"};
+  good.rows = {row("kernel", "fit_groups", Result::pass), row("frame", "fit", Result::pass)};
+  good.rows[1].reason = "hash 0123456789abcdef";
+  good.seconds = 12;
+  bad.device = {"Other", "Else", "1", "OpenCL 1.2"};
+  bad.rows = {row("kernel", "fit_groups", Result::fail, 3), row("frame", "fit", Result::fail, -1),
+              row("probe", "64-bit atomics", Result::skip, -1)};
+  bad.rows[0].reason = "stage fit, argument quadric";
+  bad.rows[1].reason = "hash ffff456789abcdef, wanted 0123456789abcdef";
+  bad.rows[2].reason = "no cl_khr_int64_extended_atomics";
+  run.devices = {good, bad};
+  return run;
+}
+
+TEST(VerifyRow, GoesThroughJsonAndBack) {
+  Row before = row("kernel", "fit \"groups\"", Result::fail, INFINITY);
+  before.required = false;
+  before.section = "OpenCL C 1.2, 7.4";
+  before.reason = "line\nline";
+  const Row after = row_from_json(to_json(before), "here");
+  EXPECT_EQ(after.kernel, before.kernel);
+  EXPECT_EQ(after.result, before.result);
+  EXPECT_EQ(after.ulp, before.ulp);
+  EXPECT_EQ(after.reason, before.reason);
+  EXPECT_EQ(after.required, before.required);
+  EXPECT_EQ(after.section, before.section);
+  Row unknown = before;
+  unknown.ulp = -1;
+  EXPECT_EQ(row_from_json(to_json(unknown), "here").ulp, -1);
+}
+
+TEST(VerifyRow, JsonHasTheFieldsThatWerePromised) {
+  const auto json = nlohmann::json::parse(to_json(row("kernel", "k", Result::pass)));
+  for (const char* field : {"device", "kernel", "variant", "size", "result", "ulp", "reason", "ms"})
+    EXPECT_TRUE(json.contains(field)) << field;
+  EXPECT_EQ(json["result"], "pass");
+}
+
+TEST(VerifyRun, GoesThroughJsonAndBack) {
+  const VerifyRun before = two_devices();
+  const VerifyRun after = run_from_json(to_json(before), "here");
+  ASSERT_EQ(after.devices.size(), 2u);
+  EXPECT_EQ(after.version, "1.2.3");
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(after.devices[k].device, before.devices[k].device);
+    ASSERT_EQ(after.devices[k].rows.size(), before.devices[k].rows.size());
+    EXPECT_EQ(after.devices[k].rows.back().reason, before.devices[k].rows.back().reason);
+  }
+}
+
+TEST(VerifyRun, SaysWhichFileIsNoRun) {
+  for (const char* text : {"", "{}", "[1]", "{\"meniscus\": 3, \"devices\": [], \"rows\": []}",
+                           "{\"meniscus\": \"1\", \"devices\": [], \"rows\": [{\"index\": 7}]}"})
+    try {
+      run_from_json(text, "old.json");
+      FAIL() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("old.json"));
+    } catch (const std::exception& error) {
+      FAIL() << text << ": " << error.what();
+    }
+}
+
+TEST(VerifyRun, IsGoodWhenNothingThatIsRequiredFailed) {
+  VerifyRun run = two_devices();
+  EXPECT_FALSE(run.good());
+  run.devices.pop_back();
+  EXPECT_TRUE(run.good());
+  run.devices[0].rows.push_back(row("probe", "exp", Result::fail, 2));
+  EXPECT_FALSE(run.good());
+  run.devices[0].rows.back().required = false;
+  EXPECT_TRUE(run.good());
+  // A device that cannot be used at all is no failure of the others, but alone it is no success.
+  DeviceResults unusable;
+  unusable.rows = {row("device", "open", Result::skip)};
+  run.devices.push_back(unusable);
+  EXPECT_TRUE(run.good());
+  run.devices.erase(run.devices.begin());
+  EXPECT_FALSE(run.good());
+  EXPECT_FALSE(VerifyRun{}.good());
+}
+
+TEST(VerifyRun, TableNamesWhatFailedAndWhy) {
+  EXPECT_THAT(table_of(two_devices()),
+              AllOf(HasSubstr("kernels     1 passed\n"), HasSubstr("1 FAILED"),
+                    HasSubstr("FAILED kernel fit_groups, width 8, block"), HasSubstr("3.00 ulp"),
+                    HasSubstr("stage fit, argument quadric"),
+                    HasSubstr("skipped 1: no cl_khr_int64_extended_atomics"),
+                    HasSubstr("PASSED, 12 s")));
+}
+
+TEST(VerifyRun, JUnitHasEveryRowOnce) {
+  const std::string xml = to_junit(two_devices());
+  std::size_t cases = 0;
+  for (std::size_t at = 0; (at = xml.find("<testcase", at)) != std::string::npos; ++at) ++cases;
+  EXPECT_EQ(cases, 5u);
+  EXPECT_THAT(xml, AllOf(HasSubstr("PoCL &lt;1&gt; (Portable, driver 3.1).kernel\" tests=\"1\" failures=\"0\""),
+                         HasSubstr("<failure message=\"stage fit, argument quadric\"/>"),
+                         HasSubstr("<skipped message="), Not(HasSubstr("PoCL <1>"))));
+}
+
+TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
+  const VerifyRun run = two_devices();
+  EXPECT_TRUE(changes_between(run.devices[0], run.devices[0]).empty());
+  const auto changes = changes_between(run.devices[0], run.devices[1]);
+  ASSERT_EQ(changes.size(), 3u);
+  EXPECT_EQ(changes[2].before, nullptr);
+  EXPECT_EQ(changes_between(run.devices[1], run.devices[0]).size(), 3u);
+  EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
+              AllOf(HasSubstr("0 rows are the same, 3 differ"), HasSubstr("A  pass, same bits"),
+                    HasSubstr("B  fail, 3.00 ulp: stage fit")));
+  EXPECT_THAT(comparison_of(run.devices[0], run.devices[0]),
+              HasSubstr("2 rows are the same, 0 differ"));
+}
+
+TEST(VerifyRun, PageShowsDevicesHashesAndFailures) {
+  EXPECT_THAT(to_html(two_devices()),
+              AllOf(HasSubstr("PoCL &lt;1&gt;"), HasSubstr("0123456789abcdef"), HasSubstr("3.00 ulp"),
+                    HasSubstr("What failed"), Not(HasSubstr("PoCL <1>"))));
+}
+
+}  // namespace
+}  // namespace meniscus::verify

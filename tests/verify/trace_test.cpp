@@ -1,0 +1,134 @@
+// What is seen of launches, and the file of canonical bits.
+#include "verify/trace.hpp"
+
+#include <gmock/gmock.h>
+
+#include "meniscus/error.hpp"
+#include "stages/stage_test_support.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(ArgumentNames, AreThoseOfTheKernel) {
+  EXPECT_THAT(argument_names("bins.cl", "bound_bins"),
+              ElementsAre("cell", "bound", "cells", "bins", "side"));
+  EXPECT_THAT(argument_names("field.cl density.cl", "level_weights"),
+              ElementsAre("field", "weight", "level", "n"));
+  EXPECT_TRUE(argument_names("bins.cl", "no_such_kernel").empty());
+}
+
+using Traces = OnDevice;
+
+// count_bins: two particles, both in the bin.
+Buffer<cl_int> count(Device& device, int box_end) {
+  const auto box = upload(device, std::vector<cl_int>{0, 0, box_end, 3, 0, 0, 3, 3});
+  const auto key = upload(device, std::vector<float>{1, 2});
+  const auto bound = upload(device, std::vector<float>{5});
+  const auto counts = filled<cl_int>(device, 1, 0);
+  launch(device, "bins.cl", "count_bins", {2}, "", box, key, bound, counts, cl_int{2}, cl_int{2},
+         cl_int{1});
+  return counts;
+}
+
+TEST_P(Traces, OfTheSameLaunchesAreTheSame) {
+  std::map<std::uint64_t, std::vector<std::uint8_t>> values;
+  Trace first;
+  {
+    Tracer tracer(device_, &values);
+    count(device_, 3);
+    first = tracer.trace();
+  }
+  ASSERT_EQ(first.size(), 1u);
+  ASSERT_EQ(first[0].written.size(), 1u);
+  EXPECT_EQ(first[0].written[0].argument, 3);
+  EXPECT_EQ(values.at(first[0].written[0].hash), (std::vector<std::uint8_t>{2, 0, 0, 0}));
+  Tracer again(device_, first, values);
+  count(device_, 3);
+  EXPECT_EQ(again.findings().at("count_bins").launches, 1);
+  EXPECT_EQ(again.findings().at("count_bins").differing, 0);
+  EXPECT_EQ(again.other_launches(), "");
+}
+
+TEST_P(Traces, SayWhatDiffersAndPutItRight) {
+  std::map<std::uint64_t, std::vector<std::uint8_t>> values;
+  Trace canonical;
+  {
+    Tracer tracer(device_, &values);
+    count(device_, 3);
+    canonical = tracer.trace();
+  }
+  device_.state().kernels.clear();
+  device_.state().programs.clear();
+  device_.state().kernel_text = [](const std::string&, const std::string& text) {
+    std::string wrong = text;
+    if (const auto at = wrong.find("atomic_inc(count"); at != std::string::npos)
+      wrong.replace(at, 10, "atomic_dec");
+    return wrong;
+  };
+  device_.state().stage = "visible";
+  Tracer tracer(device_, canonical, values);
+  const auto counts = count(device_, 3);
+  const KernelFindings& found = tracer.findings().at("count_bins");
+  EXPECT_EQ(found.differing, 1);
+  EXPECT_THAT(found.first, HasSubstr("launch 1 of 1, stage visible, argument count: 1 of 1 values"));
+  EXPECT_THAT(found.first, HasSubstr("found 0xfffffffe"));
+  EXPECT_THAT(tracer.first_difference(), HasSubstr("stage visible, kernel count_bins"));
+  EXPECT_EQ(download(device_, counts), std::vector<cl_int>{2}) << "the canonical value";
+  device_.state().stage.clear();
+}
+
+TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
+  std::map<std::uint64_t, std::vector<std::uint8_t>> values;
+  Trace canonical;
+  {
+    Tracer tracer(device_, &values);
+    count(device_, 3);
+    canonical = tracer.trace();
+  }
+  {
+    Tracer tracer(device_, canonical, values);
+    count(device_, -1);
+    EXPECT_EQ(tracer.findings().at("count_bins").launches, 0);
+    EXPECT_EQ(tracer.findings().at("count_bins").unknown, 1);
+  }
+  Tracer tracer(device_, canonical, values);
+  EXPECT_EQ(tracer.other_launches(), "0 launches, wanted 1");
+  count(device_, 3);
+  count(device_, 3);
+  EXPECT_THAT(tracer.other_launches(), HasSubstr("is count_bins, wanted none"));
+}
+
+MENISCUS_ON_EVERY_DEVICE(Traces);
+
+TEST(CanonicalFile, GoesToBytesAndBack) {
+  Canonical before;
+  before.traces["a"] = {{"fit", "k", 1, {{0, 2}, {300, ~std::uint64_t{0}}}}, {"", "k", 4, {}}};
+  before.traces["b"] = {};
+  before.values[2] = {1, 2, 3};
+  before.frames["f"] = 77;
+  const Canonical after = canonical_from(to_bytes(before));
+  ASSERT_EQ(after.traces.size(), 2u);
+  EXPECT_EQ(after.traces.at("a")[0].stage, "fit");
+  EXPECT_EQ(after.traces.at("a")[0].written, before.traces["a"][0].written);
+  EXPECT_EQ(after.traces.at("a")[1].kernel, "k");
+  EXPECT_EQ(after.values, before.values);
+  EXPECT_EQ(after.frames, before.frames);
+}
+
+TEST(CanonicalFile, IsRefusedWhenDamaged) {
+  Canonical some;
+  some.frames["f"] = 77;
+  const std::string bytes = to_bytes(some);
+  EXPECT_THROW(canonical_from(""), InputError);
+  EXPECT_THROW(canonical_from(bytes.substr(0, 5)), InputError);
+  EXPECT_THROW(canonical_from(bytes.substr(0, bytes.size() - 3)), InputError);
+  std::string other = bytes;
+  other[12] ^= 0x55;
+  EXPECT_THROW(canonical_from(other), InputError);
+}
+
+}  // namespace
+}  // namespace meniscus::verify
