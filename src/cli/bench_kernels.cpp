@@ -36,19 +36,6 @@ bench::MeasureOptions measure_options(const BenchOptions& options) {
   return measure;
 }
 
-void check_kernels(const BenchOptions& options) {
-  const std::vector<std::string> names = bench::kernel_names();
-  for (const std::string& part : options.kernels) {
-    std::string all;
-    bool found = false;
-    for (const std::string& name : names) {
-      all += (all.empty() ? "" : ", ") + name;
-      found = found || name.find(part) != std::string::npos;
-    }
-    if (!found) throw usage_error("--kernel is " + part + ", must be a part of one of " + all);
-  }
-}
-
 // OpenCL runtimes read their number of threads once, so that another number needs another process.
 bench::Session measure_with_one_thread(const BenchOptions& options, const DeviceInfo& device) {
   std::string particles;
@@ -56,12 +43,18 @@ bench::Session measure_with_one_thread(const BenchOptions& options, const Device
     particles += (particles.empty() ? "" : ",") + std::to_string(count);
   std::vector<std::string> words{
       "bench",
-      "--threads",     "1",
-      "--json",        "-",
-      "--device",      std::to_string(device.index),
-      "--particles",   particles,
-      "--size",        std::to_string(options.size[0]) + "x" + std::to_string(options.size[1]),
-      "--repetitions", std::to_string(options.repetitions)};
+      "--threads",
+      "1",
+      "--json",
+      "-",
+      "--device",
+      std::to_string(device.index),
+      "--particles",
+      particles,
+      "--size",
+      std::to_string(options.size[0]) + "x" + std::to_string(options.size[1]),
+      "--repetitions",
+      std::to_string(options.repetitions)};
   for (const std::string& kernel : options.kernels) {
     words.push_back("--kernel");
     words.push_back(kernel);
@@ -103,7 +96,7 @@ bench::BenchRun measure(const BenchOptions& options) {
 }  // namespace
 
 void bench_kernels(const BenchOptions& options) {
-  check_kernels(options);
+  check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
   use_threads(options.threads);
   // Files that cannot be read or written are better known now than later.
   std::optional<bench::BenchRun> old;

@@ -57,6 +57,19 @@ std::size_t parse_bytes(const std::string& text) {
 
 }  // namespace
 
+void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
+                          const std::vector<std::string>& names) {
+  for (const std::string& part : parts) {
+    std::string all;
+    bool found = false;
+    for (const std::string& name : names) {
+      all += (all.empty() ? "" : ", ") + name;
+      found = found || name.find(part) != std::string::npos;
+    }
+    if (!found) throw usage_error(option + " is " + part + ", must be a part of one of " + all);
+  }
+}
+
 void add_memory_option(CLI::App& command, std::size_t& memory) {
   command
       .add_option_function<std::string>(

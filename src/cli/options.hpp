@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "meniscus/error.hpp"
 
@@ -31,6 +32,10 @@ std::array<int, 2> parse_size(const std::string& text);
 
 /// How many particles to generate: 1000000 or 1e6. Throws usage_error.
 std::int64_t parse_particles(const std::string& text);
+
+/// Throws usage_error where one of the `parts` given with `option` is in none of the names.
+void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
+                          const std::vector<std::string>& names);
 
 /// --memory BYTES.
 void add_memory_option(CLI::App& command, std::size_t& memory);

@@ -6,11 +6,14 @@
 #include <cstdio>
 #include <utility>
 
+#include "printed.hpp"
+
 namespace meniscus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{500}, kInterval{100};
-constexpr int kWidth = 30;  // of the bar, characters
+constexpr int kWidth = 30;              // of the bar, characters
+constexpr std::size_t kMostWords = 44;  // characters of a step
 
 }  // namespace
 
@@ -25,18 +28,21 @@ Progress::~Progress() {
   if (drawn_) std::fputs("\r\x1b[K", stderr);
 }
 
-void Progress::reached(std::int64_t done) {
+void Progress::reached(std::int64_t done, const std::string& step) {
   if (!shown_) return;
   const auto now = Clock::now();
-  if (now < next_) return;
+  if (now < (step.empty() ? next_ : start_ + kPatience)) return;
   next_ = now + kInterval;
   drawn_ = true;
   const double share =
       std::clamp(static_cast<double>(done) / static_cast<double>(total_), 0.0, 1.0);
   const double seconds = std::chrono::duration<double>(now - start_).count();
   const std::string bar(static_cast<std::size_t>(share * kWidth), '#');
-  std::fprintf(stderr, "\r%-10s [%-*s] %3.0f %%, %.1f M %s/s\x1b[K", what_.c_str(), kWidth,
-               bar.c_str(), 100 * share, 1e-6 * static_cast<double>(done) / seconds, unit_.c_str());
+  const std::string words =
+      unit_.empty() ? step.substr(0, kMostWords)
+                    : printed("%.1f M ", 1e-6 * static_cast<double>(done) / seconds) + unit_ + "/s";
+  std::fprintf(stderr, "\r%-10s [%-*s] %3.0f %%, %s\x1b[K", what_.c_str(), kWidth, bar.c_str(),
+               100 * share, words.c_str());
   std::fflush(stderr);
 }
 

@@ -8,16 +8,19 @@
 namespace meniscus::cli {
 
 /// "what  [#####.....]  52 %, 12.3 M particles/s" on standard error, from half a second on, ten
-/// times a second at most. Silent when standard error is no terminal.
+/// times a second at most; or with the name of the step under way, whenever one begins. Silent when
+/// standard error is no terminal.
 class Progress {
  public:
-  /// `unit` is what is counted, in the plural.
+  /// `unit` is what is counted, in the plural; empty: steps, whose names are shown instead of a
+  /// rate.
   Progress(std::string what, std::string unit, std::int64_t total, bool quiet);
   ~Progress();  // removes the line
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void reached(std::int64_t done);
+  void reached(std::int64_t done, const std::string& step = "");
+  bool shown() const { return shown_; }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -3,11 +3,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
+#include "cli/progress.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
@@ -32,48 +32,23 @@ verify::Settings settings_of(const VerifyOptions& options) {
   return {options.size == "full", options.kernels};
 }
 
-void check_kernels(const VerifyOptions& options) {
-  const std::vector<std::string> names = verify::known_kernels();
-  for (const std::string& part : options.kernels) {
-    std::string all;
-    bool found = false;
-    for (const std::string& name : names) {
-      all += (all.empty() ? "" : ", ") + name;
-      found = found || name.find(part) != std::string::npos;
-    }
-    if (!found) throw usage_error("--kernel is " + part + ", must be a part of one of " + all);
-  }
+verify::VerifyRun verify_with_progress(const VerifyOptions& options) {
+  std::optional<Progress> progress;  // of one device
+  std::string device;
+  return verify::verify_devices(
+      options.device, settings_of(options), options.seconds, [&](const verify::Step& step) {
+        if (!progress || step.device != device) {
+          device = step.device;
+          progress.reset();
+          progress.emplace(device.substr(0, 36), "", static_cast<std::int64_t>(step.items),
+                           options.quiet);
+          // Without a terminal a line for each device is enough.
+          if (!options.quiet && !progress->shown())
+            std::fprintf(stderr, "verifying  %s\n", device.c_str());
+        }
+        progress->reached(static_cast<std::int64_t>(step.item - 1), step.name);
+      });
 }
-
-// The one line on the terminal that says how far it is.
-class Line {
- public:
-  explicit Line(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO)), told_(quiet || shown_) {}
-  ~Line() { clear(); }
-  void show(const std::string& device, std::size_t item, std::size_t items,
-            const std::string& name) {
-    if (!shown_) {
-      // Without a terminal a line for each device is enough.
-      if (!told_ && device != last_) std::fprintf(stderr, "verifying  %s\n", device.c_str());
-      last_ = device;
-      return;
-    }
-    char line[160];
-    std::snprintf(line, sizeof line, "%s  %zu of %zu: %s", device.substr(0, 36).c_str(), item, items,
-                  name.c_str());
-    std::fprintf(stderr, "\r\x1b[K%.100s", line);
-    std::fflush(stderr);
-    drawn_ = true;
-  }
-  void clear() {
-    if (drawn_) std::fputs("\r\x1b[K", stderr);
-    drawn_ = false;
-  }
-
- private:
-  bool shown_, told_, drawn_ = false;
-  std::string last_;
-};
 
 void write(std::optional<OutputFile>& file, const std::string& text) {
   if (!file) return;
@@ -123,14 +98,8 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
     for (std::size_t k = 1; k < run.devices.size() && !to_output; ++k)
       std::fputs(verify::comparison_of(run.devices[0], run.devices[k]).c_str(), stdout);
   } else {
-    check_kernels(options);
-    Line line(options.quiet);
-    run = verify::verify_devices(options.device, settings_of(options), options.seconds,
-                                 [&](const std::string& device, std::size_t item, std::size_t items,
-                                     const std::string& name) {
-                                   line.show(device, item, items, name);
-                                 });
-    line.clear();
+    check_parts_of_names("--kernel", options.kernels, verify::known_kernels());
+    run = verify_with_progress(options);
     if (!to_output) std::fputs(verify::table_of(run).c_str(), stdout);
     exit_code = run.good() ? 0 : 1;
   }

@@ -73,18 +73,22 @@ std::vector<Found> find_devices(const std::string& selector, double seconds) {
       throw DeviceError("listing the OpenCL devices: " + how_it_ended(child, read, seconds) +
                         " (an OpenCL platform that is installed crashes: name another one in "
                         "OCL_ICD_VENDORS)");
-    devices.push_back({line.at("index"),
-                       {line.at("name"), line.at("platform"), line.at("driver"),
-                        line.at("version")},
-                       line.at("problem")});
+    devices.push_back(
+        {line.at("index"),
+         {line.at("name"), line.at("platform"), line.at("driver"), line.at("version")},
+         line.at("problem")});
   }
 }
 
 std::vector<std::string> child_arguments(const Found& device, std::size_t from,
                                          const Settings& settings) {
-  std::vector<std::string> arguments{"verify",       "--child", std::to_string(device.index),
-                                     "--child-from", std::to_string(from),
-                                     "--size",       settings.full ? "full" : "small"};
+  std::vector<std::string> arguments{"verify",
+                                     "--child",
+                                     std::to_string(device.index),
+                                     "--child-from",
+                                     std::to_string(from),
+                                     "--size",
+                                     settings.full ? "full" : "small"};
   for (const std::string& kernel : settings.kernels) {
     arguments.push_back("--kernel");
     arguments.push_back(kernel);
@@ -121,7 +125,7 @@ DeviceResults verify_device(const Found& device, const Settings& settings, doubl
       break;
     }
     ChildProcess child(child_arguments(device, from, settings), true);
-    std::string name;  // of the item under way
+    std::string name, group;  // of the item under way
     for (Json line;;) {
       const ChildProcess::Read read = next(child, line, seconds);
       if (read != ChildProcess::Read::line) {
@@ -132,7 +136,7 @@ DeviceResults verify_device(const Found& device, const Settings& settings, doubl
           break;
         }
         Row row;
-        row.group = group_of(name);
+        row.group = group;
         row.kernel = name;
         row.result = Result::fail;
         row.reason = how;
@@ -149,16 +153,16 @@ DeviceResults verify_device(const Found& device, const Settings& settings, doubl
         break;
       }
       if (line.contains("row")) {
-        add(row_from_json(line.at("row").dump(), "verify's child"));
+        add(row_from_json(line.at("row").get<std::string>(), "verify's child"));
         continue;
       }
       name = line.at("name");
+      group = line.at("group");
       from = line.at("item").get<std::size_t>() + 1;
-      watch(device.name.name, from, line.at("items"), name);
+      watch({device.name.name, from, line.at("items"), name});
     }
   }
-  results.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  results.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return results;
 }
 
@@ -175,9 +179,8 @@ VerifyRun verify_devices(const std::string& selector, const Settings& settings, 
 
 void list_as_child(const std::string& selector) {
   try {
-    for (const DeviceInfo& device : selector == "all"
-                                        ? list_devices()
-                                        : std::vector{select_device(selector)})
+    for (const DeviceInfo& device :
+         selector == "all" ? list_devices() : std::vector{select_device(selector)})
       say({{"index", device.index},
            {"name", device.name},
            {"platform", device.platform},
@@ -195,8 +198,11 @@ void run_as_child(int index, std::size_t from, const Settings& settings) {
     Device device(std::to_string(index));
     const std::vector<Item> items = items_of(settings, device.state().vector_width);
     for (std::size_t k = from; k < items.size(); ++k) {
-      say({{"item", k}, {"items", items.size()}, {"name", items[k].name}});
-      run_item(items[k], device, [](const Row& row) { say({{"row", Json::parse(to_json(row))}}); });
+      say({{"item", k},
+           {"items", items.size()},
+           {"name", items[k].name},
+           {"group", items[k].group}});
+      run_item(items[k], device, [](const Row& row) { say({{"row", to_json(row)}}); });
     }
     say({{"end", true}});
     // Some drivers crash when they are let go of; all has been said.

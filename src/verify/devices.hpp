@@ -9,9 +9,13 @@
 
 namespace meniscus::verify {
 
-/// Told of every item that begins: its number from 1 on, how many there are, and its name.
-using Watch = std::function<void(const std::string& device, std::size_t item, std::size_t items,
-                                 const std::string& name)>;
+/// An item that begins: its number from 1 on, how many there are, and its name.
+struct Step {
+  std::string device;
+  std::size_t item = 0, items = 0;
+  std::string name;
+};
+using Watch = std::function<void(const Step&)>;
 
 /// Runs all items on the devices that `selector` names (see select_device; "all": every one).
 /// A process that says nothing for `seconds` is ended, and the next one goes on behind the item.
@@ -19,8 +23,8 @@ using Watch = std::function<void(const std::string& device, std::size_t item, st
 VerifyRun verify_devices(const std::string& selector, const Settings& settings, double seconds,
                          const Watch& watch);
 
-/// What such a process does: tells of the devices that `selector` names, or runs the items from `from` on.
-/// Writes lines of JSON to standard output.
+/// What such a process does: tells of the devices that `selector` names, or runs the items from
+/// `from` on. Writes lines of JSON to standard output.
 void list_as_child(const std::string& selector);
 void run_as_child(int device, std::size_t from, const Settings& settings);
 

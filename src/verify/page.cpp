@@ -34,17 +34,18 @@ std::string attribute(const std::string& text) { return " title=\"" + escaped(te
 
 // All rows of one cell: their worst result, and why.
 struct Cell {
-  std::size_t passed = 0, failed = 0, skipped = 0;
+  Tally tally;
   double ulp = -1;
   std::string why;
 
   void add(const Row& row) {
-    (row.result == Result::pass ? passed : row.result == Result::fail ? failed : skipped) += 1;
+    tally.add(row.result);
     if (row.result != Result::pass && why.empty()) why = row.size + ": " + row.reason;
     if (row.result == Result::fail) ulp = std::max(ulp, row.ulp);
   }
   std::string html() const {
-    if (passed + failed + skipped == 0) return "<td></td>";
+    const auto& [passed, failed, skipped] = tally;
+    if (tally.all() == 0) return "<td></td>";
     if (failed > 0) {
       Row worst;
       worst.result = Result::fail;
@@ -61,46 +62,30 @@ struct Cell {
 };
 
 std::string card_of(const DeviceResults& device) {
-  const bool unusable = device.count(Result::skip) == device.rows.size();
   std::string text = std::string("<div class=\"card ") +
-                     (unusable ? "none" : device.good() ? "" : "bad") + "\"><span class=\"verdict\">";
-  text += unusable ? "not verified" : device.good() ? "passed" : "FAILED";
+                     (device.unusable() ? "none"
+                      : device.good()   ? ""
+                                        : "bad") +
+                     "\"><span class=\"verdict\">" + device.verdict();
   text += "</span><b>" + escaped(device.device.name) + "</b><small>" +
           escaped(device.device.platform + ", driver " + device.device.driver) + "</small><small>" +
           escaped(device.device.version) + ", " + duration(device.seconds) + "</small><ul>";
-  for (const char* group : {"device", "probe", "limit", "kernel", "reference", "frame"}) {
-    const std::size_t passed = device.count(Result::pass, group);
-    const std::size_t failed = device.count(Result::fail, group);
-    const std::size_t skipped = device.count(Result::skip, group);
-    if (passed + failed + skipped == 0) continue;
-    text += "<li>" + std::string(group) + "s: " + grouped(static_cast<std::int64_t>(passed)) + " passed";
-    if (failed) text += ", <b>" + grouped(static_cast<std::int64_t>(failed)) + " failed</b>";
-    if (skipped) text += ", " + grouped(static_cast<std::int64_t>(skipped)) + " skipped";
-    text += "</li>";
-  }
+  for (const auto& [group, tally] : device.tallies())
+    text += "<li>" + group + "s: " + tally.words() + "</li>";
   return text + "</ul></div>\n";
 }
 
 std::string failures_of(const VerifyRun& run) {
-  // The same failure in many sizes is one line.
   std::string text;
-  for (const DeviceResults& device : run.devices) {
-    std::map<std::string, std::size_t> more;
-    std::vector<const Row*> order;
-    for (const Row& row : device.rows)
-      if (row.result == Result::fail && more[row.group + row.kernel + row.variant]++ == 0)
-        order.push_back(&row);
-    for (const Row* row : order) {
+  for (const DeviceResults& device : run.devices)
+    for (const auto& [row, cases] : device.failures())
       text += "<tr><td class=\"word\">" + escaped(device.device.name) + "</td><td class=\"word\">" +
               row->group + "</td><td class=\"word\">" + escaped(row->kernel) +
               "</td><td class=\"word\">" + escaped(row->variant) + "</td><td class=\"word\">" +
-              std::to_string(more[row->group + row->kernel + row->variant]) + "</td><td>" +
-              error_of(*row) + "</td><td class=\"reason\">" +
+              std::to_string(cases) + "</td><td>" + error_of(*row) + "</td><td class=\"reason\">" +
               escaped(row->size + (row->size.empty() ? "" : ": ") + row->reason +
                       (row->section.empty() ? "" : " [" + row->section + "]")) +
               (row->required ? "" : " <small>(not required)</small>") + "</td></tr>\n";
-    }
-  }
   if (text.empty()) return "";
   return "<h2>What failed</h2><div class=\"panel\"><table><tr><th class=\"word\">device</th><th "
          "class=\"word\">what</th><th class=\"word\">kernel</th><th class=\"word\">variant</th><th "
@@ -136,10 +121,11 @@ std::string matrix_of(const VerifyRun& run, const std::string& group) {
       cells[key(d, row.variant, row.kernel)].add(row);
     }
   if (kernels.empty()) return "";
-  std::string text = "<div class=\"panel\"><table><tr><th></th>" + device_heads(run, variants.size()) +
-                     "</tr>\n";
+  std::string text =
+      "<div class=\"panel\"><table><tr><th></th>" + device_heads(run, variants.size()) + "</tr>\n";
   if (variants.size() > 1 || !variants.front().empty()) {
-    text += "<tr><th class=\"word\">" + std::string(group == "frame" ? "method" : "kernel") + "</th>";
+    text +=
+        "<tr><th class=\"word\">" + std::string(group == "frame" ? "method" : "kernel") + "</th>";
     for (std::size_t d = 0; d < run.devices.size(); ++d)
       for (const std::string& variant : variants)
         text += "<th class=\"sub\">" + escaped(variant) + "</th>";
@@ -166,10 +152,11 @@ std::string frames_of(const VerifyRun& run) {
       cells[std::to_string(d) + "\n" + row.size + "\n" + row.kernel] = &row;
     }
   if (lines.empty()) return "";
-  std::string text = "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
-                     "device and with every vector width.</p><div class=\"panel\"><table><tr><th "
-                     "class=\"word\">frame</th><th class=\"word\">method</th>" +
-                     device_heads(run, 1) + "</tr>\n";
+  std::string text =
+      "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
+      "device and with every vector width.</p><div class=\"panel\"><table><tr><th "
+      "class=\"word\">frame</th><th class=\"word\">method</th>" +
+      device_heads(run, 1) + "</tr>\n";
   for (const auto& [frame, method] : lines) {
     text += "<tr><td class=\"word\">" + escaped(frame) + "</td><td class=\"word\">" +
             escaped(method) + "</td>";
@@ -183,7 +170,8 @@ std::string frames_of(const VerifyRun& run) {
       const bool hash = row.reason.starts_with("hash ");
       text += std::string("<td class=\"") + to_string(row.result) + " hash\"" +
               attribute(row.reason + ", " + three_digits(row.ms) + " ms") + ">" +
-              escaped(hash ? row.reason.substr(5, 16) : std::string(to_string(row.result))) + "</td>";
+              escaped(hash ? row.reason.substr(5, 16) : std::string(to_string(row.result))) +
+              "</td>";
     }
     text += "</tr>\n";
   }
@@ -205,8 +193,9 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
       cells[std::to_string(d) + "\n" + name] = &row;
     }
   if (lines.empty()) return "";
-  std::string text = "<h2>" + title + "</h2><p>" + what + "</p><div class=\"panel\"><table><tr><th></th>" +
-                     device_heads(run, 1) + "<th class=\"word\">rests on</th></tr>\n";
+  std::string text = "<h2>" + title + "</h2><p>" + what +
+                     "</p><div class=\"panel\"><table><tr><th></th>" + device_heads(run, 1) +
+                     "<th class=\"word\">rests on</th></tr>\n";
   for (const auto& [name, section] : lines) {
     text += "<tr><td class=\"word\">" + escaped(name) + "</td>";
     for (std::size_t d = 0; d < run.devices.size(); ++d) {
@@ -232,23 +221,26 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
 }  // namespace
 
 std::string to_html(const VerifyRun& run) {
-  std::string body = "<h1>Does it compute what it should?</h1><p>Meniscus " + escaped(run.version) +
-                     " ran its kernels on " + std::to_string(run.devices.size()) +
-                     (run.devices.size() == 1 ? " device" : " devices") +
-                     ". Every launch must leave the <strong>canonical bits</strong> in its buffers, "
-                     "in every variant.</p>\n<div class=\"cards\">\n";
+  std::string body =
+      "<h1>Does it compute what it should?</h1><p>Meniscus " + escaped(run.version) +
+      " ran its kernels on " + std::to_string(run.devices.size()) +
+      (run.devices.size() == 1 ? " device" : " devices") +
+      ". Every launch must leave the <strong>canonical bits</strong> in its buffers, "
+      "in every variant.</p>\n<div class=\"cards\">\n";
   for (const DeviceResults& device : run.devices) body += card_of(device);
   body += "</div>\n" + failures_of(run);
   body += frames_of(run);
   if (const std::string kernels = matrix_of(run, "kernel"); !kernels.empty())
-    body += "<h2>Kernels</h2><p>A tick: the same bits in all cases. A number: how far the worst "
-            "value was off, in units in the last place. A star: some cases could not be judged. "
-            "Point at a cell to see more.</p>" +
-            kernels;
+    body +=
+        "<h2>Kernels</h2><p>A tick: the same bits in all cases. A number: how far the worst "
+        "value was off, in units in the last place. A star: some cases could not be judged. "
+        "Point at a cell to see more.</p>" +
+        kernels;
   if (const std::string references = matrix_of(run, "reference"); !references.empty())
-    body += "<h2>Against double precision</h2><p>Whether the results are near what the equations "
-            "say, computed in double precision on the host.</p>" +
-            references;
+    body +=
+        "<h2>Against double precision</h2><p>Whether the results are near what the equations "
+        "say, computed in double precision on the host.</p>" +
+        references;
   body += figures_of(run, "probe", "Arithmetic",
                      "What the same bits rest on. Orange: differs, but nothing rests on it.");
   body += figures_of(run, "limit", "Limits", "Probed, not believed.");

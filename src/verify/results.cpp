@@ -64,7 +64,8 @@ auto parsed(const std::string& name, const Work& work) {
   } catch (const InvalidArgument& error) {
     throw InputError(name + ": is no JSON of meniscus verify: " + error.what());
   } catch (const std::out_of_range&) {
-    throw InputError(name + ": is no JSON of meniscus verify: a row names a device that is not there");
+    throw InputError(name +
+                     ": is no JSON of meniscus verify: a row names a device that is not there");
   }
 }
 
@@ -87,24 +88,65 @@ const char* to_string(Result result) {
   return result == Result::pass ? "pass" : result == Result::fail ? "fail" : "skip";
 }
 
-std::size_t DeviceResults::count(Result result, const std::string& group) const {
-  return static_cast<std::size_t>(std::count_if(rows.begin(), rows.end(), [&](const Row& row) {
-    return row.result == result && (group.empty() || row.group == group);
-  }));
+void Tally::add(Result result) {
+  (result == Result::pass ? passed : result == Result::fail ? failed : skipped) += 1;
+}
+
+std::string Tally::words() const {
+  std::string text = grouped(static_cast<std::int64_t>(passed)) + " passed";
+  if (failed > 0) text += ", " + grouped(static_cast<std::int64_t>(failed)) + " FAILED";
+  if (skipped > 0) text += ", " + grouped(static_cast<std::int64_t>(skipped)) + " skipped";
+  return text;
+}
+
+std::vector<std::pair<std::string, Tally>> DeviceResults::tallies() const {
+  std::vector<std::pair<std::string, Tally>> tallies;
+  for (const char* group : kGroups) {
+    Tally tally;
+    for (const Row& row : rows)
+      if (row.group == group) tally.add(row.result);
+    if (tally.all() > 0) tallies.emplace_back(group, tally);
+  }
+  return tallies;
+}
+
+std::vector<Failure> DeviceResults::failures() const {
+  std::vector<Failure> failures;
+  std::map<std::tuple<std::string, std::string, std::string>, std::size_t> places;
+  for (const Row& row : rows) {
+    if (row.result != Result::fail) continue;
+    const auto [place, first] =
+        places.try_emplace({row.group, row.kernel, row.variant}, failures.size());
+    if (first) failures.push_back({&row, 0});
+    ++failures[place->second].cases;
+  }
+  return failures;
+}
+
+bool DeviceResults::unusable() const {
+  return std::all_of(rows.begin(), rows.end(),
+                     [](const Row& row) { return row.result == Result::skip; });
 }
 
 bool DeviceResults::good() const {
-  return count(Result::pass) > 0 && std::none_of(rows.begin(), rows.end(), [](const Row& row) {
-           return row.required && row.result == Result::fail;
-         });
+  bool any = false;
+  for (const Row& row : rows) {
+    if (row.required && row.result == Result::fail) return false;
+    any = any || row.result == Result::pass;
+  }
+  return any;
+}
+
+const char* DeviceResults::verdict() const {
+  return unusable() ? "not verified" : good() ? "PASSED" : "FAILED";
 }
 
 bool VerifyRun::good() const {
   bool any = false;
   for (const DeviceResults& device : devices) {
-    const bool unusable = device.count(Result::skip) == device.rows.size();
-    if (!unusable && !device.good()) return false;
-    any = any || !unusable;
+    if (device.unusable()) continue;
+    if (!device.good()) return false;
+    any = true;
   }
   return any;
 }
@@ -121,12 +163,9 @@ std::string to_json(const VerifyRun& run) {
   std::string text = "{\"meniscus\": " + Json(run.version).dump() + ",\n \"devices\": [";
   const char* separator = "\n  ";
   for (const DeviceResults& d : run.devices) {
-    const Json device{{"name", d.device.name},
-                      {"platform", d.device.platform},
-                      {"driver", d.device.driver},
-                      {"version", d.device.version},
-                      {"seconds", d.seconds},
-                      {"good", d.good()}};
+    const Json device{{"name", d.device.name},     {"platform", d.device.platform},
+                      {"driver", d.device.driver}, {"version", d.device.version},
+                      {"seconds", d.seconds},      {"good", d.good()}};
     text += separator + device.dump(-1, ' ', false, Json::error_handler_t::replace);
     separator = ",\n  ";
   }
@@ -161,16 +200,13 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
 }
 
 std::string to_junit(const VerifyRun& run) {
-  std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"meniscus verify\">\n";
+  std::string text =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"meniscus verify\">\n";
   for (const DeviceResults& device : run.devices)
-    for (const char* group : kGroups) {
-      const std::size_t failed = device.count(Result::fail, group);
-      const std::size_t skipped = device.count(Result::skip, group);
-      const std::size_t all = failed + skipped + device.count(Result::pass, group);
-      if (all == 0) continue;
+    for (const auto& [group, tally] : device.tallies()) {
       text += "<testsuite name=\"" + escaped(title_of(device.device)) + "." + group + "\" tests=\"";
-      text += std::to_string(all) + "\" failures=\"" + std::to_string(failed) + "\" skipped=\"";
-      text += std::to_string(skipped) + "\">\n";
+      text += std::to_string(tally.all()) + "\" failures=\"" + std::to_string(tally.failed);
+      text += "\" skipped=\"" + std::to_string(tally.skipped) + "\">\n";
       for (const Row& row : device.rows) {
         if (row.group != group) continue;
         text += "<testcase classname=\"" + escaped(row.kernel) + "\" name=\"" +
@@ -204,81 +240,63 @@ std::string table_of(const VerifyRun& run) {
   std::string text;
   for (const DeviceResults& device : run.devices) {
     text += title_of(device.device) + ", " + device.device.version + "\n";
-    for (const char* group : kGroups) {
-      const std::size_t passed = device.count(Result::pass, group);
-      const std::size_t failed = device.count(Result::fail, group);
-      const std::size_t skipped = device.count(Result::skip, group);
-      if (passed + failed + skipped == 0) continue;
-      text += "  " + padded(std::string(group) + "s", 12) + grouped(static_cast<std::int64_t>(passed)) + " passed";
-      if (failed > 0) text += ", " + grouped(static_cast<std::int64_t>(failed)) + " FAILED";
-      if (skipped > 0) text += ", " + grouped(static_cast<std::int64_t>(skipped)) + " skipped";
-      text += "\n";
-    }
+    for (const auto& [group, tally] : device.tallies())
+      text += "  " + padded(group + "s", 12) + tally.words() + "\n";
     // Limits are figures that people want to see.
     for (const Row& row : device.rows)
       if (row.group == "limit" && row.result == Result::pass && !row.reason.empty())
         text += "    " + padded(row.kernel, 26) + row.reason + "\n";
-    // The same failure in many variants and sizes is told once.
-    std::map<std::tuple<std::string, bool, std::string>, std::vector<const Row*>> failures;
-    std::map<std::string, std::size_t> skips;
-    std::vector<const Row*> order;
-    for (const Row& row : device.rows) {
-      if (row.result == Result::skip) ++skips[row.reason];
-      if (row.result != Result::fail) continue;
-      auto& same = failures[{row.group + " " + row.kernel, row.required, row.variant}];
-      if (same.empty()) order.push_back(&row);
-      same.push_back(&row);
-    }
-    for (const Row* row : order) {
-      const auto& same = failures[{row->group + " " + row->kernel, row->required, row->variant}];
+    for (const auto& [row, cases] : device.failures()) {
       text += std::string(row->required ? "  FAILED " : "  (not required) ") + row->group + " " +
               words_of(*row);
-      if (same.size() > 1)
-        text += " and on " + std::to_string(same.size() - 1) +
-                (same.size() > 2 ? " others" : " other");
+      if (cases > 1)
+        text += " and on " + std::to_string(cases - 1) + (cases > 2 ? " others" : " other");
       text += "\n    ";
       if (row->ulp > 0) text += error_of(*row) + "; ";
       text += row->reason + (row->section.empty() ? "" : " [" + row->section + "]") + "\n";
     }
+    std::map<std::string, std::size_t> skips;
+    for (const Row& row : device.rows)
+      if (row.result == Result::skip) ++skips[row.reason];
     for (const auto& [reason, count] : skips)
       text += "  skipped " + std::to_string(count) + ": " + reason + "\n";
-    const bool unusable = device.count(Result::skip) == device.rows.size();
-    text += std::string("  ") + (unusable ? "not verified" : device.good() ? "PASSED" : "FAILED") +
-            ", " + duration(device.seconds) + "\n\n";
+    text += std::string("  ") + device.verdict() + ", " + duration(device.seconds) + "\n\n";
   }
   return text;
 }
 
-std::vector<Change> changes_between(const DeviceResults& before, const DeviceResults& after) {
+Comparison compared(const DeviceResults& before, const DeviceResults& after) {
   const auto key = [](const Row& row) {
     return std::tuple(row.group, row.kernel, row.variant, row.size);
   };
   std::map<decltype(key(Row{})), const Row*> earlier;
   for (const Row& row : before.rows) earlier[key(row)] = &row;
-  std::vector<Change> changes;
+  Comparison comparison;
   for (const Row& row : after.rows) {
     const auto found = earlier.find(key(row));
     const Row* old = found == earlier.end() ? nullptr : found->second;
     if (old) earlier.erase(found);
     // What limits measure is never the same twice: their results count.
-    const bool same = old && old->result == row.result && old->ulp == row.ulp &&
-                      (row.group == "limit" || row.result == Result::pass || old->reason == row.reason) &&
-                      (row.group != "frame" || old->reason == row.reason);
-    if (!same) changes.push_back({old, &row});
+    const bool same =
+        old && old->result == row.result && old->ulp == row.ulp &&
+        (row.group == "limit" || row.result == Result::pass || old->reason == row.reason) &&
+        (row.group != "frame" || old->reason == row.reason);
+    if (same)
+      ++comparison.same;
+    else
+      comparison.changes.push_back({old, &row});
   }
   for (const Row& row : before.rows)
     if (const auto left = earlier.find(key(row)); left != earlier.end() && left->second == &row)
-      changes.push_back({&row, nullptr});
-  return changes;
+      comparison.changes.push_back({&row, nullptr});
+  return comparison;
 }
 
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after) {
   std::string text = "A  " + title_of(before.device) + "\nB  " + title_of(after.device) + "\n";
-  const std::vector<Change> changes = changes_between(before, after);
-  text += grouped(static_cast<std::int64_t>(after.rows.size() - (changes.size() - std::count_if(
-                      changes.begin(), changes.end(),
-                      [](const Change& change) { return change.after == nullptr; })))) +
-          " rows are the same, " + grouped(static_cast<std::int64_t>(changes.size())) + " differ\n";
+  const auto [same, changes] = compared(before, after);
+  text += grouped(static_cast<std::int64_t>(same)) + " rows are the same, " +
+          grouped(static_cast<std::int64_t>(changes.size())) + " differ\n";
   const auto said = [](const Row* row) {
     if (!row) return std::string("not there");
     std::string words = to_string(row->result);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "verify/row.hpp"
@@ -14,15 +15,37 @@ struct DeviceName {
   bool operator==(const DeviceName&) const = default;
 };
 
+/// How many rows passed, failed and were skipped.
+struct Tally {
+  std::size_t passed = 0, failed = 0, skipped = 0;
+  std::size_t all() const { return passed + failed + skipped; }
+  void add(Result result);
+  /// "1,020 passed, 2 FAILED, 3 skipped".
+  std::string words() const;
+};
+
+/// The same failure in several sizes.
+struct Failure {
+  const Row* first;
+  std::size_t cases;
+};
+
 /// All that was found on one device.
 struct DeviceResults {
   DeviceName device;
   std::vector<Row> rows;
   double seconds = 0;
 
-  std::size_t count(Result result, const std::string& group = "") const;
+  /// Of the rows of each group, in the order of a report; groups without rows are left out.
+  std::vector<std::pair<std::string, Tally>> tallies() const;
+  /// Failures by group, kernel and variant, in the order of their first rows.
+  std::vector<Failure> failures() const;
+  /// Whether all was skipped: there is nothing to judge.
+  bool unusable() const;
   /// Whether something passed and no row that must pass failed.
   bool good() const;
+  /// "PASSED", "FAILED" or "not verified".
+  const char* verdict() const;
 };
 
 /// What one call of `verify` found.
@@ -38,9 +61,9 @@ const char* to_string(Result result);
 std::string to_json(const Row& row);
 Row row_from_json(const std::string& text, const std::string& name);
 
-/// {"meniscus", "devices": [{"name", "platform", "driver", "version", "seconds"}], "rows": [{"device",
-/// "kernel", "variant", "size", "result", "ulp", "reason", "ms", "group", "required", "section"}]};
-/// "device" in a row is the device's name, "index" its place in "devices".
+/// {"meniscus", "devices": [{"name", "platform", "driver", "version", "seconds"}], "rows":
+/// [{"device", "kernel", "variant", "size", "result", "ulp", "reason", "ms", "group", "required",
+/// "section"}]}; "device" in a row is the device's name, "index" its place in "devices".
 std::string to_json(const VerifyRun& run);
 VerifyRun run_from_json(const std::string& text, const std::string& name);
 
@@ -54,7 +77,11 @@ std::string table_of(const VerifyRun& run);
 struct Change {
   const Row *before, *after;  // null: there is none
 };
-std::vector<Change> changes_between(const DeviceResults& before, const DeviceResults& after);
+struct Comparison {
+  std::size_t same = 0;  // rows
+  std::vector<Change> changes;
+};
+Comparison compared(const DeviceResults& before, const DeviceResults& after);
 
 /// The changes as a table, and how many rows are the same.
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after);

@@ -18,16 +18,14 @@ struct Settings {
 
 /// A part of the run that can fail or crash without the others.
 struct Item {
-  std::string name;  // "kernels of fit on block, width 8"
+  std::string group;  // of its rows: "kernel"
+  std::string name;   // "kernels of fit on block, width 8"
   std::function<void(Device&, const Tell&)> run;
 };
 
 /// The items, the same ones in the same order for the same settings. `device_width` is the vector
 /// width that the device is used with: only that must pass.
 std::vector<Item> items_of(const Settings& settings, int device_width);
-
-/// The group of an item's rows, by its name: "kernel".
-std::string group_of(const std::string& item);
 
 /// Runs an item: what it throws becomes a row.
 void run_item(const Item& item, Device& device, const Tell& tell);

@@ -2,27 +2,15 @@
 
 #include <cfloat>
 #include <cmath>
-#include <random>
 
 #include "dam_break.hpp"
 #include "frame/input.hpp"
 #include "meniscus/camera.hpp"
 #include "printed.hpp"
+#include "verify/random.hpp"
 
 namespace meniscus::verify {
 namespace {
-
-// Uniform in [low, high).
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double operator()(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_()) * 0x1p-32);
-  }
-
- private:
-  std::mt19937 engine_;
-};
 
 // A camera whose lens is given by numbers, since the library's tangent differs from one machine to
 // the next. focal: half the image's height at distance `focal` is 1.
@@ -36,7 +24,21 @@ Camera camera_at(std::array<double, 3> eye, std::array<double, 3> target, double
 
 Camera orthographic(Camera camera, double half_height) {
   camera.projection = {camera.height / half_height / camera.width,
-                       0, 0, 0.1, 0, 1 / half_height, 0, -0.05, 0, 0, -0.02, -1.02, 0, 0, 0, 1};
+                       0,
+                       0,
+                       0.1,
+                       0,
+                       1 / half_height,
+                       0,
+                       -0.05,
+                       0,
+                       0,
+                       -0.02,
+                       -1.02,
+                       0,
+                       0,
+                       0,
+                       1};
   return camera;
 }
 
@@ -96,7 +98,8 @@ void move(Particles& particles) {
 Particles edges() {
   Particles particles = heap(60, 3, 1);
   const float denormal = 1e-40f, largest = FLT_MAX, none = NAN, far = INFINITY;
-  for (const float x : {denormal, -denormal, FLT_MIN, largest, -largest, none, far, -far, 1e6f, -0.0f})
+  for (const float x :
+       {denormal, -denormal, FLT_MIN, largest, -largest, none, far, -far, 1e6f, -0.0f})
     for (const float y : {0.0f, denormal, largest, -largest}) add(particles, x, y, 0.3f);
   for (int k = 0; k < 6; ++k) add(particles, 2.5, 0.5, 0.25);        // one upon the other
   for (int k = 0; k < 6; ++k) add(particles, -2.5, 0.5 * k, 0.125);  // in a row
@@ -128,8 +131,9 @@ std::string size_of_scene(const Particles& particles, const Camera& camera) {
 
 Scene scene(const char* name, bool small, Particles particles, const Camera& camera,
             std::vector<Method> methods) {
-  return {name,   size_of_scene(particles, camera), small, std::move(particles), camera,
-          std::move(methods)};
+  return {name,   size_of_scene(particles, camera),
+          small,  std::move(particles),
+          camera, std::move(methods)};
 }
 
 std::vector<Scene> make_kernel_scenes() {
@@ -154,20 +158,20 @@ std::vector<Scene> make_kernel_scenes() {
   scenes.push_back(scene("odd", false, std::move(odd),
                          orthographic(camera_at({3, 4, 9}, {0, 0, 0}, 2, 61, 43), 5),
                          every_method()));
-  scenes.push_back(scene("edges", false, edges(), camera_at({4, 5, 8}, {0, 0, 0}, 2, 33, 29),
-                         every_method()));
+  scenes.push_back(
+      scene("edges", false, edges(), camera_at({4, 5, 8}, {0, 0, 0}, 2, 33, 29), every_method()));
   Particles crowd = heap(6000, 11, 1);
   move(crowd);
   scenes.push_back(scene("crowd", false, std::move(crowd),
                          camera_at({30, 40, 90}, {0, 0, 0}, 2, 20, 18), every_method()));
-  scenes.push_back(scene("wall", false, wall(), camera_at({0.3, 0.4, 9}, {0, 0, 0}, 2, 45, 27),
-                         every_method()));
+  scenes.push_back(
+      scene("wall", false, wall(), camera_at({0.3, 0.4, 9}, {0, 0, 0}, 2, 45, 27), every_method()));
   // Many on few pixels, for the kernels with atomics alone: all work-items meet.
   scenes.push_back(scene("storm", false, heap(300000, 17, 1),
                          camera_at({100, 70, 240}, {0, 0, 0}, 2.6, 14, 9), {}));
   // The same with particles so large that they cover whole cells (bound_cells).
-  scenes.push_back(scene("swarm", false, heap(60000, 19, 1), camera_at({10, 7, 60}, {0, 0, 0}, 12, 90, 60),
-                         {}));
+  scenes.push_back(
+      scene("swarm", false, heap(60000, 19, 1), camera_at({10, 7, 60}, {0, 0, 0}, 12, 90, 60), {}));
   return scenes;
 }
 
@@ -184,8 +188,8 @@ std::vector<Scene> make_whole_frames() {
   dam_break("pool", 60, 25, 19, true);
   dam_break("breaking dam", 9000, 320, 240, false);
   FrameInput dam = dam_frame();
-  frames.push_back(scene("dam 015", false, std::move(dam.particles),
-                         resized(dam.camera, 400, 300), every_method()));
+  frames.push_back(scene("dam 015", false, std::move(dam.particles), resized(dam.camera, 400, 300),
+                         every_method()));
   return frames;
 }
 

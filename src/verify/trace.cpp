@@ -13,7 +13,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Lists that atomics fill in any order: the kernels that read them must not care. Bytes of an entry.
+// Lists that atomics fill in any order: the kernels that read them must not care. Bytes of an
+// entry.
 std::size_t unordered_entry(const std::string& argument) {
   return argument == "entry" ? 8 : argument == "selected" ? 4 : 0;
 }
@@ -54,14 +55,19 @@ std::string difference(const Bytes& expected, const Bytes& found, bool floats, d
 
 }  // namespace
 
-std::vector<std::string> argument_names(const std::string& file, const std::string& kernel) {
-  std::vector<std::string> names;
+const std::vector<std::string>& argument_names(const std::string& file, const std::string& kernel) {
+  // Every launch asks for them, so each text is read once.
+  static std::map<std::pair<std::string, std::string>, std::vector<std::string>> known;
+  const auto [place, first] = known.try_emplace({file, kernel});
+  std::vector<std::string>& names = place->second;
+  if (!first) return names;
   const std::string own = file.substr(file.rfind(' ') + 1);
   for (const KernelSource& source : kernel_sources()) {
     if (source.file != own) continue;
     std::string text = std::regex_replace(std::string(source.text), std::regex("//[^\n]*"), "");
     std::smatch head;
-    if (!std::regex_search(text, head, std::regex("kernel\\s+void\\s+" + kernel + "\\s*\\(([^)]*)\\)")))
+    if (!std::regex_search(text, head,
+                           std::regex("kernel\\s+void\\s+" + kernel + "\\s*\\(([^)]*)\\)")))
       break;
     const std::string list = head[1];
     const std::regex last("(\\w+)\\s*(,|$)");
@@ -77,8 +83,7 @@ Tracer::Tracer(Device& device, std::map<std::uint64_t, Bytes>* values)
   device.state().pool->reuse(false);
 }
 
-Tracer::Tracer(Device& device, const Trace& canonical,
-               const std::map<std::uint64_t, Bytes>& values)
+Tracer::Tracer(Device& device, const Trace& canonical, const std::map<std::uint64_t, Bytes>& values)
     : Tracer(device, nullptr) {
   canonical_ = &canonical;
   known_ = &values;
@@ -108,7 +113,8 @@ void Tracer::before(KernelLaunch& launch) {
   std::vector<std::uint64_t> hashes;
   for (std::size_t k = 0; k < contents_.size(); ++k)
     if (launch.arguments[k].buffer) hashes.push_back(hash_of(contents_[k], names_[k]));
-  trace_.push_back({device_.state().stage, launch.kernel,
+  trace_.push_back({device_.state().stage,
+                    launch.kernel,
                     content_hash(hashes.data(), hashes.size() * sizeof hashes[0]),
                     {}});
 }
@@ -153,6 +159,7 @@ void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found
   if (wanted.written == own.written) return;
 
   std::string what;
+  bool repaired = true;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const auto at = [&](const std::vector<Written>& written) -> const Written* {
       for (const Written& w : written)
@@ -176,6 +183,8 @@ void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found
     }
     if (expected && expected->size() == found[k].size())
       device_.state().write_bytes(*launch.arguments[k].buffer, expected->data(), expected->size());
+    else
+      repaired = false;
   }
   if (findings.differing++ == 0) {
     findings.stage = own.stage;
@@ -185,6 +194,13 @@ void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found
     first_difference_ = "stage " + own.stage + ", kernel " + launch.kernel + " (";
     first_difference_ += where() + "): " + what;
   }
+  if (repaired) return;
+  for (std::size_t later = place + 1; later < canonical_->size(); ++later) {
+    KernelFindings& left_out = findings_[(*canonical_)[later].kernel];
+    if (left_out.stage.empty()) left_out.stage = (*canonical_)[later].stage;
+    ++left_out.unknown;
+  }
+  throw BeyondRepair();
 }
 
 std::string Tracer::other_launches() const {

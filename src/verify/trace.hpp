@@ -6,28 +6,36 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "meniscus/error.hpp"
 #include "verify/canonical.hpp"
 
 namespace meniscus::verify {
 
 /// The names of a kernel's arguments, from its text. Empty when `file` has no such kernel.
-std::vector<std::string> argument_names(const std::string& file, const std::string& kernel);
+const std::vector<std::string>& argument_names(const std::string& file, const std::string& kernel);
+
+/// A launch left what is wrong and cannot be put right: what comes after it would work on that.
+struct BeyondRepair : Error {
+  BeyondRepair()
+      : Error("a launch left other bits than the canonical ones, which are not at hand") {}
+};
 
 /// What was seen of one kernel.
 struct KernelFindings {
-  std::string stage;    // of the first launch, or of the first that differs
-  int launches = 0;     // compared
-  int differing = 0;    // of them
-  int unknown = 0;      // launches whose inputs were different already
-  double ulp = 0;       // largest difference of floats; infinity: of a number from none
-  std::string first;    // in words: the first difference
-  double ms = 0;        // on the device
+  std::string stage;  // of the first launch, or of the first that differs
+  int launches = 0;   // compared
+  int differing = 0;  // of them
+  int unknown = 0;    // launches whose inputs were, or would have been, different already
+  double ulp = 0;     // largest difference of floats; infinity: of a number from none
+  std::string first;  // in words: the first difference
+  double ms = 0;      // on the device
 };
 
 /// Watches the launches on a device while it lives: buffers begin with zeros, none is used again.
 /// With a canonical trace, every launch is compared with its place in it. What differs is put right
-/// where the canonical values are known, so that the next kernel starts from the right inputs and is
-/// judged by what it does itself.
+/// where the canonical values are known, so that the next kernel starts from the right inputs and
+/// is judged by what it does itself. Where they are not known, the launch throws BeyondRepair:
+/// kernels that are given wrong lists may write anywhere.
 class Tracer : public LaunchObserver {
  public:
   /// Records only; `values`, when given, receives what the launches wrote.

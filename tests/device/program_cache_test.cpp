@@ -1,4 +1,5 @@
-// Built programs on disk: taken where they fit, never where they do not, and no harm in either case.
+// Built programs on disk: taken where they fit, never where they do not, and no harm in either
+// case.
 #include "device/program_cache.hpp"
 
 #include <gmock/gmock.h>
@@ -122,9 +123,9 @@ TEST_F(ProgramCache, IsWhereTheEnvironmentSays) {
   unsetenv("MENISCUS_CACHE_DIR");
   const char* const home = std::getenv("HOME");
   const std::string before = home ? home : "";
-  setenv("HOME", "/home/of", 1);
+  setenv("HOME", "/somewhere", 1);
   unsetenv("XDG_CACHE_HOME");
-  EXPECT_EQ(program_cache_folder(), "/home/of/.cache/meniscus");
+  EXPECT_EQ(program_cache_folder(), "/somewhere/.cache/meniscus");
   setenv("XDG_CACHE_HOME", "/var/cache", 1);
   EXPECT_EQ(program_cache_folder(), "/var/cache/meniscus");
   unsetenv("XDG_CACHE_HOME");

@@ -13,6 +13,7 @@
 #include "meniscus/meniscus.hpp"
 #include "stream/gather.hpp"
 #include "verify/arithmetic.hpp"
+#include "verify/scenes.hpp"
 
 namespace {
 
@@ -32,29 +33,6 @@ extern "C" cl_mem __wrap_clCreateBuffer(cl_context context, cl_mem_flags flags, 
 namespace {
 
 using namespace meniscus;
-
-// A jittered block of 7 x 7 x 2 particles, a lower step beside it, and two pieces of splash.
-Particles tiny_frame() {
-  Particles particles;
-  particles.particle_radius = 0.5;
-  const auto add = [&](double x, double y, double z) {
-    particles.x.push_back(static_cast<float>(x));
-    particles.y.push_back(static_cast<float>(y));
-    particles.z.push_back(static_cast<float>(z));
-    particles.vx.push_back(static_cast<float>(y));
-    particles.vy.push_back(static_cast<float>(std::sin(x)));
-    particles.vz.push_back(0.5f);
-  };
-  for (int k = 0; k < 2; ++k)
-    for (int j = 0; j < 7; ++j)
-      for (int i = 0; i < 7; ++i)
-        add(i + 0.11 * std::sin(3 * i + 7 * j + k), j + 0.13 * std::cos(5 * i + j - k),
-            (i < 4 ? 0 : -5) - k + 0.2 * std::sin(i + 2 * j));
-  add(8.4, 3.1, 0.5);
-  add(1.2, 8.4, 2.1);
-  add(1.9, 8.9, 2.2);
-  return particles;
-}
 
 std::set<std::string> embedded_kernels() {
   std::set<std::string> names;
@@ -87,8 +65,8 @@ bool same(const Surface& a, const Surface& b) {
 int main(int argc, char** argv) try {
   // With --no-comparison, the two widths are run but their bits are not compared.
   const bool compare = !(argc > 1 && std::strcmp(argv[1], "--no-comparison") == 0);
-  const Particles particles = tiny_frame();
-  const Camera camera = look_at({9, 10, 11}, {3.2, 3.6, -1}, {0, 1, 0}, 42, 24, 17);
+  // A block with a step and splash, 24 x 17 pixels.
+  const verify::Scene& scene = verify::kernel_scenes().front();
   std::set<std::string> missing = embedded_kernels();
   bool good = true;
   std::map<Method, Surface> first;
@@ -98,11 +76,8 @@ int main(int argc, char** argv) try {
     device.state().vector_width = width;
     device.state().pool->reuse(false);  // every buffer is new, and full of nonsense
     for (const auto& [method, name, what] : method_list()) {
-      Parameters parameters;
-      parameters.method = method;
-      parameters.grid.cell = 3;
-      parameters.region.sigma_s = 0.3;  // the image is a few cells wide
-      const Surface surface = extract(device, particles, camera, parameters);
+      const Surface surface =
+          extract(device, scene.particles, scene.camera, verify::parameters_of(scene, method));
       std::size_t covered = 0;
       for (const float depth : surface.depth) covered += std::isfinite(depth);
       std::printf("%s, width %d: %zu pixels, %zu triangles\n", name.c_str(), width, covered,
@@ -114,8 +89,8 @@ int main(int argc, char** argv) try {
         good = false;
       }
     }
-    const auto source = source_of(particles);
-    const View view = make_view(camera, 0.5, {0, 0, 0});
+    const auto source = source_of(scene.particles);
+    const View view = make_view(scene.camera, 0.5, {0, 0, 0});
     const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
     select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
     measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});

@@ -116,12 +116,12 @@ TEST(VerifyRun, IsGoodWhenNothingThatIsRequiredFailed) {
 }
 
 TEST(VerifyRun, TableNamesWhatFailedAndWhy) {
-  EXPECT_THAT(table_of(two_devices()),
-              AllOf(HasSubstr("kernels     1 passed\n"), HasSubstr("1 FAILED"),
-                    HasSubstr("FAILED kernel fit_groups, width 8, block"), HasSubstr("3.00 ulp"),
-                    HasSubstr("stage fit, argument quadric"),
-                    HasSubstr("skipped 1: no cl_khr_int64_extended_atomics"),
-                    HasSubstr("PASSED, 12 s")));
+  EXPECT_THAT(
+      table_of(two_devices()),
+      AllOf(HasSubstr("kernels     1 passed\n"), HasSubstr("1 FAILED"),
+            HasSubstr("FAILED kernel fit_groups, width 8, block"), HasSubstr("3.00 ulp"),
+            HasSubstr("stage fit, argument quadric"),
+            HasSubstr("skipped 1: no cl_khr_int64_extended_atomics"), HasSubstr("PASSED, 12 s")));
 }
 
 TEST(VerifyRun, JUnitHasEveryRowOnce) {
@@ -129,18 +129,22 @@ TEST(VerifyRun, JUnitHasEveryRowOnce) {
   std::size_t cases = 0;
   for (std::size_t at = 0; (at = xml.find("<testcase", at)) != std::string::npos; ++at) ++cases;
   EXPECT_EQ(cases, 5u);
-  EXPECT_THAT(xml, AllOf(HasSubstr("PoCL &lt;1&gt; (Portable, driver 3.1).kernel\" tests=\"1\" failures=\"0\""),
-                         HasSubstr("<failure message=\"stage fit, argument quadric\"/>"),
-                         HasSubstr("<skipped message="), Not(HasSubstr("PoCL <1>"))));
+  EXPECT_THAT(
+      xml,
+      AllOf(HasSubstr("PoCL &lt;1&gt; (Portable, driver 3.1).kernel\" tests=\"1\" failures=\"0\""),
+            HasSubstr("<failure message=\"stage fit, argument quadric\"/>"),
+            HasSubstr("<skipped message="), Not(HasSubstr("PoCL <1>"))));
 }
 
 TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
   const VerifyRun run = two_devices();
-  EXPECT_TRUE(changes_between(run.devices[0], run.devices[0]).empty());
-  const auto changes = changes_between(run.devices[0], run.devices[1]);
+  const Comparison itself = compared(run.devices[0], run.devices[0]);
+  EXPECT_TRUE(itself.changes.empty());
+  EXPECT_EQ(itself.same, run.devices[0].rows.size());
+  const auto changes = compared(run.devices[0], run.devices[1]).changes;
   ASSERT_EQ(changes.size(), 3u);
   EXPECT_EQ(changes[2].before, nullptr);
-  EXPECT_EQ(changes_between(run.devices[1], run.devices[0]).size(), 3u);
+  EXPECT_EQ(compared(run.devices[1], run.devices[0]).changes.size(), 3u);
   EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
               AllOf(HasSubstr("0 rows are the same, 3 differ"), HasSubstr("A  pass, same bits"),
                     HasSubstr("B  fail, 3.00 ulp: stage fit")));
@@ -150,8 +154,8 @@ TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
 
 TEST(VerifyRun, PageShowsDevicesHashesAndFailures) {
   EXPECT_THAT(to_html(two_devices()),
-              AllOf(HasSubstr("PoCL &lt;1&gt;"), HasSubstr("0123456789abcdef"), HasSubstr("3.00 ulp"),
-                    HasSubstr("What failed"), Not(HasSubstr("PoCL <1>"))));
+              AllOf(HasSubstr("PoCL &lt;1&gt;"), HasSubstr("0123456789abcdef"),
+                    HasSubstr("3.00 ulp"), HasSubstr("What failed"), Not(HasSubstr("PoCL <1>"))));
 }
 
 }  // namespace

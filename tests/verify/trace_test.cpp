@@ -80,6 +80,23 @@ TEST_P(Traces, SayWhatDiffersAndPutItRight) {
   device_.state().stage.clear();
 }
 
+TEST_P(Traces, EndWhereNothingCanBePutRight) {
+  Trace canonical;
+  {
+    Tracer tracer(device_, nullptr);
+    count(device_, 3);
+    count(device_, 3);
+    canonical = tracer.trace();
+  }
+  canonical[0].written[0].hash ^= 1;
+  const std::map<std::uint64_t, std::vector<std::uint8_t>> none;
+  Tracer tracer(device_, canonical, none);
+  EXPECT_THROW(count(device_, 3), BeyondRepair);
+  const KernelFindings& found = tracer.findings().at("count_bins");
+  EXPECT_EQ(found.differing, 1);
+  EXPECT_EQ(found.unknown, 1) << "the second launch, which was not reached";
+}
+
 TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
   Trace canonical;

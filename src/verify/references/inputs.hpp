@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "meniscus/camera.hpp"
 #include "stages/project.hpp"
 #include "stages/stage_data.hpp"
+#include "verify/random.hpp"
 #include "verify/reference/epsilon.hpp"
 
 namespace meniscus {
@@ -34,18 +34,6 @@ inline Camera orthographic_camera(int width, int height) {
       0.25 * height / width, 0, 0, 0.1, 0, 0.25, 0, -0.05, 0, 0, -0.02, -1.02, 0, 0, 0, 1};
   return camera;
 }
-
-/// Uniform in [low, high), the same on every platform.
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double operator()(double low, double high) {
-    return low + (high - low) * static_cast<double>(engine_()) / 4294967296.0;
-  }
-
- private:
-  std::mt19937 engine_;
-};
 
 /// A map of `grid`'s size, `at(i, j)` everywhere.
 template <class At>
