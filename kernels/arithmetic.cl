@@ -56,8 +56,7 @@ kernel void compute_values(global const int* xs, global const int* ys, global co
     FLOATS(INFINITE_QUOTIENT, a / b)
     INTEGERS(COMPARISON, TRUTH(a < b) | TRUTH(a <= b) << 1 | TRUTH(a > b) << 2 |
              TRUTH(a >= b) << 3 | TRUTH(a == b) << 4 | TRUTH(a != b) << 5 | TRUTH(a < INFINITY) << 6)
-    INTEGERS(NEGATION, TRUTH(NOT(a < b)) | TRUTH((a < b) & NOT(b < c)) << 1)
-    INTEGERS(LOGICAL_NEGATION, TRUTH(!(a < b)) | TRUTH((a < b) & !(b < c)) << 1)
+    INTEGERS(NEGATION, TRUTH(!(a < b)) | TRUTH((a < b) & !(b < c)) << 1)
     FLOATS(LEAST, fmin(a, b))
     FLOATS(GREATEST, fmax(a, b))
     FLOATS(CLAMPED, clamp(a, fmin(b, c), fmax(b, c)))

@@ -293,7 +293,7 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
   const floatv h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
   const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
-  const intv only_b = NOT(A.w > 1e-9f * B.w);
+  const intv only_b = !(A.w > 1e-9f * B.w);
   floatv share = smooth_step(0.003f, 0.02f, B.w / fmax(A.w + B.w, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);
   share = SELECT(share, (floatv)(1.0f), only_b);

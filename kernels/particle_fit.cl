@@ -87,7 +87,7 @@ kernel void weigh_neighbours(
                         spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f))) *
                         exp_negative(options.x * turned);
     floatv weight = none;
-    if (ANY(NOT(refit))) {
+    if (ANY(!refit)) {
       const floatv h = x * nx + y * ny + z * nz;
       const floatv width = options.z + options.w * squared;
       weight = fmax(exp_negative(-(h * h) / (width * width)), (floatv)(1e-5f));

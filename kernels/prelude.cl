@@ -29,7 +29,6 @@ typedef int intv;
 #define STOREI(v, p) (*(p) = (v))
 #define LANES ((floatv)(0.0f))
 #define SELECT(no, yes, test) ((test) ? (yes) : (no))
-#define NOT(test) (!(test))
 #define ANY(test) (test)
 #define ALL(test) (test)
 #define TO_FLOATV(x) ((float)(x))
@@ -45,7 +44,6 @@ typedef JOIN(int, WIDTH) intv;
 #define STOREI(v, p) JOIN(vstore, WIDTH)((v), 0, (p))
 #define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f))
 #define SELECT(no, yes, test) select((no), (yes), (test))
-#define NOT(test) (~(test))  // of lanes that are 0 or -1; Oclgrind loses the signs of !
 #define ANY(test) any_lane(test)
 #define ALL(test) all_lanes(test)
 #define TO_FLOATV(x) JOIN(convert_float, WIDTH)(x)

@@ -62,8 +62,8 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       const floatv c = field_near(cells, weight, near, r, t, 0).c * NORM;
       const intv inside = here & (c >= level), below = here & (c < level);
       over = SELECT(over, c - level, inside);
-      found |= inside & NOT(fresh);
-      fresh &= NOT(here);
+      found |= inside & !fresh;
+      fresh &= !here;
       // The field of a lone particle falls below 0.35 levels at two radii and below 0.1 at three,
       // so that these steps do not pass over one.
       low = SELECT(low, t, below);
@@ -72,7 +72,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
                                  (floatv)(1.0f), c < 0.1f * level);
       t = SELECT(t, t + unit * step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
-      going &= NOT(inside) & (t <= to) & (steps < 1000);
+      going &= !inside & (t <= to) & (steps < 1000);
       here = going & (t <= window + WINDOW);
     }
     if (!ANY(found)) continue;
@@ -84,7 +84,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       middle = low + (high - low) * (short_of / (short_of - over));
       if (step == REFINE - 1) break;
       const floatv there = field_near(cells, weight, near, r, middle, 0).c * NORM - level;
-      const intv less = found & (there < 0.0f), more = found & NOT(there < 0.0f);
+      const intv less = found & (there < 0.0f), more = found & !(there < 0.0f);
       low = SELECT(low, middle, less);
       short_of = SELECT(short_of, there, less);
       over = SELECT(over, over * 0.5f, less & (side < 0));
@@ -117,7 +117,7 @@ inline floatv density_on(const Cells cells, global const float* weight, const Ra
     const float deep = -least_lane(SELECT((floatv)(INFINITY), -t, here));
     list_near(cells, around, r, here, window, deep, &near);
     density = SELECT(density, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
-    left &= NOT(here);
+    left &= !here;
   }
   return density;
 }
@@ -163,19 +163,19 @@ inline void settle(const int* at, const intv listed, const Rays r, global const 
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const intv met = t < INFINITY;
   intv live = listed & (t0 < INFINITY);
-  if (only_gaps) live &= NOT(met);
+  if (only_gaps) live &= !met;
   const intv on_triangle = fabs(t - gather_float(triangle, at)) < limits.z;
   intv on_edge, ended;
   const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
-  intv gone = live & ended & NOT(on_triangle);
+  intv gone = live & ended & !on_triangle;
 
   // A trusted surface that has ended lets what lies behind it be seen.
-  const intv doubted = live & NOT(gone) & (trusted >= 1.0f) & NOT(on_triangle);
+  const intv doubted = live & !gone & (trusted >= 1.0f) & !on_triangle;
   if (ANY(doubted))
     gone |= doubted & (density_on(cells, weight, r, t, doubted, around) < contour_of(on_edge, limits));
 
   // The rest is for follow_field.
-  const intv mixed = live & NOT(gone) & (trusted < 1.0f);
+  const intv mixed = live & !gone & (trusted < 1.0f);
   scatter_float(nowhere, depth, at, gone);
   scatter_float(SELECT(nowhere, t0, gone), behind, at, listed);
   scatter_float(SELECT(nowhere, t0, mixed), follow, at, listed);
@@ -211,7 +211,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
     const intv here = left & (t >= window - 1.0f) & (t <= window + WINDOW);
     if (ANY(here))
       density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
-    left &= NOT(here);
+    left &= !here;
   }
   if (ANY(left)) density = SELECT(density, density_on(cells, weight, r, t, left, around), left);
   const floatv inside = density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
@@ -223,7 +223,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
   share = SELECT(choice, yielding, apart < limits.w);
   const intv changed = listed & (share < 1.0f), both = share > 0.0f;
-  const intv drawn = changed & (c.depth < INFINITY), gone = changed & NOT(c.depth < INFINITY);
+  const intv drawn = changed & (c.depth < INFINITY), gone = changed & !(c.depth < INFINITY);
   const floatv rest = 1.0f - share;
   const floatv mx = gather_float(normal, at), my = gather_float(normal + n, at),
                mz = gather_float(normal + 2 * n, at);

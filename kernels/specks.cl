@@ -54,7 +54,7 @@ inline int close_row(const int i, const int j, global const float* depth,
   const intv zero = (intv)(0), one = (intv)(1);
   const floatv t = LOADF(depth + s);
   const floatv column = (float)i + LANES;
-  const intv empty = NOT(t < INFINITY);
+  const intv empty = !(t < INFINITY);
   const intv eligible = (column > 0.0f) & (column < (float)(samples.x - 1)) &
                         (empty | (load_kind(kind + s) != 2));
   if (!ANY(eligible)) return 0;
@@ -69,7 +69,7 @@ inline int close_row(const int i, const int j, global const float* depth,
     far = SELECT(far, fmax(far, d), there);
     joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
   }
-  if (!ANY(eligible & (NOT(empty) | (covered > 0)))) return 0;
+  if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
   intv around = zero;
   if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
@@ -85,7 +85,7 @@ inline int close_row(const int i, const int j, global const float* depth,
     if (k == 4) continue;
     const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
     const floatv d = load_from(depth, s + shift);
-    const intv deep = (d < INFINITY) & NOT(far - d > jump);
+    const intv deep = (d < INFINITY) & !(far - d > jump);
     first = SELECT(first, (intv)(shift), deep & (count == 0));
     count += SELECT(zero, one, deep);
     sum += SELECT(none, d, deep);
@@ -100,10 +100,10 @@ inline int close_row(const int i, const int j, global const float* depth,
   const floatv agreement = size / number;  // 1: all neighbours' normals are the same
   const intv alone = (count >= 6) & (count == covered) & (agreement > 0.93f) &
                      (along < (agreement - 0.03f) * size);
-  const intv speck = NOT(empty) & (joined < 3);
+  const intv speck = !empty & (joined < 3);
   const intv goes = eligible & speck & (covered < 5);
   const intv wants = SELECT(speck | alone, (covered >= 6) | (around >= 17), empty);
-  const intv takes = eligible & NOT(goes) & wants & (count >= SELECT((intv)(3), one, empty)) &
+  const intv takes = eligible & !goes & wants & (count >= SELECT((intv)(3), one, empty)) &
                      (size > 0.0f);
   if (!ANY(goes | takes)) return 0;
 

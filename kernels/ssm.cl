@@ -137,9 +137,9 @@ kernel void depth_normals(global const float* depth,  // [ny*nx] particle radii;
     const floatv v = (floatv)(grid.x + grid.y * (float)j);
     // With neither neighbour along an axis the next ray is met at the same depth.
     const Rays at = rays_at(ray, u, v);
-    const Rays to_right = rays_at(ray, SELECT(u + grid.y, u, use_left & NOT(use_right)), v);
+    const Rays to_right = rays_at(ray, SELECT(u + grid.y, u, use_left & !use_right), v);
     const Rays to_left = rays_at(ray, SELECT(u, u - grid.y, use_left), v);
-    const Rays to_below = rays_at(ray, u, SELECT(v + grid.y, v, use_above & NOT(use_below)));
+    const Rays to_below = rays_at(ray, u, SELECT(v + grid.y, v, use_above & !use_below));
     const Rays to_above = rays_at(ray, u, SELECT(v, v - grid.y, use_above));
     const floatv t_right = SELECT(t, right, use_right), t_left = SELECT(t, left, use_left);
     const floatv t_below = SELECT(t, below, use_below), t_above = SELECT(t, above, use_above);

@@ -283,7 +283,7 @@ inline Hit hit_particle(global const float* g, const Sample s, const float d_max
   // Where the ray enters, in the stable form of the root: f falls there.
   const floatv bent = SELECT((floatv)(1.0f), A, fabs(A) > 1e-12f);
   const intv passes = D < 0.0f;
-  floatv tau = SELECT(-(B + root) / (2.0f * bent), 2.0f * C / (root - B), (B < 0.0f) & NOT(passes));
+  floatv tau = SELECT(-(B + root) / (2.0f * bent), 2.0f * C / (root - B), (B < 0.0f) & !passes);
   intv met = (fabs(tau) <= 4.0f * d_max) & ((B < 0.0f) | (fabs(A) > 1e-12f));
   tau = SELECT(none, tau, met);
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
@@ -476,7 +476,7 @@ kernel void blend_particles(
   const floatv h = hx * ax + hy * ay + hz * az - (hx * nbx + hy * nby + hz * nbz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
   const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
-  const intv only_b = NOT(wa > 1e-9f);
+  const intv only_b = !(wa > 1e-9f);
   floatv share = smooth_step(0.03f, 0.15f, wb / fmax(wa + wb, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);
   share = SELECT(share, (floatv)(1.0f), only_b);

@@ -16,10 +16,12 @@ namespace {
 
 // No relaxed maths: the same bits on every device, and INFINITY means "no surface". Division and
 // square root are exact on CPUs and where a GPU is asked for it.
-std::string compiler_options(const cl::Device& device) {
+std::string compiler_options(const DeviceInfo& info) {
   std::string options = "-cl-std=CL1.2 ";
-  if (device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)
+  if (info.handle.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)
     options += "-cl-fp32-correctly-rounded-divide-sqrt ";
+  // It computes what its optimizer makes of negated lanes wrongly (docs/portability.md).
+  if (info.platform == "Oclgrind") options += "-cl-opt-disable ";
   return options;
 }
 
@@ -148,7 +150,7 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
                                  const std::string& more_options) {
   std::string log;
   try {
-    const std::string options = compiler_options(info.handle) + more_options;
+    const std::string options = compiler_options(info) + more_options;
     const bool keeps = keep_programs && !kernel_text;
     std::string key;
     if (keeps) {

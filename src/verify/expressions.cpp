@@ -169,10 +169,6 @@ std::uint32_t compared(const Operands& o) {
   return bits_of_tests({a<b, a <= b, a> b, a >= b, a == b, a != b, a < INFINITY});
 }
 
-std::uint32_t negated(const Operands& o) {
-  return bits_of_tests({!(o.a() < o.b()), o.a() < o.b() && !(o.b() < o.c())});
-}
-
 std::uint32_t compared_denormals(float a, float b) { return bits_of_tests({a<b, a == b, a> 0}); }
 
 #define FLOAT(expression)                                         \
@@ -232,8 +228,10 @@ const Expression kExpressions[] = {
     {"infinite_product", Kind::special, Reading::floats, kInfinity, Need::same_bits, FLOAT(a* b)},
     {"infinite_quotient", Kind::special, Reading::floats, kInfinity, Need::same_bits, FLOAT(a / b)},
     {"comparison", Kind::special, Reading::integers, kOperators, Need::same_bits, compared},
-    {"negation", Kind::special, Reading::integers, kOperators, Need::same_bits, negated},
-    {"logical_negation", Kind::special, Reading::integers, kOperators, Need::nothing, negated},
+    {"negation", Kind::special, Reading::integers, kOperators, Need::same_bits,
+     [](const Operands& o) {
+       return bits_of_tests({!(o.a() < o.b()), o.a() < o.b() && !(o.b() < o.c())});
+     }},
     {"least", Kind::special, Reading::unsigned_zeros, kMaths, Need::same_bits,
      FLOAT(std::fmin(a, b)), "the other of NaN", FLOAT(b < a ? b : a)},
     {"greatest", Kind::special, Reading::unsigned_zeros, kMaths, Need::same_bits,

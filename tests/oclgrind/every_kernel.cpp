@@ -62,9 +62,7 @@ bool same(const Surface& a, const Surface& b) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  // With --no-comparison, the two widths are run but their bits are not compared.
-  const bool compare = !(argc > 1 && std::strcmp(argv[1], "--no-comparison") == 0);
+int main() try {
   // A block with a step and splash, 24 x 17 pixels.
   const verify::Scene& scene = verify::kernel_scenes().front();
   std::set<std::string> missing = embedded_kernels();
@@ -84,7 +82,7 @@ int main(int argc, char** argv) try {
                   surface.mesh.triangle.size());
       good = good && covered > 0 && !surface.mesh.triangle.empty();
       if (!first.count(method)) first[method] = surface;
-      if (compare && !same(first[method], surface)) {
+      if (!same(first[method], surface)) {
         std::printf("%s: the result depends on the width or on unwritten memory\n", name.c_str());
         good = false;
       }
@@ -95,7 +93,7 @@ int main(int argc, char** argv) try {
     select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
     measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
     verify::probe_arithmetic(device, [&](const verify::Row& row) {
-      if (row.result != verify::Result::fail || !row.required || !compare) return;
+      if (row.result != verify::Result::fail || !row.required) return;
       std::printf("%s: %s\n", row.kernel.c_str(), row.reason.c_str());
       good = false;
     });
