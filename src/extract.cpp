@@ -10,6 +10,7 @@
 #include "exact_math.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "origin.hpp"
 #include "pipeline.hpp"
 #include "to_world.hpp"
 #include "velocities.hpp"
@@ -90,14 +91,6 @@ double choose_radius(const Particles& p, const std::vector<std::size_t>& order,
   return 1;
 }
 
-// In floats throughout: where doubles were rounded to floats and back, GCC 12 left the rounding out of
-// two axes of three.
-std::array<double, 3> middle_of(const std::array<float, 3>& low, const std::array<float, 3>& high) {
-  std::array<double, 3> middle;
-  for (std::size_t k = 0; k < 3; ++k) middle[k] = 0.5f * low[k] + 0.5f * high[k];
-  return middle;
-}
-
 Surface extract(Device& device, const Particles& particles, const Camera& camera,
                 const Parameters& params, std::vector<StageTime>* timings) {
   check(camera);
@@ -149,9 +142,15 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
           {particles.vx[i], particles.vy[i], particles.vz[i]}, static_cast<std::int64_t>(i)));
     velocities.report("particles", params, surface.warnings);
   }
-  const View view = make_view(camera, surface.particle_radius,
-                              order.empty() ? std::array<double, 3>{} : middle_of(low, high));
-
+  std::array<double, 3> origin{};
+  if (!order.empty()) {
+    std::vector<std::array<float, 3>> sample;
+    constexpr std::size_t kSample = 1024;
+    for (std::size_t i = 0; i < order.size(); i += 1 + order.size() / kSample)
+      sample.push_back({world.x[i], world.y[i], world.z[i]});
+    origin = origin_of(low, high, sample);
+  }
+  const View view = make_view(camera, surface.particle_radius, origin);
   return to_world(view, run_pipeline(device, view, world, params, timings), std::move(surface),
                   params);
 }

@@ -1,7 +1,6 @@
 // What both ways through extract() share: particles in memory, and particles that stream.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -20,9 +19,5 @@ inline constexpr std::int64_t kStreamed = std::int64_t{1} << 18;
 ///   order  of the particles with finite coordinates, canonical
 double choose_radius(const Particles& particles, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings);
-
-/// The middle of a box, which is the origin that the device subtracts first: a float, so that host
-/// and device take the same one.
-std::array<double, 3> middle_of(const std::array<float, 3>& low, const std::array<float, 3>& high);
 
 }  // namespace meniscus

@@ -11,6 +11,7 @@
 #include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "origin.hpp"
 #include "pipeline.hpp"
 #include "stage_clock.hpp"
 #include "stream/gather.hpp"
@@ -269,7 +270,7 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   report_bad(survey, params, surface.warnings);
   const double radius = radius_of(source, survey, params, surface.warnings);
   surface.particle_radius = radius;
-  const std::array<double, 3> origin = middle_of(survey.low, survey.high);
+  const std::array<double, 3> origin = origin_of(survey.low, survey.high, survey.sample);
   // All processes see what the first one sees, to the last bit, whatever machines they run on.
   Team& team = source.team();
   const View view = team.from_first(make_view(camera, radius, origin));
