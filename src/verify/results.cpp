@@ -113,11 +113,14 @@ std::vector<std::pair<std::string, Tally>> DeviceResults::tallies() const {
 std::vector<Failure> DeviceResults::failures() const {
   std::vector<Failure> failures;
   std::map<std::tuple<std::string, std::string, std::string>, std::size_t> places;
+  std::map<std::tuple<std::string, bool, std::string>, std::size_t> reasons;
   for (const Row& row : rows) {
     if (row.result != Result::fail) continue;
+    const auto same = reasons.try_emplace({row.group, row.required, row.reason}, failures.size());
     const auto [place, first] =
-        places.try_emplace({row.group, row.kernel, row.variant}, failures.size());
-    if (first) failures.push_back({&row, 0});
+        places.try_emplace({row.group, row.kernel, row.variant}, same.first->second);
+    same.first->second = place->second;
+    if (place->second == failures.size()) failures.push_back({&row, 0});
     ++failures[place->second].cases;
   }
   return failures;

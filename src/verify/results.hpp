@@ -24,7 +24,7 @@ struct Tally {
   std::string words() const;
 };
 
-/// The same failure in several sizes.
+/// A failure in several sizes, or in several kernels for the very same reason.
 struct Failure {
   const Row* first;
   std::size_t cases;
@@ -38,7 +38,8 @@ struct DeviceResults {
 
   /// Of the rows of each group, in the order of a report; groups without rows are left out.
   std::vector<std::pair<std::string, Tally>> tallies() const;
-  /// Failures by group, kernel and variant, in the order of their first rows.
+  /// Failures by group, kernel and variant, in the order of their first rows. Those of a group with
+  /// the same reason, as where nothing builds, are one.
   std::vector<Failure> failures() const;
   /// Whether all was skipped: there is nothing to judge.
   bool unusable() const;

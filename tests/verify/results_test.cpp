@@ -124,6 +124,24 @@ TEST(VerifyRun, TableNamesWhatFailedAndWhy) {
             HasSubstr("skipped 1: no cl_khr_int64_extended_atomics"), HasSubstr("PASSED, 12 s")));
 }
 
+TEST(VerifyRun, TellsAFailureOfManyKernelsOnce) {
+  DeviceResults device;
+  for (const char* kernel : {"a", "b", "a", "c"}) {
+    device.rows.push_back(row("kernel", kernel, Result::fail));
+    device.rows.back().reason = "does not build";
+  }
+  device.rows[2].reason = "other bits";
+  device.rows.push_back(row("kernel", "d", Result::fail));
+  device.rows.back().reason = "other bits";
+  device.rows.push_back(row("probe", "a", Result::fail));
+  device.rows.back().reason = "does not build";
+  const std::vector<Failure> failures = device.failures();
+  ASSERT_EQ(failures.size(), 2u);
+  EXPECT_EQ(failures[0].first, &device.rows[0]);
+  EXPECT_EQ(failures[0].cases, 5u);
+  EXPECT_EQ(failures[1].first, &device.rows[5]);
+}
+
 TEST(VerifyRun, JUnitHasEveryRowOnce) {
   const std::string xml = to_junit(two_devices());
   std::size_t cases = 0;
