@@ -90,11 +90,15 @@ inline void draw_spheres(const Part part, global const float* sphere, global con
     if (owned) owner[row] = (intv)(INT_MAX);
   }
   float deepest = INFINITY;
+  float8 ahead[8];
   for (int e = part.begin; e < part.end; ++e) {
-    const int p = entry[e].x, packed = entry[e].y;
+    const int p = entry[e].x, packed = entry[e].y, place = (e - part.begin) % 8;
+    if (place == 0)
+#pragma unroll
+      for (int k = 0; k < 8; ++k) ahead[k] = vload8(entry[min(e + k, part.end - 1)].x, sphere);
     const int j0 = max(packed >> 8 & 15, part.row),
               j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
-    const float8 s = vload8(p, sphere);
+    const float8 s = ahead[place];
     // Long lists are mostly of what lies behind the rest.
     if ((e - part.begin) % 8 == 7) deepest = deepest_of(map);
     if (fmax(s.s4, 1e-6f) > deepest) continue;

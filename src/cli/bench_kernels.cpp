@@ -17,15 +17,6 @@
 namespace meniscus::cli {
 namespace {
 
-std::vector<DeviceInfo> chosen_devices(const std::string& selector) {
-  if (selector != "all") return {select_device(selector)};
-  std::vector<DeviceInfo> usable;
-  for (const DeviceInfo& device : list_devices())
-    if (device.usable) usable.push_back(device);
-  if (usable.empty()) select_device("");  // says why there is none
-  return usable;
-}
-
 bench::MeasureOptions measure_options(const BenchOptions& options) {
   bench::MeasureOptions measure;
   measure.kernels = options.kernels;

@@ -16,6 +16,9 @@ void add_devices_command(CLI::App& program);
 /// Adds `generate`: writes a breaking dam of any number of particles.
 void add_generate_command(CLI::App& program);
 
+/// Adds `tune`: how a device's kernels are launched fastest.
+void add_tune_command(CLI::App& program);
+
 /// Adds `report`: the logs of a batch as one page.
 void add_report_command(CLI::App& program);
 

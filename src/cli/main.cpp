@@ -66,6 +66,7 @@ int run(int argc, char** argv) {
   meniscus::cli::add_generate_command(program);
   meniscus::cli::add_report_command(program);
   meniscus::cli::add_verify_command(program, exit_code);
+  meniscus::cli::add_tune_command(program);
   try {
     program.parse(argc, argv);
     if (std::fflush(stdout) != 0)

@@ -57,6 +57,15 @@ std::size_t parse_bytes(const std::string& text) {
 
 }  // namespace
 
+std::vector<DeviceInfo> chosen_devices(const std::string& selector) {
+  if (selector != "all") return {select_device(selector)};
+  std::vector<DeviceInfo> usable;
+  for (const DeviceInfo& device : list_devices())
+    if (device.usable) usable.push_back(device);
+  if (usable.empty()) select_device("");  // says why there is none
+  return usable;
+}
+
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
                           const std::vector<std::string>& names) {
   for (const std::string& part : parts) {

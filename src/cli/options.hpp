@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::cli {
@@ -32,6 +33,10 @@ std::array<int, 2> parse_size(const std::string& text);
 
 /// How many particles to generate: 1000000 or 1e6. Throws usage_error.
 std::int64_t parse_particles(const std::string& text);
+
+/// The device that `selector` names (see select_device), or, for "all", every one that can be used.
+/// Throws DeviceError when there is none.
+std::vector<DeviceInfo> chosen_devices(const std::string& selector);
 
 /// Throws usage_error where one of the `parts` given with `option` is in none of the names.
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,

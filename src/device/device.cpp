@@ -1,8 +1,8 @@
 #include "device/device.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 #include <array>
+#include <cstdlib>
 #include <sstream>
 
 #include "content_hash.hpp"
@@ -10,6 +10,7 @@
 #include "device/kernel_sources.hpp"
 #include "device/opencl_error.hpp"
 #include "device/program_cache.hpp"
+#include "device/tuning.hpp"
 
 namespace meniscus {
 namespace {
@@ -34,8 +35,8 @@ std::string_view text_of(const std::string& file) {
   throw DeviceError(file + " is not among the embedded kernels");
 }
 
-// Whether built programs are worth keeping. Not where the platform's own cache does as well, and not
-// where kernels are run to be looked at.
+// Whether built programs are worth keeping. Not where the platform's own cache does as well, and
+// not where kernels are run to be looked at.
 bool are_worth_keeping(const DeviceInfo& info) {
   constexpr std::array kNot{"rusticl", "NVIDIA CUDA", "Oclgrind"};
   return std::find(kNot.begin(), kNot.end(), info.platform) == kNot.end();
@@ -45,9 +46,9 @@ bool are_worth_keeping(const DeviceInfo& info) {
 std::string description_of(const DeviceInfo& info, const std::string& source,
                            const std::string& options) {
   std::string text;
-  for (const std::string& part : {info.platform, info.vendor, info.name, info.version, info.driver,
-                                  options, hex_digits(content_hash(source)),
-                                  std::to_string(source.size())})
+  for (const std::string& part :
+       {info.platform, info.vendor, info.name, info.version, info.driver, options,
+        hex_digits(content_hash(source)), std::to_string(source.size())})
     text += part + "\n";
   if (const char* mode = std::getenv(kIntelVectorizer)) text += mode;
   return text;
@@ -212,8 +213,10 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
   cl::Event event;
   try {
     check_unmapped();
-    const Range range = with_groups_of(
-        wanted, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
+    Range tuned = wanted;
+    if (wanted.ny == 1 && wanted.group_x == kRowGroup) tuned.group_x = row_group;
+    const Range range =
+        with_groups_of(tuned, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
     const cl::NDRange global =
         range.group_y > 1 || range.ny > 1
             ? cl::NDRange(rounded(range.nx, range.group_x), rounded(range.ny, range.group_y))
@@ -327,14 +330,15 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   try {
     state_->context = cl::Context(info.handle);
     state_->queue = cl::CommandQueue(state_->context, info.handle, CL_QUEUE_PROFILING_ENABLE);
-    state_->pool = std::make_unique<MemoryPool>(state_->context, state_->memory, info.largest_buffer);
+    state_->pool =
+        std::make_unique<MemoryPool>(state_->context, state_->memory, info.largest_buffer);
   } catch (const cl::Error& error) {
     state_->fail("opening the device", error);
   }
   state_->keep_programs = are_worth_keeping(info);
-  // llvmpipe ends a work-item's loops after 65,535 rounds in all, so that one must not do much.
-  const bool ends_loops = info.platform == "rusticl";
-  state_->vector_width = info.kind == DeviceKind::cpu && !ends_loops ? 8 : 1;
+  const Tuning tuning = tuning_of(info);
+  state_->vector_width = tuning.vector_width;
+  state_->row_group = tuning.group;
 }
 
 Device::~Device() = default;

@@ -26,12 +26,16 @@ struct Buffer {
   std::size_t size = 0;  // values
 };
 
+/// Groups of a row of so many work-items are what a launch asks for that leaves their size to the
+/// device's tuning (tuning.hpp).
+inline constexpr std::size_t kRowGroup = 64;
+
 /// Work-items in up to two dimensions and the work-group they are cut into, whose sides are powers of
 /// two; they are halved, the height first, until the device and the kernel allow the group. The
 /// range is rounded up to whole work-groups.
 struct Range {
   std::size_t nx = 1, ny = 1;
-  std::size_t group_x = 64, group_y = 1;
+  std::size_t group_x = kRowGroup, group_y = 1;
 };
 
 /// A kernel's launch, as those who watch launches see it.
@@ -43,7 +47,7 @@ struct KernelLaunch {
   };
   const std::string& file;
   const std::string& kernel;
-  Range range;  // may be changed before the launch
+  Range range;
   std::vector<Argument> arguments;
 };
 
@@ -51,7 +55,7 @@ struct KernelLaunch {
 class LaunchObserver {
  public:
   virtual ~LaunchObserver() = default;
-  virtual void before(KernelLaunch& launch) = 0;
+  virtual void before(const KernelLaunch& launch) = 0;
   virtual void after(const KernelLaunch& launch) = 0;
 };
 
@@ -75,6 +79,7 @@ struct Device::State {
   cl::Context context;
   cl::CommandQueue queue;
   int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
+  std::size_t row_group = kRowGroup;  // work-items in groups where a launch leaves it open
   std::shared_ptr<DeviceMemory> memory = std::make_shared<DeviceMemory>();
   std::unique_ptr<MemoryPool> pool;
 
@@ -236,9 +241,9 @@ void launch(Device& device, const std::string& file, const std::string& name, co
     state.fail("giving " + name + " its arguments", error);
   }
   if (!state.observer) return state.enqueue(kernel, name, range);
-  KernelLaunch seen{file, name, range, {seen_argument(arguments)...}};
+  const KernelLaunch seen{file, name, range, {seen_argument(arguments)...}};
   state.observer->before(seen);
-  state.enqueue(kernel, name, seen.range);
+  state.enqueue(kernel, name, range);
   state.observer->after(seen);
 }
 

@@ -32,13 +32,13 @@ double ms_since(Clock::time_point begin) {
 struct Variant {
   std::string name;
   int width;
-  std::size_t group;          // of rows of work-items; 0: 64
+  std::size_t group;          // of rows of work-items
   std::size_t largest_group;  // that the device is taken to allow; 0: its own
 };
 
 const std::vector<Variant>& variants() {
-  static const std::vector<Variant> all{{"width 8", 8, 0, 0},
-                                        {"width 1", 1, 0, 0},
+  static const std::vector<Variant> all{{"width 8", 8, kRowGroup, 0},
+                                        {"width 1", 1, kRowGroup, 0},
                                         {"width 8, groups of 16", 8, 16, 64},
                                         {"width 1, groups of 32", 1, 32, 64}};
   return all;
@@ -50,13 +50,16 @@ class AsVariant {
   AsVariant(Device& device, const Variant& variant)
       : state_(device.state()),
         width_(state_.vector_width),
+        row_group_(state_.row_group),
         largest_group_(state_.info.largest_group) {
     state_.vector_width = variant.width;
+    state_.row_group = variant.group;
     if (variant.largest_group > 0)
       state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
   }
   ~AsVariant() {
     state_.vector_width = width_;
+    state_.row_group = row_group_;
     state_.info.largest_group = largest_group_;
   }
   AsVariant(const AsVariant&) = delete;
@@ -65,6 +68,7 @@ class AsVariant {
  private:
   Device::State& state_;
   int width_;
+  std::size_t row_group_;
   std::uint64_t largest_group_;
 };
 
@@ -186,7 +190,6 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
                    const Settings& settings, const Tell& tell) {
   const AsVariant as(device, variant);
   Tracer tracer(device, canonical_trace(key_of(which, variant.width)), shipped_canonical().values);
-  tracer.group = variant.group;
   const auto report = [&](Row row) {
     row.group = "kernel";
     row.variant = variant.name;
@@ -327,7 +330,7 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
           });
     }
   for (const Variant& variant : variants()) {
-    if (variant.group > 0) continue;  // a stage's values do not depend on its groups
+    if (variant.group != kRowGroup) continue;  // a stage's values do not depend on its groups
     for (const StageCase& stage : stage_cases()) {
       if (!settings.kernels.empty() &&
           !launches_wanted(settings, canonical_trace(key_of(case_of(stage, stage.sizes.front()),
@@ -370,7 +373,7 @@ Canonical record_canonical(Device& device, const std::function<void(const std::s
   constexpr std::size_t kMost = 16384;  // bytes of a buffer whose values are kept
   const auto record = [&](const std::string& key, int width, bool values, const auto& run) {
     say(key);
-    const AsVariant as(device, {"", width, 0, 0});
+    const AsVariant as(device, {"", width, kRowGroup, 0});
     std::map<std::uint64_t, std::vector<std::uint8_t>> written;
     Tracer tracer(device, values ? &written : nullptr);
     run();

@@ -104,9 +104,8 @@ std::vector<Bytes> Tracer::read(const KernelLaunch& launch) {
   return contents;
 }
 
-void Tracer::before(KernelLaunch& launch) {
+void Tracer::before(const KernelLaunch& launch) {
   if (empty(launch)) return;
-  if (group > 0 && launch.range.ny == 1 && launch.range.group_x == 64) launch.range.group_x = group;
   names_ = argument_names(launch.file, launch.kernel);
   names_.resize(launch.arguments.size());
   contents_ = read(launch);

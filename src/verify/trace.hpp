@@ -47,10 +47,7 @@ class Tracer : public LaunchObserver {
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
 
-  /// Work-items in a group, where a launch asks for rows of 64; 0: as the launch says.
-  std::size_t group = 0;
-
-  void before(KernelLaunch& launch) override;
+  void before(const KernelLaunch& launch) override;
   void after(const KernelLaunch& launch) override;
 
   const Trace& trace() const { return trace_; }

@@ -1,0 +1,101 @@
+#include "frame/tune.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "content_hash.hpp"
+#include "device/device.hpp"
+#include "meniscus/error.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr double kGain = 0.97;  // of the default's time: less is worth a change
+
+/// A way with the device that is opened for it.
+struct Runner {
+  Trial trial;
+  std::unique_ptr<Device> device;
+  std::uint64_t hash = 0;
+
+  Runner(const DeviceInfo& info, const Tuning& tuning) {
+    trial.tuning = tuning;
+    device = std::make_unique<Device>(info);
+    device->state().vector_width = tuning.vector_width;
+    device->state().row_group = tuning.group;
+  }
+
+  /// The first frame builds the kernels, and is not counted.
+  void run(const FrameInput& frame, bool counts) {
+    if (!trial.error.empty()) return;
+    try {
+      Parameters parameters;
+      parameters.motion = false;
+      const auto begin = std::chrono::steady_clock::now();
+      const Surface surface = extract(*device, frame.particles, frame.camera, parameters);
+      const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - begin;
+      if (counts)
+        trial.ms = std::min(trial.ms, ms.count());
+      else
+        hash = content_hash(surface);
+    } catch (const Error& error) {
+      trial.error = error.what();
+    }
+  }
+};
+
+// All ways, in turns, so that other work on the machine slows all of them.
+void measure(std::vector<Runner>& runners, std::size_t first, const FrameInput& frame, int rounds,
+             const std::function<void(const std::string&)>& say) {
+  for (std::size_t k = first; k < runners.size(); ++k) {
+    say(to_string(runners[k].trial.tuning));
+    runners[k].run(frame, false);
+    runners[k].trial.same_bits =
+        runners[k].trial.error.empty() && runners[k].hash == runners[0].hash;
+  }
+  for (Runner& runner : runners) runner.trial.ms = INFINITY;
+  say("in turns");
+  for (int round = 0; round < rounds; ++round)
+    for (Runner& runner : runners) runner.run(frame, true);
+}
+
+const Trial& fastest(const std::vector<Runner>& runners) {
+  const Trial* best = &runners.front().trial;
+  for (const Runner& runner : runners)
+    if (runner.trial.error.empty() && runner.trial.same_bits && runner.trial.ms < best->ms)
+      best = &runner.trial;
+  return *best;
+}
+
+}  // namespace
+
+TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
+               const std::function<void(const std::string&)>& say) {
+  const Tuning usual = default_tuning(info);
+  std::vector<Runner> runners;
+  runners.emplace_back(info, usual);
+  runners.emplace_back(info, Tuning{usual.vector_width == 8 ? 1 : 8, usual.group});
+  measure(runners, 0, frame, rounds, say);
+  if (!runners[0].trial.error.empty()) throw DeviceError(runners[0].trial.error);
+  const int width = fastest(runners).tuning.vector_width;
+  const std::size_t widths = runners.size();
+  for (const std::size_t group : {16u, 32u, 128u, 256u})
+    if (group <= info.largest_group) runners.emplace_back(info, Tuning{width, group});
+  measure(runners, widths, frame, rounds, say);
+
+  TuningRun run;
+  for (const Runner& runner : runners) run.trials.push_back(runner.trial);
+  const Trial& best = fastest(runners);
+  run.best = best.ms < kGain * runners[0].trial.ms ? best.tuning : usual;
+  return run;
+}
+
+std::string to_string(const Tuning& tuning) {
+  return "width " + std::to_string(tuning.vector_width) + ", groups of " +
+         std::to_string(tuning.group);
+}
+
+}  // namespace meniscus

@@ -1,0 +1,36 @@
+// Which way of launching kernels is fastest on a device.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "device/tuning.hpp"
+#include "frame/input.hpp"
+
+namespace meniscus {
+
+/// A way that was tried.
+struct Trial {
+  Tuning tuning;
+  double ms = 0;          // the fastest frame
+  bool same_bits = true;  // as the default way
+  std::string error;      // empty: it ran
+};
+
+struct TuningRun {
+  std::vector<Trial> trials;  // the default way first
+  Tuning best;                // the default, unless another one is at least 3 % faster
+};
+
+/// Extracts `frame` by method fit in both vector widths, then in the faster width with groups of 16
+/// to 256 work-items, in turns, `rounds` times each. Only ways with the default's bits can be the
+/// best.
+TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
+               const std::function<void(const std::string&)>& say);
+
+/// "width 8, groups of 64".
+std::string to_string(const Tuning& tuning);
+
+}  // namespace meniscus

@@ -1,0 +1,67 @@
+// `tune`: measures how a device's kernels are launched fastest, and keeps it for all later runs.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "cli/commands.hpp"
+#include "cli/options.hpp"
+#include "device/tuning.hpp"
+#include "frame/tune.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+struct TuneOptions {
+  std::string device;
+  int rounds = 7;
+  bool forget = false, quiet = false;
+};
+
+void tune_device(const DeviceInfo& info, const TuneOptions& options) {
+  std::printf("%s (%s, driver %s)\n", info.name.c_str(), info.platform.c_str(),
+              info.driver.c_str());
+  if (options.forget) {
+    forget_tuning(info);
+    std::printf("  forgotten: %s from now on\n", to_string(tuning_of(info)).c_str());
+    return;
+  }
+  const TuningRun run = tune(info, dam_frame(), options.rounds, [&](const std::string& what) {
+    if (!options.quiet) std::fprintf(stderr, "measuring  %s\n", what.c_str());
+  });
+  for (const Trial& trial : run.trials) {
+    std::string note = trial.tuning == default_tuning(info) ? "  (default)" : "";
+    if (!trial.error.empty())
+      note += "  does not run: " + trial.error;
+    else if (!trial.same_bits)
+      note += "  other bits: not used";
+    std::printf("  %-24s %8.1f ms%s\n", to_string(trial.tuning).c_str(), trial.ms, note.c_str());
+  }
+  if (!keep_tuning(info, run.best))
+    throw Error(
+        "tune: the choice cannot be kept: set MENISCUS_CACHE_DIR to a folder that can be written");
+  std::printf("  kept: %s\n", to_string(run.best).c_str());
+}
+
+}  // namespace
+
+void add_tune_command(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand(
+      "tune", "Measure how a device's kernels are launched fastest, and keep it for later runs");
+  const auto options = std::make_shared<TuneOptions>();
+  TuneOptions& o = *options;
+  command
+      .add_option("--device", o.device,
+                  "OpenCL device: a number, a part of a name, cpu or gpu, or all (default: the one "
+                  "that extract takes)")
+      ->type_name("D");
+  command.add_option("--rounds", o.rounds, "frames of each way (default 7)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  command.add_flag("--forget", o.forget, "forget what was kept");
+  command.add_flag("-q,--quiet", o.quiet, "do not tell what is being measured");
+  command.callback([options] {
+    for (const DeviceInfo& info : chosen_devices(options->device)) tune_device(info, *options);
+  });
+}
+
+}  // namespace meniscus::cli
