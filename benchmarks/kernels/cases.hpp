@@ -25,6 +25,8 @@ struct Case {
   /// Instead of `launch`, for kernels whose inputs only a whole frame has: the milliseconds of all
   /// launches in each of some frames; the counts are those of all launches then.
   std::vector<double> frame_ms;
+  /// Of a kernel with a native version to take turns with, besides: the same of one more frame.
+  std::function<double()> next_frame_ms;
   std::string also;                      // a second kernel of it; all launches count together then
   std::function<void(Workers&)> native;  // empty: there is none
   std::function<void()> reset_native;    // before each native run, not timed; may be empty

@@ -11,6 +11,17 @@
 #include "stages/surface.hpp"
 
 namespace meniscus::bench {
+namespace {
+
+// Milliseconds of all launches of each kernel.
+std::map<std::string, double> sums_of(const std::vector<StageTime>& stages) {
+  std::map<std::string, double> sums;
+  for (const StageTime& stage : stages)
+    for (const auto& [kernel, ms] : stage.kernels) sums[kernel] += ms;
+  return sums;
+}
+
+}  // namespace
 
 Frame::Frame(Device& device_, long long particles_, int width, int height)
     : device(device_), particles(particles_) {
@@ -87,24 +98,25 @@ const ParticleFits& Frame::fits() {
   return *fits_;
 }
 
-const Frame::Frames& Frame::frames(Method method) {
-  if (const auto found = frames_.find(method); found != frames_.end()) return found->second;
+Extraction Frame::make_frame(Method method, std::vector<StageTime>* timings) {
   Parameters own = params;
   own.method = method;
   own.mesh = false;
+  return run_pipeline(device, view, world, own, timings);
+}
+
+const Frame::Frames& Frame::frames(Method method) {
+  if (const auto found = frames_.find(method); found != frames_.end()) return found->second;
   Frames& frames = frames_[method];
-  frames.result = run_pipeline(device, view, world, own, nullptr);  // not timed
+  frames.result = make_frame(method, nullptr);  // not timed
   const auto begin = std::chrono::steady_clock::now();
   const auto passed = [&](double s) {
     return std::chrono::steady_clock::now() - begin > std::chrono::duration<double>(s);
   };
   for (int k = 0; k < 3 || (k < repetitions && !passed(10 * seconds)); ++k) {
     std::vector<StageTime> stages;
-    run_pipeline(device, view, world, own, &stages);
-    std::map<std::string, double> sums;
-    for (const StageTime& stage : stages)
-      for (const auto& [kernel, ms] : stage.kernels) sums[kernel] += ms;
-    for (const auto& [kernel, ms] : sums) frames.kernels[kernel].push_back(ms);
+    make_frame(method, &stages);
+    for (const auto& [kernel, ms] : sums_of(stages)) frames.kernels[kernel].push_back(ms);
   }
   return frames;
 }
@@ -114,6 +126,12 @@ const std::vector<double>& Frame::frame_ms(Method method, const std::string& ker
   const auto found = all.kernels.find(kernel);
   if (found == all.kernels.end()) throw DeviceError("its method did not launch it");
   return found->second;
+}
+
+double Frame::next_frame_ms(Method method, const std::string& kernel) {
+  std::vector<StageTime> stages;
+  make_frame(method, &stages);
+  return sums_of(stages)[kernel];
 }
 
 }  // namespace meniscus::bench

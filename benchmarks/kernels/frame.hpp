@@ -52,6 +52,10 @@ class Frame {
   const Frames& frames(Method method);
   /// Of one kernel. Throws DeviceError when the method does not launch it.
   const std::vector<double>& frame_ms(Method method, const std::string& kernel);
+  /// The same in one more frame.
+  double next_frame_ms(Method method, const std::string& kernel);
+  /// Makes one more frame, with times where they are asked for.
+  Extraction make_frame(Method method, std::vector<StageTime>* timings);
   int repetitions = 20;
   double seconds = 0.3;
 

@@ -137,11 +137,15 @@ Result result_of(const Case& measured, const char* kernel, const char* variant, 
 void measure_kernel(const KernelBench& bench, Frame& frame, Workers* workers,
                     const MeasureOptions& options, std::vector<Result>& results) {
   const Case measured = bench.prepare(frame);
-  if (!measured.launch) {
+  if (!measured.launch && !(workers && measured.native)) {
     results.push_back(result_of(measured, bench.kernel, kDevice, frame, measured.frame_ms));
     return;
   }
-  launch_ms(frame.device, bench.kernel, measured);  // not counted: builds the kernel
+  const auto device_ms = [&] {
+    return measured.launch ? launch_ms(frame.device, bench.kernel, measured)
+                           : measured.next_frame_ms();
+  };
+  device_ms();  // not counted: builds the kernel
   std::string note;
   bool native = workers && measured.native;
   if (native) {
@@ -152,8 +156,7 @@ void measure_kernel(const KernelBench& bench, Frame& frame, Workers* workers,
     }
   }
   benchmark::ClearRegisteredBenchmarks();
-  add_benchmark(
-      kDevice, [&] { return launch_ms(frame.device, bench.kernel, measured); }, options);
+  add_benchmark(kDevice, device_ms, options);
   if (native)
     add_benchmark(
         kNative, [&] { return native_ms(measured, *workers); }, options);

@@ -1,7 +1,10 @@
 // The kernels that make the image of method fit out of its fits: measured in whole frames.
 #include <cmath>
+#include <memory>
 
+#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
+#include "kernels/native/native.hpp"
 #include "stages/blend.hpp"
 
 namespace meniscus::bench {
@@ -14,6 +17,46 @@ Case frame_case(Frame& frame, const char* kernel) {
   for (const float t : frames.result.image.depth) result.items += t < kNoSurface;
   result.frame_ms = frame.frame_ms(Method::fit, kernel);
   return result;
+}
+
+// Adds a native version, which goes through all launches of the kernel in a frame. `run` takes
+// tiles [begin, end) of one.
+template <class Input>
+void add_native(Case& result, Frame& frame, const char* kernel,
+                const std::vector<std::size_t>& written,
+                Input (*input_of)(const Frame& frame, CapturedLaunch& launch),
+                void (*run)(const Input& input, std::size_t begin, std::size_t end)) {
+  const auto launches = std::make_shared<std::vector<CapturedLaunch>>(
+      capture_launches(frame, Method::fit, kernel, written));
+  const std::size_t tiles = static_cast<std::size_t>((frame.view.width + kTile - 1) / kTile) *
+                            static_cast<std::size_t>((frame.view.height + kTile - 1) / kTile);
+  result.next_frame_ms = [&frame, kernel] { return frame.next_frame_ms(Method::fit, kernel); };
+  result.reset_native = [launches] {
+    for (CapturedLaunch& launch : *launches) launch.reset();
+  };
+  result.native = [&frame, launches, input_of, run, tiles](Workers& workers) {
+    for (CapturedLaunch& launch : *launches) {
+      const Input input = input_of(frame, launch);
+      workers.run(tiles, 4, [&](std::size_t begin, std::size_t end) { run(input, begin, end); });
+    }
+  };
+  result.differing = [launches] {
+    std::size_t differing = 0;
+    for (const CapturedLaunch& launch : *launches) differing += launch.differing();
+    return differing;
+  };
+}
+
+native::Lists lists_of(const Frame& frame, const CapturedLaunch& launch) {
+  const SampleGrid grid = pixel_grid(frame.view);
+  native::Lists lists{launch.read<std::int32_t>(0),
+                      launch.read<std::int32_t>(1),
+                      grid.nx,
+                      grid.first,
+                      grid.step,
+                      {}};
+  for (std::size_t k = 0; k < 12; ++k) lists.ray[k] = static_cast<float>(frame.view.ray[k]);
+  return lists;
 }
 
 // Pairs of a pixel of the surface and a fit whose reach it is in. Of every `kEvery`th pixel along
@@ -47,6 +90,26 @@ double count_hits(Frame& frame) {
   return hits * kEvery * kEvery;
 }
 
+native::Blend blend_input(const Frame& frame, CapturedLaunch& launch) {
+  const BlendParams& params = frame.params.blend;
+  return {lists_of(frame, launch),
+          launch.read<float>(2),
+          launch.read<float>(3),
+          launch.read<std::int32_t>(4),
+          launch.read<std::int32_t>(5),
+          launch.read<std::int32_t>(6),
+          launch.read<std::int32_t>(7),
+          launch.write<float>(8),
+          launch.write<float>(9),
+          launch.write<std::int32_t>(10),
+          launch.write<float>(11),
+          pixel_grid(frame.view).size(),
+          static_cast<float>(params.d_max),
+          static_cast<float>(params.same_low),
+          static_cast<float>(params.same_high),
+          static_cast<float>(params.crease)};
+}
+
 }  // namespace
 
 Case prepare_blend(Frame& frame) {
@@ -56,6 +119,7 @@ Case prepare_blend(Frame& frame) {
   // A hit: the quadric on the ray 49, its root 10, distance 16, gradient 23, weight 5, normal and
   // pull 11, sums 39, sheets 10. A pixel: sheets and normal 140.
   result.operations = 163 * count_hits(frame) + 140 * result.items;
+  add_native(result, frame, "blend_groups", {8, 9, 10, 11}, blend_input, native::blend_groups);
   return result;
 }
 

@@ -47,7 +47,7 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
   }
   for (const char* hot :
        {"project_particles", "measure_gradients", "weigh_neighbours", "fit_groups",
-        "draw_triangles", "smooth_columns", "smooth_rows", "depth_normals"})
+        "draw_triangles", "smooth_columns", "smooth_rows", "depth_normals", "blend_groups"})
     EXPECT_EQ(session.find(hot, kNative, 700, 91, 67) != nullptr, cpu) << hot;
 }
 

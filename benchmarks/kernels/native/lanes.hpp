@@ -32,8 +32,31 @@ inline bool any(const Ints& test) {
   for (int k = 0; k < 8; ++k) found |= test[k];
   return found != 0;
 }
+/// The lanes in which a comparison holds, lane k as bit k.
+inline unsigned bits_of(const Ints& test) {
+#ifdef __AVX__
+  return static_cast<unsigned>(
+      _mm256_movemask_ps(_mm256_castsi256_ps(reinterpret_cast<__m256i>(test))));
+#endif
+  unsigned bits = 0;
+  for (int k = 0; k < 8; ++k) bits |= test[k] ? 1u << k : 0u;
+  return bits;
+}
+inline Floats magnitude(const Floats& a) {
+  Ints bits;
+  std::memcpy(&bits, &a, sizeof bits);
+  bits &= 0x7fffffff;
+  Floats r;
+  std::memcpy(&r, &bits, sizeof r);
+  return r;
+}
 inline Floats smaller(const Floats& a, const Floats& b) { return a < b ? a : b; }
 inline Floats larger(const Floats& a, const Floats& b) { return a > b ? a : b; }
+inline float most_lane(const Floats& a) {
+  float most = a[0];
+  for (int k = 1; k < 8; ++k) most = most > a[k] ? most : a[k];
+  return most;
+}
 inline Floats root(const Floats& a) {
   Floats r;
   for (int k = 0; k < 8; ++k) r[k] = __builtin_sqrtf(a[k]);

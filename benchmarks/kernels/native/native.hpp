@@ -103,4 +103,24 @@ struct Specks {
 void close_specks(const Specks& input, std::size_t begin, std::size_t end);
 void apply_closed(const Specks& input, std::size_t begin, std::size_t end);
 
+/// Samples by tile (samples.hpp): what a kernel that goes through lists is given of them.
+struct Lists {
+  const std::int32_t *sample, *count;
+  int nx;
+  float first, step, ray[12];
+};
+
+struct Blend {
+  Lists lists;
+  const float *reference, *groups;
+  const std::int32_t *met_start, *met, *rim_start, *rim;
+  float *depth, *normal;
+  std::int32_t* group;
+  float* trust;
+  std::size_t samples;
+  float d_max, same_low, same_high, crease;
+};
+/// Tiles [begin, end).
+void blend_groups(const Blend& input, std::size_t begin, std::size_t end);
+
 }  // namespace meniscus::bench::native

@@ -1,0 +1,314 @@
+#include <limits>
+
+#include "kernels/native/samples.hpp"
+
+namespace meniscus::bench::native {
+namespace {
+
+constexpr int kRecord = 24, kCached = 48;
+constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
+
+struct Sample {
+  Floats sx, sy, t, dx, dy;
+};
+
+struct Hit {
+  Floats tau, weight, gx, gy, gz, pull;
+};
+
+[[gnu::always_inline]] inline void gradient_at(const float* g, const Floats& x, const Floats& y,
+                                               const Floats& z, Floats& gx, Floats& gy,
+                                               Floats& gz) {
+  gx = g[7] + 2.0f * g[10] * x + g[13] * y + g[15] * z;
+  gy = g[8] + 2.0f * g[11] * y + g[13] * x + g[14] * z;
+  gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
+}
+
+[[gnu::always_inline]] inline bool hit_fit(const float* g, const Sample& s, float d_max, Hit& hit) {
+  const Floats none{}, one = all(1.0f);
+  const Floats x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  Floats gx, gy, gz;
+  gradient_at(g, x, y, z, gx, gy, gz);
+  const Floats C = g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z);
+  const Floats B = gx * s.dx + gy * s.dy - gz;
+  const Floats A =
+      (g[10] * s.dx + g[13] * s.dy - g[15]) * s.dx + (g[11] * s.dy - g[14]) * s.dy + g[12];
+  const Floats D = B * B - 4.0f * A * C;
+  const Floats sqrt_d = root(larger(D, none));
+  const Ints falls = B<0.0f, curved = magnitude(A)> 1e-12f;
+  Floats tau =
+      (falls ? 2.0f * C : -(B + sqrt_d)) / (falls ? sqrt_d - B : 2.0f * (curved ? A : one));
+  Ints met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
+  tau = met ? tau : none;
+  const Floats px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
+  const Floats fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
+  const Floats squared = (fx * fx + fy * fy + fz * fz) * g[16];
+  if (!any(met & (squared < 1.0f))) return false;
+  const Floats near = larger(one - squared, none);
+  gradient_at(g, px, py, pz, gx, gy, gz);
+  const Floats slope = 1.0f / root(larger(gx * gx + gy * gy + gz * gz, all(1e-20f)));
+  const Floats facing = (gx * s.dx + gy * s.dy - gz) * slope;
+  met &= magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max;
+  const Floats steep = met ? near * near * g[18] : none;
+  hit.tau = tau;
+  hit.weight = steep * near;
+  hit.gx = gx * slope;
+  hit.gy = gy * slope;
+  hit.gz = gz * slope;
+  hit.pull = -3.0f * g[16] * steep * facing;
+  return any(hit.weight > 0.0f);
+}
+
+struct Beam {
+  float ox = 0, oy = 0, dx = 0, dy = 0, wide = 0, spread = 0, slant = 0;
+};
+
+inline Beam beam_of(const Sample& s) {
+  const Floats x = s.sx - s.t * s.dx, y = s.sy - s.t * s.dy;
+  Beam b;
+  for (int k = 0; k < 8; ++k) {
+    b.ox += x[k] * 0.125f;
+    b.oy += y[k] * 0.125f;
+    b.dx += s.dx[k] * 0.125f;
+    b.dy += s.dy[k] * 0.125f;
+  }
+  const Floats px = x - b.ox, py = y - b.oy, pu = s.dx - b.dx, pv = s.dy - b.dy;
+  b.wide = std::sqrt(most_lane(px * px + py * py));
+  b.spread = std::sqrt(most_lane(pu * pu + pv * pv));
+  b.slant = std::sqrt(1.0f + most_lane(s.dx * s.dx + s.dy * s.dy));
+  return b;
+}
+
+// Which of the eight fits from place k of a list a ray of the beam may pass within their reach, as
+// bits.
+inline unsigned find_near(const std::int32_t* list, int k, int count, const float* groups,
+                          const Beam& b, std::int32_t* id) {
+  std::int32_t at[8];
+  for (int l = 0; l < 8; ++l) {
+    id[l] = list[k + l < count ? k + l : count - 1];
+    at[l] = id[l] * kRecord;
+  }
+  const Floats t = -gather(groups + 21, at);
+  const Floats x = gather(groups + 19, at) - (b.ox + t * b.dx);
+  const Floats y = gather(groups + 20, at) - (b.oy + t * b.dy);
+  const Floats reach =
+      1.01f * (gather(groups + 23, at) * b.slant + b.wide + magnitude(t) * b.spread);
+  return bits_of((x * x + y * y < reach * reach) & (Ints{0, 1, 2, 3, 4, 5, 6, 7} < count - k));
+}
+
+struct Sheet {
+  Floats w{}, t{}, cx{}, cy{}, cz{}, nx{}, ny{}, nz{}, vx{}, vy{}, vz{}, ux{}, uy{}, uz{};
+};
+
+[[gnu::always_inline]] inline void add_hit(Sheet& sum, const float* g, const Sample& s,
+                                           const Hit& hit, const Floats& share) {
+  const Floats w = share * hit.weight;
+  sum.w += w;
+  sum.t += w * hit.tau;
+  sum.cx += w * g[19];
+  sum.cy += w * g[20];
+  sum.cz += w * g[21];
+  sum.nx += w * hit.gx;
+  sum.ny += w * hit.gy;
+  sum.nz += w * hit.gz;
+  const Floats p = share * hit.pull;
+  const Floats px = p * (s.sx + hit.tau * s.dx - g[19]);
+  const Floats py = p * (s.sy + hit.tau * s.dy - g[20]);
+  const Floats pz = p * (-(s.t + hit.tau) - g[21]);
+  sum.vx += px;
+  sum.vy += py;
+  sum.vz += pz;
+  sum.ux += px * hit.tau;
+  sum.uy += py * hit.tau;
+  sum.uz += pz * hit.tau;
+}
+
+inline Floats inverse_root(const Floats& squared, float least) {
+  return 1.0f / root(larger(squared, all(least)));
+}
+
+struct Blended {
+  Floats depth = all(kNowhere), nx{}, ny{}, nz{}, trust{};
+  Ints group = Ints{} - 1;
+};
+
+struct Listed {
+  const std::int32_t *met, *rim;
+  int met_count, rim_count;
+};
+
+Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
+  const Floats none{}, one = all(1.0f), tiny = all(kTiny);
+  const float* const groups = in.groups;
+  const auto same = [&](const Floats& cosine) {
+    return smooth_step(in.same_low, in.same_high, cosine);
+  };
+  const Beam beam = beam_of(s);
+  Hit cache[kCached];
+  std::int32_t cached_group[kCached], id[8];
+  int kept = 0, rest = listed.met_count;
+  Blended out;
+  Floats best{}, ax{}, ay{}, az{}, trust{};
+  Sheet A, B;
+  for (int k = 0; k < listed.met_count; k += 8)
+    for (unsigned near = find_near(listed.met, k, listed.met_count, groups, beam, id); near;
+         near &= near - 1) {
+      const int l = __builtin_ctz(near);
+      const float* const g = groups + std::ptrdiff_t{id[l]} * kRecord;
+      Hit hit;
+      if (!hit_fit(g, s, in.d_max, hit)) continue;
+      if (kept < kCached) {
+        cache[kept] = hit;
+        cached_group[kept++] = id[l];
+      } else if (rest == listed.met_count) {
+        rest = k + l;
+      }
+      const Ints better = hit.weight > best;
+      best = better ? hit.weight : best;
+      out.group = better ? Ints{} + id[l] : out.group;
+      ax = better ? hit.gx : ax;
+      ay = better ? hit.gy : ay;
+      az = better ? hit.gz : az;
+      trust += hit.weight * g[22];
+      add_hit(A, g, s, hit, one);
+    }
+  if (!any(best > 0.0f)) return out;
+
+  // Calls visit(hit, fit) for the hits in the cache and those that are found again.
+  const auto each_hit = [&](auto&& visit) {
+    for (int k = 0; k < kept; ++k)
+      visit(cache[k], groups + std::ptrdiff_t{cached_group[k]} * kRecord);
+    for (int k = rest; k < listed.met_count; ++k) {
+      const float* const g = groups + std::ptrdiff_t{listed.met[k]} * kRecord;
+      Hit hit;
+      if (hit_fit(g, s, in.d_max, hit)) visit(hit, g);
+    }
+  };
+  bool one_sheet = rest == listed.met_count;
+  for (int round = 0; round < 2; ++round) {
+    if (one_sheet) {
+      Floats least = one;
+      for (int k = 0; k < kept; ++k) {
+        const Floats cosine = cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az;
+        least = smaller(least, cache[k].weight > 0.0f ? cosine : one);
+      }
+      one_sheet = !any(same(least) < 1.0f);
+    }
+    Floats nx = A.nx, ny = A.ny, nz = A.nz;
+    if (!one_sheet) {
+      nx = ny = nz = none;
+      each_hit([&](const Hit& hit, const float*) {
+        const Floats a = hit.weight * same(hit.gx * ax + hit.gy * ay + hit.gz * az);
+        nx += a * hit.gx;
+        ny += a * hit.gy;
+        nz += a * hit.gz;
+      });
+    }
+    const Floats size = nx * nx + ny * ny + nz * nz;
+    const Floats scale = inverse_root(size, kTiny);
+    ax = size > kTiny ? nx * scale : ax;
+    ay = size > kTiny ? ny * scale : ay;
+    az = size > kTiny ? nz * scale : az;
+  }
+  if (!one_sheet) {
+    A = Sheet{};
+    each_hit([&](const Hit& hit, const float* g) {
+      const Floats share = same(hit.gx * ax + hit.gy * ay + hit.gz * az);
+      add_hit(A, g, s, hit, share);
+      add_hit(B, g, s, hit, 1.0f - share);
+    });
+  }
+
+  const Floats va = 1.0f / larger(A.w, tiny), vb = 1.0f / larger(B.w, tiny);
+  const Floats za = A.t * va, zb = B.t * vb;
+  const Floats sb = inverse_root(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, kTiny);
+  const Floats hx = B.cx * vb - A.cx * va, hy = B.cy * vb - A.cy * va, hz = B.cz * vb - A.cz * va;
+  const Floats h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
+  const Floats meeting = h < 0.0f ? larger(za, zb) : smaller(za, zb);
+  const Ints meet = magnitude(za - zb) <= in.crease;
+  Floats share = smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
+  share = (meeting == zb) & meet ? share : none;
+  share = ~(A.w > 1e-9f * B.w) ? one : share;
+  const Floats rest_share = one - share;
+  out.depth = best > 0.0f ? s.t + za * rest_share + zb * share : out.depth;
+  const Floats gax = A.nx + (za * A.vx - A.ux), gay = A.ny + (za * A.vy - A.uy),
+               gaz = A.nz + (za * A.vz - A.uz);
+  const Floats gbx = B.nx + (zb * B.vx - B.ux), gby = B.ny + (zb * B.vy - B.uy),
+               gbz = B.nz + (zb * B.vz - B.uz);
+  const Floats la = rest_share / root(larger(gax * gax + gay * gay + gaz * gaz, tiny));
+  const Floats lb = share / root(larger(gbx * gbx + gby * gby + gbz * gbz, tiny));
+  const Floats nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
+  const Floats size = inverse_root(nx * nx + ny * ny + nz * nz, kTiny);
+  out.nx = nx * size;
+  out.ny = ny * size;
+  out.nz = nz * size;
+
+  const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
+  Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{};
+  for (int k = 0; k < listed.rim_count; k += 8)
+    for (unsigned near = find_near(listed.rim, k, listed.rim_count, groups, beam, id); near;
+         near &= near - 1) {
+      const float* const g = groups + std::ptrdiff_t{id[__builtin_ctz(near)]} * kRecord;
+      const Floats fx = ex - g[19], fy = ey - g[20], fz = -out.depth - g[21];
+      const Floats squared = (fx * fx + fy * fy + fz * fz) * g[16];
+      if (!any(squared < 1.0f)) continue;
+      const Floats x = ex - g[0], y = ey - g[1], z = -out.depth - g[2];
+      Floats gx, gy, gz;
+      gradient_at(g, x, y, z, gx, gy, gz);
+      const Floats slope = inverse_root(gx * gx + gy * gy + gz * gz, 1e-20f);
+      const Floats f =
+          (g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z)) * slope;
+      gx *= slope;
+      gy *= slope;
+      gz *= slope;
+      const Floats q = larger(1.0f - squared, none);
+      const Floats flat = larger(1.0f - 0.25f * f * f, none);
+      const Floats weight =
+          g[17] * q * q * q * (1.0f - same(gx * out.nx + gy * out.ny + gz * out.nz)) * flat;
+      const Ints away = gx * s.dx + gy * s.dy - gz > 0.0f;
+      const Floats w = away ? weight : none;
+      wr += w;
+      fr += away ? w * f : none;
+      crx += w * g[19];
+      cry += w * g[20];
+      crz += w * g[21];
+      nrx += away ? w * gx : none;
+      nry += away ? w * gy : none;
+      nrz += away ? w * gz : none;
+    }
+  const Floats vr = 1.0f / larger(wr, tiny);
+  const Floats rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
+  const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
+                     (rx * nrx + ry * nry + rz * nrz > 0.0f);
+  const Ints edge = (B.w > 0.03f * A.w) & (h < 0.0f) & meet;
+  out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) *
+              smooth_step(0.001f, 0.005f, A.w + B.w);
+  out.trust += ended ? all(4.0f) : edge ? all(2.0f) : none;
+  return out;
+}
+
+}  // namespace
+
+void blend_groups(const Blend& in, std::size_t begin, std::size_t end) {
+  for (std::size_t k = begin; k < end; ++k) {
+    const int tile = static_cast<int>(k);
+    const Listed listed = {in.met + in.met_start[k], in.rim + in.rim_start[k],
+                           in.met_start[k + 1] - in.met_start[k],
+                           in.rim_start[k + 1] - in.rim_start[k]};
+    for (int place = 0; place < in.lists.count[k]; place += 8) {
+      Lanes lanes;
+      load_lanes(in.lists, tile, place, lanes);
+      const Rays& r = lanes.rays;
+      const Floats t = gather(in.reference, lanes.at);
+      const Blended b = blend_at(in, {r.ox + t * r.dx, r.oy + t * r.dy, t, r.dx, r.dy}, listed);
+      scatter(b.depth, in.depth, lanes.at, lanes.used);
+      scatter(b.nx, in.normal, lanes.at, lanes.used);
+      scatter(b.ny, in.normal + in.samples, lanes.at, lanes.used);
+      scatter(b.nz, in.normal + 2 * in.samples, lanes.at, lanes.used);
+      scatter(b.trust, in.trust, lanes.at, lanes.used);
+      scatter(b.group, in.group, lanes.at, lanes.used);
+    }
+  }
+}
+
+}  // namespace meniscus::bench::native

@@ -1,0 +1,65 @@
+// Samples of a tile's list, eight at a time, as samples.cl takes them, and their rays. Everything
+// has internal linkage.
+#pragma once
+
+#include "kernels/native/lanes.hpp"
+#include "kernels/native/native.hpp"
+
+namespace meniscus::bench::native {
+namespace {
+
+constexpr int kTile = 16;
+
+struct Rays {
+  Floats ox, oy, dx, dy;
+};
+inline Rays rays_at(const float* ray, const Floats& u, const Floats& v) {
+  return {ray[0] + ray[1] * u + ray[2] * v, ray[3] + ray[4] * u + ray[5] * v,
+          ray[6] + ray[7] * u + ray[8] * v, ray[9] + ray[10] * u + ray[11] * v};
+}
+
+struct Lanes {
+  std::int32_t at[8];  // lanes that are not in use repeat the first
+  Ints used;
+  Rays rays;
+};
+
+/// The lanes from `place` on of a tile's list, which has more than `place`.
+inline void load_lanes(const Lists& lists, int tile, int place, Lanes& lanes) {
+  const std::int32_t* const list = lists.sample + std::ptrdiff_t{tile} * kTile * kTile;
+  const int left = lists.count[tile] - place;
+  for (int k = 0; k < 8; ++k) lanes.at[k] = list[k < left ? place + k : place];
+  lanes.used = Ints{0, 1, 2, 3, 4, 5, 6, 7} < left;
+  const int tiles_x = (lists.nx + kTile - 1) / kTile;
+  const int top = tile / tiles_x * kTile, corner = top * lists.nx + tile % tiles_x * kTile;
+  Ints at;
+  std::memcpy(&at, lanes.at, sizeof at);
+  // Half a sample keeps the quotient off the next row.
+  const Ints row =
+      top + __builtin_convertvector((__builtin_convertvector(at - corner, Floats) + 0.5f) /
+                                        static_cast<float>(lists.nx),
+                                    Ints);
+  const Floats u = lists.first + lists.step * __builtin_convertvector(at - row * lists.nx, Floats);
+  const Floats v = lists.first + lists.step * __builtin_convertvector(row, Floats);
+  lanes.rays = rays_at(lists.ray, u, v);
+}
+
+inline Floats gather(const float* values, const std::int32_t* at) {
+  return Floats{values[at[0]], values[at[1]], values[at[2]], values[at[3]],
+                values[at[4]], values[at[5]], values[at[6]], values[at[7]]};
+}
+
+template <class Vector, class T>
+inline void scatter(const Vector& v, T* values, const std::int32_t* at, const Ints& wanted) {
+  for (int k = 0; k < 8; ++k)
+    if (wanted[k]) values[at[k]] = v[k];
+}
+
+/// smooth_step of prelude.cl.
+inline Floats smooth_step(float low, float high, const Floats& x) {
+  const Floats t = smaller(larger((x - low) * (1.0f / (high - low)), Floats{}), all(1.0f));
+  return t * t * (3.0f - 2.0f * t);
+}
+
+}  // namespace
+}  // namespace meniscus::bench::native
