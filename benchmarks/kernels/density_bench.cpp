@@ -40,8 +40,11 @@ Case prepare_gradients(Frame& frame) {
     *field = measure_gradients(frame.device, *device_cells);
   };
   const auto own = std::make_shared<std::vector<float>>(4 * cells.x.size());
-  const native::Field input{cells.x.data(), cells.y.data(), cells.z.data(),     cells.start.data(),
-                            own->data(),    cells.x.size(), cells.inverse_cell, cells.mask};
+  const native::Field input{{cells.x.data(), cells.y.data(), cells.z.data(),
+                             reinterpret_cast<const std::int32_t*>(cells.tag.data()),
+                             cells.start.data(), cells.inverse_cell, cells.mask},
+                            own->data(),
+                            cells.x.size()};
   result.native = [own, input](Workers& workers) {
     workers.run(input.count, 256, [&](std::size_t begin, std::size_t end) {
       native::measure_gradients(input, begin, end);

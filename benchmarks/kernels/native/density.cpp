@@ -1,16 +1,8 @@
-#include <cmath>
-
+#include "kernels/native/cells.hpp"
 #include "kernels/native/lanes.hpp"
-#include "kernels/native/native.hpp"
 
 namespace meniscus::bench::native {
 namespace {
-
-int cell_of(float coordinate, float inverse_cell) {
-  const float cell = coordinate * inverse_cell;
-  const float low = cell > -1e9f ? cell : -1e9f;
-  return static_cast<int>(std::floor(low < 1e9f ? low : 1e9f));
-}
 
 // The particles of a cell and its 26 neighbours, in the order in which sums take them, without
 // those of other cells that share their buckets. Particles of one cell lie in a row, so that the
@@ -22,21 +14,15 @@ struct Near {
   bool whole = true;  // it holds all of them
 };
 
-void gather(const Field& in, int cx, int cy, int cz, Near& near) {
+void gather(const Cells& in, int cx, int cy, int cz, Near& near) {
   near.count = 0;
   near.whole = true;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j)
       for (int i = -1; i <= 1; ++i) {
-        const std::uint32_t bucket = (static_cast<std::uint32_t>(cx + i) * 73856093u ^
-                                      static_cast<std::uint32_t>(cy + j) * 19349663u ^
-                                      static_cast<std::uint32_t>(cz + k) * 83492791u) &
-                                     in.mask;
-        for (int p = in.start[bucket]; p < in.start[bucket + 1]; ++p) {
-          if (cell_of(in.x[p], in.inverse_cell) != cx + i ||
-              cell_of(in.y[p], in.inverse_cell) != cy + j ||
-              cell_of(in.z[p], in.inverse_cell) != cz + k)
-            continue;
+        const Bucket bucket = bucket_of(in, cx + i, cy + j, cz + k);
+        for (int p = bucket.begin; p < bucket.end; ++p) {
+          if (in.tag[p] != bucket.tag) continue;
           if (near.count == Near::kMost) {
             near.whole = false;
             return;
@@ -51,7 +37,8 @@ void gather(const Field& in, int cx, int cy, int cz, Near& near) {
 
 }  // namespace
 
-void measure_gradients(const Field& in, std::size_t begin, std::size_t end) {
+void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
+  const Cells& in = input.cells;
   Near near;
   int cx = 0, cy = 0, cz = 0;
   bool gathered = false;
@@ -95,7 +82,7 @@ void measure_gradients(const Field& in, std::size_t begin, std::size_t end) {
     const Floats rows[4] = {gx * (0.25f * kNorm), gy * (0.25f * kNorm), gz * (0.25f * kNorm),
                             near.whole ? c * kNorm : all(-1.0f)};
     for (std::size_t row = 0; row < 4; ++row)
-      for (int k = 0; k < lanes; ++k) in.result[row * in.count + a + k] = rows[row][k];
+      for (int k = 0; k < lanes; ++k) input.result[row * input.count + a + k] = rows[row][k];
     a += static_cast<std::size_t>(lanes);
   }
 }

@@ -42,14 +42,19 @@ struct Fits {
 /// Batches [begin, end) of eight lanes each.
 void fit_groups(const Fits& input, std::size_t begin, std::size_t end);
 
-/// Particles in bucket order (cells.hpp), every weight 1.
-struct Field {
+/// Particles in bucket order (cells.hpp). Vectors may be loaded from where the last is.
+struct Cells {
   const float *x, *y, *z;
-  const std::int32_t* start;
-  float* result;  // [4][count]
-  std::size_t count;
+  const std::int32_t *tag, *start;
   float inverse_cell;
   std::uint32_t mask;
+};
+
+/// Every weight is 1.
+struct Field {
+  Cells cells;
+  float* result;  // [4][count]
+  std::size_t count;
 };
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end);
 
