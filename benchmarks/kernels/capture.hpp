@@ -14,6 +14,8 @@ namespace meniscus::bench {
 /// A launch. Arguments are numbered as in the kernel's head.
 class CapturedLaunch {
  public:
+  std::size_t number = 0;  // of the kernel's launches in the frame, from 0
+
   /// An argument that the kernel only reads. A vector may be loaded from where its last value is.
   template <class T>
   const T* read(std::size_t argument) const {

@@ -24,7 +24,7 @@ Case frame_case(Frame& frame, const char* kernel) {
 template <class Input>
 void add_native(Case& result, Frame& frame, const char* kernel,
                 const std::vector<std::size_t>& written,
-                Input (*input_of)(const Frame& frame, CapturedLaunch& launch),
+                Input (*input_of)(Frame& frame, CapturedLaunch& launch),
                 void (*run)(const Input& input, std::size_t begin, std::size_t end)) {
   const auto launches = std::make_shared<std::vector<CapturedLaunch>>(
       capture_launches(frame, Method::fit, kernel, written));
@@ -90,7 +90,7 @@ double count_hits(Frame& frame) {
   return hits * kEvery * kEvery;
 }
 
-native::Blend blend_input(const Frame& frame, CapturedLaunch& launch) {
+native::Blend blend_input(Frame& frame, CapturedLaunch& launch) {
   const BlendParams& params = frame.params.blend;
   return {lists_of(frame, launch),
           launch.read<float>(2),
@@ -108,6 +108,53 @@ native::Blend blend_input(const Frame& frame, CapturedLaunch& launch) {
           static_cast<float>(params.same_low),
           static_cast<float>(params.same_high),
           static_cast<float>(params.crease)};
+}
+
+// From argument `first` on.
+native::Cells cells_of(Frame& frame, const CapturedLaunch& launch, std::size_t first) {
+  const Cells& cells = frame.cells();
+  return {launch.read<float>(first),
+          launch.read<float>(first + 1),
+          launch.read<float>(first + 2),
+          launch.read<std::int32_t>(first + 3),
+          launch.read<std::int32_t>(first + 4),
+          cells.inverse_cell,
+          cells.mask};
+}
+
+// Every fourth launch of a frame is for what the layers before leave open (run_fit).
+bool is_for_gaps(const CapturedLaunch& launch) { return launch.number % 4 == 3; }
+
+// As in settle.cpp.
+constexpr float kTriangleReach = 3, kSearch = 2, kFarSearch = 100;
+
+native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
+  return {lists_of(frame, launch), launch.read<float>(2),
+          launch.read<float>(3),   launch.read<float>(4),
+          launch.write<float>(5),  launch.write<float>(6),
+          launch.write<float>(7),  cells_of(frame, launch, 8),
+          launch.read<float>(15),  static_cast<float>(frame.params.region.contour_density),
+          kTriangleReach,          is_for_gaps(launch)};
+}
+
+native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
+  return {lists_of(frame, launch),
+          launch.read<float>(2),
+          launch.read<float>(3),
+          launch.read<float>(4),
+          launch.write<float>(5),
+          launch.write<float>(6),
+          launch.write<std::int32_t>(7),
+          launch.write<std::uint8_t>(8),
+          launch.write<float>(9),
+          cells_of(frame, launch, 10),
+          launch.read<float>(17),
+          launch.read<float>(18),
+          pixel_grid(frame.view).size(),
+          static_cast<float>(frame.params.region.contour_density),
+          static_cast<float>(frame.params.region.blob_density),
+          kSearch,
+          is_for_gaps(launch) ? kFarSearch : 2 * kSearch};
 }
 
 }  // namespace
@@ -128,6 +175,7 @@ Case prepare_settle(Frame& frame) {
   // Triangle, reference, trust and depth read, one map written. What is computed depends on where
   // the density decides, and is not counted.
   result.bytes = 20 * result.items;
+  add_native(result, frame, "settle_samples", {5, 6, 7}, settle_input, native::settle_samples);
   return result;
 }
 
@@ -135,6 +183,7 @@ Case prepare_follow(Frame& frame) {
   Case result = frame_case(frame, "follow_field");
   // A reference depth; how many samples follow the field from there, and how far, is not counted.
   result.bytes = 4 * result.items;
+  add_native(result, frame, "follow_field", {5, 6, 7, 8, 9}, follow_input, native::follow_field);
   return result;
 }
 

@@ -93,7 +93,7 @@ inline unsigned find_near(const std::int32_t* list, int k, int count, const floa
   const Floats y = gather(groups + 20, at) - (b.oy + t * b.dy);
   const Floats reach =
       1.01f * (gather(groups + 23, at) * b.slant + b.wide + magnitude(t) * b.spread);
-  return bits_of((x * x + y * y < reach * reach) & (Ints{0, 1, 2, 3, 4, 5, 6, 7} < count - k));
+  return bits_of((x * x + y * y < reach * reach) & (kPlaces < count - k));
 }
 
 struct Sheet {

@@ -16,9 +16,17 @@ namespace {
 typedef float Floats __attribute__((vector_size(32)));
 typedef std::int32_t Ints __attribute__((vector_size(32)));
 
+constexpr Ints kPlaces = {0, 1, 2, 3, 4, 5, 6, 7};
+constexpr Floats kLanes = {0, 1, 2, 3, 4, 5, 6, 7};
+
 inline Floats all(float x) { return Floats{} + x; }
 inline Floats load(const float* p) {
   Floats v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+inline Ints load(const std::int32_t* p) {
+  Ints v;
   std::memcpy(&v, p, sizeof v);
   return v;
 }
@@ -56,6 +64,23 @@ inline float most_lane(const Floats& a) {
   float most = a[0];
   for (int k = 1; k < 8; ++k) most = most > a[k] ? most : a[k];
   return most;
+}
+inline float sum_of(const Floats& a) {
+  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+}
+/// Stores the lanes that are set in `bits` one after the other, and anything in the rest of eight.
+template <class Vector, class T>
+inline void pack(unsigned bits, const Vector& v, T* to) {
+#ifdef __AVX512VL__
+  const __m256i packed =
+      _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), reinterpret_cast<__m256i>(v));
+  std::memcpy(to, &packed, sizeof packed);
+  return;
+#endif
+  for (int k = 0; k < 8; ++k) {
+    *to = v[k];
+    to += bits >> k & 1;
+  }
 }
 inline Floats root(const Floats& a) {
   Floats r;

@@ -128,4 +128,31 @@ struct Blend {
 /// Tiles [begin, end).
 void blend_groups(const Blend& input, std::size_t begin, std::size_t end);
 
+struct Settle {
+  Lists lists;
+  const float *triangle, *reference, *trust;
+  float *depth, *behind, *follow;
+  Cells cells;
+  const float* weight;
+  float contour, triangle_reach;
+  bool only_gaps;
+};
+/// Tiles [begin, end).
+void settle_samples(const Settle& input, std::size_t begin, std::size_t end);
+
+struct Follow {
+  Lists lists;
+  const float *reference, *core, *trust;
+  float *depth, *normal;
+  std::int32_t* group;
+  std::uint8_t* kind;
+  float* behind;
+  Cells cells;
+  const float *weight, *level_weight;
+  std::size_t samples;
+  float contour, level, search, beyond;
+};
+/// Tiles [begin, end).
+void follow_field(const Follow& input, std::size_t begin, std::size_t end);
+
 }  // namespace meniscus::bench::native

@@ -29,7 +29,7 @@ inline void load_lanes(const Lists& lists, int tile, int place, Lanes& lanes) {
   const std::int32_t* const list = lists.sample + std::ptrdiff_t{tile} * kTile * kTile;
   const int left = lists.count[tile] - place;
   for (int k = 0; k < 8; ++k) lanes.at[k] = list[k < left ? place + k : place];
-  lanes.used = Ints{0, 1, 2, 3, 4, 5, 6, 7} < left;
+  lanes.used = kPlaces < left;
   const int tiles_x = (lists.nx + kTile - 1) / kTile;
   const int top = tile / tiles_x * kTile, corner = top * lists.nx + tile % tiles_x * kTile;
   Ints at;

@@ -1,0 +1,218 @@
+// The density field along rays, as field.cl has it: one search of the cells for up to 32 rays, of
+// which eight take what is near them. Everything has internal linkage.
+#pragma once
+
+#include "kernels/native/cells.hpp"
+#include "kernels/native/samples.hpp"
+
+namespace meniscus::bench::native {
+namespace {
+
+constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
+constexpr int kVectors = 4;
+
+/// pi C and its gradient, see field.cl.
+struct FieldAt {
+  Floats c{}, gx{}, gy{}, gz{};
+};
+
+template <bool WithGradient>
+[[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
+                                                const Floats& dz, float weight) {
+  const Floats none{};
+  const Floats squared = (dx * dx + dy * dy + dz * dz) * 0.25f;
+  const Floats q = root(squared), r = 2.0f - q;
+  const Ints core = q < 1.0f, reached = squared < 4.0f;
+  const Floats inner = 1.0f - 1.5f * squared + 0.75f * squared * q;
+  sum.c += reached ? weight * (core ? inner : 0.25f * r * r * r) : none;
+  if (!WithGradient) return;
+  const Floats outer = -0.75f * r * r / (q > 0.0f ? q : all(1.0f));
+  const Floats g = reached ? weight * (core ? -3.0f + 2.25f * q : outer) : none;
+  sum.gx += g * dx;
+  sum.gy += g * dy;
+  sum.gz += g * dz;
+}
+
+/// The field at points that no list is near, cell by cell.
+template <bool WithGradient>
+FieldAt field_at(const Cells& cells, const float* weight, const Floats& x, const Floats& y,
+                 const Floats& z) {
+  FieldAt field;
+  for (unsigned left = 255; left;) {
+    const int first = __builtin_ctz(left);
+    const auto cell = [&](int lane, const Floats& p) {
+      return cell_of(p[lane], cells.inverse_cell);
+    };
+    const int cx = cell(first, x), cy = cell(first, y), cz = cell(first, z);
+    Ints here{};
+    for (int lane = first; lane < 8; ++lane)
+      if (cell(lane, x) == cx && cell(lane, y) == cy && cell(lane, z) == cz) here[lane] = -1;
+    left &= ~bits_of(here);
+    FieldAt sum;
+    for (int k = cz - 1; k <= cz + 1; ++k)
+      for (int j = cy - 1; j <= cy + 1; ++j)
+        for (int i = cx - 1; i <= cx + 1; ++i) {
+          const Bucket bucket = bucket_of(cells, i, j, k);
+          for (int p = bucket.begin; p < bucket.end; ++p)
+            if (cells.tag[p] == bucket.tag)
+              add_particle<WithGradient>(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p],
+                                         weight[p]);
+        }
+    field.c = here ? sum.c : field.c;
+    field.gx = here ? sum.gx : field.gx;
+    field.gy = here ? sum.gy : field.gy;
+    field.gz = here ? sum.gz : field.gz;
+  }
+  return field;
+}
+
+/// Particles near rays, in the order in which sums take them.
+template <int Most>
+struct Listed {
+  int count;  // more than Most: not all are there
+  std::int32_t item[Most + 16];
+  float x[Most + 16], y[Most + 16], z[Most + 16];
+
+  bool whole() const { return count <= Most; }
+  /// Appends the lanes that are set in `bits`.
+  void add(unsigned bits, const Ints& items, const Floats& px, const Floats& py, const Floats& pz) {
+    pack(bits, items, item + count);
+    pack(bits, px, x + count);
+    pack(bits, py, y + count);
+    pack(bits, pz, z + count);
+    count += __builtin_popcount(bits);
+  }
+};
+
+/// An axis, and how far from it particles reach a ray.
+struct Axis {
+  float x, y, z, ex, ey, ez, per_length, reach;
+};
+
+inline Axis axis_of(const Rays* rays, const Ints* wanted, int vectors, float low, float high) {
+  Floats ax{}, ay{}, bx{}, by{}, lanes{};
+  for (int v = 0; v < vectors; ++v) {
+    const Rays& r = rays[v];
+    ax += wanted[v] ? r.ox + low * r.dx : Floats{};
+    ay += wanted[v] ? r.oy + low * r.dy : Floats{};
+    bx += wanted[v] ? r.ox + high * r.dx : Floats{};
+    by += wanted[v] ? r.oy + high * r.dy : Floats{};
+    lanes += wanted[v] ? all(1.0f) : Floats{};
+  }
+  const float share = 1.0f / sum_of(lanes);
+  const float x0 = share * sum_of(ax), y0 = share * sum_of(ay), x1 = share * sum_of(bx),
+              y1 = share * sum_of(by);
+  Floats wide{};
+  for (int v = 0; v < vectors; ++v) {
+    const Rays& r = rays[v];
+    const Floats px = r.ox + low * r.dx - x0, py = r.oy + low * r.dy - y0,
+                 qx = r.ox + high * r.dx - x1, qy = r.oy + high * r.dy - y1;
+    const Floats apart = larger(px * px + py * py, qx * qx + qy * qy);
+    wide = larger(wide, wanted[v] ? apart : Floats{});
+  }
+  Axis b = {x0, y0, -low, x1 - x0, y1 - y0, low - high, 0, 0};
+  const float squared = b.ex * b.ex + b.ey * b.ey + b.ez * b.ez;
+  b.per_length = 1.0f / (squared > 1e-12f ? squared : 1e-12f);
+  b.reach = kSupport + std::sqrt(most_lane(wide)) + 0.01f;
+  return b;
+}
+
+inline Ints near_axis(const Axis& b, const Floats& x, const Floats& y, const Floats& z,
+                      float reach) {
+  const Floats dx = x - b.x, dy = y - b.y, dz = z - b.z;
+  const Floats s =
+      smaller(larger((dx * b.ex + dy * b.ey + dz * b.ez) * b.per_length, Floats{}), all(1.0f));
+  const Floats qx = dx - s * b.ex, qy = dy - s * b.ey, qz = dz - s * b.ez;
+  return qx * qx + qy * qy + qz * qz <= reach * reach;
+}
+
+template <int Most>
+void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
+  const float c = cells.inverse_cell, side = 1.0f / c, far = b.reach + 0.87f * side;
+  const float bx = b.x + b.ex, by = b.y + b.ey, bz = b.z + b.ez;
+  const int i0 = cell_of(std::fmin(b.x, bx) - b.reach, c),
+            i1 = cell_of(std::fmax(b.x, bx) + b.reach, c);
+  const int j0 = cell_of(std::fmin(b.y, by) - b.reach, c),
+            j1 = cell_of(std::fmax(b.y, by) + b.reach, c);
+  const int k0 = cell_of(bz - b.reach, c), k1 = cell_of(b.z + b.reach, c);
+  found.count = 0;
+  for (int k = k0; k <= k1; ++k)
+    for (int j = j0; j <= j1; ++j)
+      for (int row = i0; row <= i1; row += 8) {
+        const Floats x = (static_cast<float>(row) + kLanes + 0.5f) * side;
+        const Floats y = all((static_cast<float>(j) + 0.5f) * side);
+        const Floats z = all((static_cast<float>(k) + 0.5f) * side);
+        for (unsigned close = bits_of(near_axis(b, x, y, z, far)); close; close &= close - 1) {
+          const int i = row + __builtin_ctz(close);
+          if (i > i1) break;
+          const Bucket bucket = bucket_of(cells, i, j, k);
+          for (int p = bucket.begin; p < bucket.end; p += 8) {
+            const Floats px = load(cells.x + p), py = load(cells.y + p), pz = load(cells.z + p);
+            const unsigned take =
+                bits_of(near_axis(b, px, py, pz, b.reach) & (load(cells.tag + p) == bucket.tag) &
+                        (kPlaces < bucket.end - p));
+            if (!take) continue;
+            found.add(take, p + kPlaces, px, py, pz);
+            if (!found.whole()) return;
+          }
+        }
+      }
+}
+
+/// Rays that share a search, between the depths that any lane asks for.
+struct Around {
+  int vectors = 0;
+  Rays rays[kVectors];
+  Ints wanted[kVectors];
+  Floats from, to;
+  float low, high;
+  bool searched = false;
+  Listed<384> found;
+};
+using Near = Listed<192>;
+
+/// Lanes will ask for what is near between these depths, where wanted.
+inline void ask_for(const Floats& from, const Floats& to, const Ints& wanted, Around& around) {
+  around.from = wanted ? smaller(around.from, from) : around.from;
+  around.to = wanted ? larger(around.to, to) : around.to;
+}
+
+inline void look_around(const Cells& cells, Around& around) {
+  around.low = -most_lane(-around.from);
+  around.high = std::fmin(most_lane(around.to), around.low + kDeepest);
+  search_cells(cells, axis_of(around.rays, around.wanted, around.vectors, around.low, around.high),
+               around.found);
+  around.searched = true;
+}
+
+/// Lists the particles within the support of a wanted ray between two depths.
+inline void list_near(const Cells& cells, Around& around, const Rays& r, const Ints& wanted,
+                      float low, float high, Near& near) {
+  const Axis b = axis_of(&r, &wanted, 1, low, high);
+  if (!around.searched && around.vectors > 1) look_around(cells, around);
+  const auto& found = around.found;
+  if (!around.searched || !found.whole() || low < around.low || high > around.high)
+    return search_cells(cells, b, near);
+  near.count = 0;
+  for (int k = 0; k < found.count && near.whole(); k += 8) {
+    const Floats x = load(found.x + k), y = load(found.y + k), z = load(found.z + k);
+    const unsigned take = bits_of(near_axis(b, x, y, z, b.reach) & (kPlaces < found.count - k));
+    if (take) near.add(take, load(found.item + k), x, y, z);
+  }
+}
+
+/// The field at depth t of rays.
+template <bool WithGradient>
+[[gnu::always_inline]] inline FieldAt field_near(const Cells& cells, const float* weight,
+                                                 const Near& near, const Rays& r, const Floats& t) {
+  const Floats x = r.ox + t * r.dx, y = r.oy + t * r.dy, z = -t;
+  if (!near.whole()) return field_at<WithGradient>(cells, weight, x, y, z);
+  FieldAt field;
+  for (int k = 0; k < near.count; ++k)
+    add_particle<WithGradient>(field, x - near.x[k], y - near.y[k], z - near.z[k],
+                               weight[near.item[k]]);
+  return field;
+}
+
+}  // namespace
+}  // namespace meniscus::bench::native

@@ -1,0 +1,220 @@
+#include <limits>
+
+#include "kernels/native/field.hpp"
+
+namespace meniscus::bench::native {
+namespace {
+
+constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 5.0f;
+constexpr int kTakes = 8 * kVectors, kRefine = 5;
+
+inline float least_wanted(const Floats& t, const Ints& wanted) {
+  return -most_lane(wanted ? -t : all(-kNowhere));
+}
+
+// As many as kVectors vectors of a tile's list from `place` on, which share a search.
+inline int load_work(const Lists& lists, int tile, int place, Lanes* lanes, Around& around) {
+  int v = 0;
+  for (; v < kVectors && place + 8 * v < lists.count[tile]; ++v) {
+    load_lanes(lists, tile, place + 8 * v, lanes[v]);
+    around.rays[v] = lanes[v].rays;
+    around.wanted[v] = lanes[v].used;
+  }
+  around.vectors = v;
+  around.from = all(kNowhere);
+  around.to = Floats{};
+  around.searched = false;
+  return v;
+}
+
+struct Crossing {
+  Floats depth = all(kNowhere), nx{}, ny{}, nz{};
+};
+
+// With `listed`, `near` holds the particles of the first window already.
+Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, const Floats& from,
+                        const Floats& to, float level, const Ints& wanted, Around& around,
+                        Near& near, bool listed) {
+  Crossing crossing;
+  const auto field_on = [&](const Floats& t) {
+    return field_near<false>(cells, weight, near, r, t).c * kFieldNorm;
+  };
+  const Floats unit = 1.0f / root(1.0f + r.dx * r.dx + r.dy * r.dy);
+  Floats t = from, low = from, short_of = all(-level);
+  Ints going = wanted & (t <= to), fresh = going, steps{};
+  while (any(going)) {
+    const float window = least_wanted(t, going);
+    if (!listed) list_near(cells, around, r, going, window - 1.0f, window + kWindow, near);
+    listed = false;
+    Ints here = going & (t <= window + kWindow), found{};
+    Floats over{};
+    while (any(here)) {
+      const Floats c = field_on(t);
+      const Ints inside = here & (c >= level), below = here & (c < level);
+      over = inside ? c - level : over;
+      found |= inside & ~fresh;
+      fresh &= ~here;
+      low = below ? t : low;
+      short_of = below ? c - level : short_of;
+      const Floats step = c < 0.1f * level ? all(1.0f) : c < 0.35f * level ? all(0.6f) : all(0.3f);
+      t = below ? t + unit * step : t;
+      steps -= here;
+      going &= ~inside & (t <= to) & (steps < 1000);
+      here = going & (t <= window + kWindow);
+    }
+    if (!any(found)) continue;
+    Floats high = t, middle = t;
+    Ints side{};
+    for (int step = 0; step < kRefine; ++step) {
+      middle = low + (high - low) * (short_of / (short_of - over));
+      if (step == kRefine - 1) break;
+      const Floats there = field_on(middle) - level;
+      const Ints less = found & (there < 0.0f), more = found & ~(there < 0.0f);
+      low = less ? middle : low;
+      short_of = less ? there : short_of;
+      over = less & (side < 0) ? over * 0.5f : over;
+      high = more ? middle : high;
+      over = more ? there : over;
+      short_of = more & (side > 0) ? short_of * 0.5f : short_of;
+      side = less ? Ints{} - 1 : more ? Ints{} + 1 : side;
+    }
+    const FieldAt f = field_near<true>(cells, weight, near, r, middle);
+    constexpr float kScale = 0.25f * kFieldNorm;
+    const Floats gx = f.gx * kScale, gy = f.gy * kScale, gz = f.gz * kScale;
+    const Floats size = root(gx * gx + gy * gy + gz * gz);
+    const Ints crossed = found & (size > 0.0f);
+    crossing.depth = crossed ? middle : crossing.depth;
+    crossing.nx = crossed ? -gx / size : crossing.nx;
+    crossing.ny = crossed ? -gy / size : crossing.ny;
+    crossing.nz = crossed ? -gz / size : crossing.nz;
+  }
+  return crossing;
+}
+
+Floats density_on(const Cells& cells, const float* weight, const Rays& r, const Floats& t,
+                  const Ints& wanted, Around& around) {
+  Floats density{};
+  Near near;
+  for (Ints left = wanted; any(left);) {
+    const float window = least_wanted(t, left);
+    const Ints here = left & (t <= window + kWindow);
+    list_near(cells, around, r, here, window, most_lane(here ? t : all(-kNowhere)), near);
+    density = here ? field_near<false>(cells, weight, near, r, t).c * kFieldNorm : density;
+    left &= ~here;
+  }
+  return density;
+}
+
+// What samples carry of the blend: its trust and where it lies.
+struct Trust {
+  Floats share;
+  Ints on_edge, ended;
+  explicit Trust(const Floats& carried) {
+    ended = carried > 3.5f;
+    on_edge = ~ended & (carried > 1.5f);
+    share = carried - (ended ? all(4.0f) : on_edge ? all(2.0f) : Floats{});
+  }
+  Floats contour(float density) const { return (on_edge ? all(0.3f) : all(1.0f)) * density; }
+};
+
+void settle(const Settle& in, const Lanes& lanes, Around& around) {
+  const std::int32_t* const at = lanes.at;
+  const Floats t0 = gather(in.reference, at), t = gather(in.depth, at);
+  const Ints met = t < kNowhere;
+  Ints live = lanes.used & (t0 < kNowhere);
+  if (in.only_gaps) live &= ~met;
+  const Ints on_triangle = magnitude(t - gather(in.triangle, at)) < in.triangle_reach;
+  const Trust trust(met ? gather(in.trust, at) : Floats{});
+  Ints gone = live & trust.ended & ~on_triangle;
+  const Ints doubted = live & ~gone & (trust.share >= 1.0f) & ~on_triangle;
+  if (any(doubted))
+    gone |= doubted & (density_on(in.cells, in.weight, lanes.rays, t, doubted, around) <
+                       trust.contour(in.contour));
+  const Ints mixed = live & ~gone & (trust.share < 1.0f);
+  scatter(all(kNowhere), in.depth, at, gone);
+  scatter(gone ? t0 : all(kNowhere), in.behind, at, lanes.used);
+  scatter(mixed ? t0 : all(kNowhere), in.follow, at, lanes.used);
+}
+
+void follow(const Follow& in, const Lanes& lanes, Around& around) {
+  const std::int32_t* const at = lanes.at;
+  const Rays& r = lanes.rays;
+  const Floats none{}, one = all(1.0f);
+  const Floats t0 = gather(in.reference, at), t = gather(in.depth, at);
+  const Ints met = t < kNowhere;
+  const Trust trust(met ? gather(in.trust, at) : none);
+  const Floats from = larger(smaller(t, t0) - in.search, all(1e-3f));
+  const Floats to = (met ? t : t0) + in.beyond;
+  const Ints reaches = lanes.used & (gather(in.core, at) < kNowhere) & (from <= to);
+  Near near;
+  bool listed = false;
+  Floats density{};
+  Ints left = lanes.used & met;
+  if (any(reaches)) {
+    const float window = least_wanted(from, reaches);
+    list_near(in.cells, around, r, lanes.used, window - 1.0f, window + kWindow, near);
+    listed = true;
+    const Ints here = left & (t >= window - 1.0f) & (t <= window + kWindow);
+    if (any(here))
+      density = here ? field_near<false>(in.cells, in.weight, near, r, t).c * kFieldNorm : none;
+    left &= ~here;
+  }
+  if (any(left)) density = left ? density_on(in.cells, in.weight, r, t, left, around) : density;
+  const Floats inside = density - trust.contour(in.contour) - 0.1f * (1.0f - trust.share);
+  Floats share = trust.share * smaller(larger(20.0f * inside, none), one);
+  const Crossing c = first_crossing(in.cells, in.level_weight, r, from, to, in.level, reaches,
+                                    around, near, listed);
+  const Floats apart = met ? magnitude(c.depth - t) : all(kNowhere);
+  const Floats yielding = larger(share - (1.0f - share) * 2.0f * larger(apart - 0.5f, none), none);
+  share = apart < in.search ? yielding : share > 0.5f ? one : none;
+  const Ints changed = lanes.used & (share < 1.0f), both = share > 0.0f;
+  const Ints drawn = changed & (c.depth < kNowhere), gone = changed & ~(c.depth < kNowhere);
+  const Floats rest = 1.0f - share;
+  float* const normal[3] = {in.normal, in.normal + in.samples, in.normal + 2 * in.samples};
+  const Floats nx = both ? share * gather(normal[0], at) + rest * c.nx : c.nx;
+  const Floats ny = both ? share * gather(normal[1], at) + rest * c.ny : c.ny;
+  const Floats nz = both ? share * gather(normal[2], at) + rest * c.nz : c.nz;
+  const Floats size = root(larger(nx * nx + ny * ny + nz * nz, all(1e-30f)));
+  scatter(both ? share * t + rest * c.depth : c.depth, in.depth, at, drawn);
+  scatter(nx / size, normal[0], at, drawn);
+  scatter(ny / size, normal[1], at, drawn);
+  scatter(nz / size, normal[2], at, drawn);
+  const Ints splash = drawn & (share <= 0.5f);
+  scatter(Ints{} - 1, in.group, at, splash);
+  scatter(Ints{} + 2, in.kind, at, splash);
+  scatter(all(kNowhere), in.depth, at, gone);
+  scatter(t0, in.behind, at, gone);
+}
+
+}  // namespace
+
+void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
+  Lanes lanes[kVectors];
+  Around around;
+  for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile)
+    for (int place = 0; place < in.lists.count[tile]; place += kTakes) {
+      const int vectors = load_work(in.lists, tile, place, lanes, around);
+      for (int v = 0; v < vectors; ++v) {
+        const Floats t = gather(in.depth, lanes[v].at);
+        ask_for(t, t + 1.0f, lanes[v].used & (t < kNowhere), around);
+      }
+      for (int v = 0; v < vectors; ++v) settle(in, lanes[v], around);
+    }
+}
+
+void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
+  Lanes lanes[kVectors];
+  Around around;
+  for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile)
+    for (int place = 0; place < in.lists.count[tile]; place += kTakes) {
+      const int vectors = load_work(in.lists, tile, place, lanes, around);
+      for (int v = 0; v < vectors; ++v) {
+        const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
+        ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)) - 1.0f,
+                (t < kNowhere ? t : t0) + in.beyond + kWindow, lanes[v].used, around);
+      }
+      for (int v = 0; v < vectors; ++v) follow(in, lanes[v], around);
+    }
+}
+
+}  // namespace meniscus::bench::native
