@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "stages/bins.hpp"
+
 namespace meniscus::bench {
 namespace {
 
@@ -71,11 +73,49 @@ std::size_t CapturedLaunch::differing() const {
   return words;
 }
 
-std::vector<CapturedLaunch> capture_launches(Frame& frame, Method method, const std::string& kernel,
-                                             const std::vector<std::size_t>& written) {
-  Capture capture(frame.device, kernel, written);
-  frame.make_frame(method, nullptr);
+std::vector<CapturedLaunch> capture_launches(Device& device, const std::string& kernel,
+                                             const std::vector<std::size_t>& written,
+                                             const std::function<void()>& run) {
+  Capture capture(device, kernel, written);
+  run();
   return std::move(capture.launches);
+}
+
+void add_native(Case& result, std::vector<CapturedLaunch> captured,
+                const std::function<void(CapturedLaunch& launch, Workers& workers)>& run) {
+  const auto launches = std::make_shared<std::vector<CapturedLaunch>>(std::move(captured));
+  result.reset_native = [launches] {
+    for (CapturedLaunch& launch : *launches) launch.reset();
+  };
+  result.native = [launches, run](Workers& workers) {
+    for (CapturedLaunch& launch : *launches) run(launch, workers);
+  };
+  result.differing = [launches] {
+    std::size_t differing = 0;
+    for (const CapturedLaunch& launch : *launches) differing += launch.differing();
+    return differing;
+  };
+}
+
+void add_native(Case& result, Device& device, const char* kernel, const SampleGrid& grid,
+                const std::function<void(const native::Bins& input, std::size_t begin,
+                                         std::size_t end)>& work) {
+  std::vector<CapturedLaunch> launches = capture_launches(device, kernel, {3}, result.launch);
+  if (launches.size() != 1) return;
+  add_native(result, std::move(launches), [grid, work](CapturedLaunch& launch, Workers& workers) {
+    const BinGrid bins = bins_of(grid);
+    const native::Bins input{launch.read<float>(0),
+                             launch.read<std::int32_t>(1),
+                             launch.read<std::int32_t>(2),
+                             launch.write<float>(3),
+                             bins.nx,
+                             grid.nx,
+                             grid.ny,
+                             grid.first,
+                             grid.step};
+    workers.run(bins.size(), 8,
+                [&](std::size_t begin, std::size_t end) { work(input, begin, end); });
+  });
 }
 
 }  // namespace meniscus::bench

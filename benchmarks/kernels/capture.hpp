@@ -1,20 +1,23 @@
-// What the launches of a kernel in a whole frame read and wrote: the inputs of its native version,
-// and what that has to come to.
+// What the launches of a kernel read and wrote: the inputs of its native version, and what that has
+// to come to.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "kernels/frame.hpp"
+#include "device/device.hpp"
+#include "kernels/cases.hpp"
+#include "kernels/native/native.hpp"
 
 namespace meniscus::bench {
 
 /// A launch. Arguments are numbered as in the kernel's head.
 class CapturedLaunch {
  public:
-  std::size_t number = 0;  // of the kernel's launches in the frame, from 0
+  std::size_t number = 0;  // of the kernel's launches, from 0
 
   /// An argument that the kernel only reads. A vector may be loaded from where its last value is.
   template <class T>
@@ -38,8 +41,20 @@ class CapturedLaunch {
   std::vector<Bytes> own_;
 };
 
-/// The launches of a kernel in a frame, in order. `written` are the arguments that it writes.
-std::vector<CapturedLaunch> capture_launches(Frame& frame, Method method, const std::string& kernel,
-                                             const std::vector<std::size_t>& written);
+/// The launches of a kernel, in order, while `run` runs. `written` are the arguments that it
+/// writes.
+std::vector<CapturedLaunch> capture_launches(Device& device, const std::string& kernel,
+                                             const std::vector<std::size_t>& written,
+                                             const std::function<void()>& run);
+
+/// Gives a case a native version that goes through captured launches, one by one.
+void add_native(Case& result, std::vector<CapturedLaunch> captured,
+                const std::function<void(CapturedLaunch& launch, Workers& workers)>& run);
+
+/// The same of a kernel that draws bins, which `result.launch` launches; `work` takes bins [begin,
+/// end). Nothing where one launch cannot take all bins (draw_bins).
+void add_native(
+    Case& result, Device& device, const char* kernel, const SampleGrid& grid,
+    const std::function<void(const native::Bins& input, std::size_t begin, std::size_t end)>& work);
 
 }  // namespace meniscus::bench

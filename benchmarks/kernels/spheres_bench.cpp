@@ -1,6 +1,7 @@
 #include <memory>
 #include <numbers>
 
+#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/spheres.hpp"
 
@@ -26,6 +27,13 @@ Case prepare_cast_spheres(Frame& frame) {
   result.launch = [&frame, grid, spheres] {
     cast_spheres(frame.device, frame.view, *spheres, grid);
   };
+  add_native(result, frame.device, "cast_spheres", grid,
+             [&frame](const native::Bins& bins, std::size_t begin, std::size_t end) {
+               native::Spheres input{bins, {}};
+               for (std::size_t k = 0; k < 12; ++k)
+                 input.ray[k] = static_cast<float>(frame.view.ray[k]);
+               native::cast_spheres(input, begin, end);
+             });
   return result;
 }
 

@@ -19,32 +19,23 @@ Case frame_case(Frame& frame, const char* kernel) {
   return result;
 }
 
-// Adds a native version, which goes through all launches of the kernel in a frame. `run` takes
-// tiles [begin, end) of one.
+// A native version goes through all launches in a frame; `work` takes tiles [begin, end) of one.
 template <class Input>
 void add_native(Case& result, Frame& frame, const char* kernel,
                 const std::vector<std::size_t>& written,
                 Input (*input_of)(Frame& frame, CapturedLaunch& launch),
-                void (*run)(const Input& input, std::size_t begin, std::size_t end)) {
-  const auto launches = std::make_shared<std::vector<CapturedLaunch>>(
-      capture_launches(frame, Method::fit, kernel, written));
+                void (*work)(const Input& input, std::size_t begin, std::size_t end)) {
+  result.next_frame_ms = [&frame, kernel] { return frame.next_frame_ms(Method::fit, kernel); };
   const std::size_t tiles = static_cast<std::size_t>((frame.view.width + kTile - 1) / kTile) *
                             static_cast<std::size_t>((frame.view.height + kTile - 1) / kTile);
-  result.next_frame_ms = [&frame, kernel] { return frame.next_frame_ms(Method::fit, kernel); };
-  result.reset_native = [launches] {
-    for (CapturedLaunch& launch : *launches) launch.reset();
-  };
-  result.native = [&frame, launches, input_of, run, tiles](Workers& workers) {
-    for (CapturedLaunch& launch : *launches) {
-      const Input input = input_of(frame, launch);
-      workers.run(tiles, 4, [&](std::size_t begin, std::size_t end) { run(input, begin, end); });
-    }
-  };
-  result.differing = [launches] {
-    std::size_t differing = 0;
-    for (const CapturedLaunch& launch : *launches) differing += launch.differing();
-    return differing;
-  };
+  add_native(result,
+             capture_launches(frame.device, kernel, written,
+                              [&] { frame.make_frame(Method::fit, nullptr); }),
+             [&frame, input_of, work, tiles](CapturedLaunch& launch, Workers& workers) {
+               const Input input = input_of(frame, launch);
+               workers.run(tiles, 4,
+                           [&](std::size_t begin, std::size_t end) { work(input, begin, end); });
+             });
 }
 
 native::Lists lists_of(const Frame& frame, const CapturedLaunch& launch) {

@@ -1,6 +1,7 @@
 #include <memory>
 #include <numbers>
 
+#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/visible.hpp"
 
@@ -35,6 +36,7 @@ Case prepare_splat(Frame& frame) {
   result.launch = [&frame, grid, splats, footprint] {
     splat_depth(frame.device, *splats, grid, footprint);
   };
+  add_native(result, frame.device, "splat_depth", grid, native::splat_depth);
   return result;
 }
 

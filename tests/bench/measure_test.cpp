@@ -45,9 +45,10 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
     EXPECT_GT(share.value, 0) << name;
     EXPECT_TRUE(std::isfinite(share.value)) << name;
   }
-  for (const char* hot : {"project_particles", "measure_gradients", "weigh_neighbours",
-                          "fit_groups", "draw_triangles", "smooth_columns", "smooth_rows",
-                          "depth_normals", "blend_groups", "settle_samples", "follow_field"})
+  for (const char* hot :
+       {"project_particles", "measure_gradients", "weigh_neighbours", "fit_groups",
+        "draw_triangles", "smooth_columns", "smooth_rows", "depth_normals", "blend_groups",
+        "settle_samples", "follow_field", "splat_depth", "cast_spheres"})
     EXPECT_EQ(session.find(hot, kNative, 700, 91, 67) != nullptr, cpu) << hot;
 }
 

@@ -128,6 +128,24 @@ struct Blend {
 /// Tiles [begin, end).
 void blend_groups(const Blend& input, std::size_t begin, std::size_t end);
 
+/// What draws particles into bins of 8 x 8 samples (bins.cl) is given.
+struct Bins {
+  const float* records;             // eight values a particle
+  const std::int32_t *end, *entry;  // of all bins; two values an entry
+  float* depth;
+  int bins_x, nx, ny;
+  float first, step;
+};
+/// Bins [begin, end).
+void splat_depth(const Bins& input, std::size_t begin, std::size_t end);
+
+struct Spheres {
+  Bins bins;
+  float ray[12];
+};
+/// Bins [begin, end).
+void cast_spheres(const Spheres& input, std::size_t begin, std::size_t end);
+
 struct Settle {
   Lists lists;
   const float *triangle, *reference, *trust;

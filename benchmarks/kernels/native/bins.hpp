@@ -1,0 +1,63 @@
+// Bins of 8 x 8 samples, each drawn into a map of its own, as prelude.cl and bins.cl have them.
+// Everything has internal linkage.
+#pragma once
+
+#include <limits>
+
+#include "kernels/native/lanes.hpp"
+#include "kernels/native/native.hpp"
+
+namespace meniscus::bench::native {
+namespace {
+
+constexpr int kBin = 8;
+
+struct Map {
+  Floats row[kBin];
+
+  Map() {
+    for (Floats& r : row) r = all(std::numeric_limits<float>::infinity());
+  }
+  float deepest() const {
+    Floats deepest = row[0];
+    for (int j = 1; j < kBin; ++j) deepest = larger(deepest, row[j]);
+    return most_lane(deepest);
+  }
+};
+
+/// Draws the entries of bins [begin, end): set_up(i, j) for the first sample of each bin, then
+/// nearest(particle), less than the map's deepest value where the particle may show, and for each
+/// row of its box front(particle, row, inside), the depths there. `inside` are the lanes in its
+/// box.
+template <class SetUp, class Nearest, class Front>
+[[gnu::always_inline]] inline void draw_bins(const Bins& bins, std::size_t begin, std::size_t end,
+                                             const SetUp& set_up, const Nearest& nearest,
+                                             const Front& front) {
+  for (std::size_t bin = begin; bin < end; ++bin) {
+    const int i = static_cast<int>(bin) % bins.bins_x * kBin,
+              j = static_cast<int>(bin) / bins.bins_x * kBin;
+    set_up(i, j);
+    Map map;
+    float deepest = std::numeric_limits<float>::infinity();
+    const std::int32_t first = bin > 0 ? bins.end[bin - 1] : 0;
+    for (std::int32_t e = first; e < bins.end[bin]; ++e) {
+      // Long lists are mostly of what lies behind the rest.
+      if ((e - first) % 8 == 7) deepest = map.deepest();
+      const std::int32_t particle = bins.entry[2 * e], box = bins.entry[2 * e + 1];
+      if (nearest(particle) > deepest) continue;
+      const Ints inside = (kPlaces >= (box & 15)) & (kPlaces <= (box >> 4 & 15));
+      for (int row = box >> 8 & 15; row <= (box >> 12 & 15); ++row)
+        front(particle, row, inside, map.row[row]);
+    }
+    for (int row = 0; row < kBin && j + row < bins.ny; ++row) {
+      float* const to = bins.depth + std::ptrdiff_t{j + row} * bins.nx + i;
+      if (i + 8 <= bins.nx)
+        store(map.row[row], to);
+      else
+        for (int k = 0; k < bins.nx - i; ++k) to[k] = map.row[row][k];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace meniscus::bench::native
