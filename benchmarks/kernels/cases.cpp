@@ -44,4 +44,8 @@ std::size_t count_differing(const std::vector<float>& a, const std::vector<float
   return count;
 }
 
+void copy_rays(const View& view, float (&ray)[12]) {
+  for (std::size_t k = 0; k < 12; ++k) ray[k] = static_cast<float>(view.ray[k]);
+}
+
 }  // namespace meniscus::bench

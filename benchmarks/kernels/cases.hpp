@@ -71,4 +71,7 @@ Case prepare_flow(Frame& frame);
 /// How many values differ in their bits; all of them when the sizes do.
 std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b);
 
+/// The rays of a view, as native versions take them.
+void copy_rays(const View& view, float (&ray)[12]);
+
 }  // namespace meniscus::bench

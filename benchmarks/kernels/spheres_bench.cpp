@@ -30,8 +30,7 @@ Case prepare_cast_spheres(Frame& frame) {
   add_native(result, frame.device, "cast_spheres", grid,
              [&frame](const native::Bins& bins, std::size_t begin, std::size_t end) {
                native::Spheres input{bins, {}};
-               for (std::size_t k = 0; k < 12; ++k)
-                 input.ray[k] = static_cast<float>(frame.view.ray[k]);
+               copy_rays(frame.view, input.ray);
                native::cast_spheres(input, begin, end);
              });
   return result;

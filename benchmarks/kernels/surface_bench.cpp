@@ -46,7 +46,7 @@ native::Lists lists_of(const Frame& frame, const CapturedLaunch& launch) {
                       grid.first,
                       grid.step,
                       {}};
-  for (std::size_t k = 0; k < 12; ++k) lists.ray[k] = static_cast<float>(frame.view.ray[k]);
+  copy_rays(frame.view, lists.ray);
   return lists;
 }
 

@@ -48,7 +48,7 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
   for (const char* hot :
        {"project_particles", "measure_gradients", "weigh_neighbours", "fit_groups",
         "draw_triangles", "smooth_columns", "smooth_rows", "depth_normals", "blend_groups",
-        "settle_samples", "follow_field", "splat_depth", "cast_spheres"})
+        "settle_samples", "follow_field", "splat_depth", "cast_spheres", "motion_of_samples"})
     EXPECT_EQ(session.find(hot, kNative, 700, 91, 67) != nullptr, cpu) << hot;
 }
 

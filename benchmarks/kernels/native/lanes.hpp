@@ -31,6 +31,11 @@ inline Ints load(const std::int32_t* p) {
   return v;
 }
 inline void store(const Floats& v, float* p) { std::memcpy(p, &v, sizeof v); }
+/// The first `count` lanes, all of them if there are fewer.
+inline void store_first(const Floats& v, float* p, int count) {
+  if (count >= 8) return store(v, p);
+  for (int k = 0; k < count; ++k) p[k] = v[k];
+}
 /// Whether a lane of a comparison holds.
 inline bool any(const Ints& test) {
 #ifdef __AVX__

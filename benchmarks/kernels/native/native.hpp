@@ -146,6 +146,18 @@ struct Spheres {
 /// Bins [begin, end).
 void cast_spheres(const Spheres& input, std::size_t begin, std::size_t end);
 
+struct Motion {
+  const float* depth;  // [ny*nx]
+  float* motion;       // [3][ny*nx]
+  Cells cells;
+  const float* velocity;  // [3][count]
+  std::size_t count;
+  int nx, ny;
+  float first, step, ray[12];
+};
+/// Bins [begin, end) of 8 x 8 samples.
+void motion_of_samples(const Motion& input, std::size_t begin, std::size_t end);
+
 struct Settle {
   Lists lists;
   const float *triangle, *reference, *trust;
