@@ -5,7 +5,6 @@
 #include "kernels/native/native.hpp"
 #include "stages/spheres.hpp"
 #include "stages/ssm.hpp"
-#include "stages/surface_buffers.hpp"
 
 namespace meniscus::bench {
 namespace {
@@ -121,8 +120,7 @@ Case prepare_normals(Frame& frame) {
                         maps->grid.step,
                         static_cast<float>(z_max),
                         {}};
-  const cl_float16 rays = kernel_rays(frame.view);
-  for (int k = 0; k < 12; ++k) input.ray[k] = rays.s[k];
+  copy_rays(frame.view, input.ray);
   result.native = [maps, own, input](Workers& workers) {
     workers.run(static_cast<std::size_t>(input.ny), 8, [&](std::size_t begin, std::size_t end) {
       native::depth_normals(input, begin, end);

@@ -49,13 +49,8 @@ template <class SetUp, class Nearest, class Front>
       for (int row = box >> 8 & 15; row <= (box >> 12 & 15); ++row)
         front(particle, row, inside, map.row[row]);
     }
-    for (int row = 0; row < kBin && j + row < bins.ny; ++row) {
-      float* const to = bins.depth + std::ptrdiff_t{j + row} * bins.nx + i;
-      if (i + 8 <= bins.nx)
-        store(map.row[row], to);
-      else
-        for (int k = 0; k < bins.nx - i; ++k) to[k] = map.row[row][k];
-    }
+    for (int row = 0; row < kBin && j + row < bins.ny; ++row)
+      store_first(map.row[row], bins.depth + std::ptrdiff_t{j + row} * bins.nx + i, bins.nx - i);
   }
 }
 

@@ -1,15 +1,11 @@
 #include <limits>
 
-#include "kernels/native/lanes.hpp"
-#include "kernels/native/native.hpp"
+#include "kernels/native/samples.hpp"
 
 namespace meniscus::bench::native {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-
-inline Floats size_of(const Floats& a) { return a < 0.0f ? -a : a; }
-inline Floats index_of() { return Floats{0, 1, 2, 3, 4, 5, 6, 7}; }
 
 // Up to eight samples from p; beyond `count` there is no surface.
 inline Floats load_some(const float* p, int count) {
@@ -17,10 +13,6 @@ inline Floats load_some(const float* p, int count) {
   Floats v = all(kNone);
   for (int k = 0; k < count; ++k) v[k] = p[k];
   return v;
-}
-inline void store_some(const Floats& v, float* p, int count) {
-  if (count >= 8) return store(v, p);
-  for (int k = 0; k < count; ++k) p[k] = v[k];
 }
 
 // See smooth() of ssm.cl. neighbours(k, before, after) loads the samples k to both sides; `reach`
@@ -31,7 +23,7 @@ template <class Neighbours>
   const Floats scale = in.spread[1] + in.spread[2] * centre;
   const Floats n = in.spread[0] / (scale * scale);
   Floats weight = all(1.0f), total = all(1.0f), sum{}, tap{};
-  Ints open = (size_of(centre) < kNone);
+  Ints open = (magnitude(centre) < kNone);
   if (!any(open)) return centre;
   for (int k = 0; k < most; ++k) {
     weight = weight * ((n - tap) / (n + (tap + 1.0f)));
@@ -41,7 +33,7 @@ template <class Neighbours>
     neighbours(k + 1, before, after);
     before -= centre;
     after -= centre;
-    open = open & (size_of(before) <= in.z_max) & (size_of(after) <= in.z_max);
+    open = open & (magnitude(before) <= in.z_max) & (magnitude(after) <= in.z_max);
     if (!any(open)) break;
     sum += open ? weight * (before + after) : Floats{};
     total += open ? 2.0f * weight : Floats{};
@@ -64,7 +56,7 @@ void smooth_columns(const Smoothing& in, std::size_t begin, std::size_t end) {
                                        before = load_some(here - k * stride, count);
                                        after = load_some(here + k * stride, count);
                                      });
-      store_some(smoothed, in.smoothed + j * stride + i, count);
+      store_first(smoothed, in.smoothed + j * stride + i, count);
     }
   }
 }
@@ -75,7 +67,7 @@ void smooth_rows(const Smoothing& in, std::size_t begin, std::size_t end) {
     float* const to = in.smoothed + row * static_cast<std::size_t>(in.nx);
     for (int i = 0; i < in.nx; i += 8) {
       const int count = in.nx - i;
-      const Floats place = static_cast<float>(i) + index_of();
+      const Floats place = static_cast<float>(i) + kLanes;
       const Floats left = static_cast<float>(in.nx - 1) - place;
       const Floats reach = place < left ? place : left;
       int most = 0;
@@ -93,22 +85,10 @@ void smooth_rows(const Smoothing& in, std::size_t begin, std::size_t end) {
               after[lane] = i + lane + k < in.nx ? line[i + lane + k] : kNone;
             }
           });
-      store_some(smoothed, to + i, count);
+      store_first(smoothed, to + i, count);
     }
   }
 }
-
-namespace {
-
-struct Rays {
-  Floats ox, oy, dx, dy;
-};
-inline Rays rays_at(const float* ray, const Floats& u, const Floats& v) {
-  return {ray[0] + ray[1] * u + ray[2] * v, ray[3] + ray[4] * u + ray[5] * v,
-          ray[6] + ray[7] * u + ray[8] * v, ray[9] + ray[10] * u + ray[11] * v};
-}
-
-}  // namespace
 
 void depth_normals(const Normals& in, std::size_t begin, std::size_t end) {
   const std::size_t size = static_cast<std::size_t>(in.nx) * static_cast<std::size_t>(in.ny);
@@ -133,9 +113,11 @@ void depth_normals(const Normals& in, std::size_t begin, std::size_t end) {
         const Floats above = j > 0 ? load_some(here - in.nx, count) : none;
         const Floats below =
             j + 1 < static_cast<std::size_t>(in.ny) ? load_some(here + in.nx, count) : none;
-        const Ints use_left = size_of(left - t) <= z_max, use_right = size_of(right - t) <= z_max;
-        const Ints use_above = size_of(above - t) <= z_max, use_below = size_of(below - t) <= z_max;
-        const Floats u = in.first + step * (static_cast<float>(i) + index_of());
+        const Ints use_left = magnitude(left - t) <= z_max,
+                   use_right = magnitude(right - t) <= z_max;
+        const Ints use_above = magnitude(above - t) <= z_max,
+                   use_below = magnitude(below - t) <= z_max;
+        const Floats u = in.first + step * (static_cast<float>(i) + kLanes);
         const Floats v = all(in.first + step * static_cast<float>(j));
         const Rays centre = rays_at(in.ray, u, v);
         const Rays to_right = rays_at(in.ray, (use_left & ~use_right) ? u : u + step, v);
@@ -163,9 +145,9 @@ void depth_normals(const Normals& in, std::size_t begin, std::size_t end) {
         y = surface ? y * scale : Floats{};
         z = surface ? z * scale : Floats{};
       }
-      store_some(x, in.normal + at, count);
-      store_some(y, in.normal + size + at, count);
-      store_some(z, in.normal + 2 * size + at, count);
+      store_first(x, in.normal + at, count);
+      store_first(y, in.normal + size + at, count);
+      store_first(z, in.normal + 2 * size + at, count);
     }
 }
 
