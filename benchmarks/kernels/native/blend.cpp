@@ -6,6 +6,7 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr int kRecord = 24, kCached = 48;
+constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -24,7 +25,14 @@ struct Hit {
   gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
 }
 
-[[gnu::always_inline]] inline bool hit_fit(const float* g, const Sample& s, float d_max, Hit& hit) {
+// Where rays enter a fit's fluid, and how far from its foot, in reaches.
+struct Entry {
+  Floats tau, squared;
+  Ints met;
+  bool counts() const { return any(met & (squared < 1.0f)); }
+};
+
+[[gnu::always_inline]] inline Entry entry_of(const float* g, const Sample& s, float d_max) {
   const Floats none{}, one = all(1.0f);
   const Floats x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
   Floats gx, gy, gz;
@@ -36,19 +44,28 @@ struct Hit {
   const Floats D = B * B - 4.0f * A * C;
   const Floats sqrt_d = root(larger(D, none));
   const Ints falls = B<0.0f, curved = magnitude(A)> 1e-12f;
-  Floats tau =
+  const Floats tau =
       (falls ? 2.0f * C : -(B + sqrt_d)) / (falls ? sqrt_d - B : 2.0f * (curved ? A : one));
-  Ints met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
-  tau = met ? tau : none;
-  const Floats px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
+  Entry entry;
+  entry.met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
+  entry.tau = entry.met ? tau : none;
+  const Floats px = x + entry.tau * s.dx, py = y + entry.tau * s.dy, pz = z - entry.tau;
   const Floats fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
-  const Floats squared = (fx * fx + fy * fy + fz * fz) * g[16];
-  if (!any(met & (squared < 1.0f))) return false;
-  const Floats near = larger(one - squared, none);
-  gradient_at(g, px, py, pz, gx, gy, gz);
+  entry.squared = (fx * fx + fy * fy + fz * fz) * g[16];
+  return entry;
+}
+
+// Returns whether any of the rays has weight there.
+[[gnu::always_inline]] inline bool weigh(const float* g, const Sample& s, float d_max,
+                                         const Entry& entry, Hit& hit) {
+  const Floats none{}, one = all(1.0f), tau = entry.tau;
+  const Floats x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  const Floats near = larger(one - entry.squared, none);
+  Floats gx, gy, gz;
+  gradient_at(g, x + tau * s.dx, y + tau * s.dy, z - tau, gx, gy, gz);
   const Floats slope = 1.0f / root(larger(gx * gx + gy * gy + gz * gz, all(1e-20f)));
   const Floats facing = (gx * s.dx + gy * s.dy - gz) * slope;
-  met &= magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max;
+  const Ints met = entry.met & (magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max);
   const Floats steep = met ? near * near * g[18] : none;
   hit.tau = tau;
   hit.weight = steep * near;
@@ -140,6 +157,7 @@ struct Listed {
 Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats none{}, one = all(1.0f), tiny = all(kTiny);
   const float* const groups = in.groups;
+  const auto fit_at = [groups](int fit) { return groups + std::ptrdiff_t{fit} * kRecord; };
   const auto same = [&](const Floats& cosine) {
     return smooth_step(in.same_low, in.same_high, cosine);
   };
@@ -150,38 +168,54 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   Blended out;
   Floats best{}, ax{}, ay{}, az{}, trust{};
   Sheet A, B;
-  for (int k = 0; k < listed.met_count; k += 8)
-    for (unsigned near = find_near(listed.met, k, listed.met_count, groups, beam, id); near;
-         near &= near - 1) {
-      const int l = __builtin_ctz(near);
-      const float* const g = groups + std::ptrdiff_t{id[l]} * kRecord;
+  // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
+  // first all that rays meet, without a branch, then the weights of those that count.
+  for (int from = 0; from < listed.met_count; from += kBlock) {
+    const int to = from + kBlock < listed.met_count ? from + kBlock : listed.met_count;
+    std::int32_t place[kBlock + 8];  // in the list
+    Entry entry[kBlock];
+    int near = 0, count = 0;
+    for (int k = from; k < to; k += 8) {
+      const unsigned bits = find_near(listed.met, k, listed.met_count, groups, beam, id);
+      pack(bits, k + kPlaces, place + near);
+      near += __builtin_popcount(bits);
+    }
+    for (int n = 0; n < near; ++n) {
+      place[count] = place[n];
+      entry[count] = entry_of(fit_at(listed.met[place[n]]), s, in.d_max);
+      count += entry[count].counts();
+    }
+    for (int n = 0; n < count; ++n) {
+      const int fit = listed.met[place[n]];
+      const float* const g = fit_at(fit);
       Hit hit;
-      if (!hit_fit(g, s, in.d_max, hit)) continue;
+      if (!weigh(g, s, in.d_max, entry[n], hit)) continue;
       if (kept < kCached) {
         cache[kept] = hit;
-        cached_group[kept++] = id[l];
+        cached_group[kept++] = fit;
       } else if (rest == listed.met_count) {
-        rest = k + l;
+        rest = place[n];
       }
       const Ints better = hit.weight > best;
       best = better ? hit.weight : best;
-      out.group = better ? Ints{} + id[l] : out.group;
+      out.group = better ? Ints{} + fit : out.group;
       ax = better ? hit.gx : ax;
       ay = better ? hit.gy : ay;
       az = better ? hit.gz : az;
       trust += hit.weight * g[22];
       add_hit(A, g, s, hit, one);
     }
+  }
   if (!any(best > 0.0f)) return out;
 
-  // Calls visit(hit, fit) for the hits in the cache and those that are found again.
+  // Calls visit(hit, record) for the hits in the cache and those that are found again.
   const auto each_hit = [&](auto&& visit) {
-    for (int k = 0; k < kept; ++k)
-      visit(cache[k], groups + std::ptrdiff_t{cached_group[k]} * kRecord);
+    for (int k = 0; k < kept; ++k) visit(cache[k], fit_at(cached_group[k]));
     for (int k = rest; k < listed.met_count; ++k) {
-      const float* const g = groups + std::ptrdiff_t{listed.met[k]} * kRecord;
+      const float* const g = fit_at(listed.met[k]);
+      const Entry entry = entry_of(g, s, in.d_max);
       Hit hit;
-      if (hit_fit(g, s, in.d_max, hit)) visit(hit, g);
+      if (entry.counts() && weigh(g, s, in.d_max, entry, hit)) visit(hit, g);
     }
   };
   bool one_sheet = rest == listed.met_count;
@@ -248,7 +282,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   for (int k = 0; k < listed.rim_count; k += 8)
     for (unsigned near = find_near(listed.rim, k, listed.rim_count, groups, beam, id); near;
          near &= near - 1) {
-      const float* const g = groups + std::ptrdiff_t{id[__builtin_ctz(near)]} * kRecord;
+      const float* const g = fit_at(id[__builtin_ctz(near)]);
       const Floats fx = ex - g[19], fy = ey - g[20], fz = -out.depth - g[21];
       const Floats squared = (fx * fx + fy * fy + fz * fz) * g[16];
       if (!any(squared < 1.0f)) continue;
