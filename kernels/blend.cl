@@ -13,6 +13,13 @@
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 
 #define RECORD 24
+// Fits of a list that are met before any is weighed: whether a fit that is met counts is a branch that
+// nobody foresees, in front of a root and a division. A work-item with one ray has no room for them.
+#if WIDTH == 1
+#define BLOCK 1
+#else
+#define BLOCK 128
+#endif
 #define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
 
 typedef struct {
@@ -35,8 +42,15 @@ inline void gradient_at(global const float* g, const floatv x, const floatv y, c
   *gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
 }
 
-// Where the rays enter a fit's fluid. Returns whether any does within the fit's reach.
-inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit* hit) {
+// Where rays enter a fit's fluid, and how far from its foot, in reaches.
+typedef struct {
+  floatv tau, squared;
+  intv met;
+} Entry;
+
+inline int counts(const Entry e) { return ANY(e.met & (e.squared < 1.0f)); }
+
+inline Entry meet_fit(global const float* g, const Sample s, const float d_max) {
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
   floatv gx, gy, gz;
@@ -50,14 +64,25 @@ inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit
   const floatv root = sqrt(fmax(D, none));
   // The entering root in its stable form: f falls there.
   const intv falls = B < 0.0f, curved = fabs(A) > 1e-12f;
-  floatv tau = SELECT(-(B + root), 2.0f * C, falls) /
-               SELECT(2.0f * SELECT(one, A, curved), root - B, falls);
-  intv met = (D >= 0.0f) & (fabs(tau) <= 4.0f * d_max) & (falls | curved);
-  tau = SELECT(none, tau, met);
+  const floatv root_tau = SELECT(-(B + root), 2.0f * C, falls) /
+                          SELECT(2.0f * SELECT(one, A, curved), root - B, falls);
+  const intv met = (D >= 0.0f) & (fabs(root_tau) <= 4.0f * d_max) & (falls | curved);
+  const floatv tau = SELECT(none, root_tau, met);
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
   const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
-  if (!ANY(met & (squared < 1.0f))) return 0;
+  const Entry e = {tau, squared, met};
+  return e;
+}
+
+// A hit at an entry. Returns whether it has any weight.
+inline int weigh_fit(global const float* g, const Sample s, const float d_max, const Entry e,
+                     Hit* hit) {
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
+  intv met = e.met;
+  const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
+  floatv gx, gy, gz;
   const floatv near = fmax(one - squared, none);
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
   const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
@@ -72,6 +97,12 @@ inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit
   hit->gz = gz * slope;
   hit->pull = -3.0f * g[16] * steep * facing;
   return ANY(hit->weight > 0.0f);
+}
+
+// Returns whether any ray enters a fit's fluid within its reach.
+inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit* hit) {
+  const Entry e = meet_fit(g, s, d_max);
+  return counts(e) && weigh_fit(g, s, d_max, e, hit);
 }
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
@@ -199,22 +230,38 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
   floatv trust = none;
   Sheet A, B;  // A: as if all hits were of one sheet
   clear_sheet(&A);
-  for (int k = 0; k < listed.met_count; k += WIDTH) {
-    find_near(listed.met, k, listed.met_count, groups, beam, id, near);
-    for (int l = 0; l < WIDTH; ++l) {
-      if (!near[l]) continue;
-      global const float* g = groups + id[l] * RECORD;
+  for (int from = 0; from < listed.met_count; from += BLOCK) {
+    const int to = min(from + BLOCK, listed.met_count);
+    int place[BLOCK + WIDTH];
+    Entry entry[BLOCK];
+    int found = 0, met = 0;
+    for (int k = from; k < to; k += WIDTH) {
+      find_near(listed.met, k, listed.met_count, groups, beam, id, near);
+#pragma unroll
+      for (int l = 0; l < WIDTH; ++l) {
+        place[found] = k + l;
+        found += near[l] != 0;
+      }
+    }
+    for (int n = 0; n < found; ++n) {
+      place[met] = place[n];
+      entry[met] = meet_fit(groups + listed.met[place[n]] * RECORD, s, d_max);
+      met += counts(entry[met]);
+    }
+    for (int n = 0; n < met; ++n) {
+      const int fit = listed.met[place[n]];
+      global const float* g = groups + fit * RECORD;
       Hit hit;
-      if (!hit_fit(g, s, d_max, &hit)) continue;
+      if (!weigh_fit(g, s, d_max, entry[n], &hit)) continue;
       if (kept < CACHED) {
         cache[kept] = hit;
-        cached_group[kept++] = id[l];
+        cached_group[kept++] = fit;
       } else {
-        rest = min(rest, k + l);
+        rest = min(rest, place[n]);
       }
       const intv better = hit.weight > best;
       best = SELECT(best, hit.weight, better);
-      best_group = SELECT(best_group, (intv)(id[l]), better);
+      best_group = SELECT(best_group, (intv)(fit), better);
       ax = SELECT(ax, hit.gx, better);
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);

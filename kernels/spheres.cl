@@ -78,6 +78,14 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   STOREF(fmax(corner + 2.0f * slack, (floatv)(1e-6f)), deepest + p);
 }
 
+// Records that are loaded at once: they lie far apart, and a CPU waits for each that it needs at once
+// (at 160,000 particles half of the kernel's time). A GPU has other work-items for that.
+#if WIDTH == 1
+#define AHEAD 1
+#else
+#define AHEAD 8
+#endif
+
 // Draws the spheres of a bin into a private map, with `owned` its owners as well.
 inline void draw_spheres(const Part part, global const float* sphere, global const int2* entry,
                          Rays* rays, floatv* map, intv* owner, const float2 grid, const float16 ray,
@@ -90,12 +98,12 @@ inline void draw_spheres(const Part part, global const float* sphere, global con
     if (owned) owner[row] = (intv)(INT_MAX);
   }
   float deepest = INFINITY;
-  float8 ahead[8];
+  float8 ahead[AHEAD];
   for (int e = part.begin; e < part.end; ++e) {
-    const int p = entry[e].x, packed = entry[e].y, place = (e - part.begin) % 8;
+    const int p = entry[e].x, packed = entry[e].y, place = (e - part.begin) % AHEAD;
     if (place == 0)
 #pragma unroll
-      for (int k = 0; k < 8; ++k) ahead[k] = vload8(entry[min(e + k, part.end - 1)].x, sphere);
+      for (int k = 0; k < AHEAD; ++k) ahead[k] = vload8(entry[min(e + k, part.end - 1)].x, sphere);
     const int j0 = max(packed >> 8 & 15, part.row),
               j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
     const float8 s = ahead[place];

@@ -21,7 +21,7 @@ class Capture : public LaunchObserver {
   Capture(const Capture&) = delete;
   Capture& operator=(const Capture&) = delete;
 
-  void before(KernelLaunch& launch) override {
+  void before(const KernelLaunch& launch) override {
     if (launch.kernel != kernel_) return;
     CapturedLaunch captured;
     for (std::size_t k = 0; k < launch.arguments.size(); ++k)
