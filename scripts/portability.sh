@@ -34,10 +34,12 @@ pypi() {
   "$home/bin/pip" -q --disable-pip-version-check install "$@"
 }
 
-# What a process needs in its environment to see one runtime only. Installs it; fails where it cannot.
-environment=()
+# What a process needs in its environment to see one runtime only, and what it is started with.
+# Installs it; fails where it cannot.
+environment=() runner=()
 prepare() {
   local library
+  runner=()
   case $1 in
     pocl)
       debian pocl-opencl-icd || return 1
@@ -63,6 +65,12 @@ prepare() {
   [[ -n $library && -e $library ]] || return 1
   mkdir -p "$folder/cache/$1"
   environment=(OCL_ICD_VENDORS="$library" POCL_CACHE_DIR="$folder/cache/$1")
+  # Its LLVM 14 knows no newer processors and builds nothing on them. There it runs as on an older one.
+  if [[ $1 == pocl-pypi ]] && env "${environment[@]}" "$program" devices | grep -q -- '-generic$'; then
+    debian qemu-user || return 1
+    runner=(qemu-x86_64 -cpu Haswell)
+    environment+=(MENISCUS_LAUNCHER="${runner[*]}" MENISCUS_CACHE_DIR="$folder/cache/$1")
+  fi
   [[ $1 != rusticl ]] || environment+=(LP_CL=1 RUSTICL_ENABLE="llvmpipe,swrast")
   [[ $1 != oclgrind ]] || environment+=(OCLGRIND_DATA_RACES=1 OCLGRIND_LOG="$folder/oclgrind.log")
 }
@@ -104,7 +112,7 @@ for runtime in $runtimes; do
     for method in $methods; do
       output=$folder/frame
       rm -f "$output".*
-      env "${environment[@]}" "$program" extract "$input" --camera "$camera" --method "$method" \
+      env "${environment[@]}" "${runner[@]}" "$program" extract "$input" --camera "$camera" --method "$method" \
         --compression none -o "$output.exr" -o "$output.ply" -q >"$folder/extract.log" 2>&1 || true
       hash=failed
       [[ ! -e $output.ply ]] || hash=$(cat "$output.exr" "$output.ply" | md5sum | cut -c1-12)

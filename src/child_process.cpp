@@ -11,14 +11,30 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <sstream>
 
 #include "meniscus/error.hpp"
 
 namespace meniscus {
+namespace {
+
+// The words of MENISCUS_LAUNCHER.
+std::vector<std::string> launcher() {
+  const char* text = std::getenv("MENISCUS_LAUNCHER");
+  std::istringstream line(text ? text : "");
+  return {std::istream_iterator<std::string>(line), {}};
+}
+
+}  // namespace
 
 ChildProcess::ChildProcess(const std::vector<std::string>& arguments, bool keep_errors) {
-  std::vector<std::string> words{"meniscus"};
+  std::vector<std::string> words = launcher();
+  const bool launched = !words.empty();
+  words.push_back(launched ? std::filesystem::read_symlink("/proc/self/exe").string() : "meniscus");
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -42,7 +58,10 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments, bool keep_
     if (getppid() != parent) _exit(127);
     dup2(ends[1], STDOUT_FILENO);
     if (errors_) dup2(fileno(errors_), STDERR_FILENO);
-    execv("/proc/self/exe", argv.data());
+    if (launched)
+      execvp(argv.front(), argv.data());
+    else
+      execv("/proc/self/exe", argv.data());
     _exit(127);
   }
   ::close(ends[1]);

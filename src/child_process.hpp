@@ -9,7 +9,8 @@
 
 namespace meniscus {
 
-/// A child that runs this program. It is ended with its parent, and with this.
+/// A child that runs this program. It is ended with its parent, and with this. Where MENISCUS_LAUNCHER
+/// is set, its words are put in front: an emulator, or a debugger ("valgrind -q").
 class ChildProcess {
  public:
   /// `arguments` follow the program's name. Its standard error goes to this process's, or is kept

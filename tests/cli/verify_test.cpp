@@ -39,6 +39,14 @@ TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
   expect_error(run({"verify", "--compare", "broken.json", "broken.json"}), 1, {"broken.json"});
 }
 
+TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
+  const std::vector<std::string> command{"verify", "--device", "cpu", "--size", "small", "--kernel",
+                                         "bound_bins"};
+  EXPECT_EQ(run(command, {.environment = {{"MENISCUS_LAUNCHER", "env ANYTHING=1"}}}).exit_code, 0);
+  expect_error(run(command, {.environment = {{"MENISCUS_LAUNCHER", "false"}}}), 1,
+               {"listing the OpenCL devices", "exit code 1"});
+}
+
 // A device that crashes or hangs costs rows; the next process goes on behind the case.
 TEST_F(ProgramVerify, CrashesAndHangsAreRowsAndNoEnd) {
   for (const bool hangs : {false, true}) {
