@@ -298,8 +298,16 @@ Comparison compared(const DeviceResults& before, const DeviceResults& after) {
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after) {
   std::string text = "A  " + title_of(before.device) + "\nB  " + title_of(after.device) + "\n";
   const auto [same, changes] = compared(before, after);
+  std::int64_t only_before = 0, only_after = 0;
+  for (const Change& change : changes) {
+    only_before += change.after == nullptr;
+    only_after += change.before == nullptr;
+  }
   text += grouped(static_cast<std::int64_t>(same)) + " rows are the same, " +
-          grouped(static_cast<std::int64_t>(changes.size())) + " differ\n";
+          grouped(static_cast<std::int64_t>(changes.size()) - only_before - only_after) + " differ";
+  if (only_before > 0) text += ", " + grouped(only_before) + " are in A alone";
+  if (only_after > 0) text += ", " + grouped(only_after) + " are in B alone";
+  text += "\n";
   const auto said = [](const Row* row) {
     if (!row) return std::string("not there");
     std::string words = to_string(row->result);
@@ -308,6 +316,8 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
   };
   for (const Change& change : changes) {
     const Row& row = change.after ? *change.after : *change.before;
+    // One run had other cases than the other: no difference but where it failed.
+    if ((!change.before || !change.after) && row.result != Result::fail) continue;
     text += row.group + " " + words_of(row) + "\n  A  " + said(change.before) + "\n  B  " +
             said(change.after) + "\n";
   }

@@ -84,7 +84,7 @@ struct Comparison {
 };
 Comparison compared(const DeviceResults& before, const DeviceResults& after);
 
-/// The changes as a table, and how many rows are the same.
+/// What differs and what failed in one alone, and how many rows are the same.
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after);
 
 /// "PoCL device (driver 3.1)".

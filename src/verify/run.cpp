@@ -171,7 +171,8 @@ Row row_of(const std::string& kernel, const KernelFindings& found) {
   row.ms = found.ms;
   if (found.differing > 0) {
     row.result = Result::fail;
-    row.ulp = found.ulp;
+    row.ulp =
+        found.ulp > 0 ? found.ulp : -1;  // of integers, or of values that are not at hand: none
     row.reason = found.first;
     if (found.differing > 1)
       row.reason += "; " + std::to_string(found.differing) + " of its " +
