@@ -46,7 +46,7 @@ void tune_device(const DeviceInfo& info, const TuneOptions& options) {
 
 void add_tune_command(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
-      "tune", "Measure how a device's kernels are launched fastest, and keep it for later runs");
+      "tune", "Measure once how a device's kernels are launched fastest");
   const auto options = std::make_shared<TuneOptions>();
   TuneOptions& o = *options;
   command

@@ -51,6 +51,8 @@ TEST_F(ProgramUsage, HelpFitsATerminal) {
                                                 {"devices", "--help"},
                                                 {"bench", "--help"},
                                                 {"bench", "frame", "--help"},
+                                                {"verify", "--help"},
+                                                {"tune", "--help"},
                                                 {"generate", "--help"}}) {
     std::istringstream lines(run(words).out);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;

@@ -213,8 +213,8 @@ TEST_F(ExtractSource, LosesNoLoneParticle) {
 TEST_F(ExtractSource, WithoutThinningNothingChanges) {
   const DamBreak small(20000, 1);
   Particles particles = dam_particles(small);
-  // The same middle for both: a corner of the box on either side.
-  for (const float corner : {-1000.0f, 1000.0f}) {
+  // The same middle for both: a corner of the box on either side, not so far that it is a stray.
+  for (const float corner : {-20.0f, 20.0f}) {
     particles.x.push_back(corner);
     particles.y.push_back(corner);
     particles.z.push_back(corner);
@@ -225,9 +225,9 @@ TEST_F(ExtractSource, WithoutThinningNothingChanges) {
   Particles large = particles;
   std::mt19937 random(4);
   while (static_cast<std::int64_t>(large.size()) < kStreamed) {
-    large.x.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
-    large.y.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
-    large.z.push_back(900 + static_cast<float>(random() % 1000) * 0.1f);
+    large.x.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    large.y.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    large.z.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
     large.vx.push_back(5);
     large.vy.push_back(NAN);
     large.vz.push_back(5);
