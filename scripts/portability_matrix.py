@@ -61,8 +61,9 @@ def main(folder: str, runtimes: list[str]) -> int:
     for (frame, method), found in hashes.items():
         same = len(set(found.values())) == 1 and "failed" not in found.values()
         good = good and same
-        cells = [found.get(runtime, "-") for runtime, _, _ in columns]
-        line(f"{frame}, `{method}`", [f"`{c}`" if same or c == "-" else f"**{c}**" for c in cells])
+        mark = "`" if same else "**"
+        cells = [found.get(runtime) for runtime, _, _ in columns]
+        line(f"{frame}, `{method}`", [f"{mark}{c}{mark}" if c else "-" for c in cells])
     return 0 if good else 1
 
 
