@@ -45,10 +45,9 @@ bool are_worth_keeping(const DeviceInfo& info) {
 // All that a built program depends on.
 std::string description_of(const DeviceInfo& info, const std::string& source,
                            const std::string& options) {
-  std::string text;
+  std::string text = identity_of(info);
   for (const std::string& part :
-       {info.platform, info.vendor, info.name, info.version, info.driver, options,
-        hex_digits(content_hash(source)), std::to_string(source.size())})
+       {options, hex_digits(content_hash(source)), std::to_string(source.size())})
     text += part + "\n";
   if (const char* mode = std::getenv(kIntelVectorizer)) text += mode;
   return text;

@@ -61,6 +61,13 @@ void make_room(const std::string& folder) {
 
 }  // namespace
 
+std::string identity_of(const DeviceInfo& info) {
+  std::string text;
+  for (const std::string& part : {info.platform, info.vendor, info.name, info.version, info.driver})
+    text += part + "\n";
+  return text;
+}
+
 std::string program_cache_folder() {
   const auto set = [](const char* name) -> std::string {
     const char* const value = std::getenv(name);

@@ -3,7 +3,12 @@
 
 #include <string>
 
+#include "meniscus/device.hpp"
+
 namespace meniscus {
+
+/// What tells a device and its driver from others, a line each, for keys.
+std::string identity_of(const DeviceInfo& info);
 
 /// Where entries are: MENISCUS_CACHE_DIR, else meniscus in XDG_CACHE_HOME, else in HOME/.cache.
 /// Empty: none of them is set, and nothing is kept.

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <string>
 
+#include "device/device.hpp"
 #include "device/program_cache.hpp"
 #include "meniscus/meniscus.hpp"
 
@@ -11,9 +12,7 @@ namespace {
 
 std::string key_of(const DeviceInfo& info) {
   std::string key = "tuning\n";
-  for (const std::string& part :
-       {info.platform, info.vendor, info.name, info.version, info.driver, version()})
-    key += part + "\n";
+  key += identity_of(info) + version() + "\n";
   return key;
 }
 
@@ -27,7 +26,7 @@ bool is_sound(const Tuning& tuning) {
 
 Tuning default_tuning(const DeviceInfo& info) {
   const bool ends_loops = info.platform == "rusticl";
-  return {info.kind == DeviceKind::cpu && !ends_loops ? 8 : 1, 64};
+  return {info.kind == DeviceKind::cpu && !ends_loops ? 8 : 1, kRowGroup};
 }
 
 Tuning tuning_of(const DeviceInfo& info) {

@@ -340,14 +340,7 @@ std::size_t work_group_claimed(Device& device) { return most_items(device, "name
 void probe_execution(Device& device, const Tell& tell) {
   const auto ask = [&](const char* name, const std::string& variant, const std::string& size,
                        bool required, const char* section, const std::function<Finding()>& probe) {
-    Row row;
-    row.group = "probe";
-    row.kernel = name;
-    row.variant = variant;
-    row.size = size;
-    row.required = required;
-    row.section = section;
-    tell_probe(std::move(row), probe, tell);
+    tell_probe(probe_row("probe", name, variant, size, required, section), probe, tell);
   };
   for (const int width : {1, 8}) {
     const std::string variant = "width " + std::to_string(width);

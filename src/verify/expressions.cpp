@@ -411,15 +411,10 @@ void probe_expressions(Device& device, const Tell& tell) {
       for (Operands& o : operands)
         if (is_denormal(expression.expected(o))) o = operands.back();
     for (const int width : {1, 8}) {
-      Row row;
-      row.group = "probe";
-      row.kernel = expression.name;
-      row.variant = "width " + std::to_string(width);
-      row.size = std::to_string(kValues) + " values";
-      row.required = expression.need == Need::same_bits;
-      row.section = expression.section;
       tell_probe(
-          row,
+          probe_row("probe", expression.name, "width " + std::to_string(width),
+                    std::to_string(kValues) + " values", expression.need == Need::same_bits,
+                    expression.section),
           [&] {
             const auto found = computed(device, expression, width, operands);
             Finding finding = expression.exact ? error_of(expression, operands, found)

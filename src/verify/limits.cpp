@@ -83,14 +83,7 @@ bool works(const std::function<bool()>& check) {
 
 Row row_of(const char* limit, const std::string& variant, const std::string& size,
            const char* section) {
-  Row row;
-  row.group = "limit";
-  row.kernel = limit;
-  row.variant = variant;
-  row.size = size;
-  row.required = false;
-  row.section = section;
-  return row;
+  return probe_row("limit", limit, variant, size, false, section);
 }
 
 /// A limit that the device claims and how far it holds.

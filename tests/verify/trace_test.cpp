@@ -33,14 +33,16 @@ Buffer<cl_int> count(Device& device, int box_end) {
   return counts;
 }
 
+// The trace of one launch, and what it wrote.
+Trace traced(Device& device, std::map<std::uint64_t, std::vector<std::uint8_t>>& values) {
+  Tracer tracer(device, &values);
+  count(device, 3);
+  return tracer.trace();
+}
+
 TEST_P(Traces, OfTheSameLaunchesAreTheSame) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
-  Trace first;
-  {
-    Tracer tracer(device_, &values);
-    count(device_, 3);
-    first = tracer.trace();
-  }
+  const Trace first = traced(device_, values);
   ASSERT_EQ(first.size(), 1u);
   ASSERT_EQ(first[0].written.size(), 1u);
   EXPECT_EQ(first[0].written[0].argument, 3);
@@ -54,12 +56,7 @@ TEST_P(Traces, OfTheSameLaunchesAreTheSame) {
 
 TEST_P(Traces, SayWhatDiffersAndPutItRight) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
-  Trace canonical;
-  {
-    Tracer tracer(device_, &values);
-    count(device_, 3);
-    canonical = tracer.trace();
-  }
+  const Trace canonical = traced(device_, values);
   device_.state().kernels.clear();
   device_.state().programs.clear();
   device_.state().kernel_text = [](const std::string&, const std::string& text) {
@@ -73,7 +70,8 @@ TEST_P(Traces, SayWhatDiffersAndPutItRight) {
   const auto counts = count(device_, 3);
   const KernelFindings& found = tracer.findings().at("count_bins");
   EXPECT_EQ(found.differing, 1);
-  EXPECT_THAT(found.first, HasSubstr("launch 1 of 1, stage visible, argument count: 1 of 1 values"));
+  EXPECT_THAT(found.first,
+              HasSubstr("launch 1 of 1, stage visible, argument count: 1 of 1 values"));
   EXPECT_THAT(found.first, HasSubstr("found 0xfffffffe"));
   EXPECT_THAT(tracer.first_difference(), HasSubstr("stage visible, kernel count_bins"));
   EXPECT_EQ(download(device_, counts), std::vector<cl_int>{2}) << "the canonical value";
@@ -99,12 +97,7 @@ TEST_P(Traces, EndWhereNothingCanBePutRight) {
 
 TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
-  Trace canonical;
-  {
-    Tracer tracer(device_, &values);
-    count(device_, 3);
-    canonical = tracer.trace();
-  }
+  const Trace canonical = traced(device_, values);
   {
     Tracer tracer(device_, canonical, values);
     count(device_, -1);
