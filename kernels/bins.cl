@@ -37,40 +37,41 @@ kernel void bound_bins(global const float* cell,  // [cells]
   bound[j * bins.x + i] = deepest;
 }
 
-// How many particles may show in each bin: those whose key is at most the bin's bound. A particle
-// that shows in none loses its box. One work-item per particle.
-kernel void count_bins(global int* box,            // [4][stride]
+// How many particles may show in each bin: those whose key is at most the bin's bound. One work-item
+// per particle.
+kernel void count_bins(global const int* box,      // [4][stride]
                        global const float* key,    // [stride]
                        global const float* bound,  // [bins]
                        global int* count,          // [bins] 0 before
+                       global uchar* shown,        // [n] out: 1 where a particle shows in any bin
                        const int n, const int stride, const int bins_x) {
   const int p = get_global_id(0);
   if (p >= n) return;
   const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
-  if (i1 < i0 || j1 < j0) return;
   const float own = key[p];
-  int shown = 0;
-  for (int j = j0 / BIN; j <= j1 / BIN; ++j)
-    for (int i = i0 / BIN; i <= i1 / BIN; ++i)
-      if (!(own > bound[j * bins_x + i])) {
-        atomic_inc(count + j * bins_x + i);
-        shown = 1;
-      }
-  if (!shown) box[stride + p] = i0 - 1;
+  int any = 0;
+  if (i1 >= i0 && j1 >= j0)
+    for (int j = j0 / BIN; j <= j1 / BIN; ++j)
+      for (int i = i0 / BIN; i <= i1 / BIN; ++i)
+        if (!(own > bound[j * bins_x + i])) {
+          atomic_inc(count + j * bins_x + i);
+          any = 1;
+        }
+  shown[p] = any;
 }
 
 // Lists them, in any order: a particle's index, and the part of its box that lies in the bin.
 // One work-item per particle.
 kernel void fill_bins(global const int* box, global const float* key, global const float* bound,
-                      global int* end,     // [bins] each bin's first entry before, its end
-                                           // after
-                      global int2* entry,  // [entries]
+                      global const uchar* shown,  // [n]
+                      global int* end,            // [bins] each bin's first entry before, its end
+                                                  // after
+                      global int2* entry,         // [entries]
                       const int n, const int stride, const int bins_x,
                       const int2 range) {  // first bin and end of those to list
   const int p = get_global_id(0);
-  if (p >= n) return;
+  if (p >= n || !shown[p]) return;
   const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
-  if (i1 < i0 || j1 < j0) return;
   const float own = key[p];
   for (int j = j0 / BIN; j <= j1 / BIN; ++j) {
     const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;

@@ -151,14 +151,14 @@ inline void mark_splash(const int* at, const intv wanted, global int* group, glo
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
 // its point reaches the contour's. Where they are not, or no group was met, the density field is
 // followed near by (`follow` is finite): in between the two are mixed by the trust, without it the
-// blend goes.
+// blend goes. A ray that met no group and comes near no particle (`core` is infinite) shows nothing.
 // `behind` receives the depth beyond which a sample that shows nothing may look again (its
 // reference), and infinity elsewhere.
 inline void settle(const int* at, const intv listed, const Rays r, global const float* triangle,
-                   global const float* reference, global const float* trust, global float* depth,
-                   global float* behind, global float* follow, const Cells cells,
-                   global const float* weight, const float4 limits, const int only_gaps,
-                   Around* around) {
+                   global const float* reference, global const float* core,
+                   global const float* trust, global float* depth, global float* behind,
+                   global float* follow, const Cells cells, global const float* weight,
+                   const float4 limits, const int only_gaps, Around* around) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const intv met = t < INFINITY;
@@ -173,6 +173,8 @@ inline void settle(const int* at, const intv listed, const Rays r, global const 
   const intv doubted = live & !gone & (trusted >= 1.0f) & !on_triangle;
   if (ANY(doubted))
     gone |= doubted & (density_on(cells, weight, r, t, doubted, around) < contour_of(on_edge, limits));
+
+  gone |= live & !met & !(gather_float(core, at) < INFINITY);
 
   // The rest is for follow_field.
   const intv mixed = live & !gone & (trusted < 1.0f);
@@ -243,6 +245,8 @@ kernel void settle_samples(
     global const int* count,        // [tiles]
     global const float* triangle,   // [samples] depth of kept triangles
     global const float* reference,  // [samples] reference depth
+    global const float* core,       // [samples] finite where the ray comes near enough to a particle
+                                    // to meet the field's level
     global const float* trust,      // [samples] of the blend (blend.cl)
     global float* depth,            // [samples] in and out
     global float* behind,           // [samples] out
@@ -266,8 +270,8 @@ kernel void settle_samples(
       ask_for(t, t + 1.0f, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
-      settle(lanes[v].at, lanes[v].used, lanes[v].rays, triangle, reference, trust, depth, behind,
-             follow, cells, weight, limits, only_gaps, &around);
+      settle(lanes[v].at, lanes[v].used, lanes[v].rays, triangle, reference, core, trust, depth,
+             behind, follow, cells, weight, limits, only_gaps, &around);
   }
 }
 
@@ -324,7 +328,7 @@ kernel void settle_points(
   Around around;
   around.vectors = 1;
   around.count = -2;
-  settle(&p, 1, r, triangle, reference, trust, depth, behind, to_follow, cells, weight, limits, 0,
+  settle(&p, 1, r, triangle, reference, core, trust, depth, behind, to_follow, cells, weight, limits, 0,
          &around);
   if (to_follow[p] < INFINITY)
     follow(&p, 1, n, r, reference, core, trust, depth, normal, group, kind, behind, cells,

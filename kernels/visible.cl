@@ -9,7 +9,7 @@
 // nodes of a rectangle, none has a deeper computed front than the largest |du| and |dv| among them
 // give, and none a nearer one than the centre. Bounds made so hold to the last bit.
 
-// What is drawn: the nearest fronts, those behind a map, or the farthest backs.
+// What is drawn: the nearest fronts, those behind a map (behind.cl), or the farthest backs.
 #define FRONT 0
 #define BEHIND 1
 #define BACK 2
@@ -88,33 +88,11 @@ kernel void cover_discs(global const float* particles,
   STOREF(fmax(fmax(rim, t - bulge), (floatv)(1e-6f)), deepest + p);
 }
 
-// For BEHIND: minus the least depth that a bin's fronts must exceed, so that a particle whose
-// deepest front is not below it is left out; -INFINITY where no front counts.
-// One work-item per bin.
-kernel void bound_behind(global const float* behind,  // [ny*nx] depth, particle radii
-                         global float* bound,         // [bins]
-                         const int2 nodes, const int2 bins,
-                         const float gap) {  // particle radii
-  const int i = get_global_id(0), j = get_global_id(1);
-  if (i >= bins.x || j >= bins.y) return;  // the range is rounded up to whole work-groups
-  floatv least = (floatv)(INFINITY);
-  for (int y = j * BIN; y < min((j + 1) * BIN, nodes.y); ++y)
-    for (int x = i * BIN; x < min((i + 1) * BIN, nodes.x); x += WIDTH) {
-      // Lanes beyond the last node see others' depths: the bound can only become weaker.
-      const floatv front = LOADF(behind + y * nodes.x + x) + gap;
-      least = SELECT(least, front, front < least);
-    }
-  float lanes[WIDTH];
-  STOREF(least, lanes);
-  for (int lane = 1; lane < WIDTH; ++lane) lanes[0] = fmin(lanes[0], lanes[lane]);
-  bound[j * bins.x + i] = -lanes[0];
-}
-
 // Draws the discs of a bin into a private map. BACK: the backs' negative depths, whose nearest is
 // the farthest back. With `owned`, the map's owners as well.
 inline void draw_discs(const Part part, global const float* disc, global const int2* entry,
-                       floatv* map, intv* owner, global const float* behind, const float gap,
-                       const int2 nodes, const float2 grid, const int drawn, const int owned) {
+                       floatv* map, intv* owner, const float2 grid, const int drawn,
+                       const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
   float deepest = INFINITY;
@@ -138,8 +116,6 @@ inline void draw_discs(const Part part, global const float* disc, global const i
       if (drawn != BACK) front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
       intv better = front < map[row];
       if (owned) better = better | ((front == map[row]) & (p < owner[row]));
-      if (drawn == BEHIND)
-        better = better & (front > LOADF(behind + (part.j + row) * nodes.x + part.i) + gap);
       map[row] = SELECT(map[row], front, better);
       if (owned) owner[row] = SELECT(owner[row], (intv)(p), better);
     }
@@ -159,20 +135,7 @@ kernel void splat_depth(global const float* disc,  // [stride][8]
   if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
-  draw_discs(part, disc, entry, map, 0, 0, 0.0f, nodes, grid, FRONT, 0);
-  store_rows(part, map, depth, nodes);
-}
-
-// The nearest front that lies deeper than behind + gap.
-kernel void splat_behind(global const float* disc, global const int* end, global const int2* entry,
-                         global const float* behind,  // [ny*nx] particle radii
-                         global float* depth, const int2 range, const int bins_x, const int2 nodes,
-                         const float2 grid, const float gap) {
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
-  floatv map[ROWS];
-  for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
-  draw_discs(part, disc, entry, map, 0, behind, gap, nodes, grid, BEHIND, 0);
+  draw_discs(part, disc, entry, map, 0, grid, FRONT, 0);
   store_rows(part, map, depth, nodes);
 }
 
@@ -184,7 +147,7 @@ kernel void splat_far(global const float* disc, global const int* end, global co
   if (part.bin >= range.y) return;
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(0.0f);
-  draw_discs(part, disc, entry, map, 0, 0, 0.0f, nodes, grid, BACK, 0);
+  draw_discs(part, disc, entry, map, 0, grid, BACK, 0);
   // Not 0 - map: some compilers take that for -map and make a negative zero.
   for (int row = 0; row < ROWS; ++row) map[row] = fabs(map[row]);
   store_rows(part, map, depth, nodes);
@@ -192,14 +155,14 @@ kernel void splat_far(global const float* disc, global const int* end, global co
 
 // The nearest front and the particle that owns it: the lowest index among the nearest.
 inline void draw_owners(const Part part, global const float* disc, global const int2* entry,
-                        int* owner, const int2 nodes, const float2 grid) {
+                        int* owner, const float2 grid) {
   floatv map[ROWS];
   intv owners[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     map[row] = (floatv)(INFINITY);
     owners[row] = (intv)(INT_MAX);
   }
-  draw_discs(part, disc, entry, map, owners, 0, 0.0f, nodes, grid, FRONT, 1);
+  draw_discs(part, disc, entry, map, owners, grid, FRONT, 1);
   for (int row = 0; row < ROWS; ++row) STOREI(owners[row], owner + row * WIDTH);
 }
 
@@ -210,7 +173,7 @@ kernel void splat_owner(global const float* disc, global const int* end, global 
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
   int own[ROWS * WIDTH];
-  draw_owners(part, disc, entry, own, nodes, grid);
+  draw_owners(part, disc, entry, own, grid);
   for (int row = 0; row < ROWS && part.j + row < nodes.y; ++row)
     for (int lane = 0; lane < WIDTH && part.i + lane < nodes.x; ++lane)
       owner[(part.j + row) * nodes.x + part.i + lane] = own[row * WIDTH + lane];
@@ -223,7 +186,7 @@ kernel void count_owned(global const float* disc, global const int* end, global 
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
   int own[ROWS * WIDTH];
-  draw_owners(part, disc, entry, own, nodes, grid);
+  draw_owners(part, disc, entry, own, grid);
   // One addition for a run of nodes with the same owner.
   int run = 0;
   for (int k = 0; k < ROWS * WIDTH; ++k) {

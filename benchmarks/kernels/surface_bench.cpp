@@ -120,12 +120,19 @@ bool is_for_gaps(const CapturedLaunch& launch) { return launch.number % 4 == 3; 
 constexpr float kTriangleReach = 3, kSearch = 2, kFarSearch = 100;
 
 native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
-  return {lists_of(frame, launch), launch.read<float>(2),
-          launch.read<float>(3),   launch.read<float>(4),
-          launch.write<float>(5),  launch.write<float>(6),
-          launch.write<float>(7),  cells_of(frame, launch, 8),
-          launch.read<float>(15),  static_cast<float>(frame.params.region.contour_density),
-          kTriangleReach,          is_for_gaps(launch)};
+  return {lists_of(frame, launch),
+          launch.read<float>(2),
+          launch.read<float>(3),
+          launch.read<float>(4),
+          launch.read<float>(5),
+          launch.write<float>(6),
+          launch.write<float>(7),
+          launch.write<float>(8),
+          cells_of(frame, launch, 9),
+          launch.read<float>(16),
+          static_cast<float>(frame.params.region.contour_density),
+          kTriangleReach,
+          is_for_gaps(launch)};
 }
 
 native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
@@ -166,7 +173,7 @@ Case prepare_settle(Frame& frame) {
   // Triangle, reference, trust and depth read, one map written. What is computed depends on where
   // the density decides, and is not counted.
   result.bytes = 20 * result.items;
-  add_native(result, frame, "settle_samples", {5, 6, 7}, settle_input, native::settle_samples);
+  add_native(result, frame, "settle_samples", {6, 7, 8}, settle_input, native::settle_samples);
   return result;
 }
 

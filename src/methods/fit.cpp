@@ -2,6 +2,7 @@
 // sheets; the density field where no fit can be trusted.
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
+#include "stages/behind.hpp"
 #include "stages/blend.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"
@@ -78,6 +79,10 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   const Buffer<float> front_core = splat_depth(device, frame.body, grid, kCoreFootprint);
   const FitTiles tiles = list_fits(device, view, records, grid);
   const SplashExtent splash = splash_extent(device, frame.splash, grid);
+  const Discs hidden = outline_discs(device, frame.hidden, grid,
+                                     {{static_cast<float>(kCoreFootprint), 1.0f}}, Drawn::behind);
+  // Of the samples that show nothing in their layer, its reference depth.
+  const auto behind = filled<float>(device, grid.size(), kNoSurface);
 
   const auto fill = [&](const SampleLists& wanted) {
     constexpr int kLayers = 3;
@@ -85,20 +90,24 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
     const auto settle = [&](const SampleLists& lists, const Buffer<float>& reference,
                             const Buffer<float>& core, bool only_gaps) {
       clock.start("settle");
-      return settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference,
-                            core, surface, params.region, only_gaps);
+      settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference, core,
+                     surface, behind, params.region, only_gaps);
     };
     SampleLists lists = keep_samples(device, wanted, front, surface.depth);
     SampleLists gaps;  // what the first layer leaves open
+    DiscsBehind listed;
     Buffer<float> reference = front, core = front_core;
     for (int layer = 0; layer < kLayers; ++layer) {
       clock.start("blend");
       blend_groups(device, view, lists, frame.records, tiles, reference, surface, params.blend);
-      const Buffer<float> behind = settle(lists, reference, core, false);
+      settle(lists, reference, core, false);
       if (layer + 1 == kLayers) break;
-      core = splat_depth(device, frame.hidden, grid, kCoreFootprint, 1, &behind, kLayerGap);
       lists = keep_samples(device, lists, behind, surface.depth);
-      if (layer == 0) gaps = lists;
+      if (layer == 0) {
+        gaps = lists;
+        listed = list_discs(device, hidden, lists, behind, kLayerGap);
+      }
+      core = splat_behind(device, listed, lists, behind, kLayerGap);
       reference = core;
       lists = keep_samples(device, lists, reference, surface.depth);
     }

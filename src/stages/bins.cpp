@@ -32,8 +32,9 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
   const BinGrid bins = bins_of(grid);
   const Range particles{static_cast<std::size_t>(outlines.count)};
   const auto count = filled<cl_int>(device, bins.size(), 0);
+  const auto shown = allocate<cl_uchar>(device, static_cast<std::size_t>(outlines.stride));
   launch(device, "bins.cl", "count_bins", particles, "", outlines.box, outlines.key, bound, count,
-         outlines.count, outlines.stride, bins.nx);
+         shown, outlines.count, outlines.stride, bins.nx);
   const std::vector<cl_int> counts = download(device, count);
 
   std::vector<cl_int> begin(bins.size());
@@ -50,7 +51,7 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
                          static_cast<int>(first), static_cast<int>(last)};
     if (entries > 0)
       launch(device, "bins.cl", "fill_bins", particles, "", outlines.box, outlines.key, bound,
-             lists.end, lists.entry, outlines.count, outlines.stride, bins.nx,
+             shown, lists.end, lists.entry, outlines.count, outlines.stride, bins.nx,
              cl_int2{{lists.first, lists.last}});
     draw(lists);
   }

@@ -54,7 +54,7 @@ struct BinLists {
 ///   most_entries  of the lists at a time (8 bytes each), or fewer where the device's buffers hold
 ///                 fewer; one bin may have more
 ///
-/// Empties the boxes of particles that are in no list. Waits. Throws DeviceError.
+/// Waits. Throws DeviceError.
 void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bound,
                const SampleGrid& grid, const std::function<void(const BinLists&)>& draw,
                std::size_t most_entries = std::size_t{1} << 24);

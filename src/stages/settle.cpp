@@ -22,20 +22,19 @@ constexpr char kSettle[] = "cells.cl field.cl samples.cl settle.cl";
 
 }  // namespace
 
-Buffer<float> settle_samples(Device& device, const View& view, const SampleLists& lists,
-                             const DeviceCells& cells, const DeviceCells& levelled,
-                             const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                             const Buffer<float>& core, const SurfaceBuffers& surface,
-                             const RegionParams& params, bool only_gaps) {
+void settle_samples(Device& device, const View& view, const SampleLists& lists,
+                    const DeviceCells& cells, const DeviceCells& levelled,
+                    const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                    const Buffer<float>& core, const SurfaceBuffers& surface,
+                    const Buffer<float>& behind, const RegionParams& params, bool only_gaps) {
   const SampleGrid& grid = surface.grid;
-  const auto behind = filled<float>(device, grid.size(), kNoSurface);
   const auto follow = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   launch(device, kSettle, "settle_samples", range_of(lists, width), width_option(width),
-         lists.sample, lists.count, triangle_depth, reference, surface.trust, surface.depth, behind,
-         follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         limits_of(params), static_cast<cl_int>(only_gaps));
+         lists.sample, lists.count, triangle_depth, reference, core, surface.trust, surface.depth,
+         behind, follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell,
+         cells.mask, cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
+         kernel_rays(view), limits_of(params), static_cast<cl_int>(only_gaps));
   const SampleLists rest = keep_samples(device, lists, follow);
   launch(device, kSettle, "follow_field", range_of(rest, width), width_option(width), rest.sample,
          rest.count, reference, core, surface.trust, surface.depth, surface.normal, surface.group,
@@ -43,7 +42,6 @@ Buffer<float> settle_samples(Device& device, const View& view, const SampleLists
          cells.inverse_cell, cells.mask, cells.weight, levelled.weight, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view), limits_of(params),
          static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch));
-  return behind;
 }
 
 void settle_points(Device& device, const View& view, const DeviceCells& cells,

@@ -21,28 +21,6 @@ Range vectors(Device& device, std::size_t n) {
   return {n / static_cast<std::size_t>(device.state().vector_width)};
 }
 
-enum class Drawn : cl_int { front, behind, back };  // FRONT, BEHIND, BACK in visible.cl
-
-// The particles as the kernels draw them, and what each may cover.
-struct Discs {
-  Buffer<float> records;  // [stride][8]
-  cl_float2 sphere;       // footprint; bulge over footprint
-  Outlines outlines;
-};
-
-Discs outline(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-              cl_float2 sphere, Drawn drawn) {
-  const std::size_t stride = static_cast<std::size_t>(particles.stride);
-  const Discs discs{allocate<float>(device, 8 * stride),
-                    sphere,
-                    {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
-                     particles.count, particles.stride}};
-  launch(device, "visible.cl", "outline_discs", vectors(device, stride), options(device),
-         particles.values, discs.records, discs.outlines.box, discs.outlines.key, particles.stride,
-         nodes_of(grid), origin_of(grid), sphere, static_cast<cl_int>(drawn));
-  return discs;
-}
-
 // The deepest front that each bin's map can have.
 Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, const Discs& discs,
                               const SampleGrid& grid) {
@@ -84,6 +62,19 @@ SampleGrid visibility_grid(const View& view, const Projected& projected,
 
 }  // namespace
 
+Discs outline_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    cl_float2 sphere, Drawn drawn) {
+  const std::size_t stride = static_cast<std::size_t>(particles.stride);
+  const Discs discs{allocate<float>(device, 8 * stride),
+                    sphere,
+                    {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                     particles.count, particles.stride}};
+  launch(device, "visible.cl", "outline_discs", vectors(device, stride), options(device),
+         particles.values, discs.records, discs.outlines.box, discs.outlines.key, particles.stride,
+         nodes_of(grid), origin_of(grid), sphere, static_cast<cl_int>(drawn));
+  return discs;
+}
+
 SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices) {
   const std::size_t n = indices.size(), stride = (n + 63) / 64 * 64;
@@ -101,29 +92,12 @@ SplatParticles upload_splats(Device& device, const Projected& projected,
 }
 
 Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                          double footprint, double bulge, const Buffer<float>* behind, double gap) {
+                          double footprint, double bulge) {
   if (particles.count == 0) return filled<float>(device, grid.size(), kNoSurface);
   const auto depth = allocate<float>(device, grid.size());
   const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
-  const Discs discs =
-      outline(device, particles, grid, sphere, behind ? Drawn::behind : Drawn::front);
-  if (!behind) {
-    draw(device, "splat_depth", discs, bound_by_covers(device, particles, discs, grid), grid,
-         depth);
-    return depth;
-  }
-  const BinGrid bins = bins_of(grid);
-  const auto bound = allocate<float>(device, bins.size());
-  launch(device, "visible.cl", "bound_behind",
-         {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8},
-         options(device), *behind, bound, nodes_of(grid), cl_int2{{bins.nx, bins.ny}},
-         static_cast<cl_float>(gap));
-  draw_bins(device, discs.outlines, bound, grid, [&](const BinLists& lists) {
-    launch(device, "visible.cl", "splat_behind", bin_items(lists, device.state().vector_width),
-           options(device), discs.records, lists.end, lists.entry, *behind, depth,
-           cl_int2{{lists.first, lists.last}}, bins.nx, nodes_of(grid), lattice_of(grid),
-           static_cast<cl_float>(gap));
-  });
+  const Discs discs = outline_discs(device, particles, grid, sphere, Drawn::front);
+  draw(device, "splat_depth", discs, bound_by_covers(device, particles, discs, grid), grid, depth);
   return depth;
 }
 
@@ -131,7 +105,7 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
                            double footprint) {
   if (particles.count == 0) return filled<cl_int>(device, grid.size(), INT_MAX);
   const auto owner = allocate<cl_int>(device, grid.size());
-  const Discs discs = outline(device, particles, grid, sphere_of(footprint), Drawn::front);
+  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::front);
   draw(device, "splat_owner", discs, bound_by_covers(device, particles, discs, grid), grid, owner);
   return owner;
 }
@@ -140,7 +114,7 @@ Buffer<float> splat_far(Device& device, const SplatParticles& particles, const S
                         double footprint) {
   if (particles.count == 0) return filled<float>(device, grid.size(), 0.0f);
   const auto depth = allocate<float>(device, grid.size());
-  const Discs discs = outline(device, particles, grid, sphere_of(footprint), Drawn::back);
+  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::back);
   draw(device, "splat_far", discs, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
        depth);
   return depth;
@@ -154,7 +128,8 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   const SampleGrid grid = visibility_grid(view, projected, candidates);
   const SplatParticles splats = upload_splats(device, projected, candidates);
   const auto owned = filled<cl_int>(device, candidates.size(), 0);
-  const Discs discs = outline(device, splats, grid, sphere_of(params.footprint), Drawn::front);
+  const Discs discs =
+      outline_discs(device, splats, grid, sphere_of(params.footprint), Drawn::front);
   draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid), grid, owned);
 
   const std::vector<cl_int> counts = download(device, owned);

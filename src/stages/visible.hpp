@@ -5,6 +5,7 @@
 
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
+#include "stages/bins.hpp"
 #include "stages/project.hpp"
 
 namespace meniscus {
@@ -20,16 +21,27 @@ struct SplatParticles {
 SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices);
 
+/// Particles as the kernels draw them, and what each may cover.
+struct Discs {
+  Buffer<float> records;  // [stride][8], see visible.cl
+  cl_float2 sphere;       // footprint; bulge over footprint
+  Outlines outlines;
+};
+
+enum class Drawn : cl_int { front, behind, back };  // FRONT, BEHIND, BACK in visible.cl
+
+/// sphere: footprint, particle radii, and bulge over footprint. Does not wait.
+Discs outline_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    cl_float2 sphere, Drawn drawn);
+
 /// The nearest sphere front at every node (paper 2.1): the minimum of t - bulge sqrt(1 - d^2).
 ///
 ///   footprint  radius of the spheres, in particle radii
 ///   bulge      depth of the cap over the footprint: 1 is a sphere, 1/2 half as deep
-///   behind     when given, only fronts deeper than behind + gap count (particle radii)
 ///
 /// Returns [ny*nx] depths in particle radii, kNoSurface where nothing is. Waits.
 Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                          double footprint, double bulge = 1, const Buffer<float>* behind = nullptr,
-                          double gap = 0);
+                          double footprint, double bulge = 1);
 
 /// The particle whose front is nearest at every node, the lowest index where several are;
 /// INT_MAX where there is none. Waits.

@@ -46,7 +46,6 @@ TEST_P(Bins, HoldTheParticlesWhoseKeyIsAtMostTheBound) {
 
       using Entry = std::tuple<int, int, int, int, int, int>;  // bin, particle, box in the bin
       std::multiset<Entry> expected;
-      std::set<int> listed;
       for (int p = 0; p < kCount; ++p)
         for (int j = box[2 * kStride + p]; j <= box[3 * kStride + p]; ++j)
           for (int i = box[p]; i <= box[kStride + p]; ++i) {
@@ -54,7 +53,6 @@ TEST_P(Bins, HoldTheParticlesWhoseKeyIsAtMostTheBound) {
             if ((i % 8 != 0 && i != box[p]) || (j % 8 != 0 && j != box[2 * kStride + p])) continue;
             const int bin = j / 8 * bins.nx + i / 8;
             if (key[p] > bound[bin]) continue;
-            listed.insert(p);
             expected.emplace(bin, p, i % 8, std::min(box[kStride + p], i / 8 * 8 + 7) % 8, j % 8,
                              std::min(box[3 * kStride + p], j / 8 * 8 + 7) % 8);
           }
@@ -90,11 +88,7 @@ TEST_P(Bins, HoldTheParticlesWhoseKeyIsAtMostTheBound) {
       if (most == 1 && expected.size() > bins.size()) {
         EXPECT_GT(rounds, bins.size() / 2);
       }
-      const auto left = download(device_, outlines.box);
-      for (int p = 0; p < kCount; ++p)
-        EXPECT_EQ(left[p] <= left[kStride + p] && left[2 * kStride + p] <= left[3 * kStride + p],
-                  listed.count(p) == 1)
-            << p;
+      EXPECT_EQ(download(device_, outlines.box), box) << "outlines may be listed again";
     }
 }
 

@@ -268,9 +268,10 @@ Layer settled(Device& device, const View& view, const DeviceCells& cells,
               bool only_gaps) {
   const SurfaceBuffers surface = upload(device, grid, before);
   const auto reference = upload(device, before.reference);
-  const auto behind = settle_samples(device, view, list_samples(device, grid, reference, reference),
-                                     cells, levelled, upload(device, before.triangle), reference,
-                                     upload(device, before.core), surface, kParams, only_gaps);
+  const auto behind = filled<float>(device, grid.size(), kNoSurface);
+  settle_samples(device, view, list_samples(device, grid, reference, reference), cells, levelled,
+                 upload(device, before.triangle), reference, upload(device, before.core), surface,
+                 behind, kParams, only_gaps);
   Layer after = download(device, before, surface);
   after.behind = download(device, behind);
   return after;
@@ -468,10 +469,10 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
                           static_cast<float>(kParams.blob_density), 3, 2}};
   const std::string files = "cells.cl field.cl samples.cl settle.cl";
   launch(device_, files, "settle_samples", range_of(lists, 1), "", lists.sample, lists.count,
-         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
-         cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
-         cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_),
-         limits, cl_int{0});
+         upload(device_, before.triangle), reference, upload(device_, before.core), samples.trust,
+         samples.depth, behind, follow, cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start,
+         cells_.inverse_cell, cells_.mask, cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first,
+         grid_.step, kernel_rays(view_), limits, cl_int{0});
   const SampleLists rest = keep_samples(device_, lists, follow);
   launch(device_, files, "follow_field", range_of(rest, 1), "", rest.sample, rest.count, reference,
          filled<float>(device_, n_, 0.0f), samples.trust, samples.depth, samples.normal,

@@ -28,8 +28,8 @@ Buffer<cl_int> count(Device& device, int box_end) {
   const auto key = upload(device, std::vector<float>{1, 2});
   const auto bound = upload(device, std::vector<float>{5});
   const auto counts = filled<cl_int>(device, 1, 0);
-  launch(device, "bins.cl", "count_bins", {2}, "", box, key, bound, counts, cl_int{2}, cl_int{2},
-         cl_int{1});
+  launch(device, "bins.cl", "count_bins", {2}, "", box, key, bound, counts,
+         filled<cl_uchar>(device, 2, 0), cl_int{2}, cl_int{2}, cl_int{1});
   return counts;
 }
 
@@ -44,7 +44,7 @@ TEST_P(Traces, OfTheSameLaunchesAreTheSame) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
   const Trace first = traced(device_, values);
   ASSERT_EQ(first.size(), 1u);
-  ASSERT_EQ(first[0].written.size(), 1u);
+  ASSERT_EQ(first[0].written.size(), 2u);
   EXPECT_EQ(first[0].written[0].argument, 3);
   EXPECT_EQ(values.at(first[0].written[0].hash), (std::vector<std::uint8_t>{2, 0, 0, 0}));
   Tracer again(device_, first, values);

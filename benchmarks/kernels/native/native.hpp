@@ -160,7 +160,7 @@ void motion_of_samples(const Motion& input, std::size_t begin, std::size_t end);
 
 struct Settle {
   Lists lists;
-  const float *triangle, *reference, *trust;
+  const float *triangle, *reference, *core, *trust;
   float *depth, *behind, *follow;
   Cells cells;
   const float* weight;

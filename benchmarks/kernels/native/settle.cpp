@@ -130,6 +130,7 @@ void settle(const Settle& in, const Lanes& lanes, Around& around) {
   if (any(doubted))
     gone |= doubted & (density_on(in.cells, in.weight, lanes.rays, t, doubted, around) <
                        trust.contour(in.contour));
+  gone |= live & ~met & ~(gather(in.core, at) < kNowhere);
   const Ints mixed = live & ~gone & (trust.share < 1.0f);
   scatter(all(kNowhere), in.depth, at, gone);
   scatter(gone ? t0 : all(kNowhere), in.behind, at, lanes.used);

@@ -1,0 +1,82 @@
+// behind.cl: the nearest front that lies behind what a layer has shown, at the samples that show
+// nothing yet (samples.cl). Particles are those of visible.cl, as outline_discs leaves them.
+
+// Minus the least depth that a front in a bin must exceed, so that a disc whose deepest front is not
+// below it is left out; -INFINITY where no front is asked for. One work-item per tile.
+kernel void bound_behind(global const int* sample,    // [tiles][256]
+                         global const int* count,     // [tiles]
+                         global const float* behind,  // [samples] depth, finite where listed
+                         global float* bound,         // [bins]
+                         const int2 samples, const int2 tiles, const int2 bins,
+                         const float gap) {  // particle radii
+  const int tile = get_global_id(0);
+  if (tile >= tiles.x * tiles.y) return;  // the range is rounded up to whole work-groups
+  const int sides = TILE / BIN, i0 = tile % tiles.x * sides, j0 = tile / tiles.x * sides;
+  float least[TILE / BIN * (TILE / BIN)];
+  for (int b = 0; b < sides * sides; ++b) least[b] = INFINITY;
+  for (int k = 0; k < count[tile]; ++k) {
+    const int at = sample[tile * TILE_SAMPLES + k];
+    const int b = (at / samples.x / BIN - j0) * sides + at % samples.x / BIN - i0;
+    least[b] = fmin(least[b], behind[at] + gap);
+  }
+  for (int b = 0; b < sides * sides; ++b)
+    if (i0 + b % sides < bins.x && j0 + b / sides < bins.y)
+      bound[(j0 + b / sides) * bins.x + i0 + b % sides] = -least[b];
+}
+
+// The nearest front that lies deeper than behind + gap; INFINITY where there is none. TILE_ITEMS
+// work-items per tile.
+kernel void splat_behind(global const int* sample, global const int* count,
+                         global const float* disc,    // [stride][8] of outline_discs
+                         global const int* end,       // [bins] see fill_bins
+                         global const int2* entry,    // [entries]
+                         global const float* behind,  // [samples] depth, finite where listed
+                         global float* depth,         // [samples] out in the range's bins
+                         const int2 range,            // the bins whose entries are given
+                         const int bins_x, const int2 samples,
+                         const float2 grid,  // first sample and step, pixels
+                         const float gap) {
+  const int tile = tile_of_group();
+  for (int place = item_of_tile() * WIDTH; place < count[tile]; place += TILE_ITEMS * WIDTH) {
+    int at[WIDTH], column[WIDTH], row[WIDTH], bin[WIDTH], left[WIDTH], mine[WIDTH];
+    for (int k = 0; k < WIDTH; ++k) {
+      at[k] = sample[tile * TILE_SAMPLES + min(place + k, count[tile] - 1)];
+      column[k] = at[k] % samples.x;
+      row[k] = at[k] / samples.x;
+      bin[k] = row[k] / BIN * bins_x + column[k] / BIN;
+      left[k] = place + k < count[tile] && bin[k] >= range.x && bin[k] < range.y;
+    }
+    const intv i = LOADI(column), j = LOADI(row);
+    const floatv u = grid.x + grid.y * TO_FLOATV(i), v = grid.x + grid.y * TO_FLOATV(j);
+    const floatv least = gather_float(behind, at) + gap;
+    for (int lane = 0; lane < WIDTH; ++lane) {  // the lanes of one bin go together
+      if (!left[lane]) continue;
+      for (int k = 0; k < WIDTH; ++k) {
+        mine[k] = left[k] && bin[k] == bin[lane] ? -1 : 0;
+        if (mine[k]) left[k] = 0;
+      }
+      const intv here = LOADI(mine);
+      const float before = least_lane(SELECT((floatv)(INFINITY), least, here));
+      const intv i_in = i - column[lane] / BIN * BIN, j_in = j - row[lane] / BIN * BIN;
+      floatv map = (floatv)(INFINITY);
+      float deepest = INFINITY;
+      const int begin = bin[lane] > range.x ? end[bin[lane] - 1] : 0;
+      for (int e = begin; e < end[bin[lane]]; ++e) {
+        const float8 d = vload8(entry[e].x, disc);
+        const int packed = entry[e].y;
+        const float t = d.s0, bulge = d.s5;
+        if ((e - begin) % 8 == 7)
+          deepest = -least_lane(SELECT((floatv)(INFINITY), -map, here));
+        if (d.s6 > deepest || !(fmax(fmax(t - bulge, t), 1e-6f) > before)) continue;
+        const floatv du = (u - d.s1) * d.s3, dv = (v - d.s2) * d.s4;
+        const intv inside = (i_in >= (packed & 15)) & (i_in <= (packed >> 4 & 15)) &
+                            (j_in >= (packed >> 8 & 15)) & (j_in <= (packed >> 12 & 15));
+        // NaN beside the disc, where no comparison holds.
+        floatv front = t - bulge * sqrt(1.0f - (du * du + dv * dv));
+        front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
+        map = SELECT(map, front, inside & (front < map) & (front > least));
+      }
+      scatter_float(map, depth, at, here);
+    }
+  }
+}
