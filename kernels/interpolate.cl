@@ -187,6 +187,25 @@ inline int between_cells(const int a, const int b) {
   return a == SMOOTH || b == SMOOTH ? SMOOTH : a == b ? a : ROUGH;
 }
 
+// Whether neither map is finite where WIDTH cells have samples: most of what surrounds the surface.
+inline int nothing_wanted(global const float* reference, global const float* splash, const int a,
+                          const int b, const int2 samples, const int every) {
+#if IN_ROW
+  const int i = 2 * every * a, j = 2 * every * b;
+  if (i + 2 * every * WIDTH > samples.x || j + every >= samples.y) return 0;
+  float16 least = (float16)(INFINITY);
+  for (int k = 0; k < 2 * every; ++k) {
+    const int at = (j + k / every * every) * samples.x + i + k % every * 16;
+    const float16 one = vload16(0, reference + at), other = vload16(0, splash + at);
+    least = select(least, one, one < least);
+    least = select(least, other, other < least);
+  }
+  return !ANY((least.lo < INFINITY) | (least.hi < INFINITY));
+#else
+  return 0;
+#endif
+}
+
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
 // cells.
 kernel void interpolate_samples(global const uchar* shows,      // [cells]
@@ -222,7 +241,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
       any_rough |= says[m][k] == ROUGH;
     }
   }
-  if (!any_smooth && !any_rough) return;
+  if (!any_smooth && (!any_rough || nothing_wanted(reference, splash, a, b, samples, every))) return;
   const int row = in_row(a, b, samples, every);
   Corner corner[4];
   Between found[3];
