@@ -97,6 +97,8 @@ inline Rays corner_ray(const float16 rays, const int a, const int b, const int r
 kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
                             global const float* normal,  // [3][samples]
                             global const uchar* kind,    // [samples]
+                            global const float* open,    // [samples] finite: it is not known yet what
+                                                         // the sample shows
                             global uchar* shows,         // [cells] out
                             const int2 samples, const int2 cells, const float first,
                             const float step,  // of the samples asked for, pixels
@@ -135,7 +137,10 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
     if (a + k >= cells.x) break;
     const int same = kind[at[0][k]] == kind[at[1][k]] && kind[at[0][k]] == kind[at[2][k]] &&
                      kind[at[0][k]] == kind[at[3][k]];
-    const int found = corners[k] == 0 ? EMPTY : smooth[k] && same ? SMOOTH : ROUGH;
+    int found = smooth[k] && same ? SMOOTH : ROUGH;
+    if (corners[k] == 0 && !(fmin(fmin(open[at[0][k]], open[at[1][k]]),
+                                  fmin(open[at[2][k]], open[at[3][k]])) < INFINITY))
+      found = EMPTY;
     // A cell that ends outside the image has no corner there.
     shows[b * cells.x + a + k] = row_ends || every * (2 * (a + k) + 2) >= samples.x ? ROUGH : found;
   }

@@ -38,19 +38,24 @@ kernel void list_samples(global const float* wanted,     // [samples]
   count[tile] = used;
 }
 
-// Those of a list where `nearer` is less than `depth`, or finite.
+// Those of a list where `nearer` is less than `depth`, where it is finite, or where it is not.
+#define NEARER 0
+#define FINITE 1
+#define INFINITE 2
+
 kernel void keep_samples(global const int* sample, global const int* count,
                          global const float* nearer,  // [samples]
-                         global const float* depth,   // [samples], not read where `finite`
+                         global const float* depth,   // [samples], read where NEARER
                          global int* kept,            // [tiles][256] out
                          global int* kept_count,      // [tiles] out
-                         const int tiles, const int finite) {
+                         const int tiles, const int where) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
   int used = 0;
   for (int k = 0; k < count[tile]; ++k) {
     const int at = sample[tile * TILE_SAMPLES + k];
-    if (nearer[at] < (finite ? INFINITY : depth[at])) kept[tile * TILE_SAMPLES + used++] = at;
+    const int less = nearer[at] < (where == NEARER ? depth[at] : INFINITY);
+    if (less != (where == INFINITE)) kept[tile * TILE_SAMPLES + used++] = at;
   }
   kept_count[tile] = used;
 }

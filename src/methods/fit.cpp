@@ -65,9 +65,9 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
   return bisect_silhouettes(nodes, edges, params.grid.z_max, sample);
 }
 
-// The surface where it is asked for: reference depth, blend, contour. Samples whose nearest layer
-// ends before them look again behind it; then the splash is drawn. First every second sample of
-// each row and column, then those between that these do not tell.
+// The surface where it is asked for: reference depth, blend, contour, and splash before it. First
+// the samples of a coarse lattice, then those between that these do not tell. Samples whose nearest
+// layer ends before them look again behind it.
 SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
                             const Triangulation& mesh, const GroupRecords& records,
                             const FittedFrame& frame, const Parameters& params, StageClock& clock) {
@@ -79,54 +79,58 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   const Buffer<float> front_core = splat_depth(device, frame.body, grid, kCoreFootprint);
   const FitTiles tiles = list_fits(device, view, records, grid);
   const SplashExtent splash = splash_extent(device, frame.splash, grid);
-  const Discs hidden = outline_discs(device, frame.hidden, grid,
-                                     {{static_cast<float>(kCoreFootprint), 1.0f}}, Drawn::behind);
-  // Of the samples that show nothing in their layer, its reference depth.
-  const auto behind = filled<float>(device, grid.size(), kNoSurface);
+  // Of the samples that show nothing in the layers so far, the reference depth of the last.
+  const auto open = filled<float>(device, grid.size(), kNoSurface);
 
-  const auto fill = [&](const SampleLists& wanted) {
-    constexpr int kLayers = 3;
-    constexpr double kLayerGap = 3;  // particle radii
-    const auto settle = [&](const SampleLists& lists, const Buffer<float>& reference,
-                            const Buffer<float>& core, bool only_gaps) {
-      clock.start("settle");
-      settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference, core,
-                     surface, behind, params.region, only_gaps);
-    };
-    SampleLists lists = keep_samples(device, wanted, front, surface.depth);
-    SampleLists gaps;  // what the first layer leaves open
-    DiscsBehind listed;
-    Buffer<float> reference = front, core = front_core;
-    for (int layer = 0; layer < kLayers; ++layer) {
-      clock.start("blend");
-      blend_groups(device, view, lists, frame.records, tiles, reference, surface, params.blend);
-      settle(lists, reference, core, false);
-      if (layer + 1 == kLayers) break;
-      lists = keep_samples(device, lists, behind, surface.depth);
-      if (layer == 0) {
-        gaps = lists;
-        listed = list_discs(device, hidden, lists, behind, kLayerGap);
-      }
-      core = splat_behind(device, listed, lists, behind, kLayerGap);
-      reference = core;
-      lists = keep_samples(device, lists, reference, surface.depth);
-    }
-    settle(gaps, front, front_core, true);
+  const auto fill_layer = [&](const SampleLists& lists, const Buffer<float>& reference,
+                              const Buffer<float>& core) {
+    clock.start("blend");
+    blend_groups(device, view, lists, frame.records, tiles, reference, surface, params.blend);
+    clock.start("settle");
+    settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference, core,
+                   surface, open, params.region, false);
+  };
+  const auto splash_over = [&](const SampleLists& lists) {
     clock.start("splash");
-    draw_splash(device, view, wanted, frame.levelled, splash, surface, params.region);
+    draw_splash(device, view, lists, frame.levelled, splash, surface, params.region);
+  };
+  const auto fill_front = [&](const SampleLists& wanted) {
+    fill_layer(keep_samples(device, wanted, front, surface.depth), front, front_core);
+    splash_over(drop_samples(device, wanted, open));
   };
   // Interpolated between samples at most 4/3 particle radii apart.
   const int coarsest = params.region.interpolation <= 0      ? 1
                        : frame.least_radius >= 3 * grid.step ? 4
                                                              : 2;
-  fill(list_samples(device, grid, front, splash.from, coarsest));
+  fill_front(list_samples(device, grid, front, splash.from, coarsest));
   for (int every = coarsest / 2; every > 0; every /= 2) {
     clock.start("interpolate");
     // The error falls with the fourth power of the distance, the planes' with the second.
     const double near = 2 * every * grid.step <= 2.0 / 3 * frame.least_radius ? 2 : 1;
-    fill(interpolate_samples(device, view, front, splash.from, surface,
-                             near * params.region.interpolation, frame.least_radius, every));
+    fill_front(interpolate_samples(device, view, front, splash.from, open, surface,
+                                   near * params.region.interpolation, frame.least_radius, every));
   }
+
+  // What lies behind the front layer, at all samples together: few are open.
+  constexpr int kBehind = 2;       // layers
+  constexpr double kLayerGap = 3;  // particle radii
+  clock.start("behind");
+  const SampleLists gaps = list_samples(device, grid, open, open);
+  const Discs hidden = outline_discs(device, frame.hidden, grid,
+                                     {{static_cast<float>(kCoreFootprint), 1.0f}}, Drawn::behind);
+  const DiscsBehind discs = list_discs(device, hidden, gaps, open, kLayerGap);
+  SampleLists lists = gaps;
+  for (int layer = 0; layer < kBehind; ++layer) {
+    clock.start("behind");
+    if (layer > 0) lists = keep_samples(device, lists, open, surface.depth);
+    const Buffer<float> core = splat_behind(device, discs, lists, open, kLayerGap);
+    lists = keep_samples(device, lists, core, surface.depth);
+    fill_layer(lists, core, core);
+  }
+  clock.start("settle");
+  settle_samples(device, view, gaps, frame.cells, frame.levelled, triangles, front, front_core,
+                 surface, open, params.region, true);
+  splash_over(gaps);
   clock.start("specks");
   close_specks(device, surface);
   return surface;

@@ -3,8 +3,9 @@
 namespace meniscus {
 
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                const Buffer<float>& splash, const SurfaceBuffers& surface,
-                                double tolerance, double least_radius, int every) {
+                                const Buffer<float>& splash, const Buffer<float>& open,
+                                const SurfaceBuffers& surface, double tolerance,
+                                double least_radius, int every) {
   const SampleGrid& grid = surface.grid;
   const int cell = 2 * every;
   const int nx = (grid.nx + cell - 1) / cell, ny = (grid.ny + cell - 1) / cell;
@@ -16,8 +17,8 @@ SampleLists interpolate_samples(Device& device, const View& view, const Buffer<f
   const auto shows = allocate<cl_uchar>(device, static_cast<std::size_t>(nx) * ny);
   const auto wanted = filled<float>(device, grid.size(), kNoSurface);
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
-         surface.normal, surface.kind, shows, samples, cells, grid.first, step, kernel_rays(view),
-         cl_int{every}, static_cast<cl_float>(tolerance));
+         surface.normal, surface.kind, open, shows, samples, cells, grid.first, step,
+         kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance));
   launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
          reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
          samples, cells, grid.first, step, kernel_rays(view), cl_int{every},

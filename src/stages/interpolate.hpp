@@ -8,18 +8,20 @@
 namespace meniscus {
 
 /// From the surface at every second of the samples that are asked for, the `every`th ones of each
-/// row and column, the others: written where the
-/// corners of the lattice's cells around show one smooth surface, each within `tolerance` (particle
-/// radii) of the planes that touch it at the others, with normals less than 21 degrees apart.
+/// row and column, the others: written where the corners of the lattice's cell, or of a cell beside
+/// it, show one smooth surface, each within `tolerance` (particle radii) of the planes that touch
+/// it at the others, with normals less than 21 degrees apart.
 ///
 ///   reference, splash  [samples] finite where a sample may show surface, splash
+///   open               [samples] finite where it is not known yet what a sample shows, if anything
 ///   surface            in and out
 ///   least_radius       the smallest particle's on the screen, pixels: where it is four of those
 ///                      samples or more, nothing hides between four samples that show nothing
 ///
 /// Returns the samples that must be evaluated: the others that may show something. Does not wait.
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                const Buffer<float>& splash, const SurfaceBuffers& surface,
-                                double tolerance, double least_radius, int every = 1);
+                                const Buffer<float>& splash, const Buffer<float>& open,
+                                const SurfaceBuffers& surface, double tolerance,
+                                double least_radius, int every = 1);
 
 }  // namespace meniscus

@@ -12,12 +12,14 @@ SampleLists no_samples(Device& device, const SampleGrid& grid) {
           allocate<cl_int>(device, tiles)};
 }
 
+enum class Where : cl_int { nearer, finite, infinite };  // as in list_samples.cl
+
 SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
-                 const Buffer<float>& depth, bool finite) {
+                 const Buffer<float>& depth, Where where) {
   const SampleLists kept = no_samples(device, lists.grid);
   launch(device, "list_samples.cl", "keep_samples", {lists.tiles()}, "", lists.sample, lists.count,
          nearer, depth, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
-         static_cast<cl_int>(finite));
+         static_cast<cl_int>(where));
   return kept;
 }
 
@@ -34,11 +36,15 @@ SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<fl
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth) {
-  return keep(device, lists, nearer, depth, false);
+  return keep(device, lists, nearer, depth, Where::nearer);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted) {
-  return keep(device, lists, wanted, wanted, true);
+  return keep(device, lists, wanted, wanted, Where::finite);
+}
+
+SampleLists drop_samples(Device& device, const SampleLists& lists, const Buffer<float>& unwanted) {
+  return keep(device, lists, unwanted, unwanted, Where::infinite);
 }
 
 Range range_of(const SampleLists& lists, int width) {

@@ -73,8 +73,9 @@ Result interpolated(Device& device, const View& view, const SampleGrid& grid, co
                                  upload(device, kind)};
     result.lattice = download(device, surface);
     const auto anywhere = filled<float>(device, n, 1.0f);
-    const SampleLists lists = interpolate_samples(device, view, anywhere, anywhere, surface,
-                                                  kTolerance, least_radius, every);
+    const auto nowhere = filled<float>(device, n, kNoSurface);
+    const SampleLists lists = interpolate_samples(device, view, anywhere, anywhere, nowhere,
+                                                  surface, kTolerance, least_radius, every);
     result.map = download(device, surface);
     const std::vector<cl_int> sample = download(device, lists.sample);
     const std::vector<cl_int> count = download(device, lists.count);
