@@ -98,8 +98,8 @@ std::vector<Lanes> make_lanes(Device& device, const Neighbours& near,
                     filled<float>(device, 2 * batches.lanes, -1.0f),
                     batches.lanes,
                     batches.slots};
-    lanes.push_back(
-        {std::move(batches), upload(device, particle), upload(device, neighbour), std::move(fits)});
+    lanes.push_back({std::move(batches), upload(device, particle), upload(device, neighbour),
+                     std::move(fits)});
   }
   return lanes;
 }
@@ -131,19 +131,13 @@ std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std
                                    const std::vector<float>& normal,
                                    const std::vector<float>& residual, const FitParams& params) {
   const std::size_t n = normal.size() / 3, fits = place.size();
-  const auto normal_of = [&](std::size_t k) {
-    return Vec3d{normal[k], normal[n + k], normal[2 * n + k]};
+  const auto vector_at = [n](const std::vector<float>& values, std::size_t k) {
+    return Vec3d{values[k], values[n + k], values[2 * n + k]};
   };
-  // What decides about most neighbours lies together in memory.
-  struct Member {
-    float x, y, z, residual;
-  };
-  std::vector<Member> members(n);
-  for (std::size_t j = 0; j < n; ++j)
-    members[j] = {particles[j], particles[n + j], particles[2 * n + j], -1};
-  std::vector<float> rho(fits, static_cast<float>(params.support)), sorted;
+  std::vector<float> rho(fits, static_cast<float>(params.support));
+  std::vector<float> own(n, -1.0f), sorted;
   for (std::size_t k = 0; k < fits; ++k) {
-    members[place[k]].residual = residual[k];
+    own[place[k]] = residual[k];
     if (residual[k] > 0) sorted.push_back(residual[k]);
   }
   if (sorted.empty()) return rho;
@@ -156,15 +150,11 @@ std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std
       double sum = 0, weight = 0;
       for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
         const std::size_t j = static_cast<std::size_t>(near.index[p]);
-        const Member &a = members[i], &b = members[j];
-        const float dx = b.x - a.x, dy = b.y - a.y, dz = b.z - a.z;
-        // Too far by more than rounding.
-        if (dx * dx + dy * dy + dz * dz > 1.001 * kSheetReach * kSheetReach) continue;
-        const double l = length(Vec3d{b.x, b.y, b.z} - Vec3d{a.x, a.y, a.z});
-        if (!(b.residual > 0) || l >= kSheetReach) continue;
-        const double w =
-            (1 - l / kSheetReach) * smooth_step(0.8, 0.95, dot(normal_of(i), normal_of(j)));
-        sum += w * b.residual;
+        const Vec3d apart = vector_at(particles, j) - vector_at(particles, i);
+        if (!(own[j] > 0) || dot(apart, apart) >= kSheetReach * kSheetReach) continue;
+        const double w = (1 - length(apart) / kSheetReach) *
+                         smooth_step(0.8, 0.95, dot(vector_at(normal, i), vector_at(normal, j)));
+        sum += w * own[j];
         weight += w;
       }
       if (!(weight > 0)) continue;

@@ -24,11 +24,11 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
       if (fits.residual[k] < 0) continue;
       double weight = 0, dense = 0, apart = 0;
       visit_near(near, x[k], y[k], z[k], [&](std::int32_t p) {
-        // Most are too far by more than rounding: told by what lies together in memory.
-        const float dx = near.x[p] - x[k], dy = near.y[p] - y[k], dz = near.z[p] - z[k];
-        if (dx * dx + dy * dy + dz * dz > 1.001f * kReach * kReach) return true;
         const std::size_t j = static_cast<std::size_t>(near.item[p]);
-        const double l = length(fits.position[j] - fits.position[k]);
+        const Vec3d apart_by = fits.position[j] - fits.position[k];
+        const double squared = dot(apart_by, apart_by);
+        if (squared >= kReach * kReach) return true;  // most of them, without the root
+        const double l = std::sqrt(squared);
         if (l >= kReach || fits.residual[j] < 0 || dot(fits.normal[j], fits.normal[k]) < 0.5)
           return true;
         const double w = (1 - l / kReach) * fits.edge[j];
