@@ -17,60 +17,17 @@ inline void corners_of(const int a, const int b, const int right, const int down
             min(every * (2 * min(a + k, cells.x - 1) + right), samples.x - 1);
 }
 
-// Between every second sample of each row, which are most, the corners of WIDTH cells are every other
-// one of two vectors, and their right neighbours' are the same but for one.
-#if WIDTH == 8
-#define IN_ROW 1
-inline floatv even_lanes(global const float* map) { return vload16(0, map).even; }
-inline floatv shifted(const floatv v, const float last) { return (floatv)(v.s1234, v.s567, last); }
-inline void store_odd(const floatv odd, global float* map) {
-  float lane[WIDTH];
-  STOREF(odd, lane);
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) map[2 * k + 1] = lane[k];
-}
-inline void store_row(const floatv even, const floatv odd, global float* map) {
-  float16 both;
-  both.even = even;
-  both.odd = odd;
-  vstore16(both, 0, map);
-}
-#else
-#define IN_ROW 0
-#endif
-
-// Whether all corners of the WIDTH cells from (a, b) on can be loaded so.
-inline int in_row(const int a, const int b, const int2 samples, const int every) {
-  return IN_ROW && every == 1 && 2 * (a + WIDTH) < samples.x && 2 * b + 2 < samples.y;
-}
-
-// Values at the left and at the right corners of WIDTH cells.
-inline void load_corners(global const float* map, const int* left, const int* right, const int row,
-                         floatv* at_left, floatv* at_right) {
-#if IN_ROW
-  if (row) {
-    *at_left = even_lanes(map + left[0]);
-    *at_right = shifted(*at_left, map[right[WIDTH - 1]]);
-    return;
-  }
-#endif
-  *at_left = gather_float(map, left);
-  *at_right = gather_float(map, right);
-}
-
-inline void place_corner(Corner* c, const Rays r) {
-  c->x = r.ox + c->t * r.dx;
-  c->y = r.oy + c->t * r.dy;
-  c->z = -c->t;
-}
-
-// The cells' upper corners or the lower ones.
-inline void corners_at(global const float* depth, global const float* normal, const int* left,
-                       const int* right, const int n, const int row, Corner* corner) {
-  load_corners(depth, left, right, row, &corner[0].t, &corner[1].t);
-  load_corners(normal, left, right, row, &corner[0].nx, &corner[1].nx);
-  load_corners(normal + n, left, right, row, &corner[0].ny, &corner[1].ny);
-  load_corners(normal + 2 * n, left, right, row, &corner[0].nz, &corner[1].nz);
+inline Corner corner_at(global const float* depth, global const float* normal, const int* at,
+                        const int n, const Rays r) {
+  Corner c;
+  c.t = gather_float(depth, at);
+  c.x = r.ox + c.t * r.dx;
+  c.y = r.oy + c.t * r.dy;
+  c.z = -c.t;
+  c.nx = gather_float(normal, at);
+  c.ny = gather_float(normal + n, at);
+  c.nz = gather_float(normal + 2 * n, at);
+  return c;
 }
 
 // How far two corners lie from each other's planes, the larger of both.
@@ -107,21 +64,20 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y;
-  const int row = in_row(a, b, samples, every);
   int at[4][WIDTH], smooth[WIDTH];
   Corner corner[4];
-  for (int k = 0; k < 4; ++k)
-    corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at[k]);
-  load_corners(depth, at[0], at[1], row, &corner[0].t, &corner[1].t);
-  load_corners(depth, at[2], at[3], row, &corner[2].t, &corner[3].t);
   intv covered = (intv)(0);
-  for (int k = 0; k < 4; ++k) covered += SELECT((intv)(0), (intv)(1), corner[k].t < INFINITY);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at[k]);
+    covered += SELECT((intv)(0), (intv)(1), gather_float(depth, at[k]) < INFINITY);
+  }
   intv agree = covered == 4;
   if (ANY(agree)) {
-    corners_at(depth, normal, at[0], at[1], n, row, corner);
-    corners_at(depth, normal, at[2], at[3], n, row, corner + 2);
+#pragma unroll
     for (int k = 0; k < 4; ++k)
-      place_corner(corner + k, corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
+      corner[k] = corner_at(depth, normal, at[k], n,
+                            corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
     const floatv farthest =
         fmax(fmax(fmax(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
                   fmax(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
@@ -192,25 +148,6 @@ inline int between_cells(const int a, const int b) {
   return a == SMOOTH || b == SMOOTH ? SMOOTH : a == b ? a : ROUGH;
 }
 
-// Whether neither map is finite where WIDTH cells have samples: most of what surrounds the surface.
-inline int nothing_wanted(global const float* reference, global const float* splash, const int a,
-                          const int b, const int2 samples, const int every) {
-#if IN_ROW
-  const int i = 2 * every * a, j = 2 * every * b;
-  if (i + 2 * every * WIDTH > samples.x || j + every >= samples.y) return 0;
-  float16 least = (float16)(INFINITY);
-  for (int k = 0; k < 2 * every; ++k) {
-    const int at = (j + k / every * every) * samples.x + i + k % every * 16;
-    const float16 one = vload16(0, reference + at), other = vload16(0, splash + at);
-    least = select(least, one, one < least);
-    least = select(least, other, other < least);
-  }
-  return !ANY((least.lo < INFINITY) | (least.hi < INFINITY));
-#else
-  return 0;
-#endif
-}
-
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
 // cells.
 kernel void interpolate_samples(global const uchar* shows,      // [cells]
@@ -246,49 +183,15 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
       any_rough |= says[m][k] == ROUGH;
     }
   }
-  if (!any_smooth && (!any_rough || nothing_wanted(reference, splash, a, b, samples, every))) return;
-  const int row = in_row(a, b, samples, every);
+  if (!any_smooth && !any_rough) return;
   Corner corner[4];
-  Between found[3];
   int at[WIDTH], mark[WIDTH], sure[WIDTH];
   if (any_smooth) {
-    const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
-    int left[WIDTH], right[WIDTH];
-    for (int down = 0; down <= 2; down += 2) {
-      corners_of(a, b, 0, down, samples, cells, every, left);
-      corners_of(a, b, 2, down, samples, cells, every, right);
-      // Between the lower corners lies what other items write: they are loaded one by one.
-      corners_at(depth, normal, left, right, n, row && !down, corner + down);
+    for (int k = 0; k < 4; ++k) {
+      corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at);
+      corner[k] = corner_at(depth, normal, at, n,
+                            corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
     }
-    for (int k = 0; k < 4; ++k)
-      place_corner(corner + k, corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
-    for (int m = 0; m < 3; ++m)
-      found[m] = between(corner, which[m], m == 2 ? 4 : 2,
-                         corner_ray(rays, a, b, m != 1, m != 0, first, step),
-                         LOADI(smooth[m]) != 0, perspective);
-#if IN_ROW
-    // Most that are smooth. The row of the corners, which others read, gets its own samples only.
-    if (row && ALL(found[0].sure & found[1].sure & found[2].sure)) {
-      const int here = 2 * (b * samples.x + a), below = here + samples.x;
-      store_odd(found[0].depth, depth + here);
-      store_odd(found[0].nx, normal + here);
-      store_odd(found[0].ny, normal + n + here);
-      store_odd(found[0].nz, normal + 2 * n + here);
-      store_row(found[1].depth, found[2].depth, depth + below);
-      store_row(found[1].nx, found[2].nx, normal + below);
-      store_row(found[1].ny, found[2].ny, normal + n + below);
-      store_row(found[1].nz, found[2].nz, normal + 2 * n + below);
-      const int16 groups = vload16(0, group + here).s0022446688aaccee;
-      const uchar16 kinds = vload16(0, kind + here).s0022446688aaccee;
-      vstore16(groups, 0, group + below);
-      vstore16(kinds, 0, kind + below);
-      for (int k = 0; k < WIDTH; ++k) {
-        group[here + 2 * k + 1] = group[here + 2 * k];
-        kind[here + 2 * k + 1] = kind[here + 2 * k];
-      }
-      return;
-    }
-#endif
   }
   for (int m = 0; m < 3; ++m) {
     const int right = m != 1, down = m != 0;
@@ -300,13 +203,18 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
       sure[k] = 0;
     }
     if (any_smooth) {
-      STOREI(found[m].sure, sure);
+      const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
+      const intv wanted_here = LOADI(smooth[m]);
+      const Rays r = corner_ray(rays, a, b, right, down, first, step);
+      const Between s =
+          between(corner, which[m], m == 2 ? 4 : 2, r, wanted_here != 0, perspective);
+      STOREI(s.sure, sure);
       for (int k = 0; k < WIDTH; ++k) sure[k] = sure[k] && mark[k];
       const intv store = LOADI(sure) != 0;
-      scatter_float(found[m].depth, depth, at, store);
-      scatter_float(found[m].nx, normal, at, store);
-      scatter_float(found[m].ny, normal + n, at, store);
-      scatter_float(found[m].nz, normal + 2 * n, at, store);
+      scatter_float(s.depth, depth, at, store);
+      scatter_float(s.nx, normal, at, store);
+      scatter_float(s.ny, normal + n, at, store);
+      scatter_float(s.nz, normal + 2 * n, at, store);
     }
     for (int k = 0; k < WIDTH; ++k) {
       if (sure[k]) {

@@ -328,8 +328,8 @@ kernel void settle_points(
   Around around;
   around.vectors = 1;
   around.count = -2;
-  settle(&p, 1, r, triangle, reference, core, trust, depth, behind, to_follow, cells, weight, limits, 0,
-         &around);
+  settle(&p, 1, r, triangle, reference, core, trust, depth, behind, to_follow, cells, weight, limits,
+         0, &around);
   if (to_follow[p] < INFINITY)
     follow(&p, 1, n, r, reference, core, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, limits, beyond, &around);

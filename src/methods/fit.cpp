@@ -98,10 +98,11 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
     fill_layer(keep_samples(device, wanted, front, surface.depth), front, front_core);
     splash_over(drop_samples(device, wanted, open));
   };
-  // Interpolated between samples at most 4/3 particle radii apart.
-  const int coarsest = params.region.interpolation <= 0      ? 1
-                       : frame.least_radius >= 3 * grid.step ? 4
-                                                             : 2;
+  // Interpolated between samples at most 4/3 particle radii apart, or two samples.
+  int coarsest = params.region.interpolation > 0 ? 2 : 1;
+  while (coarsest > 1 && coarsest < kTile &&
+         2 * coarsest * grid.step <= 4.0 / 3 * frame.least_radius)
+    coarsest *= 2;
   fill_front(list_samples(device, grid, front, splash.from, coarsest));
   for (int every = coarsest / 2; every > 0; every /= 2) {
     clock.start("interpolate");
