@@ -28,7 +28,8 @@ class Capture : public LaunchObserver {
       captured.before_.push_back(contents(launch, k));
     captured.after_.resize(launch.arguments.size());
     captured.own_.resize(launch.arguments.size());
-    captured.number = launches.size();
+    captured.last = true;
+    if (!launches.empty()) launches.back().last = false;
     launches.push_back(std::move(captured));
   }
   void after(const KernelLaunch& launch) override {

@@ -17,7 +17,7 @@ namespace meniscus::bench {
 /// A launch. Arguments are numbered as in the kernel's head.
 class CapturedLaunch {
  public:
-  std::size_t number = 0;  // of the kernel's launches, from 0
+  bool last = false;  // of the kernel's launches
 
   /// An argument that the kernel only reads. A vector may be loaded from where its last value is.
   template <class T>

@@ -113,8 +113,8 @@ native::Cells cells_of(Frame& frame, const CapturedLaunch& launch, std::size_t f
           cells.mask};
 }
 
-// Every fourth launch of a frame is for what the layers before leave open (run_fit).
-bool is_for_gaps(const CapturedLaunch& launch) { return launch.number % 4 == 3; }
+// The last launch of a frame is for what all layers leave open (run_fit).
+bool is_for_gaps(const CapturedLaunch& launch) { return launch.last; }
 
 // As in settle.cpp.
 constexpr float kTriangleReach = 3, kSearch = 2, kFarSearch = 100;

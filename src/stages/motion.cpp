@@ -100,6 +100,10 @@ constexpr char kMotion[] = "cells.cl motion.cl";
 // Work-items for n samples or points: one takes a bin's (COUNT of motion.cl), or one.
 constexpr std::size_t kBin = 8;
 std::size_t points_of_item(std::size_t width) { return width == 1 ? 1 : kBin * width; }
+// Items of many points differ much in cost: few a work-group.
+Range items_of(std::size_t items, std::size_t width) {
+  return width == 1 ? Range{items} : Range{items, 1, 8, 1};
+}
 
 }  // namespace
 
@@ -144,7 +148,7 @@ std::vector<Vec3> motion_of_samples(Device& device, const View& view, const Movi
   const std::size_t nx = static_cast<std::size_t>(grid.nx), ny = static_cast<std::size_t>(grid.ny);
   const std::size_t bins_x = (nx + kBin - 1) / kBin, bins_y = (ny + kBin - 1) / kBin;
   launch(device, kMotion, "motion_of_samples",
-         {bins_x * bins_y * kBin * kBin / points_of_item(width)},
+         items_of(bins_x * bins_y * kBin * kBin / points_of_item(width), width),
          width_option(device.state().vector_width), depths, motion, cells.x, cells.y, cells.z,
          moving.device_velocity, cells.tag, cells.start, cells.inverse_cell, cells.mask,
          static_cast<cl_int>(moving.velocity.size()), cl_int2{{grid.nx, grid.ny}},
@@ -172,8 +176,9 @@ std::vector<Vec3> motion_of_points(Device& device, const MovingParticles& moving
   const Cells order = make_cells(x, y, z, kSupport / 2);
   const auto motion = allocate<float>(device, 3 * n);
   const DeviceCells& cells = moving.on_device;
-  const std::size_t each = points_of_item(static_cast<std::size_t>(device.state().vector_width));
-  launch(device, kMotion, "motion_of_points", {(n + each - 1) / each},
+  const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
+  const std::size_t each = points_of_item(width);
+  launch(device, kMotion, "motion_of_points", items_of((n + each - 1) / each, width),
          width_option(device.state().vector_width), upload(device, order.x),
          upload(device, order.y), upload(device, order.z), motion, cells.x, cells.y, cells.z,
          moving.device_velocity, cells.tag, cells.start, cells.inverse_cell, cells.mask,
