@@ -91,12 +91,15 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const int row_ends = every * (2 * b + 2) >= samples.y;
   for (int k = 0; k < WIDTH; ++k) {
     if (a + k >= cells.x) break;
-    const int same = kind[at[0][k]] == kind[at[1][k]] && kind[at[0][k]] == kind[at[2][k]] &&
-                     kind[at[0][k]] == kind[at[3][k]];
-    int found = smooth[k] && same ? SMOOTH : ROUGH;
-    if (corners[k] == 0 && !(fmin(fmin(open[at[0][k]], open[at[1][k]]),
-                                  fmin(open[at[2][k]], open[at[3][k]])) < INFINITY))
-      found = EMPTY;
+    int found = ROUGH;
+    if (smooth[k]) {
+      const uchar own = kind[at[0][k]];
+      if (own == kind[at[1][k]] && own == kind[at[2][k]] && own == kind[at[3][k]]) found = SMOOTH;
+    } else if (corners[k] == 0) {
+      if (!(fmin(fmin(open[at[0][k]], open[at[1][k]]), fmin(open[at[2][k]], open[at[3][k]])) <
+            INFINITY))
+        found = EMPTY;
+    }
     // A cell that ends outside the image has no corner there.
     shows[b * cells.x + a + k] = row_ends || every * (2 * (a + k) + 2) >= samples.x ? ROUGH : found;
   }
@@ -129,6 +132,7 @@ inline Between between(const Corner* corner, const int* which, const int number,
   const floatv none = (floatv)(0.0f);
   Between b = {none, none, none, none, smooth};
   floatv linear = none, low = (floatv)(INFINITY), high = none;
+#pragma unroll
   for (int k = 0; k < number; ++k)
     add_corner(&b, &linear, &low, &high, corner[which[k]], r, perspective);
   b.sure &= high - low < 0.25f;
@@ -185,44 +189,45 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
   }
   if (!any_smooth && !any_rough) return;
   Corner corner[4];
-  int at[WIDTH], mark[WIDTH], sure[WIDTH];
   if (any_smooth) {
+    int at[WIDTH];
+#pragma unroll
     for (int k = 0; k < 4; ++k) {
       corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at);
       corner[k] = corner_at(depth, normal, at, n,
                             corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
     }
   }
+#pragma unroll  // so that corners stay in registers
   for (int m = 0; m < 3; ++m) {
-    const int right = m != 1, down = m != 0;
-    if (every * (2 * b + down) >= samples.y) continue;
-    for (int k = 0; k < WIDTH; ++k) {
-      const int i = every * (2 * (a + k) + right);
-      at[k] = every * (2 * b + down) * samples.x + min(i, samples.x - 1);
-      mark[k] = i < samples.x && says[m][k] != EMPTY;
-      sure[k] = 0;
-    }
+    const int right = m != 1, down = m != 0, row = every * (2 * b + down);
+    if (row >= samples.y) continue;
+    float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
+    int sure[WIDTH];
     if (any_smooth) {
       const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
-      const intv wanted_here = LOADI(smooth[m]);
-      const Rays r = corner_ray(rays, a, b, right, down, first, step);
       const Between s =
-          between(corner, which[m], m == 2 ? 4 : 2, r, wanted_here != 0, perspective);
+          between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
+                  LOADI(smooth[m]) != 0, perspective);
+      STOREF(s.depth, t);
+      STOREF(s.nx, nx);
+      STOREF(s.ny, ny);
+      STOREF(s.nz, nz);
       STOREI(s.sure, sure);
-      for (int k = 0; k < WIDTH; ++k) sure[k] = sure[k] && mark[k];
-      const intv store = LOADI(sure) != 0;
-      scatter_float(s.depth, depth, at, store);
-      scatter_float(s.nx, normal, at, store);
-      scatter_float(s.ny, normal + n, at, store);
-      scatter_float(s.nz, normal + 2 * n, at, store);
     }
     for (int k = 0; k < WIDTH; ++k) {
-      if (sure[k]) {
+      const int i = every * (2 * (a + k) + right), at = row * samples.x + i;
+      if (i >= samples.x || says[m][k] == EMPTY) continue;
+      if (any_smooth && sure[k]) {
         const int corner_sample = 2 * every * (b * samples.x + a + k);
-        group[at[k]] = group[corner_sample];
-        kind[at[k]] = kind[corner_sample];
-      } else if (mark[k]) {
-        wanted[at[k]] = fmin(reference[at[k]], splash[at[k]]);
+        depth[at] = t[k];
+        normal[at] = nx[k];
+        normal[n + at] = ny[k];
+        normal[2 * n + at] = nz[k];
+        group[at] = group[corner_sample];
+        kind[at] = kind[corner_sample];
+      } else {
+        wanted[at] = fmin(reference[at], splash[at]);
       }
     }
   }

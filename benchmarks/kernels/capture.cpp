@@ -28,8 +28,6 @@ class Capture : public LaunchObserver {
       captured.before_.push_back(contents(launch, k));
     captured.after_.resize(launch.arguments.size());
     captured.own_.resize(launch.arguments.size());
-    captured.last = true;
-    if (!launches.empty()) launches.back().last = false;
     launches.push_back(std::move(captured));
   }
   void after(const KernelLaunch& launch) override {
@@ -45,8 +43,8 @@ class Capture : public LaunchObserver {
   // What many launches are given is kept once.
   std::shared_ptr<const Bytes> contents(const KernelLaunch& launch, std::size_t argument) {
     const KernelLaunch::Argument& seen = launch.arguments[argument];
-    if (!seen.buffer) return nullptr;
-    Bytes bytes(seen.bytes + kMargin);
+    Bytes bytes(seen.bytes + seen.scalar_bytes + kMargin);
+    if (seen.scalar) std::memcpy(bytes.data(), seen.scalar, seen.scalar_bytes);
     if (seen.bytes) device_.state().read_bytes(*seen.buffer, bytes.data(), seen.bytes);
     if (!launches.empty())
       if (const auto& last = launches.back().before_; argument < last.size())

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,14 +18,19 @@ namespace meniscus::bench {
 /// A launch. Arguments are numbered as in the kernel's head.
 class CapturedLaunch {
  public:
-  bool last = false;  // of the kernel's launches
-
-  /// An argument that the kernel only reads. A vector may be loaded from where its last value is.
+  /// The value of an argument that is no buffer.
+  template <class T>
+  T scalar(std::size_t argument) const {
+    T value;
+    std::memcpy(&value, before_[argument]->data(), sizeof value);
+    return value;
+  }
+  /// A buffer that the kernel only reads. A vector may be loaded from where its last value is.
   template <class T>
   const T* read(std::size_t argument) const {
     return reinterpret_cast<const T*>(before_[argument]->data());
   }
-  /// An argument that the kernel writes, for the native version to write instead.
+  /// A buffer that the kernel writes, for the native version to write instead.
   template <class T>
   T* write(std::size_t argument) {
     return reinterpret_cast<T*>(own_[argument].data());
@@ -37,7 +43,7 @@ class CapturedLaunch {
  private:
   friend class Capture;
   using Bytes = std::vector<std::uint8_t>;
-  std::vector<std::shared_ptr<const Bytes>> before_, after_;  // null: a scalar, or only read
+  std::vector<std::shared_ptr<const Bytes>> before_, after_;  // after_ is null where only read
   std::vector<Bytes> own_;
 };
 

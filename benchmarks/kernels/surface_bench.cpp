@@ -113,13 +113,8 @@ native::Cells cells_of(Frame& frame, const CapturedLaunch& launch, std::size_t f
           cells.mask};
 }
 
-// The last launch of a frame is for what all layers leave open (run_fit).
-bool is_for_gaps(const CapturedLaunch& launch) { return launch.last; }
-
-// As in settle.cpp.
-constexpr float kTriangleReach = 3, kSearch = 2, kFarSearch = 100;
-
 native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
+  const cl_float4 limits = launch.scalar<cl_float4>(21);
   return {lists_of(frame, launch),
           launch.read<float>(2),
           launch.read<float>(3),
@@ -130,12 +125,13 @@ native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
           launch.write<float>(8),
           cells_of(frame, launch, 9),
           launch.read<float>(16),
-          static_cast<float>(frame.params.region.contour_density),
-          kTriangleReach,
-          is_for_gaps(launch)};
+          limits.s[0],
+          limits.s[2],
+          launch.scalar<cl_int>(22) != 0};
 }
 
 native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
+  const cl_float4 limits = launch.scalar<cl_float4>(23);
   return {lists_of(frame, launch),
           launch.read<float>(2),
           launch.read<float>(3),
@@ -149,10 +145,34 @@ native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
           launch.read<float>(17),
           launch.read<float>(18),
           pixel_grid(frame.view).size(),
-          static_cast<float>(frame.params.region.contour_density),
-          static_cast<float>(frame.params.region.blob_density),
-          kSearch,
-          is_for_gaps(launch) ? kFarSearch : 2 * kSearch};
+          limits.s[0],
+          limits.s[1],
+          limits.s[3],
+          launch.scalar<cl_float>(24)};
+}
+
+native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
+  const cl_int2 samples = launch.scalar<cl_int2>(8), cells = launch.scalar<cl_int2>(9);
+  native::Interpolate input{launch.read<std::uint8_t>(0),
+                            launch.read<float>(1),
+                            launch.read<float>(2),
+                            launch.write<float>(3),
+                            launch.write<float>(4),
+                            launch.write<std::int32_t>(5),
+                            launch.write<std::uint8_t>(6),
+                            launch.write<float>(7),
+                            samples.s[0],
+                            samples.s[1],
+                            cells.s[0],
+                            cells.s[1],
+                            launch.scalar<cl_float>(10),
+                            launch.scalar<cl_float>(11),
+                            {},
+                            launch.scalar<cl_int>(13),
+                            launch.scalar<cl_int>(14) != 0,
+                            launch.scalar<cl_int>(15) != 0};
+  copy_rays(frame.view, input.ray);
+  return input;
 }
 
 }  // namespace
@@ -198,6 +218,8 @@ Case prepare_interpolate(Frame& frame) {
   result.bytes = 23 * result.items * 3 / 4;
   // Of each: the corners' depths 4, normals 12, their length 6.
   result.operations = 22 * result.items * 3 / 4;
+  add_native(result, frame, "interpolate_samples", {3, 4, 5, 6, 7}, interpolate_input,
+             native::interpolate_samples);
   return result;
 }
 

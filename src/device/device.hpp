@@ -44,6 +44,8 @@ struct KernelLaunch {
     const cl::Buffer* buffer = nullptr;  // null: a scalar
     std::size_t bytes = 0;               // of the buffer's values
     bool floats = false;                 // the values are float, else integers
+    const void* scalar = nullptr;        // its value, while the launch is seen
+    std::size_t scalar_bytes = 0;
   };
   const std::string& file;
   const std::string& kernel;
@@ -215,11 +217,11 @@ const T& kernel_argument(const T& value) {
 template <class T>
 KernelLaunch::Argument seen_argument(const Buffer<T>& buffer) {
   const cl::Buffer& memory = buffer.memory;
-  return {&memory, buffer.size * sizeof(T), std::is_same_v<T, float>};
+  return {&memory, buffer.size * sizeof(T), std::is_same_v<T, float>, nullptr, 0};
 }
 template <class T>
-KernelLaunch::Argument seen_argument(const T&) {
-  return {};
+KernelLaunch::Argument seen_argument(const T& value) {
+  return {nullptr, 0, false, &value, sizeof value};
 }
 
 /// Builds (once) and launches a kernel: the only place that sets arguments. `file` names the kernel's

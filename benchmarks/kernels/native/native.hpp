@@ -185,4 +185,20 @@ struct Follow {
 /// Tiles [begin, end).
 void follow_field(const Follow& input, std::size_t begin, std::size_t end);
 
+struct Interpolate {
+  const std::uint8_t* shows;
+  const float *reference, *splash;
+  float *depth, *normal;
+  std::int32_t* group;
+  std::uint8_t* kind;
+  float* wanted;
+  int nx, ny, cells_x, cells_y;
+  float first, step;
+  float ray[12];
+  int every;
+  bool perspective, trust_empty;
+};
+/// Tiles [begin, end), each the same share of the rows of cells.
+void interpolate_samples(const Interpolate& input, std::size_t begin, std::size_t end);
+
 }  // namespace meniscus::bench::native
