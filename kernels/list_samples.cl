@@ -1,7 +1,7 @@
 // list_samples.cl: makes the lists of samples.cl. One work-item per tile.
 
-// The samples of a tile where one of two maps is finite, of every `every`th row and column (1, 2
-// or 4).
+// The samples of a tile where one of two maps is finite, of every `every`th row and column (a power
+// of two, TILE at most).
 kernel void list_samples(global const float* wanted,     // [samples]
                          global const float* or_wanted,  // [samples]
                          global int* sample,             // [tiles][256] out

@@ -18,8 +18,8 @@ struct SampleLists {
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
 
-/// The samples where one of two maps is finite, of every `every`th row and column (1, 2 or 4). Does
-/// not wait.
+/// The samples where one of two maps is finite, of every `every`th row and column (a power of two,
+/// kTile at most). Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const Buffer<float>& or_wanted, int every = 1);
 
