@@ -11,7 +11,7 @@ namespace meniscus {
 
 /// The discs that may show behind some samples, by bin.
 struct DiscsBehind {
-  Discs discs;
+  Buffer<float> records;  // of the discs, see visible.cl
   std::vector<BinLists> lists;
 };
 
