@@ -60,7 +60,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                             const int2 samples, const int2 cells, const float first,
                             const float step,  // of the samples asked for, pixels
                             const float16 rays, const int every,
-                            const float tolerance) {  // particle radii
+                            const float tolerance,  // of corners to planes, particle radii
+                            const float agreeing) {  // the least cosine between their normals
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y;
@@ -83,7 +84,7 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                   fmax(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
              fmax(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
     const floatv turned = fmin(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
-    agree &= (farthest < tolerance) & (turned > 0.93f);
+    agree &= (farthest < tolerance) & (turned > agreeing);
   }
   STOREI(agree, smooth);
   int corners[WIDTH];
@@ -126,16 +127,16 @@ inline void add_corner(Between* sum, floatv* linear, floatv* low, floatv* high, 
 }
 
 // Over a surface of constant curvature the chord lies as far on its one side as the planes that
-// touch it at the corners lie on the other.
+// touch it at the corners lie on the other, and these planes agree about the depth.
 inline Between between(const Corner* corner, const int* which, const int number, const Rays r,
-                       const intv smooth, const int perspective) {
+                       const intv smooth, const float spread, const int perspective) {
   const floatv none = (floatv)(0.0f);
   Between b = {none, none, none, none, smooth};
   floatv linear = none, low = (floatv)(INFINITY), high = none;
 #pragma unroll
   for (int k = 0; k < number; ++k)
     add_corner(&b, &linear, &low, &high, corner[which[k]], r, perspective);
-  b.sure &= high - low < 0.25f;
+  b.sure &= high - low < spread;
   const float share = 1.0f / (float)number;
   linear = perspective ? 1.0f / (linear * share) : linear * share;
   b.depth = 0.5f * (linear + b.depth * share);
@@ -166,7 +167,10 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
                                 global float* wanted,  // [samples] out, finite: to be evaluated;
                                                        // +inf before
                                 const int2 samples, const int2 cells, const float first,
-                                const float step, const float16 rays, const int every, const int perspective,
+                                const float step, const float16 rays, const int every,
+                                const float spread,  // of the depths by the corners' planes, at
+                                                     // most, particle radii
+                                const int perspective,
                                 const int trust_empty) {  // 1: nothing fits between the lattice's
                                                           // samples
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
@@ -208,7 +212,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
       const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
       const Between s =
           between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
-                  LOADI(smooth[m]) != 0, perspective);
+                  LOADI(smooth[m]) != 0, spread, perspective);
       STOREF(s.depth, t);
       STOREF(s.nx, nx);
       STOREF(s.ny, ny);

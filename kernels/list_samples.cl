@@ -6,11 +6,13 @@ kernel void list_samples(global const float* wanted,     // [samples]
                          global const float* or_wanted,  // [samples]
                          global int* sample,             // [tiles][256] out
                          global int* count,              // [tiles] out
+                         global uchar* listed,           // [blocks] 1 where one of 8 x 8 samples is
+                                                         // listed, else as before
                          const int2 samples, const int2 tiles, const int every) {
   const int tile = get_global_id(0);
   if (tile >= tiles.x * tiles.y) return;
   const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
-  int used = 0;
+  int used = 0, blocks = 0;
   if (i0 + TILE <= samples.x && j0 + TILE <= samples.y) {  // most tiles show nothing
     float8 left = (float8)(INFINITY), right = (float8)(INFINITY);
     for (int j = j0; j < j0 + TILE; ++j) {
@@ -32,10 +34,14 @@ kernel void list_samples(global const float* wanted,     // [samples]
     const int i = i0 + every * column, j = j0 + every * row;
     if (i >= samples.x || j >= samples.y) continue;
     const int at = j * samples.x + i;
+    const int here = fmin(wanted[at], or_wanted[at]) < INFINITY;
     sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
-    used += fmin(wanted[at], or_wanted[at]) < INFINITY;
+    used += here;
+    blocks |= here << ((j - j0) / 8 * 2 + (i - i0) / 8);
   }
   count[tile] = used;
+  for (int k = 0; k < 4; ++k)
+    if (blocks >> k & 1) listed[(j0 / 8 + k / 2) * 2 * tiles.x + i0 / 8 + k % 2] = 1;
 }
 
 // Those of a list where `nearer` is less than `depth`, where it is finite, or where it is not.

@@ -7,9 +7,8 @@
 // their farthest layer; and so does one whose normal stands alone among neighbours that agree (where
 // two sheets graze each other). Splash is left alone: a droplet may be one sample. The border stays.
 //
-// In rounds: close_specks finds what changes, apply_closed changes it. A sample changes only where
-// something around it has changed in the round before, so that a round after the first has little to
-// do. One work-item per block of WIDTH samples of eight rows.
+// In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
+// were listed, the next only where something around has changed in the round before. One work-item per block of WIDTH samples of eight rows.
 
 #define BLOCK_ROWS 8
 
@@ -30,6 +29,11 @@ inline floatv load_from(global const float* map, const int first) {
   }
 #endif
   return LOADF(map + max(first, 0));
+}
+
+// Whether the 8 x 8 samples that a block lies in are listed. They come row by row, two for each tile.
+inline int is_listed(global const uchar* listed, const int2 block, const int nx) {
+  return listed[block.y * ((nx + TILE - 1) / TILE * 2) + block.x * WIDTH / 8];
 }
 
 // Whether a block within two samples of this one has changed.
@@ -138,14 +142,15 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
                          global float* closed_normal, global int* closed_group,
                          global uchar* closed_kind,
                          global uchar* change,         // [ny*nx] out in changed blocks
-                         global const uchar* changed,  // [blocks] in the round before
+                         global const uchar* changed,  // [blocks] in the round before; in the
+                                                       // first, the listed blocks (samples.hpp)
                          global uchar* changes,        // [blocks] out: in this round
-                         const int2 samples, const int2 blocks,
+                         const int2 samples, const int2 blocks, const int round,
                          const float jump) {  // particle radii
   const int2 block = (int2)(get_global_id(0), get_global_id(1));
   if (block.x >= blocks.x || block.y >= blocks.y) return;
   int any_change = 0;
-  if (changed_near(changed, block, blocks)) {
+  if (round == 0 ? is_listed(changed, block, samples.x) : changed_near(changed, block, blocks)) {
     const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
     for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j) {
       const int row_changes =

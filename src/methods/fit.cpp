@@ -103,20 +103,19 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   while (coarsest > 1 && coarsest < kTile &&
          2 * coarsest * grid.step <= 4.0 / 3 * frame.least_radius)
     coarsest *= 2;
+  const ListedBlocks listed = blocks_of(device, grid, coarsest == 1);
   fill_front(list_samples(device, grid, front, splash.from, coarsest));
   for (int every = coarsest / 2; every > 0; every /= 2) {
     clock.start("interpolate");
-    // The error falls with the fourth power of the distance, the planes' with the second.
-    const double near = 2 * every * grid.step <= 2.0 / 3 * frame.least_radius ? 2 : 1;
     fill_front(interpolate_samples(device, view, front, splash.from, open, surface,
-                                   near * params.region.interpolation, frame.least_radius, every));
+                                   params.region.interpolation, frame.least_radius, listed, every));
   }
 
   // What lies behind the front layer, at all samples together: few are open.
   constexpr int kBehind = 2;       // layers
   constexpr double kLayerGap = 3;  // particle radii
   clock.start("behind");
-  const SampleLists gaps = list_samples(device, grid, open, open);
+  const SampleLists gaps = list_samples(device, grid, open, listed);
   const Discs hidden = outline_discs(device, frame.hidden, grid,
                                      {{static_cast<float>(kCoreFootprint), 1.0f}}, Drawn::behind);
   const DiscsBehind discs = list_discs(device, hidden, gaps, open, kLayerGap);
@@ -133,7 +132,7 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
                  surface, open, params.region, true);
   splash_over(gaps);
   clock.start("specks");
-  close_specks(device, surface);
+  close_specks(device, surface, listed);
   return surface;
 }
 

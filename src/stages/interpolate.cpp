@@ -1,11 +1,21 @@
 #include "stages/interpolate.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace meniscus {
+namespace {
+
+// Within cells up to this side, in radii of the smallest particle, normals may turn farther.
+constexpr double kFineCell = 2.0 / 3;
+
+}  // namespace
+
 
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
                                 const Buffer<float>& splash, const Buffer<float>& open,
                                 const SurfaceBuffers& surface, double tolerance,
-                                double least_radius, int every) {
+                                double least_radius, const ListedBlocks& blocks, int every) {
   const SampleGrid& grid = surface.grid;
   const int cell = 2 * every;
   const int nx = (grid.nx + cell - 1) / cell, ny = (grid.ny + cell - 1) / cell;
@@ -14,16 +24,20 @@ SampleLists interpolate_samples(Device& device, const View& view, const Buffer<f
   const int width = device.state().vector_width;
   const Range range{static_cast<std::size_t>((nx + width - 1) / width),
                     static_cast<std::size_t>(ny), 16, 4};
+  // Side of a cell, in radii of the smallest particle.
+  const double side = 2 * every * static_cast<double>(grid.step) / least_radius;
+  const cl_float agreeing = side <= kFineCell ? 0.85f : 0.9f;
+  const cl_float spread = static_cast<cl_float>(std::min(0.5 / side, 1.25) * tolerance);
   const auto shows = allocate<cl_uchar>(device, static_cast<std::size_t>(nx) * ny);
   const auto wanted = filled<float>(device, grid.size(), kNoSurface);
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
          surface.normal, surface.kind, open, shows, samples, cells, grid.first, step,
-         kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance));
+         kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing);
   launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
          reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
-         samples, cells, grid.first, step, kernel_rays(view), cl_int{every},
+         samples, cells, grid.first, step, kernel_rays(view), cl_int{every}, spread,
          static_cast<cl_int>(!view.orthographic), static_cast<cl_int>(least_radius >= 4 * step));
-  return list_samples(device, grid, wanted, wanted);
+  return list_samples(device, grid, wanted, blocks);
 }
 
 }  // namespace meniscus

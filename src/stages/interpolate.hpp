@@ -18,10 +18,11 @@ namespace meniscus {
 ///   least_radius       the smallest particle's on the screen, pixels: where it is four of those
 ///                      samples or more, nothing hides between four samples that show nothing
 ///
-/// Returns the samples that must be evaluated: the others that may show something. Does not wait.
+/// Returns the samples that must be evaluated, the others that may show something, and notes their
+/// blocks. Does not wait.
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
                                 const Buffer<float>& splash, const Buffer<float>& open,
                                 const SurfaceBuffers& surface, double tolerance,
-                                double least_radius, int every = 1);
+                                double least_radius, const ListedBlocks& blocks, int every = 1);
 
 }  // namespace meniscus

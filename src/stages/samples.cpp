@@ -5,11 +5,24 @@ namespace {
 
 constexpr std::size_t kTileSamples = kTile * kTile;
 
+SampleLists no_samples(const SampleGrid& grid) {
+  return {grid, (grid.nx + kTile - 1) / kTile, (grid.ny + kTile - 1) / kTile, {}, {}};
+}
+
 SampleLists no_samples(Device& device, const SampleGrid& grid) {
-  const int nx = (grid.nx + kTile - 1) / kTile, ny = (grid.ny + kTile - 1) / kTile;
-  const std::size_t tiles = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
-  return {grid, nx, ny, allocate<cl_int>(device, tiles * kTileSamples),
-          allocate<cl_int>(device, tiles)};
+  SampleLists lists = no_samples(grid);
+  lists.sample = allocate<cl_int>(device, lists.tiles() * kTileSamples);
+  lists.count = allocate<cl_int>(device, lists.tiles());
+  return lists;
+}
+
+SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                 const Buffer<float>& or_wanted, int every, const ListedBlocks& blocks) {
+  const SampleLists lists = no_samples(device, grid);
+  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, or_wanted,
+         lists.sample, lists.count, blocks, cl_int2{{grid.nx, grid.ny}},
+         cl_int2{{lists.nx, lists.ny}}, static_cast<cl_int>(every));
+  return lists;
 }
 
 enum class Where : cl_int { nearer, finite, infinite };  // as in list_samples.cl
@@ -25,13 +38,19 @@ SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& 
 
 }  // namespace
 
+ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed) {
+  return filled<cl_uchar>(device, 4 * no_samples(grid).tiles(), listed ? 1 : 0);
+}
+
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const Buffer<float>& or_wanted, int every) {
-  const SampleLists lists = no_samples(device, grid);
-  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, or_wanted,
-         lists.sample, lists.count, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         static_cast<cl_int>(every));
-  return lists;
+  return list(device, grid, wanted, or_wanted, every,
+              allocate<cl_uchar>(device, 4 * no_samples(grid).tiles()));
+}
+
+SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                         const ListedBlocks& blocks) {
+  return list(device, grid, wanted, wanted, 1, blocks);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,

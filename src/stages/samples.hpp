@@ -23,6 +23,16 @@ struct SampleLists {
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const Buffer<float>& or_wanted, int every = 1);
 
+/// Blocks of 8 x 8 samples, four to a tile, row by row: 1 where one of them has been listed.
+using ListedBlocks = Buffer<cl_uchar>;
+
+/// All of a grid, with or without samples.
+ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed);
+
+/// All samples where `wanted` is finite; notes their blocks. Does not wait.
+SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                         const ListedBlocks& blocks);
+
 /// Those of `lists` where `nearer` is less than `depth`. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth);

@@ -4,7 +4,7 @@
 
 namespace meniscus {
 
-void close_specks(Device& device, const SurfaceBuffers& surface) {
+void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlocks& listed) {
   constexpr int kRounds = 4;
   constexpr float kJump = 3;  // particle radii
   const SampleGrid& grid = surface.grid;
@@ -17,16 +17,18 @@ void close_specks(Device& device, const SurfaceBuffers& surface) {
   const auto depth = allocate<float>(device, n), normal = allocate<float>(device, 3 * n);
   const auto group = allocate<cl_int>(device, n);
   const auto kind = allocate<cl_uchar>(device, n), change = allocate<cl_uchar>(device, n);
-  auto changed = filled<cl_uchar>(device, range.nx * range.ny, 1);
+  auto changed = listed;
   auto changes = allocate<cl_uchar>(device, range.nx * range.ny);
+  auto more_changes = allocate<cl_uchar>(device, range.nx * range.ny);
   for (int round = 0; round < kRounds; ++round) {
     launch(device, "specks.cl", "close_specks", range, width_option(width), surface.depth,
            surface.normal, surface.group, surface.kind, depth, normal, group, kind, change, changed,
-           changes, cl_int2{{grid.nx, grid.ny}}, blocks, kJump);
+           changes, cl_int2{{grid.nx, grid.ny}}, blocks, round, kJump);
     launch(device, "specks.cl", "apply_closed", range, width_option(width), depth, normal, group,
            kind, change, changes, surface.depth, surface.normal, surface.group, surface.kind,
            cl_int2{{grid.nx, grid.ny}}, blocks);
-    std::swap(changed, changes);
+    changed = changes;
+    std::swap(changes, more_changes);
   }
 }
 

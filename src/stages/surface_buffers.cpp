@@ -8,9 +8,9 @@ SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
   const std::size_t n = grid.size();
   return {grid,
           filled<float>(device, n, kNoSurface),
-          filled<float>(device, 3 * n, 0.0f),
-          filled<cl_int>(device, n, -1),
-          filled<float>(device, n, 0.0f),
+          allocate<float>(device, 3 * n),
+          allocate<cl_int>(device, n),
+          allocate<float>(device, n),
           filled<cl_uchar>(device, n, static_cast<cl_uchar>(Kind::surface))};
 }
 

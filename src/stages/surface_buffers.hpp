@@ -17,7 +17,7 @@ struct SurfaceBuffers {
   Buffer<cl_uchar> kind;  // [samples] Kind, as the sample would be if it has a depth
 };
 
-/// No surface anywhere.
+/// No surface anywhere; normals, groups and trust are what was in memory.
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid);
 
 /// Waits and copies to the host; samples without depth get zero normals, no group, no kind. Without

@@ -128,7 +128,7 @@ SurfaceMap closed(Device& device, const SurfaceMap& map) {
   surface.normal = upload(device, normal);
   surface.group = upload(device, map.group);
   surface.kind = upload(device, kind);
-  close_specks(device, surface);
+  close_specks(device, surface, blocks_of(device, map.grid, true));
   return download(device, surface);
 }
 
