@@ -23,19 +23,25 @@ DeviceCells upload_cells(Device& device, const Cells& cells) {
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points) {
-  std::vector<float> x, y, z;
-  for (const Vec3d& point : points) {
-    x.push_back(static_cast<float>(point.x));
-    y.push_back(static_cast<float>(point.y));
-    z.push_back(static_cast<float>(point.z));
+  const std::size_t n = points.size();
+  std::vector<float> x(n), y(n), z(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    x[k] = static_cast<float>(points[k].x);
+    y[k] = static_cast<float>(points[k].y);
+    z[k] = static_cast<float>(points[k].z);
   }
-  const auto density = allocate<float>(device, points.size());
+  // Points of one cell share a search.
+  const Cells sorted = make_cells(x, y, z, 1 / cells.inverse_cell);
+  const auto density = allocate<float>(device, n);
   const int width = device.state().vector_width;
-  launch(device, kDensity, "measure_density", items_for(points.size(), width), width_option(width),
-         upload(device, x), upload(device, y), upload(device, z), density, cells.x, cells.y,
-         cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(points.size()));
-  return download(device, density);
+  launch(device, kDensity, "measure_density", items_for(n, width), width_option(width),
+         upload(device, sorted.x), upload(device, sorted.y), upload(device, sorted.z), density,
+         cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell,
+         cells.mask, static_cast<cl_int>(n));
+  const std::vector<float> found = download(device, density);
+  std::vector<float> result(n);
+  for (std::size_t k = 0; k < n; ++k) result[static_cast<std::size_t>(sorted.item[k])] = found[k];
+  return result;
 }
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells) {
