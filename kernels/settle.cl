@@ -39,6 +39,11 @@ inline void ask_for(const floatv from, const floatv to, const intv wanted, Aroun
   around->to = SELECT(around->to, fmax(around->to, to), wanted);
 }
 
+// Where a window ends that begins at depth `begin`: no wanted ray is followed farther.
+inline float window_end(const float begin, const floatv to, const intv wanted) {
+  return fmin(begin + WINDOW, -least_lane(SELECT((floatv)(INFINITY), -to, wanted)));
+}
+
 // Where the levelled field first reaches `level` on rays between depths `from` and `to`. With
 // `listed`, `near` holds the particles of the first window already.
 inline Crossing first_crossing(const Cells cells, global const float* weight, const Rays r,
@@ -53,10 +58,11 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   intv going = wanted & (t <= to), fresh = going, steps = (intv)(0);
   while (ANY(going)) {
     const float window = least_lane(SELECT((floatv)(INFINITY), t, going));
+    const float end = window_end(window, to, going);
     // A crossing lies up to one step, at most a particle radius, before the point that shows it.
-    if (!listed) list_near(cells, around, r, going, window - 1.0f, window + WINDOW, near);
+    if (!listed) list_near(cells, around, r, going, window - 1.0f, end, near);
     listed = 0;
-    intv here = going & (t <= window + WINDOW), found = (intv)(0);
+    intv here = going & (t <= end), found = (intv)(0);
     floatv over = none;
     while (ANY(here)) {
       const floatv c = field_near(cells, weight, near, r, t, 0).c * NORM;
@@ -73,7 +79,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       t = SELECT(t, t + unit * step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
       going &= !inside & (t <= to) & (steps < 1000);
-      here = going & (t <= window + WINDOW);
+      here = going & (t <= end);
     }
     if (!ANY(found)) continue;
     // False position with the Illinois rule: the value of an end that stays twice is halved. The
@@ -183,6 +189,16 @@ inline void settle(const int* at, const intv listed, const Rays r, global const 
   scatter_float(SELECT(nowhere, t0, mixed), follow, at, listed);
 }
 
+// Between which depths the field is followed: from before the blend's depth t and the reference t0 to
+// behind them.
+inline floatv search_from(const floatv t, const floatv t0, const float4 limits) {
+  return fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f));
+}
+
+inline floatv search_to(const floatv t, const floatv t0, const float beyond) {
+  return SELECT(t0, t, t < INFINITY) + beyond;
+}
+
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
 // nothing outside the fluid: with less trust the contour draws in to where the field has its own.
 // And it gives way where it disagrees with the field.
@@ -198,8 +214,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const intv met = t < INFINITY;
   intv on_edge, ended;
   const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
-  const floatv from = fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f));
-  const floatv to = SELECT(t0, t, met) + beyond;
+  const floatv from = search_from(t, t0, limits), to = search_to(t, t0, beyond);
   const intv reaches = listed & (front < INFINITY) & (from <= to);
   // One search serves the density and the way to the crossing, most of the time.
   Near near;
@@ -208,9 +223,10 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   intv left = listed & met;
   if (ANY(reaches)) {
     const float window = least_lane(SELECT(nowhere, from, reaches));
-    list_near(cells, around, r, listed, window - 1.0f, window + WINDOW, &near);
+    const float end = window_end(window, to, reaches);
+    list_near(cells, around, r, listed, window - 1.0f, end, &near);
     listed_near = 1;
-    const intv here = left & (t >= window - 1.0f) & (t <= window + WINDOW);
+    const intv here = left & (t >= window - 1.0f) & (t <= end);
     if (ANY(here))
       density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
     left &= !here;
@@ -300,8 +316,9 @@ kernel void follow_field(
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
-      ask_for(fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f)) - 1.0f,
-              SELECT(t0, t, t < INFINITY) + beyond + WINDOW, lanes[v].used, &around);
+      const intv reaches = lanes[v].used & (gather_float(core, lanes[v].at) < INFINITY);
+      ask_for(search_from(t, t0, limits) - 1.0f, search_to(t, t0, beyond), reaches, &around);
+      ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
       follow(lanes[v].at, lanes[v].used, samples.x * samples.y, lanes[v].rays, reference, core, trust,
@@ -362,7 +379,7 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
       const floatv end = fmin(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
-      ask_for(start - 1.0f, end + WINDOW, lanes[v].used & (start < end), &around);
+      ask_for(start - 1.0f, end, lanes[v].used & (start < end), &around);
     }
     for (int v = 0; v < vectors; ++v) {
       const Lanes l = lanes[v];
