@@ -27,22 +27,18 @@ typedef struct {
 // Adds what the particle with `weight` at distance (dx, dy, dz) does to the field.
 inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
                          const float weight, const int with_gradient) {
-  const floatv none = (floatv)(0.0f);
-  const floatv squared = (dx * dx + dy * dy + dz * dz) * 0.25f;  // (distance / h)^2
+  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz)) * 0.25f;  // (distance / h)^2
   const floatv q = sqrt(squared);
-  const floatv r = 2.0f - q;
-  const intv core = q < 1.0f, reached = squared < 4.0f;
-  sum->c += SELECT(none,
-                   weight * SELECT(0.25f * r * r * r, 1.0f - 1.5f * squared + 0.75f * squared * q,
-                                   core),
-                   reached);
+  const floatv r = SELECT((floatv)(0.0f), 2.0f - q, q < 2.0f);  // beyond the support both sums get nothing
+  const intv core = q < 1.0f;
+  sum->c = fma((floatv)(weight), SELECT(0.25f * r * r * r, fma(0.75f * squared, q, fma((floatv)(-1.5f), squared, (floatv)(1.0f))), core), sum->c);
   if (!with_gradient) return;
   // dW/dq / q, times (x - x_j) / h^2
   const floatv outer = -0.75f * r * r / SELECT((floatv)(1.0f), q, q > 0.0f);
-  const floatv g = SELECT(none, weight * SELECT(outer, -3.0f + 2.25f * q, core), reached);
-  sum->gx += g * dx;
-  sum->gy += g * dy;
-  sum->gz += g * dz;
+  const floatv g = weight * SELECT(outer, fma((floatv)(2.25f), q, (floatv)(-3.0f)), core);
+  sum->gx = fma(g, dx, sum->gx);
+  sum->gy = fma(g, dy, sum->gy);
+  sum->gz = fma(g, dz, sum->gz);
 }
 
 // Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing.

@@ -36,38 +36,58 @@ constant int kProduct[55] = {
 
 #define AT(r, s) ((r) * ((r) + 1) / 2 + (s))
 
-// Adds w times every monomial of (x, y, z) to the moments.
-inline void add_moments(floatv* m, const floatv w, const floatv x, const floatv y, const floatv z) {
-  const floatv wx = w * x, wy = w * y, wz = w * z;
-  const floatv wxx = wx * x, wyy = wy * y, wzz = wz * z, wxy = wx * y, wyz = wy * z, wzx = wz * x;
+// Adds a point q = (x, y, z) of weight w with its rows, f(q) = 0 and f(q +- d) = +- delta, to the
+// moments and to b. The product of two coordinates of q +- d is e +- o; so no row is taken by itself.
+inline void add_point(floatv* m, floatv* b, const floatv w, const floatv delta, const floatv x,
+                      const floatv y, const floatv z, const floatv dx, const floatv dy,
+                      const floatv dz) {
   const floatv xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;
-  m[M_1] += w;
-  m[M_X] += wx;  m[M_Y] += wy;  m[M_Z] += wz;
-  m[M_XX] += wxx;  m[M_YY] += wyy;  m[M_ZZ] += wzz;
-  m[M_XY] += wxy;  m[M_YZ] += wyz;  m[M_ZX] += wzx;
-  m[M_XXX] += wxx * x;  m[M_YYY] += wyy * y;  m[M_ZZZ] += wzz * z;
-  m[M_XXY] += wxx * y;  m[M_XXZ] += wxx * z;  m[M_YYX] += wyy * x;
-  m[M_YYZ] += wyy * z;  m[M_ZZX] += wzz * x;  m[M_ZZY] += wzz * y;
-  m[M_XYZ] += wxy * z;
-  m[M_XXXX] += wxx * xx;  m[M_YYYY] += wyy * yy;  m[M_ZZZZ] += wzz * zz;
-  m[M_XXXY] += wxx * xy;  m[M_XXXZ] += wxx * zx;  m[M_YYYX] += wyy * xy;
-  m[M_YYYZ] += wyy * yz;  m[M_ZZZX] += wzz * zx;  m[M_ZZZY] += wzz * yz;
-  m[M_XXYY] += wxx * yy;  m[M_YYZZ] += wyy * zz;  m[M_ZZXX] += wzz * xx;
-  m[M_XXYZ] += wxx * yz;  m[M_YYZX] += wyy * zx;  m[M_ZZXY] += wzz * xy;
-}
-
-// Adds w times the ten basis functions at (x, y, z) to b.
-inline void add_basis(floatv* b, const floatv w, const floatv x, const floatv y, const floatv z) {
-  const floatv wx = w * x, wy = w * y, wz = w * z;
-  b[0] += w;
-  b[1] += wx;  b[2] += wy;  b[3] += wz;
-  b[4] += wx * x;  b[5] += wy * y;  b[6] += wz * z;
-  b[7] += wx * y;  b[8] += wy * z;  b[9] += wz * x;
+  const floatv exx = fma(dx, dx, xx), eyy = fma(dy, dy, yy), ezz = fma(dz, dz, zz);
+  const floatv exy = fma(dx, dy, xy), eyz = fma(dy, dz, yz), ezx = fma(dz, dx, zx);
+  const floatv oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;
+  const floatv oxy = fma(x, dy, dx * y), oyz = fma(y, dz, dy * z), ozx = fma(z, dx, dz * x);
+  // Weighted: of q, of the pair, and of all three.
+  const floatv twice = w + w, thrice = twice + w;
+  const floatv wxx = w * xx, wyy = w * yy, wzz = w * zz;
+  const floatv pxx = twice * exx, pyy = twice * eyy, pzz = twice * ezz;
+  const floatv qxx = twice * oxx, qyy = twice * oyy, qzz = twice * ozz;
+  const floatv qxy = twice * oxy, qyz = twice * oyz, qzx = twice * ozx;
+  const floatv sxx = wxx + pxx, syy = wyy + pyy, szz = wzz + pzz;
+  const floatv sxy = fma(w, xy, twice * exy), syz = fma(w, yz, twice * eyz),
+               szx = fma(w, zx, twice * ezx);
+  m[M_1] += thrice;
+  m[M_X] = fma(thrice, x, m[M_X]);
+  m[M_Y] = fma(thrice, y, m[M_Y]);
+  m[M_Z] = fma(thrice, z, m[M_Z]);
+  m[M_XX] += sxx;  m[M_YY] += syy;  m[M_ZZ] += szz;
+  m[M_XY] += sxy;  m[M_YZ] += syz;  m[M_ZX] += szx;
+#define CUBIC(k, s, q, c) m[k] = fma(s, c, fma(q, d##c, m[k]))
+  CUBIC(M_XXX, sxx, qxx, x);  CUBIC(M_YYY, syy, qyy, y);  CUBIC(M_ZZZ, szz, qzz, z);
+  CUBIC(M_XXY, sxx, qxx, y);  CUBIC(M_XXZ, sxx, qxx, z);  CUBIC(M_YYX, syy, qyy, x);
+  CUBIC(M_YYZ, syy, qyy, z);  CUBIC(M_ZZX, szz, qzz, x);  CUBIC(M_ZZY, szz, qzz, y);
+  CUBIC(M_XYZ, sxy, qxy, z);
+#define QUARTIC(k, A, B) m[k] = fma(w##A, B, fma(p##A, e##B, fma(q##A, o##B, m[k])))
+  QUARTIC(M_XXXX, xx, xx);  QUARTIC(M_YYYY, yy, yy);  QUARTIC(M_ZZZZ, zz, zz);
+  QUARTIC(M_XXXY, xx, xy);  QUARTIC(M_XXXZ, xx, zx);  QUARTIC(M_YYYX, yy, xy);
+  QUARTIC(M_YYYZ, yy, yz);  QUARTIC(M_ZZZX, zz, zx);  QUARTIC(M_ZZZY, zz, yz);
+  QUARTIC(M_XXYY, xx, yy);  QUARTIC(M_YYZZ, yy, zz);  QUARTIC(M_ZZXX, zz, xx);
+  QUARTIC(M_XXYZ, xx, yz);  QUARTIC(M_YYZX, yy, zx);  QUARTIC(M_ZZXY, zz, xy);
+  const floatv pair = twice * delta;
+  b[1] = fma(pair, dx, b[1]);
+  b[2] = fma(pair, dy, b[2]);
+  b[3] = fma(pair, dz, b[3]);
+  b[4] = fma(delta, qxx, b[4]);
+  b[5] = fma(delta, qyy, b[5]);
+  b[6] = fma(delta, qzz, b[6]);
+  b[7] = fma(delta, qxy, b[7]);
+  b[8] = fma(delta, qyz, b[8]);
+  b[9] = fma(delta, qzx, b[9]);
 }
 
 inline floatv evaluate(const floatv* a, const floatv x, const floatv y, const floatv z) {
-  return a[0] + (a[1] + a[4] * x + a[7] * y) * x + (a[2] + a[5] * y + a[8] * z) * y +
-         (a[3] + a[6] * z + a[9] * x) * z;
+  const floatv gx = fma(a[4], x, fma(a[7], y, a[1])), gy = fma(a[5], y, fma(a[8], z, a[2])),
+               gz = fma(a[6], z, fma(a[9], x, a[3]));
+  return fma(gx, x, fma(gy, y, fma(gz, z, a[0])));
 }
 
 // Solves A a = b by Cholesky; A (lower triangle) and b are overwritten, b becomes a. Returns the
@@ -78,7 +98,7 @@ inline floatv solve(floatv* A, floatv* b) {
   for (int j = 0; j < 10; ++j) {
     floatv d = A[AT(j, j)];
 #pragma unroll
-    for (int k = 0; k < j; ++k) d -= A[AT(j, k)] * A[AT(j, k)];
+    for (int k = 0; k < j; ++k) d = fma(-A[AT(j, k)], A[AT(j, k)], d);
     least = fmin(least, d);
     const floatv inverse = 1.0f / sqrt(fmax(d, (floatv)(1e-30f)));
     A[AT(j, j)] = inverse;
@@ -86,7 +106,7 @@ inline floatv solve(floatv* A, floatv* b) {
     for (int i = j + 1; i < 10; ++i) {
       floatv s = A[AT(i, j)];
 #pragma unroll
-      for (int k = 0; k < j; ++k) s -= A[AT(i, k)] * A[AT(j, k)];
+      for (int k = 0; k < j; ++k) s = fma(-A[AT(i, k)], A[AT(j, k)], s);
       A[AT(i, j)] = s * inverse;
     }
   }
@@ -94,14 +114,14 @@ inline floatv solve(floatv* A, floatv* b) {
   for (int i = 0; i < 10; ++i) {
     floatv s = b[i];
 #pragma unroll
-    for (int k = 0; k < i; ++k) s -= A[AT(i, k)] * b[k];
+    for (int k = 0; k < i; ++k) s = fma(-A[AT(i, k)], b[k], s);
     b[i] = s * A[AT(i, i)];
   }
 #pragma unroll
   for (int i = 9; i >= 0; --i) {
     floatv s = b[i];
 #pragma unroll
-    for (int k = i + 1; k < 10; ++k) s -= A[AT(k, i)] * b[k];
+    for (int k = i + 1; k < 10; ++k) s = fma(-A[AT(k, i)], b[k], s);
     b[i] = s * A[AT(i, i)];
   }
   return least;
@@ -136,12 +156,7 @@ kernel void fit_groups(
     const floatv x = LOADF(p), y = LOADF(p + slots), z = LOADF(p + 2 * slots);
     const floatv nx = LOADF(p + 3 * slots), ny = LOADF(p + 4 * slots), nz = LOADF(p + 5 * slots);
     const floatv w = LOADF(p + 6 * slots);
-    const floatv dx = delta * nx, dy = delta * ny, dz = delta * nz;
-    add_moments(m, w, x, y, z);
-    add_moments(m, w, x + dx, y + dy, z + dz);
-    add_moments(m, w, x - dx, y - dy, z - dz);
-    add_basis(a, w * delta, x + dx, y + dy, z + dz);
-    add_basis(a, -w * delta, x - dx, y - dy, z - dz);
+    add_point(m, a, w, delta, x, y, z, delta * nx, delta * ny, delta * nz);
   }
   floatv A[55];
 #pragma unroll
