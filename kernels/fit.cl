@@ -172,11 +172,13 @@ kernel void fit_groups(
   const floatv least = solve(A, a);
   const floatv slope = sqrt(fmax(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
 
+  const floatv steep = 1.0f / slope;
+
   // The residual, with one-sided weights: particles of the layer below do not count.
   floatv sum = (floatv)(0.0f), weight = (floatv)(1e-30f);
   for (int k = 0; k < count; ++k) {
     global const float* p = points + begin + 8 * k;
-    const floatv f = evaluate(a, LOADF(p), LOADF(p + slots), LOADF(p + 2 * slots)) / slope;
+    const floatv f = evaluate(a, LOADF(p), LOADF(p + slots), LOADF(p + 2 * slots)) * steep;
     const floatv behind = fmax(-f, (floatv)(0.0f)) * inverse_tau;
     const floatv w = LOADF(p + 6 * slots) * fmax(exp_negative(-behind * behind), (floatv)(1e-4f));
     sum += w * f * f;

@@ -34,14 +34,58 @@ inline intv load_used(global const int* index, int* at) {
 #endif
 }
 
+// A particle's record is 8 floats: x, y, z (particle radii), u, unit normal; the last is not used.
+typedef struct {
+  floatv x, y, z, u, nx, ny, nz;
+} Particles;
+
+inline Particles load_particles(global const float* record, const int* at) {
+  Particles p;
+#if WIDTH == 8
+  float8 r[8], lo[4], hi[4];
+#pragma unroll
+  for (int k = 0; k < 8; ++k) r[k] = vload8(at[k], record);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {  // transposed in three steps: pairs, fours, eights
+    const float8 a = r[2 * k], b = r[2 * k + 1];
+    lo[k] = (float8)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5);
+    hi[k] = (float8)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7);
+  }
+  const float8 x0 = (float8)(lo[0].s01, lo[1].s01, lo[0].s45, lo[1].s45);
+  const float8 x1 = (float8)(lo[2].s01, lo[3].s01, lo[2].s45, lo[3].s45);
+  const float8 y0 = (float8)(lo[0].s23, lo[1].s23, lo[0].s67, lo[1].s67);
+  const float8 y1 = (float8)(lo[2].s23, lo[3].s23, lo[2].s67, lo[3].s67);
+  const float8 z0 = (float8)(hi[0].s01, hi[1].s01, hi[0].s45, hi[1].s45);
+  const float8 z1 = (float8)(hi[2].s01, hi[3].s01, hi[2].s45, hi[3].s45);
+  p.x = (float8)(x0.lo, x1.lo);
+  p.y = (float8)(y0.lo, y1.lo);
+  p.z = (float8)(z0.lo, z1.lo);
+  p.u = (float8)(hi[0].s23, hi[1].s23, hi[2].s23, hi[3].s23);
+  p.nx = (float8)(x0.hi, x1.hi);
+  p.ny = (float8)(y0.hi, y1.hi);
+  p.nz = (float8)(z0.hi, z1.hi);
+#else
+  float lane[7][WIDTH];
+  for (int k = 0; k < WIDTH; ++k)
+    for (int row = 0; row < 7; ++row) lane[row][k] = record[8 * at[k] + row];
+  p.x = LOADF(lane[0]);
+  p.y = LOADF(lane[1]);
+  p.z = LOADF(lane[2]);
+  p.u = LOADF(lane[3]);
+  p.nx = LOADF(lane[4]);
+  p.ny = LOADF(lane[5]);
+  p.nz = LOADF(lane[6]);
+#endif
+  return p;
+}
+
 // Weight of neighbour j in the fit around particle i at distance l with normals n_i, n_j:
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // in the first pass, and where the last one gave no fit, m = exp(-h^2 / (h_0 + h_1 l^2)^2) with the
 // height h of j over i's tangent plane; later m = exp(-r^2 / tau^2) for a neighbour that lies r
 // behind the surface of the pass before. Fits of fewer than three neighbours get no weights.
 kernel void weigh_neighbours(
-    global const float* particles,  // [4][n] x, y, z (particle radii), u
-    global const float* normal,     // [3][n] unit
+    global const float* record,     // [n][8] of the particles
     global const int* particle,     // [lanes] centre of the lane's fit, -1: unused
     global const int* neighbour,    // [slots]
     global const int* first,        // [batches]
@@ -50,17 +94,14 @@ kernel void weigh_neighbours(
     global const float* quadric,    // [10][lanes] of the pass before, through the particles
     global const float* quality,    // [2][lanes] negative: no fit
     global float* points,           // [7][slots] q = (x_j - x_i) / rho; n_j; weight
-    const int n, const int slots, const int lanes, const int pass,
+    const int slots, const int lanes, const int pass,
     const float4 options) {  // 2 / sigma^2; tau and h_0, particle radii; h_1, 1 / particle radii
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   int i[WIDTH], j[WIDTH];
   const intv lane_used = load_used(particle + lane, i);
   const floatv none = (floatv)(0.0f);
-  const floatv px = gather_float(particles, i), py = gather_float(particles + n, i),
-               pz = gather_float(particles + 2 * n, i);
-  const floatv nx = gather_float(normal, i), ny = gather_float(normal + n, i),
-               nz = gather_float(normal + 2 * n, i);
+  const Particles own = load_particles(record, i);
   intv refit = (intv)(0);
   floatv c[10];
 #pragma unroll
@@ -77,18 +118,16 @@ kernel void weigh_neighbours(
   for (int k = 0; k < count; ++k) {
     const int slot = begin + 8 * k;
     const intv there = load_used(neighbour + slot, j) & lane_used;
-    const floatv x = gather_float(particles, j) - px, y = gather_float(particles + n, j) - py,
-                 z = gather_float(particles + 2 * n, j) - pz;
-    const floatv mx = gather_float(normal, j), my = gather_float(normal + n, j),
-                 mz = gather_float(normal + 2 * n, j);
+    const Particles p = load_particles(record, j);
+    const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
     const floatv squared = x * x + y * y + z * z;
-    const floatv turned = fmin(nx * mx + ny * my + nz * mz - 1.0f, none);
-    const floatv near = gather_float(particles + 3 * n, j) *
+    const floatv turned = fmin(own.nx * p.nx + own.ny * p.ny + own.nz * p.nz - 1.0f, none);
+    const floatv near = p.u *
                         spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f))) *
                         exp_negative(options.x * turned);
     floatv weight = none;
     if (ANY(!refit)) {
-      const floatv h = x * nx + y * ny + z * nz;
+      const floatv h = x * own.nx + y * own.ny + z * own.nz;
       const floatv width = options.z + options.w * squared;
       weight = fmax(exp_negative(-(h * h) / (width * width)), (floatv)(1e-5f));
     }
@@ -101,9 +140,9 @@ kernel void weigh_neighbours(
     STOREF(x * inverse_rho, points + slot);
     STOREF(y * inverse_rho, points + slots + slot);
     STOREF(z * inverse_rho, points + 2 * slots + slot);
-    STOREF(mx, points + 3 * slots + slot);
-    STOREF(my, points + 4 * slots + slot);
-    STOREF(mz, points + 5 * slots + slot);
+    STOREF(p.nx, points + 3 * slots + slot);
+    STOREF(p.ny, points + 4 * slots + slot);
+    STOREF(p.nz, points + 5 * slots + slot);
     STOREF(SELECT(none, near * weight, counts), points + 6 * slots + slot);
   }
   if (!ANY(used < 3)) return;
@@ -115,21 +154,23 @@ kernel void weigh_neighbours(
 
 // Turns each particle's normal to its quadric's gradient at the particle; the side stays.
 kernel void turn_normals(global const int* particle, global const float* quadric,
-                         global const float* quality, global float* normal,  // [3][n] in and out
-                         const int n, const int lanes) {
+                         global const float* quality,
+                         global float* record,  // [n][8] normals in and out
+                         const int lanes) {
   const int lane = get_global_id(0);
   if (lane >= lanes) return;
   const int i = particle[lane];
   if (i < 0 || quality[lane] < 0.0f) return;
   const float x = quadric[lanes + lane], y = quadric[2 * lanes + lane],
               z = quadric[3 * lanes + lane];
-  const float side = normal[i] * x + normal[n + i] * y + normal[2 * n + i] * z;
+  global float* normal = record + 8 * i + 4;
+  const float side = normal[0] * x + normal[1] * y + normal[2] * z;
   const float size = sqrt(x * x + y * y + z * z);
   if (!(size > 0.0f)) return;
   const float scale = (side < 0.0f ? -1.0f : 1.0f) / size;
-  normal[i] = x * scale;
-  normal[n + i] = y * scale;
-  normal[2 * n + i] = z * scale;
+  normal[0] = x * scale;
+  normal[1] = y * scale;
+  normal[2] = z * scale;
 }
 
 // How far a fit can be relied on, three rows:
@@ -139,13 +180,12 @@ kernel void turn_normals(global const int* particle, global const float* quadric
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
 // - the number of its neighbours, each by its weight u.
-kernel void measure_edges(global const float* particles, global const float* normal,
-                          global const int* particle, global const int* neighbour,
+kernel void measure_edges(global const float* record, global const int* particle, global const int* neighbour,
                           global const int* first, global const int* length,
                           global const float* support,  // [lanes] rho, particle radii
                           global const float* quadric,  // [10][lanes] through the particles
                           global float* rows,           // [3][lanes] e; distance, radii; number
-                          const int n, const int lanes,
+                          const int lanes,
                           const float falloff,  // 2 / sigma^2
                           const float reach) {  // particle radii
   const int lane = get_global_id(0) * WIDTH;
@@ -153,10 +193,7 @@ kernel void measure_edges(global const float* particles, global const float* nor
   int i[WIDTH], j[WIDTH];
   load_used(particle + lane, i);
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
-  const floatv px = gather_float(particles, i), py = gather_float(particles + n, i),
-               pz = gather_float(particles + 2 * n, i);
-  const floatv nx = gather_float(normal, i), ny = gather_float(normal + n, i),
-               nz = gather_float(normal + 2 * n, i);
+  const Particles own = load_particles(record, i);
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
   const floatv inverse_rho = 1.0f / LOADF(support + lane);
   floatv c[10];
@@ -165,12 +202,11 @@ kernel void measure_edges(global const float* particles, global const float* nor
   floatv near = none, agree = none, weight = none, squares = none, number = none;
   for (int k = 0; k < count; ++k) {
     const intv there = load_used(neighbour + begin + 8 * k, j);
-    const floatv x = gather_float(particles, j) - px, y = gather_float(particles + n, j) - py,
-                 z = gather_float(particles + 2 * n, j) - pz;
-    const floatv u = SELECT(none, gather_float(particles + 3 * n, j), there);
+    const Particles p = load_particles(record, j);
+    const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
+    const floatv u = SELECT(none, p.u, there);
     const floatv l = sqrt(x * x + y * y + z * z);
-    const floatv same = nx * gather_float(normal, j) + ny * gather_float(normal + n, j) +
-                        nz * gather_float(normal + 2 * n, j);
+    const floatv same = own.nx * p.nx + own.ny * p.ny + own.nz * p.nz;
     const floatv apart = clamp(evaluate(c, x, y, z), -2.0f, 2.0f);
     const floatv w =
         u * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));

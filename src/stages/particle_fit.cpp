@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "parallel.hpp"
 #include "stages/fit.hpp"
@@ -16,6 +17,8 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 // Where supports are narrowed: what residual noise alone explains (particle radii, and against the
 // frame's least), and how far around a particle residuals are averaged.
 constexpr double kNoise = 0.14, kOverLeast = 1.5, kSheetReach = 6;
+
+constexpr std::size_t kRecord = 8, kNormal = 4;  // a particle's record, see particle_fit.cl
 
 constexpr std::size_t kGrain = 256;  // fits that a processor takes at a time
 
@@ -127,12 +130,12 @@ std::vector<float> residuals(Device& device, const std::vector<Lanes>& parts, st
 
 // The fits' supports for the last pass, see fit_particles.
 std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std::int32_t>& place,
-                                   const std::vector<float>& particles,
-                                   const std::vector<float>& normal,
+                                   const std::vector<float>& record,
                                    const std::vector<float>& residual, const FitParams& params) {
-  const std::size_t n = normal.size() / 3, fits = place.size();
-  const auto vector_at = [n](const std::vector<float>& values, std::size_t k) {
-    return Vec3d{values[k], values[n + k], values[2 * n + k]};
+  const std::size_t n = record.size() / kRecord, fits = place.size();
+  const auto vector_at = [&](std::size_t k, std::size_t row) {
+    const float* const v = record.data() + kRecord * k + row;
+    return Vec3d{v[0], v[1], v[2]};
   };
   std::vector<float> rho(fits, static_cast<float>(params.support));
   std::vector<float> own(n, -1.0f), sorted;
@@ -150,10 +153,10 @@ std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std
       double sum = 0, weight = 0;
       for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
         const std::size_t j = static_cast<std::size_t>(near.index[p]);
-        const Vec3d apart = vector_at(particles, j) - vector_at(particles, i);
+        const Vec3d apart = vector_at(j, 0) - vector_at(i, 0);
         if (!(own[j] > 0) || dot(apart, apart) >= kSheetReach * kSheetReach) continue;
         const double w = (1 - length(apart) / kSheetReach) *
-                         smooth_step(0.8, 0.95, dot(vector_at(normal, i), vector_at(normal, j)));
+                         smooth_step(0.8, 0.95, dot(vector_at(i, kNormal), vector_at(j, kNormal)));
         sum += w * own[j];
         weight += w;
       }
@@ -173,25 +176,22 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const std::size_t count = seen.index.size(), n = around.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
-  std::vector<float> particles(4 * n), normal(3 * n);
+  std::vector<float> record(kRecord * n, 0.0f);
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t i = static_cast<std::size_t>(around.index[k]);
-    particles[k] = projected.x[i];
-    particles[n + k] = projected.y[i];
-    particles[2 * n + k] = projected.z[i];
-    particles[3 * n + k] = static_cast<float>(around.weight[k]);
-    normal[k] = static_cast<float>(around.normal[k].x);
-    normal[n + k] = static_cast<float>(around.normal[k].y);
-    normal[2 * n + k] = static_cast<float>(around.normal[k].z);
+    const Vec3d& normal = around.normal[k];
+    const double values[] = {projected.x[i], projected.y[i], projected.z[i], around.weight[k],
+                             normal.x,       normal.y,       normal.z};
+    std::transform(std::begin(values), std::end(values),
+                   record.begin() + static_cast<std::ptrdiff_t>(kRecord * k),
+                   [](double value) { return static_cast<float>(value); });
   }
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   const Neighbours near = find_neighbours(projected, seen.index, around.index, params.support);
   std::vector<Lanes> parts = make_lanes(device, near, place);
   std::vector<float> rho(count, static_cast<float>(params.support));
   set_supports(device, parts, rho);
-  const auto device_particles = upload(device, particles);
-  const auto device_normal = upload(device, normal);
-  const cl_int surface_count = static_cast<cl_int>(n);
+  const auto records = upload(device, record);
   const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
   const int width = device.state().vector_width;
   // Few items of much work: small work-groups spread them over the compute units.
@@ -200,26 +200,26 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   };
   for (int pass = 0; pass < params.passes; ++pass) {
     if (pass > 0 && pass + 1 == params.passes && params.least_support < 1) {
-      rho = narrow_supports(near, place, particles, download(device, device_normal),
-                            residuals(device, parts, count), params);
+      rho = narrow_supports(near, place, download(device, records), residuals(device, parts, count),
+                            params);
       set_supports(device, parts, rho);
     }
     for (const Lanes& lanes : parts) {
       const DeviceFits& on_device = lanes.fits;
       launch(device, "particle_fit.cl", "weigh_neighbours", items(lanes), width_option(width),
-             device_particles, device_normal, lanes.particle, lanes.neighbour, on_device.first,
-             on_device.length, on_device.scale, on_device.quadric, on_device.quality,
-             on_device.points, surface_count, static_cast<cl_int>(on_device.slots),
+             records, lanes.particle, lanes.neighbour, on_device.first, on_device.length,
+             on_device.scale, on_device.quadric, on_device.quality, on_device.points,
+             static_cast<cl_int>(on_device.slots),
              static_cast<cl_int>(on_device.lanes), cl_int{pass},
              cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
       fit_batches(device, on_device, params);
     }
     for (const Lanes& lanes : parts)  // once all fits have seen the normals before
       launch(device, "particle_fit.cl", "turn_normals", {lanes.fits.lanes}, "", lanes.particle,
-             lanes.fits.quadric, lanes.fits.quality, device_normal, surface_count,
+             lanes.fits.quadric, lanes.fits.quality, records,
              static_cast<cl_int>(lanes.fits.lanes));
   }
-  normal = download(device, device_normal);
+  record = download(device, records);
   fits.support.assign(rho.begin(), rho.end());
   fits.residual = residuals(device, parts, count);
   fits.edge.resize(count);
@@ -230,9 +230,9 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     const std::size_t lanes = part.fits.lanes;
     const auto device_rows = allocate<float>(device, 3 * lanes);
     launch(device, "particle_fit.cl", "measure_edges", items(part), width_option(width),
-           device_particles, device_normal, part.particle, part.neighbour, part.fits.first,
-           part.fits.length, part.fits.scale, part.fits.quadric, device_rows, surface_count,
-           static_cast<cl_int>(lanes), falloff, kEdgeReach);
+           records, part.particle, part.neighbour, part.fits.first, part.fits.length,
+           part.fits.scale, part.fits.quadric, device_rows, static_cast<cl_int>(lanes), falloff,
+           kEdgeReach);
     const std::vector<float> c = download(device, part.fits.quadric);
     const std::vector<float> rows = download(device, device_rows);
     for (std::size_t l = 0; l < part.batches.order.size(); ++l) {
@@ -246,7 +246,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = static_cast<std::size_t>(place[k]);
     fits.position.push_back(projected.eye(static_cast<std::size_t>(seen.index[k])));
-    fits.normal.push_back({normal[i], normal[n + i], normal[2 * n + i]});
+    const float* const normal = record.data() + kRecord * i + kNormal;
+    fits.normal.push_back({normal[0], normal[1], normal[2]});
     fits.visible.push_back(visibility(seen.owned[k]));
     fits.surface.push_back(around.weight[i]);
     fits.foot.push_back(fits.position[k]);
