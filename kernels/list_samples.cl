@@ -12,36 +12,37 @@ kernel void list_samples(global const float* wanted,     // [samples]
   const int tile = get_global_id(0);
   if (tile >= tiles.x * tiles.y) return;
   const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
-  int used = 0, blocks = 0;
-  if (i0 + TILE <= samples.x && j0 + TILE <= samples.y) {  // most tiles show nothing
-    float8 left = (float8)(INFINITY), right = (float8)(INFINITY);
-    for (int j = j0; j < j0 + TILE; ++j) {
-      const int row = j * samples.x + i0;
-      left = fmin(left, fmin(vload8(0, wanted + row), vload8(0, or_wanted + row)));
-      right = fmin(right, fmin(vload8(1, wanted + row), vload8(1, or_wanted + row)));
+  const int whole = i0 + TILE <= samples.x && j0 + TILE <= samples.y;
+  const int quarter = max(TILE_SAMPLES / 4 / (every * every), 1);
+  int used = 0;
+  for (int block = 0; block < 4; ++block) {  // of 8 x 8 samples
+    const int i1 = i0 + block % 2 * 8, j1 = j0 + block / 2 * 8;
+    if (whole) {  // most show nothing
+      float8 least = (float8)(INFINITY);
+      for (int j = j1; j < j1 + 8; ++j) {
+        const float8 a = vload8(0, wanted + j * samples.x + i1);
+        const float8 b = vload8(0, or_wanted + j * samples.x + i1);
+        least = select(least, a, a < least);
+        least = select(least, b, b < least);
+      }
+      const float4 four = fmin(least.lo, least.hi);
+      if (!(fmin(fmin(four.x, four.y), fmin(four.z, four.w)) < INFINITY)) continue;
     }
-    const float8 eight = fmin(left, right);
-    const float4 four = fmin(eight.lo, eight.hi);
-    if (!(fmin(fmin(four.x, four.y), fmin(four.z, four.w)) < INFINITY)) {
-      count[tile] = 0;
-      return;
+    const int before = used;
+    for (int k = block * quarter; k < (block + 1) * quarter; ++k) {
+      // Morton order: the even bits of k are the column's, the odd ones the row's.
+      const int column = k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8;
+      const int row = k >> 1 & 1 | k >> 2 & 2 | k >> 3 & 4 | k >> 4 & 8;
+      const int i = i0 + every * column, j = j0 + every * row;
+      if (column * every >= TILE || row * every >= TILE || i >= samples.x || j >= samples.y)
+        continue;
+      const int at = j * samples.x + i;
+      sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
+      used += (wanted[at] < INFINITY) | (or_wanted[at] < INFINITY);
     }
-  }
-  for (int k = 0; k < TILE_SAMPLES / (every * every); ++k) {
-    // Morton order: the even bits of k are the column's, the odd ones the row's.
-    const int column = k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8;
-    const int row = k >> 1 & 1 | k >> 2 & 2 | k >> 3 & 4 | k >> 4 & 8;
-    const int i = i0 + every * column, j = j0 + every * row;
-    if (i >= samples.x || j >= samples.y) continue;
-    const int at = j * samples.x + i;
-    const int here = fmin(wanted[at], or_wanted[at]) < INFINITY;
-    sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
-    used += here;
-    blocks |= here << ((j - j0) / 8 * 2 + (i - i0) / 8);
+    if (used > before) listed[j1 / 8 * 2 * tiles.x + i1 / 8] = 1;
   }
   count[tile] = used;
-  for (int k = 0; k < 4; ++k)
-    if (blocks >> k & 1) listed[(j0 / 8 + k / 2) * 2 * tiles.x + i0 / 8 + k % 2] = 1;
 }
 
 // Those of a list where `nearer` is less than `depth`, where it is finite, or where it is not.
