@@ -31,7 +31,9 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   const floatv q = sqrt(squared);
   const floatv r = SELECT((floatv)(0.0f), 2.0f - q, q < 2.0f);  // beyond the support both sums get nothing
   const intv core = q < 1.0f;
-  sum->c = fma((floatv)(weight), SELECT(0.25f * r * r * r, fma(0.75f * squared, q, fma((floatv)(-1.5f), squared, (floatv)(1.0f))), core), sum->c);
+  const floatv inner =
+      fma(0.75f * squared, q, fma((floatv)(-1.5f), squared, (floatv)(1.0f)));
+  sum->c = fma((floatv)(weight), SELECT(0.25f * r * r * r, inner, core), sum->c);
   if (!with_gradient) return;
   // dW/dq / q, times (x - x_j) / h^2
   const floatv outer = -0.75f * r * r / SELECT((floatv)(1.0f), q, q > 0.0f);

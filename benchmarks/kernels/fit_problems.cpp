@@ -5,18 +5,13 @@ namespace {
 
 void fill_surface(FitProblems& problems, const Projected& projected,
                   const SurfaceParticles& surface) {
-  const std::size_t n = surface.index.size();
-  problems.particles.resize(4 * n);
-  problems.normal.resize(3 * n);
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < surface.index.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(surface.index[k]);
-    const float place[4] = {projected.x[i], projected.y[i], projected.z[i],
-                            static_cast<float>(surface.weight[k])};
-    for (std::size_t row = 0; row < 4; ++row) problems.particles[row * n + k] = place[row];
     const Vec3d& normal = surface.normal[k];
-    const double axes[3] = {normal.x, normal.y, normal.z};
-    for (std::size_t row = 0; row < 3; ++row)
-      problems.normal[row * n + k] = static_cast<float>(axes[row]);
+    for (const double value : {double{projected.x[i]}, double{projected.y[i]},
+                               double{projected.z[i]}, surface.weight[k], normal.x, normal.y,
+                               normal.z, 0.0})
+      problems.record.push_back(static_cast<float>(value));
   }
 }
 
@@ -64,15 +59,13 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   problems->points.assign(7 * batches.slots, 0.0f);
   problems->quadric.assign(10 * batches.lanes, 0.0f);
   problems->quality.assign(2 * batches.lanes, -1.0f);
-  problems->weighing = {problems->particles.data(),
-                        problems->normal.data(),
+  problems->weighing = {problems->record.data(),
                         problems->particle.data(),
                         problems->neighbour.data(),
                         batches.first.data(),
                         batches.length.data(),
                         problems->scale.data(),
                         problems->points.data(),
-                        surface.index.size(),
                         batches.slots,
                         static_cast<float>(2 / (params.normal_sigma * params.normal_sigma)),
                         0.6f,  // h_0 and h_1 of particle_fit.cpp

@@ -14,7 +14,7 @@ namespace meniscus::bench {
 struct FitProblems {
   FitBatches batches;
   std::vector<std::int32_t> particle, neighbour;  // as particle_fit.cl has them
-  std::vector<float> particles, normal, scale;    // [4][n], [3][n], [lanes]
+  std::vector<float> record, scale;               // [n][8], [lanes]
   std::vector<float> points, quadric, quality;    // [7][slots], [10][lanes], [2][lanes]
   double fits = 0, neighbours = 0;                // neighbours of all fits together
   native::Neighbours weighing{};

@@ -169,8 +169,9 @@ native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
                             launch.scalar<cl_float>(11),
                             {},
                             launch.scalar<cl_int>(13),
-                            launch.scalar<cl_int>(14) != 0,
-                            launch.scalar<cl_int>(15) != 0};
+                            launch.scalar<cl_float>(14),
+                            launch.scalar<cl_int>(15) != 0,
+                            launch.scalar<cl_int>(16) != 0};
   copy_rays(frame.view, input.ray);
   return input;
 }

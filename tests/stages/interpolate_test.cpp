@@ -75,7 +75,8 @@ Result interpolated(Device& device, const View& view, const SampleGrid& grid, co
     const auto anywhere = filled<float>(device, n, 1.0f);
     const auto nowhere = filled<float>(device, n, kNoSurface);
     const SampleLists lists = interpolate_samples(device, view, anywhere, anywhere, nowhere,
-                                                  surface, kTolerance, least_radius, every);
+                                                  surface, kTolerance, least_radius,
+                                                  blocks_of(device, grid, false), every);
     result.map = download(device, surface);
     const std::vector<cl_int> sample = download(device, lists.sample);
     const std::vector<cl_int> count = download(device, lists.count);
@@ -125,7 +126,7 @@ TEST_P(Interpolate, FollowsASphere) {
     const auto scene = [&](const Vec3d& from, const Vec3d& d) {
       return meet_sphere(centre, radius, from, d);
     };
-    const Result result = interpolated(device_, view, scene, {}, 0);
+    const Result result = interpolated(device_, view, scene, {}, 3);
     EXPECT_GT(expect_complete(result), 1000u);
     for (int s = 0; s < kWidth * kHeight; ++s) {
       const double t = result.map.depth[s];
@@ -197,7 +198,7 @@ TEST_P(Interpolate, LeavesCreasesAndStepsToBeEvaluated) {
       const Hit hit = scene(x, d);
       return dot(hit.normal, x + d * hit.depth - ridge) > -1e-6 && hit.normal == left;
     };
-    const Result result = interpolated(device_, view, scene, {}, 0);
+    const Result result = interpolated(device_, view, scene, {}, 3);
     EXPECT_GT(expect_complete(result), 4000u);
     std::size_t across = 0;
     for (int j = 1; j + 1 < kHeight; ++j)
@@ -221,7 +222,7 @@ TEST_P(Interpolate, DoesNotMixSurfaceAndSplash) {
   const auto scene = [&](const Vec3d& from, const Vec3d& d) {
     return meet_plane(through, {0, 0, 1}, from, d);
   };
-  const Result result = interpolated(device_, view, scene, kinds, 0);
+  const Result result = interpolated(device_, view, scene, kinds, 3);
   expect_complete(result);
   for (int s = 0; s < kWidth * kHeight; ++s) {
     if (s % kWidth == 59) {

@@ -66,17 +66,17 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
     Floats gx{}, gy{}, gz{}, c{};
     for (int p = 0; p < near.count; ++p) {
       const Floats dx = x - near.x[p], dy = y - near.y[p], dz = z - near.z[p];
-      const Floats squared = (dx * dx + dy * dy + dz * dz) * 0.25f;
-      const Floats q = root(squared), r = 2.0f - q;
-      const Ints core = q < 1.0f, reached = squared < 4.0f;
+      const Floats squared = fused(dx, dx, fused(dy, dy, dz * dz)) * 0.25f;
       // One out of reach adds a zero, which leaves a sum as it is.
-      c += reached ? (core ? 1.0f - 1.5f * squared + 0.75f * squared * q : 0.25f * r * r * r)
-                   : Floats{};
-      const Floats slope =
-          reached ? (core ? -3.0f + 2.25f * q : -0.75f * r * r / (core ? all(1.0f) : q)) : Floats{};
-      gx += slope * dx;
-      gy += slope * dy;
-      gz += slope * dz;
+      const Floats q = root(squared), r = larger(2.0f - q, Floats{});
+      const Ints core = q < 1.0f;
+      c += core ? fused(0.75f * squared, q, fused(all(-1.5f), squared, all(1.0f)))
+                : 0.25f * r * r * r;
+      const Floats slope = core ? fused(all(2.25f), q, all(-3.0f))
+                                : -0.75f * r * r / (core ? all(1.0f) : q);
+      gx = fused(slope, dx, gx);
+      gy = fused(slope, dy, gy);
+      gz = fused(slope, dz, gz);
     }
     constexpr float kNorm = 0.318309886f;
     const Floats rows[4] = {gx * (0.25f * kNorm), gy * (0.25f * kNorm), gz * (0.25f * kNorm),

@@ -19,18 +19,17 @@ struct FieldAt {
 template <bool WithGradient>
 [[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
                                                 const Floats& dz, float weight) {
-  const Floats none{};
-  const Floats squared = (dx * dx + dy * dy + dz * dz) * 0.25f;
-  const Floats q = root(squared), r = 2.0f - q;
-  const Ints core = q < 1.0f, reached = squared < 4.0f;
-  const Floats inner = 1.0f - 1.5f * squared + 0.75f * squared * q;
-  sum.c += reached ? weight * (core ? inner : 0.25f * r * r * r) : none;
+  const Floats squared = fused(dx, dx, fused(dy, dy, dz * dz)) * 0.25f;
+  const Floats q = root(squared), r = larger(2.0f - q, Floats{});
+  const Ints core = q < 1.0f;
+  const Floats inner = fused(0.75f * squared, q, fused(all(-1.5f), squared, all(1.0f)));
+  sum.c = fused(all(weight), core ? inner : 0.25f * r * r * r, sum.c);
   if (!WithGradient) return;
   const Floats outer = -0.75f * r * r / (q > 0.0f ? q : all(1.0f));
-  const Floats g = reached ? weight * (core ? -3.0f + 2.25f * q : outer) : none;
-  sum.gx += g * dx;
-  sum.gy += g * dy;
-  sum.gz += g * dz;
+  const Floats g = weight * (core ? fused(all(2.25f), q, all(-3.0f)) : outer);
+  sum.gx = fused(g, dx, sum.gx);
+  sum.gy = fused(g, dy, sum.gy);
+  sum.gz = fused(g, dz, sum.gz);
 }
 
 /// The field at points that no list is near, cell by cell.

@@ -26,66 +26,81 @@ constexpr int kProduct[55] = {
 
 constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
 
-[[gnu::always_inline]] inline void add_moments(Floats* m, const Floats& w, const Floats& x, const Floats& y,
-                        const Floats& z) {
-  const Floats wx = w * x, wy = w * y, wz = w * z;
-  const Floats wxx = wx * x, wyy = wy * y, wzz = wz * z, wxy = wx * y, wyz = wy * z, wzx = wz * x;
+// A point with its three rows.
+[[gnu::always_inline]] inline void add_point(Floats* m, Floats* b, const Floats& w,
+                                             const Floats& delta, const Floats& x, const Floats& y,
+                                             const Floats& z, const Floats& dx, const Floats& dy,
+                                             const Floats& dz) {
   const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;
-  m[M_1] += w;
-  m[M_X] += wx;
-  m[M_Y] += wy;
-  m[M_Z] += wz;
-  m[M_XX] += wxx;
-  m[M_YY] += wyy;
-  m[M_ZZ] += wzz;
-  m[M_XY] += wxy;
-  m[M_YZ] += wyz;
-  m[M_ZX] += wzx;
-  m[M_XXX] += wxx * x;
-  m[M_YYY] += wyy * y;
-  m[M_ZZZ] += wzz * z;
-  m[M_XXY] += wxx * y;
-  m[M_XXZ] += wxx * z;
-  m[M_YYX] += wyy * x;
-  m[M_YYZ] += wyy * z;
-  m[M_ZZX] += wzz * x;
-  m[M_ZZY] += wzz * y;
-  m[M_XYZ] += wxy * z;
-  m[M_XXXX] += wxx * xx;
-  m[M_YYYY] += wyy * yy;
-  m[M_ZZZZ] += wzz * zz;
-  m[M_XXXY] += wxx * xy;
-  m[M_XXXZ] += wxx * zx;
-  m[M_YYYX] += wyy * xy;
-  m[M_YYYZ] += wyy * yz;
-  m[M_ZZZX] += wzz * zx;
-  m[M_ZZZY] += wzz * yz;
-  m[M_XXYY] += wxx * yy;
-  m[M_YYZZ] += wyy * zz;
-  m[M_ZZXX] += wzz * xx;
-  m[M_XXYZ] += wxx * yz;
-  m[M_YYZX] += wyy * zx;
-  m[M_ZZXY] += wzz * xy;
-}
-
-[[gnu::always_inline]] inline void add_basis(Floats* b, const Floats& w, const Floats& x, const Floats& y,
-                      const Floats& z) {
-  const Floats wx = w * x, wy = w * y, wz = w * z;
-  b[0] += w;
-  b[1] += wx;
-  b[2] += wy;
-  b[3] += wz;
-  b[4] += wx * x;
-  b[5] += wy * y;
-  b[6] += wz * z;
-  b[7] += wx * y;
-  b[8] += wy * z;
-  b[9] += wz * x;
+  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);
+  const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);
+  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;
+  const Floats oxy = fused(x, dy, dx * y), oyz = fused(y, dz, dy * z), ozx = fused(z, dx, dz * x);
+  const Floats twice = w + w, thrice = twice + w;
+  const Floats wxx = w * xx, wyy = w * yy, wzz = w * zz;
+  const Floats pxx = twice * exx, pyy = twice * eyy, pzz = twice * ezz;
+  const Floats qxx = twice * oxx, qyy = twice * oyy, qzz = twice * ozz;
+  const Floats qxy = twice * oxy, qyz = twice * oyz, qzx = twice * ozx;
+  const Floats sxx = wxx + pxx, syy = wyy + pyy, szz = wzz + pzz;
+  const Floats sxy = fused(w, xy, twice * exy), syz = fused(w, yz, twice * eyz),
+               szx = fused(w, zx, twice * ezx);
+  m[M_1] += thrice;
+  m[M_X] = fused(thrice, x, m[M_X]);
+  m[M_Y] = fused(thrice, y, m[M_Y]);
+  m[M_Z] = fused(thrice, z, m[M_Z]);
+  m[M_XX] += sxx;
+  m[M_YY] += syy;
+  m[M_ZZ] += szz;
+  m[M_XY] += sxy;
+  m[M_YZ] += syz;
+  m[M_ZX] += szx;
+  const auto cubic = [m](int k, const Floats& sum, const Floats& odd, const Floats& c,
+                         const Floats& d) __attribute__((always_inline)) {
+    m[k] = fused(sum, c, fused(odd, d, m[k]));
+  };
+  cubic(M_XXX, sxx, qxx, x, dx);
+  cubic(M_YYY, syy, qyy, y, dy);
+  cubic(M_ZZZ, szz, qzz, z, dz);
+  cubic(M_XXY, sxx, qxx, y, dy);
+  cubic(M_XXZ, sxx, qxx, z, dz);
+  cubic(M_YYX, syy, qyy, x, dx);
+  cubic(M_YYZ, syy, qyy, z, dz);
+  cubic(M_ZZX, szz, qzz, x, dx);
+  cubic(M_ZZY, szz, qzz, y, dy);
+  cubic(M_XYZ, sxy, qxy, z, dz);
+#define QUARTIC(k, A, B) m[k] = fused(w##A, B, fused(p##A, e##B, fused(q##A, o##B, m[k])))
+  QUARTIC(M_XXXX, xx, xx);
+  QUARTIC(M_YYYY, yy, yy);
+  QUARTIC(M_ZZZZ, zz, zz);
+  QUARTIC(M_XXXY, xx, xy);
+  QUARTIC(M_XXXZ, xx, zx);
+  QUARTIC(M_YYYX, yy, xy);
+  QUARTIC(M_YYYZ, yy, yz);
+  QUARTIC(M_ZZZX, zz, zx);
+  QUARTIC(M_ZZZY, zz, yz);
+  QUARTIC(M_XXYY, xx, yy);
+  QUARTIC(M_YYZZ, yy, zz);
+  QUARTIC(M_ZZXX, zz, xx);
+  QUARTIC(M_XXYZ, xx, yz);
+  QUARTIC(M_YYZX, yy, zx);
+  QUARTIC(M_ZZXY, zz, xy);
+#undef QUARTIC
+  const Floats pair = twice * delta;
+  b[1] = fused(pair, dx, b[1]);
+  b[2] = fused(pair, dy, b[2]);
+  b[3] = fused(pair, dz, b[3]);
+  b[4] = fused(delta, qxx, b[4]);
+  b[5] = fused(delta, qyy, b[5]);
+  b[6] = fused(delta, qzz, b[6]);
+  b[7] = fused(delta, qxy, b[7]);
+  b[8] = fused(delta, qyz, b[8]);
+  b[9] = fused(delta, qzx, b[9]);
 }
 
 [[gnu::always_inline]] inline Floats evaluate(const Floats* a, const Floats& x, const Floats& y, const Floats& z) {
-  return a[0] + (a[1] + a[4] * x + a[7] * y) * x + (a[2] + a[5] * y + a[8] * z) * y +
-         (a[3] + a[6] * z + a[9] * x) * z;
+  const Floats gx = fused(a[4], x, fused(a[7], y, a[1])), gy = fused(a[5], y, fused(a[8], z, a[2])),
+               gz = fused(a[6], z, fused(a[9], x, a[3]));
+  return fused(gx, x, fused(gy, y, fused(gz, z, a[0])));
 }
 
 // Cholesky; returns the smallest pivot.
@@ -93,25 +108,25 @@ constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
   Floats least = all(1e30f);
   unrolled<0, 10>(MENISCUS_STEP(j) {
     Floats d = A[at(j, j)];
-    unrolled<0, j>(MENISCUS_STEP(k) { d -= A[at(j, k)] * A[at(j, k)]; });
+    unrolled<0, j>(MENISCUS_STEP(k) { d = fused(-A[at(j, k)], A[at(j, k)], d); });
     least = smaller(least, d);
     const Floats inverse = 1.0f / root(larger(d, all(1e-30f)));
     A[at(j, j)] = inverse;
     unrolled<j + 1, 10>(MENISCUS_STEP(i) {
       Floats s = A[at(i, j)];
-      unrolled<0, j>(MENISCUS_STEP(k) { s -= A[at(i, k)] * A[at(j, k)]; });
+      unrolled<0, j>(MENISCUS_STEP(k) { s = fused(-A[at(i, k)], A[at(j, k)], s); });
       A[at(i, j)] = s * inverse;
     });
   });
   unrolled<0, 10>(MENISCUS_STEP(i) {
     Floats s = b[i];
-    unrolled<0, i>(MENISCUS_STEP(k) { s -= A[at(i, k)] * b[k]; });
+    unrolled<0, i>(MENISCUS_STEP(k) { s = fused(-A[at(i, k)], b[k], s); });
     b[i] = s * A[at(i, i)];
   });
   unrolled<0, 10>(MENISCUS_STEP(n) {
     constexpr int i = 9 - n;
     Floats s = b[i];
-    unrolled<i + 1, 10>(MENISCUS_STEP(k) { s -= A[at(k, i)] * b[k]; });
+    unrolled<i + 1, 10>(MENISCUS_STEP(k) { s = fused(-A[at(k, i)], b[k], s); });
     b[i] = s * A[at(i, i)];
   });
   return least;
@@ -132,11 +147,7 @@ void fit_batch(const Fits& in, std::size_t batch) {
     const Floats dx = delta * load(p + 3 * slots), dy = delta * load(p + 4 * slots),
                  dz = delta * load(p + 5 * slots);
     const Floats w = load(p + 6 * slots);
-    add_moments(m, w, x, y, z);
-    add_moments(m, w, x + dx, y + dy, z + dz);
-    add_moments(m, w, x - dx, y - dy, z - dz);
-    add_basis(a, w * delta, x + dx, y + dy, z + dz);
-    add_basis(a, -w * delta, x - dx, y - dy, z - dz);
+    add_point(m, a, w, delta, x, y, z, dx, dy, dz);
   }
   Floats A[55];
   unrolled<0, 55>(MENISCUS_STEP(k) { A[k] = m[kProduct[k]]; });
@@ -148,10 +159,11 @@ void fit_batch(const Fits& in, std::size_t batch) {
   const Floats least = solve(A, a);
   const Floats slope = root(larger(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], all(1e-12f)));
 
+  const Floats steep = 1.0f / slope;
   Floats sum{}, weight = all(1e-30f);
   for (int k = 0; k < count; ++k) {
     const float* const p = begin + 8 * k;
-    const Floats f = evaluate(a, load(p), load(p + slots), load(p + 2 * slots)) / slope;
+    const Floats f = evaluate(a, load(p), load(p + slots), load(p + 2 * slots)) * steep;
     const Floats behind = larger(-f, Floats{}) * inverse_tau;
     const Floats w = load(p + 6 * slots) * larger(exp_negative(-behind * behind), all(1e-4f));
     sum += w * f * f;

@@ -47,7 +47,8 @@ struct Between {
 };
 
 template <class... Corners>
-[[gnu::always_inline]] inline Between between(const Rays& r, const Ints& smooth, bool perspective,
+[[gnu::always_inline]] inline Between between(const Rays& r, const Ints& smooth, float spread,
+                                              bool perspective,
                                               const Corners&... corners) {
   Between b;
   b.sure = smooth;
@@ -65,7 +66,7 @@ template <class... Corners>
     b.nz += c.nz;
   };
   (add(corners), ...);
-  b.sure &= high - low < 0.25f;
+  b.sure &= high - low < spread;
   constexpr float kShare = 1.0f / static_cast<float>(sizeof...(corners));
   linear = perspective ? 1.0f / (linear * kShare) : linear * kShare;
   b.depth = 0.5f * (linear + b.depth * kShare);
@@ -103,9 +104,9 @@ void fill_cells(const Interpolate& in, int a, int b) {
   if (any_smooth) {
     const Corner c0 = corner_of(in, a, b, 0, 0), c1 = corner_of(in, a, b, 2, 0),
                  c2 = corner_of(in, a, b, 0, 2), c3 = corner_of(in, a, b, 2, 2);
-    found[0] = between(ray_of(in, a, b, 1, 0), smooth[0], in.perspective, c0, c1);
-    found[1] = between(ray_of(in, a, b, 0, 1), smooth[1], in.perspective, c0, c2);
-    found[2] = between(ray_of(in, a, b, 1, 1), smooth[2], in.perspective, c0, c1, c2, c3);
+    found[0] = between(ray_of(in, a, b, 1, 0), smooth[0], in.spread, in.perspective, c0, c1);
+    found[1] = between(ray_of(in, a, b, 0, 1), smooth[1], in.spread, in.perspective, c0, c2);
+    found[2] = between(ray_of(in, a, b, 1, 1), smooth[2], in.spread, in.perspective, c0, c1, c2, c3);
   }
   const std::ptrdiff_t n = std::ptrdiff_t{in.nx} * in.ny;
   for (int m = 0; m < 3; ++m) {

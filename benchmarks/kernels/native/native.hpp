@@ -79,11 +79,11 @@ void depth_normals(const Normals& input, std::size_t begin, std::size_t end);
 
 /// The first pass of particle_fit.cl's weigh_neighbours.
 struct Neighbours {
-  const float *particles, *normal;
+  const float* record;
   const std::int32_t *particle, *neighbour, *first, *length;
   const float* support;
   float* points;
-  std::size_t count, slots;
+  std::size_t slots;
   float falloff, height, height_growth;
 };
 /// Batches [begin, end) of eight lanes each.
@@ -196,6 +196,7 @@ struct Interpolate {
   float first, step;
   float ray[12];
   int every;
+  float spread;
   bool perspective, trust_empty;
 };
 /// Tiles [begin, end), each the same share of the rows of cells.

@@ -27,6 +27,11 @@ inline int load_work(const Lists& lists, int tile, int place, Lanes* lanes, Arou
   return v;
 }
 
+// Where a window ends that begins at a depth: no wanted ray is followed farther.
+inline float window_end(float begin, const Floats& to, const Ints& wanted) {
+  return std::fmin(begin + kWindow, most_lane(wanted ? to : all(-kNowhere)));
+}
+
 struct Crossing {
   Floats depth = all(kNowhere), nx{}, ny{}, nz{};
 };
@@ -43,10 +48,10 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
   Floats t = from, low = from, short_of = all(-level);
   Ints going = wanted & (t <= to), fresh = going, steps{};
   while (any(going)) {
-    const float window = least_wanted(t, going);
-    if (!listed) list_near(cells, around, r, going, window - 1.0f, window + kWindow, near);
+    const float window = least_wanted(t, going), end = window_end(window, to, going);
+    if (!listed) list_near(cells, around, r, going, window - 1.0f, end, near);
     listed = false;
-    Ints here = going & (t <= window + kWindow), found{};
+    Ints here = going & (t <= end), found{};
     Floats over{};
     while (any(here)) {
       const Floats c = field_on(t);
@@ -60,7 +65,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       t = below ? t + unit * step : t;
       steps -= here;
       going &= ~inside & (t <= to) & (steps < 1000);
-      here = going & (t <= window + kWindow);
+      here = going & (t <= end);
     }
     if (!any(found)) continue;
     Floats high = t, middle = t;
@@ -152,10 +157,10 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
   Floats density{};
   Ints left = lanes.used & met;
   if (any(reaches)) {
-    const float window = least_wanted(from, reaches);
-    list_near(in.cells, around, r, lanes.used, window - 1.0f, window + kWindow, near);
+    const float window = least_wanted(from, reaches), end = window_end(window, to, reaches);
+    list_near(in.cells, around, r, lanes.used, window - 1.0f, end, near);
     listed = true;
-    const Ints here = left & (t >= window - 1.0f) & (t <= window + kWindow);
+    const Ints here = left & (t >= window - 1.0f) & (t <= end);
     if (any(here))
       density = here ? field_near<false>(in.cells, in.weight, near, r, t).c * kFieldNorm : none;
     left &= ~here;
@@ -211,8 +216,10 @@ void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
       const int vectors = load_work(in.lists, tile, place, lanes, around);
       for (int v = 0; v < vectors; ++v) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
+        const Ints reaches = lanes[v].used & (gather(in.core, lanes[v].at) < kNowhere);
         ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)) - 1.0f,
-                (t < kNowhere ? t : t0) + in.beyond + kWindow, lanes[v].used, around);
+                (t < kNowhere ? t : t0) + in.beyond, reaches, around);
+        ask_for(t, t, lanes[v].used & (t < kNowhere), around);
       }
       for (int v = 0; v < vectors; ++v) follow(in, lanes[v], around);
     }
