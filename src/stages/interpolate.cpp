@@ -1,7 +1,6 @@
 #include "stages/interpolate.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace meniscus {
 namespace {
@@ -10,7 +9,6 @@ namespace {
 constexpr double kFineCell = 2.0 / 3;
 
 }  // namespace
-
 
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
                                 const Buffer<float>& splash, const Buffer<float>& open,
@@ -24,7 +22,7 @@ SampleLists interpolate_samples(Device& device, const View& view, const Buffer<f
   const int width = device.state().vector_width;
   const Range range{static_cast<std::size_t>((nx + width - 1) / width),
                     static_cast<std::size_t>(ny), 16, 4};
-  // Side of a cell, in radii of the smallest particle.
+  // In radii of the smallest particle.
   const double side = 2 * every * static_cast<double>(grid.step) / least_radius;
   const cl_float agreeing = side <= kFineCell ? 0.85f : 0.9f;
   const cl_float spread = static_cast<cl_float>(std::min(0.5 / side, 1.25) * tolerance);

@@ -9,8 +9,9 @@ namespace meniscus {
 
 /// From the surface at every second of the samples that are asked for, the `every`th ones of each
 /// row and column, the others: written where the corners of the lattice's cell, or of a cell beside
-/// it, show one smooth surface, each within `tolerance` (particle radii) of the planes that touch
-/// it at the others, with normals less than 21 degrees apart.
+/// it, show one smooth surface: each within `tolerance` (particle radii) of the planes that touch
+/// it at the others, with normals less than 26 degrees apart, in the smallest cells 32; and all
+/// planes within half the tolerance, over the cell's side in particle radii, of the same depth.
 ///
 ///   reference, splash  [samples] finite where a sample may show surface, splash
 ///   open               [samples] finite where it is not known yet what a sample shows, if anything

@@ -17,6 +17,18 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
     z[k] = static_cast<float>(fits.position[k].z);
   }
   const Cells near = make_cells(x, y, z, kReach);
+  // What sums take of each fit, in the order in which they find it.
+  struct Near {
+    Vec3d normal;
+    double edge, density, spread;
+  };
+  std::vector<Near> found;
+  found.reserve(fits.size());
+  for (const std::int32_t item : near.item) {
+    const std::size_t j = static_cast<std::size_t>(item);
+    const double edge = fits.residual[j] < 0 ? 0 : fits.edge[j];  // no fit has no weight
+    found.push_back({fits.normal[j], edge, density[j], fits.spread[j]});
+  }
   std::vector<double> trust(fits.size(), 0.0);
   constexpr std::size_t kGrain = 128;  // fits that are worth a thread
   parallel_for(fits.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -24,17 +36,15 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
       if (fits.residual[k] < 0) continue;
       double weight = 0, dense = 0, apart = 0;
       visit_near(near, x[k], y[k], z[k], [&](std::int32_t p) {
-        const std::size_t j = static_cast<std::size_t>(near.item[p]);
-        const Vec3d apart_by = fits.position[j] - fits.position[k];
+        const Vec3d apart_by = Vec3d{near.x[p], near.y[p], near.z[p]} - fits.position[k];
         const double squared = dot(apart_by, apart_by);
         if (squared >= kReach * kReach) return true;  // most of them, without the root
-        const double l = std::sqrt(squared);
-        if (l >= kReach || fits.residual[j] < 0 || dot(fits.normal[j], fits.normal[k]) < 0.5)
-          return true;
-        const double w = (1 - l / kReach) * fits.edge[j];
+        const Near& other = found[static_cast<std::size_t>(p)];
+        if (dot(other.normal, fits.normal[k]) < 0.5) return true;
+        const double w = (1 - std::sqrt(squared) / kReach) * other.edge;
         weight += w;
-        dense += w * density[j];
-        apart += w * fits.spread[j];
+        dense += w * other.density;
+        apart += w * other.spread;
         return true;
       });
       trust[k] = smooth_step(0.24, 0.33, dense / weight) * smooth_step(5, 12, fits.supporters[k]) *
