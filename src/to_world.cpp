@@ -25,9 +25,7 @@ Surface to_world(const View& view, Extraction extraction, Surface surface,
     for (std::size_t j = begin; j < end; ++j) {
       // The rays of a row in world space: starts and directions are affine in u.
       const double v = static_cast<double>(j) + 0.5;
-      const auto start_at = [&](double u) {
-        return world_from_eye(view, point_at(view, u, v, 0));
-      };
+      const auto start_at = [&](double u) { return world_from_eye(view, point_at(view, u, v, 0)); };
       const auto direction_at = [&](double u) {
         return world_direction(view, ray_direction(view, u, v)) * view.radius;
       };

@@ -8,9 +8,9 @@ void fill_surface(FitProblems& problems, const Projected& projected,
   for (std::size_t k = 0; k < surface.index.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(surface.index[k]);
     const Vec3d& normal = surface.normal[k];
-    for (const double value : {double{projected.x[i]}, double{projected.y[i]},
-                               double{projected.z[i]}, surface.weight[k], normal.x, normal.y,
-                               normal.z, 0.0})
+    for (const double value :
+         {double{projected.x[i]}, double{projected.y[i]}, double{projected.z[i]}, surface.weight[k],
+          normal.x, normal.y, normal.z, 0.0})
       problems.record.push_back(static_cast<float>(value));
   }
 }

@@ -209,8 +209,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
       launch(device, "particle_fit.cl", "weigh_neighbours", items(lanes), width_option(width),
              records, lanes.particle, lanes.neighbour, on_device.first, on_device.length,
              on_device.scale, on_device.quadric, on_device.quality, on_device.points,
-             static_cast<cl_int>(on_device.slots),
-             static_cast<cl_int>(on_device.lanes), cl_int{pass},
+             static_cast<cl_int>(on_device.slots), static_cast<cl_int>(on_device.lanes),
+             cl_int{pass},
              cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
       fit_batches(device, on_device, params);
     }
@@ -229,10 +229,9 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   for (const Lanes& part : parts) {
     const std::size_t lanes = part.fits.lanes;
     const auto device_rows = allocate<float>(device, 3 * lanes);
-    launch(device, "particle_fit.cl", "measure_edges", items(part), width_option(width),
-           records, part.particle, part.neighbour, part.fits.first, part.fits.length,
-           part.fits.scale, part.fits.quadric, device_rows, static_cast<cl_int>(lanes), falloff,
-           kEdgeReach);
+    launch(device, "particle_fit.cl", "measure_edges", items(part), width_option(width), records,
+           part.particle, part.neighbour, part.fits.first, part.fits.length, part.fits.scale,
+           part.fits.quadric, device_rows, static_cast<cl_int>(lanes), falloff, kEdgeReach);
     const std::vector<float> c = download(device, part.fits.quadric);
     const std::vector<float> rows = download(device, device_rows);
     for (std::size_t l = 0; l < part.batches.order.size(); ++l) {

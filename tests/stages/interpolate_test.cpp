@@ -74,9 +74,9 @@ Result interpolated(Device& device, const View& view, const SampleGrid& grid, co
     result.lattice = download(device, surface);
     const auto anywhere = filled<float>(device, n, 1.0f);
     const auto nowhere = filled<float>(device, n, kNoSurface);
-    const SampleLists lists = interpolate_samples(device, view, anywhere, anywhere, nowhere,
-                                                  surface, kTolerance, least_radius,
-                                                  blocks_of(device, grid, false), every);
+    const SampleLists lists =
+        interpolate_samples(device, view, anywhere, anywhere, nowhere, surface, kTolerance,
+                            least_radius, blocks_of(device, grid, false), every);
     result.map = download(device, surface);
     const std::vector<cl_int> sample = download(device, lists.sample);
     const std::vector<cl_int> count = download(device, lists.count);

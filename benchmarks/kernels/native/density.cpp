@@ -72,8 +72,8 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       const Ints core = q < 1.0f;
       c += core ? fused(0.75f * squared, q, fused(all(-1.5f), squared, all(1.0f)))
                 : 0.25f * r * r * r;
-      const Floats slope = core ? fused(all(2.25f), q, all(-3.0f))
-                                : -0.75f * r * r / (core ? all(1.0f) : q);
+      const Floats slope =
+          core ? fused(all(2.25f), q, all(-3.0f)) : -0.75f * r * r / (core ? all(1.0f) : q);
       gx = fused(slope, dx, gx);
       gy = fused(slope, dy, gy);
       gz = fused(slope, dz, gz);

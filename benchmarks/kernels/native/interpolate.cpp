@@ -48,8 +48,7 @@ struct Between {
 
 template <class... Corners>
 [[gnu::always_inline]] inline Between between(const Rays& r, const Ints& smooth, float spread,
-                                              bool perspective,
-                                              const Corners&... corners) {
+                                              bool perspective, const Corners&... corners) {
   Between b;
   b.sure = smooth;
   Floats linear{}, low = all(kNone), high{};
@@ -106,7 +105,8 @@ void fill_cells(const Interpolate& in, int a, int b) {
                  c2 = corner_of(in, a, b, 0, 2), c3 = corner_of(in, a, b, 2, 2);
     found[0] = between(ray_of(in, a, b, 1, 0), smooth[0], in.spread, in.perspective, c0, c1);
     found[1] = between(ray_of(in, a, b, 0, 1), smooth[1], in.spread, in.perspective, c0, c2);
-    found[2] = between(ray_of(in, a, b, 1, 1), smooth[2], in.spread, in.perspective, c0, c1, c2, c3);
+    found[2] =
+        between(ray_of(in, a, b, 1, 1), smooth[2], in.spread, in.perspective, c0, c1, c2, c3);
   }
   const std::ptrdiff_t n = std::ptrdiff_t{in.nx} * in.ny;
   for (int m = 0; m < 3; ++m) {
