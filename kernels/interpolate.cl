@@ -44,6 +44,7 @@ inline floatv agreement(const Corner a, const Corner b) {
 #define ROUGH 0
 #define SMOOTH 1  // one smooth surface: each corner lies near the others' planes
 #define EMPTY 2   // no surface
+#define OPEN 3    // no surface in the front layer
 
 inline Rays corner_ray(const float16 rays, const int a, const int b, const int right,
                        const int down, const float first, const float step) {
@@ -61,7 +62,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                             const float step,  // of the samples asked for, pixels
                             const float16 rays, const int every,
                             const float tolerance,  // of corners to planes, particle radii
-                            const float agreeing) {  // the least cosine between their normals
+                            const float agreeing,   // the least cosine between their normals
+                            const int trust_empty) {  // 1: nothing fits between the lattice's samples
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y;
@@ -96,10 +98,10 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
     if (smooth[k]) {
       const uchar own = kind[at[0][k]];
       if (own == kind[at[1][k]] && own == kind[at[2][k]] && own == kind[at[3][k]]) found = SMOOTH;
-    } else if (corners[k] == 0) {
-      if (!(fmin(fmin(open[at[0][k]], open[at[1][k]]), fmin(open[at[2][k]], open[at[3][k]])) <
-            INFINITY))
-        found = EMPTY;
+    } else if (corners[k] == 0 && trust_empty) {
+      const int any_open = (open[at[0][k]] < INFINITY) | (open[at[1][k]] < INFINITY) |
+                           (open[at[2][k]] < INFINITY) | (open[at[3][k]] < INFINITY);
+      found = any_open ? OPEN : EMPTY;
     }
     // A cell that ends outside the image has no corner there.
     shows[b * cells.x + a + k] = row_ends || every * (2 * (a + k) + 2) >= samples.x ? ROUGH : found;
@@ -150,7 +152,8 @@ inline Between between(const Corner* corner, const int* which, const int number,
 // What two cells say of the sample between them, which lies between two of their corners: both are on
 // one smooth surface where either cell is.
 inline int between_cells(const int a, const int b) {
-  return a == SMOOTH || b == SMOOTH ? SMOOTH : a == b ? a : ROUGH;
+  if (a == SMOOTH || b == SMOOTH) return SMOOTH;
+  return a == ROUGH || b == ROUGH ? ROUGH : max(a, b);
 }
 
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
@@ -166,13 +169,13 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
                                 global uchar* kind,             // [samples] in and out
                                 global float* wanted,  // [samples] out, finite: to be evaluated;
                                                        // +inf before
+                                global float* open,    // [samples] out where the front layer shows
+                                                       // nothing: its reference depth
                                 const int2 samples, const int2 cells, const float first,
                                 const float step, const float16 rays, const int every,
                                 const float spread,  // of the depths by the corners' planes, at
                                                      // most, particle radii
-                                const int perspective,
-                                const int trust_empty) {  // 1: nothing fits between the lattice's
-                                                          // samples
+                                const int perspective) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y;
@@ -180,15 +183,14 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
   int says[3][WIDTH], smooth[3][WIDTH];
   int any_smooth = 0, any_rough = 0;
   for (int k = 0; k < WIDTH; ++k) {
-    const int c = min(a + k, cells.x - 1), cell = b * cells.x + c;
-    const int own = shows[cell] == EMPTY && !trust_empty ? ROUGH : shows[cell];
+    const int c = min(a + k, cells.x - 1), cell = b * cells.x + c, own = shows[cell];
     says[0][k] = between_cells(own, b == 0 ? own : shows[cell - cells.x]);
     says[1][k] = between_cells(own, c == 0 ? own : shows[cell - 1]);
     says[2][k] = own;
     for (int m = 0; m < 3; ++m) {
       smooth[m][k] = says[m][k] == SMOOTH ? -1 : 0;
       any_smooth |= smooth[m][k];
-      any_rough |= says[m][k] == ROUGH;
+      any_rough |= says[m][k] == ROUGH || says[m][k] == OPEN;
     }
   }
   if (!any_smooth && !any_rough) return;
@@ -230,6 +232,8 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
         normal[2 * n + at] = nz[k];
         group[at] = group[corner_sample];
         kind[at] = kind[corner_sample];
+      } else if (says[m][k] == OPEN && reference[at] < INFINITY) {
+        open[at] = reference[at];
       } else {
         wanted[at] = fmin(reference[at], splash[at]);
       }
