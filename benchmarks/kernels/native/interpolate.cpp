@@ -6,7 +6,7 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-constexpr std::uint8_t kRough = 0, kSmooth = 1, kEmpty = 2;  // as in interpolate.cl
+constexpr std::uint8_t kRough = 0, kSmooth = 1, kEmpty = 2, kOpen = 3;  // as in interpolate.cl
 
 struct Corner {
   Floats x, y, z, nx, ny, nz, t;
@@ -77,23 +77,24 @@ template <class... Corners>
 }
 
 inline std::uint8_t between_cells(std::uint8_t a, std::uint8_t b) {
-  return a == kSmooth || b == kSmooth ? kSmooth : a == b ? a : kRough;
+  if (a == kSmooth || b == kSmooth) return kSmooth;
+  return a == kRough || b == kRough ? kRough : a > b ? a : b;
 }
 
 void fill_cells(const Interpolate& in, int a, int b) {
   std::uint8_t says[3][8];
   Ints smooth[3];
-  bool any_rough = false;
+  bool any_rough = false;  // or open
   for (int k = 0; k < 8; ++k) {
     const int c = a + k < in.cells_x ? a + k : in.cells_x - 1;
     const std::uint8_t* const shows = in.shows + std::ptrdiff_t{b} * in.cells_x + c;
-    const std::uint8_t own = *shows == kEmpty && !in.trust_empty ? kRough : *shows;
+    const std::uint8_t own = *shows;
     says[0][k] = between_cells(own, b == 0 ? own : shows[-in.cells_x]);
     says[1][k] = between_cells(own, c == 0 ? own : shows[-1]);
     says[2][k] = own;
     for (int m = 0; m < 3; ++m) {
       smooth[m][k] = says[m][k] == kSmooth ? -1 : 0;
-      any_rough |= says[m][k] == kRough;
+      any_rough |= says[m][k] == kRough || says[m][k] == kOpen;
     }
   }
   const bool any_smooth = any(smooth[0] | smooth[1] | smooth[2]);
@@ -127,7 +128,10 @@ void fill_cells(const Interpolate& in, int a, int b) {
         in.kind[at] = in.kind[corner];
       } else {
         const float reference = in.reference[at], splash = in.splash[at];
-        in.wanted[at] = splash < reference ? splash : reference;
+        if (says[m][k] == kOpen && reference < kNone)
+          in.open[at] = reference;
+        else
+          in.wanted[at] = splash < reference ? splash : reference;
       }
     }
   }

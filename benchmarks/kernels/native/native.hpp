@@ -191,13 +191,13 @@ struct Interpolate {
   float *depth, *normal;
   std::int32_t* group;
   std::uint8_t* kind;
-  float* wanted;
+  float *wanted, *open;
   int nx, ny, cells_x, cells_y;
   float first, step;
   float ray[12];
   int every;
   float spread;
-  bool perspective, trust_empty;
+  bool perspective;
 };
 /// Tiles [begin, end), each the same share of the rows of cells.
 void interpolate_samples(const Interpolate& input, std::size_t begin, std::size_t end);
