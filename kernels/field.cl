@@ -29,7 +29,7 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
                          const float weight, const int with_gradient) {
   const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz)) * 0.25f;  // (distance / h)^2
   const floatv q = sqrt(squared);
-  const floatv r = SELECT((floatv)(0.0f), 2.0f - q, q < 2.0f);  // beyond the support both sums get nothing
+  const floatv r = SELECT((floatv)(0.0f), 2.0f - q, q < 2.0f);  // farther particles add nothing
   const intv core = q < 1.0f;
   const floatv inner =
       fma(0.75f * squared, q, fma((floatv)(-1.5f), squared, (floatv)(1.0f)));

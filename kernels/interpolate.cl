@@ -63,7 +63,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                             const float16 rays, const int every,
                             const float tolerance,  // of corners to planes, particle radii
                             const float agreeing,   // the least cosine between their normals
-                            const int trust_empty) {  // 1: nothing fits between the lattice's samples
+                            const int trust_empty) {  // 1: nothing fits between the lattice's
+                                                      // samples
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y;
@@ -181,7 +182,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
   const int n = samples.x * samples.y;
   // What each of the three samples' cells say: right of the corner, below it, and between both.
   int says[3][WIDTH], smooth[3][WIDTH];
-  int any_smooth = 0, any_rough = 0;
+  int any_smooth = 0, any_rough = 0;  // or open
   for (int k = 0; k < WIDTH; ++k) {
     const int c = min(a + k, cells.x - 1), cell = b * cells.x + c, own = shows[cell];
     says[0][k] = between_cells(own, b == 0 ? own : shows[cell - cells.x]);

@@ -122,8 +122,7 @@ kernel void weigh_neighbours(
     const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
     const floatv squared = x * x + y * y + z * z;
     const floatv turned = fmin(own.nx * p.nx + own.ny * p.ny + own.nz * p.nz - 1.0f, none);
-    const floatv near = p.u *
-                        spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f))) *
+    const floatv near = p.u * spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f))) *
                         exp_negative(options.x * turned);
     floatv weight = none;
     if (ANY(!refit)) {
@@ -180,8 +179,9 @@ kernel void turn_normals(global const int* particle, global const float* quadric
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
 // - the number of its neighbours, each by its weight u.
-kernel void measure_edges(global const float* record, global const int* particle, global const int* neighbour,
-                          global const int* first, global const int* length,
+kernel void measure_edges(global const float* record, global const int* particle,
+                          global const int* neighbour, global const int* first,
+                          global const int* length,
                           global const float* support,  // [lanes] rho, particle radii
                           global const float* quadric,  // [10][lanes] through the particles
                           global float* rows,           // [3][lanes] e; distance, radii; number

@@ -189,8 +189,8 @@ inline void settle(const int* at, const intv listed, const Rays r, global const 
   scatter_float(SELECT(nowhere, t0, mixed), follow, at, listed);
 }
 
-// Between which depths the field is followed: from before the blend's depth t and the reference t0 to
-// behind them.
+// Between which depths the field is followed: from before the blend's depth t and the reference t0
+// to behind them.
 inline floatv search_from(const floatv t, const floatv t0, const float4 limits) {
   return fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f));
 }

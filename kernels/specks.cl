@@ -8,7 +8,8 @@
 // two sheets graze each other). Splash is left alone: a droplet may be one sample. The border stays.
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
-// were listed, the next only where something around has changed in the round before. One work-item per block of WIDTH samples of eight rows.
+// were listed, the next only where something around has changed in the round before. One work-item
+// per block of WIDTH samples of eight rows.
 
 #define BLOCK_ROWS 8
 
@@ -31,7 +32,8 @@ inline floatv load_from(global const float* map, const int first) {
   return LOADF(map + max(first, 0));
 }
 
-// Whether the 8 x 8 samples that a block lies in are listed. They come row by row, two for each tile.
+// Whether the 8 x 8 samples that a block lies in are listed; they come row by row, two for each
+// tile.
 inline int is_listed(global const uchar* listed, const int2 block, const int nx) {
   return listed[block.y * ((nx + TILE - 1) / TILE * 2) + block.x * WIDTH / 8];
 }

@@ -22,6 +22,15 @@ void parallel_for(std::size_t n, std::size_t grain, const Work& work) {
                     [&](const auto& range) { work(range.begin(), range.end()); });
 }
 
+/// Calls first() and second(), at the same time where there is a thread for it.
+template <class First, class Second>
+void parallel_both(const First& first, const Second& second) {
+  parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {
+    if (begin == 0) first();
+    if (end == 2) second();
+  });
+}
+
 /// Limits parallel_for to so many threads from now on, the calling one among them.
 void limit_threads(int threads);
 

@@ -15,9 +15,11 @@ Surface to_world(const View& view, Extraction extraction, Surface surface,
   surface.normal = std::move(image.normal);
   surface.kind = std::move(image.kind);
   surface.velocity = std::move(image.velocity);  // in world units already
-  surface.position.resize(pixels);
-  surface.group.resize(pixels);
-  surface.residual.resize(pixels);
+  parallel_both([&] { surface.position.resize(pixels); },  // which write all of it
+                [&] {
+                  surface.group.resize(pixels);
+                  surface.residual.resize(pixels);
+                });
   std::atomic<std::int64_t> covered{0};
   constexpr std::size_t kRows = 32;  // that are worth a thread
   parallel_for(pixels > 0 ? pixels / nx : 0, kRows, [&](std::size_t begin, std::size_t end) {

@@ -14,10 +14,11 @@ namespace meniscus {
 /// planes within half the tolerance, over the cell's side in particle radii, of the same depth.
 ///
 ///   reference, splash  [samples] finite where a sample may show surface, splash
-///   open               [samples] finite where it is not known yet what a sample shows, if anything
+///   open               [samples] in and out: finite, the reference, where the front layer shows
+///                      nothing and it is not known yet what does
 ///   surface            in and out
-///   least_radius       the smallest particle's on the screen, pixels: where it is four of those
-///                      samples or more, nothing hides between four samples that show nothing
+///   least_radius       the smallest particle's on the screen, pixels: where the lattice's samples
+///                      are at most 4/3 of it apart, nothing hides between four that show nothing
 ///
 /// Returns the samples that must be evaluated, the others that may show something, and notes their
 /// blocks. Does not wait.

@@ -21,10 +21,12 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
   const HostView kind(device, surface.kind);
   SurfaceMap map;
   map.grid = surface.grid;
-  map.depth.resize(n);
-  map.normal.resize(n);
-  map.group.resize(n);
-  map.kind.resize(n);
+  parallel_both([&] { map.normal.resize(n); },  // which write all of it
+                [&] {
+                  map.depth.resize(n);
+                  map.group.resize(n);
+                  map.kind.resize(n);
+                });
   constexpr std::size_t kGrain = std::size_t{1} << 15;  // samples that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t s = begin; s < end; ++s) {
