@@ -38,9 +38,9 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   // dW/dq / q, times (x - x_j) / h^2
   const floatv outer = -0.75f * r * r / SELECT((floatv)(1.0f), q, q > 0.0f);
   const floatv g = weight * SELECT(outer, fma((floatv)(2.25f), q, (floatv)(-3.0f)), core);
-  sum->gx = fma(g, dx, sum->gx);
-  sum->gy = fma(g, dy, sum->gy);
-  sum->gz = fma(g, dz, sum->gz);
+  sum->gx += g * dx;
+  sum->gy += g * dy;
+  sum->gz += g * dz;
 }
 
 // Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing.

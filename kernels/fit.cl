@@ -37,7 +37,8 @@ constant int kProduct[55] = {
 #define AT(r, s) ((r) * ((r) + 1) / 2 + (s))
 
 // Adds a point q = (x, y, z) of weight w with its rows, f(q) = 0 and f(q +- d) = +- delta, to the
-// moments and to b. The product of two coordinates of q +- d is e +- o; so no row is taken by itself.
+// moments and to b. The product of two coordinates of q +- d is e +- o; so no row is taken by
+// itself. What is added to a sum that may be zero is not fused: -0 + 0 is -0 in rusticl's fma.
 inline void add_point(floatv* m, floatv* b, const floatv w, const floatv delta, const floatv x,
                       const floatv y, const floatv z, const floatv dx, const floatv dy,
                       const floatv dz) {
@@ -56,32 +57,32 @@ inline void add_point(floatv* m, floatv* b, const floatv w, const floatv delta, 
   const floatv sxy = fma(w, xy, twice * exy), syz = fma(w, yz, twice * eyz),
                szx = fma(w, zx, twice * ezx);
   m[M_1] += thrice;
-  m[M_X] = fma(thrice, x, m[M_X]);
-  m[M_Y] = fma(thrice, y, m[M_Y]);
-  m[M_Z] = fma(thrice, z, m[M_Z]);
+  m[M_X] += thrice * x;
+  m[M_Y] += thrice * y;
+  m[M_Z] += thrice * z;
   m[M_XX] += sxx;  m[M_YY] += syy;  m[M_ZZ] += szz;
   m[M_XY] += sxy;  m[M_YZ] += syz;  m[M_ZX] += szx;
-#define CUBIC(k, s, q, c) m[k] = fma(s, c, fma(q, d##c, m[k]))
+#define CUBIC(k, s, q, c) m[k] += fma(s, c, q * d##c)
   CUBIC(M_XXX, sxx, qxx, x);  CUBIC(M_YYY, syy, qyy, y);  CUBIC(M_ZZZ, szz, qzz, z);
   CUBIC(M_XXY, sxx, qxx, y);  CUBIC(M_XXZ, sxx, qxx, z);  CUBIC(M_YYX, syy, qyy, x);
   CUBIC(M_YYZ, syy, qyy, z);  CUBIC(M_ZZX, szz, qzz, x);  CUBIC(M_ZZY, szz, qzz, y);
   CUBIC(M_XYZ, sxy, qxy, z);
-#define QUARTIC(k, A, B) m[k] = fma(w##A, B, fma(p##A, e##B, fma(q##A, o##B, m[k])))
+#define QUARTIC(k, A, B) m[k] += fma(w##A, B, fma(p##A, e##B, q##A * o##B))
   QUARTIC(M_XXXX, xx, xx);  QUARTIC(M_YYYY, yy, yy);  QUARTIC(M_ZZZZ, zz, zz);
   QUARTIC(M_XXXY, xx, xy);  QUARTIC(M_XXXZ, xx, zx);  QUARTIC(M_YYYX, yy, xy);
   QUARTIC(M_YYYZ, yy, yz);  QUARTIC(M_ZZZX, zz, zx);  QUARTIC(M_ZZZY, zz, yz);
   QUARTIC(M_XXYY, xx, yy);  QUARTIC(M_YYZZ, yy, zz);  QUARTIC(M_ZZXX, zz, xx);
   QUARTIC(M_XXYZ, xx, yz);  QUARTIC(M_YYZX, yy, zx);  QUARTIC(M_ZZXY, zz, xy);
   const floatv pair = twice * delta;
-  b[1] = fma(pair, dx, b[1]);
-  b[2] = fma(pair, dy, b[2]);
-  b[3] = fma(pair, dz, b[3]);
-  b[4] = fma(delta, qxx, b[4]);
-  b[5] = fma(delta, qyy, b[5]);
-  b[6] = fma(delta, qzz, b[6]);
-  b[7] = fma(delta, qxy, b[7]);
-  b[8] = fma(delta, qyz, b[8]);
-  b[9] = fma(delta, qzx, b[9]);
+  b[1] += pair * dx;
+  b[2] += pair * dy;
+  b[3] += pair * dz;
+  b[4] += delta * qxx;
+  b[5] += delta * qyy;
+  b[6] += delta * qzz;
+  b[7] += delta * qxy;
+  b[8] += delta * qyz;
+  b[9] += delta * qzx;
 }
 
 inline floatv evaluate(const floatv* a, const floatv x, const floatv y, const floatv z) {
@@ -98,7 +99,7 @@ inline floatv solve(floatv* A, floatv* b) {
   for (int j = 0; j < 10; ++j) {
     floatv d = A[AT(j, j)];
 #pragma unroll
-    for (int k = 0; k < j; ++k) d = fma(-A[AT(j, k)], A[AT(j, k)], d);
+    for (int k = 0; k < j; ++k) d -= A[AT(j, k)] * A[AT(j, k)];
     least = fmin(least, d);
     const floatv inverse = 1.0f / sqrt(fmax(d, (floatv)(1e-30f)));
     A[AT(j, j)] = inverse;
@@ -106,7 +107,7 @@ inline floatv solve(floatv* A, floatv* b) {
     for (int i = j + 1; i < 10; ++i) {
       floatv s = A[AT(i, j)];
 #pragma unroll
-      for (int k = 0; k < j; ++k) s = fma(-A[AT(i, k)], A[AT(j, k)], s);
+      for (int k = 0; k < j; ++k) s -= A[AT(i, k)] * A[AT(j, k)];
       A[AT(i, j)] = s * inverse;
     }
   }
@@ -114,14 +115,14 @@ inline floatv solve(floatv* A, floatv* b) {
   for (int i = 0; i < 10; ++i) {
     floatv s = b[i];
 #pragma unroll
-    for (int k = 0; k < i; ++k) s = fma(-A[AT(i, k)], b[k], s);
+    for (int k = 0; k < i; ++k) s -= A[AT(i, k)] * b[k];
     b[i] = s * A[AT(i, i)];
   }
 #pragma unroll
   for (int i = 9; i >= 0; --i) {
     floatv s = b[i];
 #pragma unroll
-    for (int k = i + 1; k < 10; ++k) s = fma(-A[AT(k, i)], b[k], s);
+    for (int k = i + 1; k < 10; ++k) s -= A[AT(k, i)] * b[k];
     b[i] = s * A[AT(i, i)];
   }
   return least;

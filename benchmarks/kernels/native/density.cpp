@@ -74,9 +74,9 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
                 : 0.25f * r * r * r;
       const Floats slope =
           core ? fused(all(2.25f), q, all(-3.0f)) : -0.75f * r * r / (core ? all(1.0f) : q);
-      gx = fused(slope, dx, gx);
-      gy = fused(slope, dy, gy);
-      gz = fused(slope, dz, gz);
+      gx += slope * dx;
+      gy += slope * dy;
+      gz += slope * dz;
     }
     constexpr float kNorm = 0.318309886f;
     const Floats rows[4] = {gx * (0.25f * kNorm), gy * (0.25f * kNorm), gz * (0.25f * kNorm),

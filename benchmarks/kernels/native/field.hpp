@@ -27,9 +27,9 @@ template <bool WithGradient>
   if (!WithGradient) return;
   const Floats outer = -0.75f * r * r / (q > 0.0f ? q : all(1.0f));
   const Floats g = weight * (core ? fused(all(2.25f), q, all(-3.0f)) : outer);
-  sum.gx = fused(g, dx, sum.gx);
-  sum.gy = fused(g, dy, sum.gy);
-  sum.gz = fused(g, dz, sum.gz);
+  sum.gx += g * dx;
+  sum.gy += g * dy;
+  sum.gz += g * dz;
 }
 
 /// The field at points that no list is near, cell by cell.

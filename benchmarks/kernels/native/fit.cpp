@@ -45,9 +45,9 @@ constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
   const Floats sxy = fused(w, xy, twice * exy), syz = fused(w, yz, twice * eyz),
                szx = fused(w, zx, twice * ezx);
   m[M_1] += thrice;
-  m[M_X] = fused(thrice, x, m[M_X]);
-  m[M_Y] = fused(thrice, y, m[M_Y]);
-  m[M_Z] = fused(thrice, z, m[M_Z]);
+  m[M_X] += thrice * x;
+  m[M_Y] += thrice * y;
+  m[M_Z] += thrice * z;
   m[M_XX] += sxx;
   m[M_YY] += syy;
   m[M_ZZ] += szz;
@@ -56,7 +56,7 @@ constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
   m[M_ZX] += szx;
   const auto cubic = [m](int k, const Floats& sum, const Floats& odd, const Floats& c,
                          const Floats& d) __attribute__((always_inline)) {
-    m[k] = fused(sum, c, fused(odd, d, m[k]));
+    m[k] += fused(sum, c, odd * d);
   };
   cubic(M_XXX, sxx, qxx, x, dx);
   cubic(M_YYY, syy, qyy, y, dy);
@@ -68,7 +68,7 @@ constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
   cubic(M_ZZX, szz, qzz, x, dx);
   cubic(M_ZZY, szz, qzz, y, dy);
   cubic(M_XYZ, sxy, qxy, z, dz);
-#define QUARTIC(k, A, B) m[k] = fused(w##A, B, fused(p##A, e##B, fused(q##A, o##B, m[k])))
+#define QUARTIC(k, A, B) m[k] += fused(w##A, B, fused(p##A, e##B, q##A * o##B))
   QUARTIC(M_XXXX, xx, xx);
   QUARTIC(M_YYYY, yy, yy);
   QUARTIC(M_ZZZZ, zz, zz);
@@ -86,15 +86,15 @@ constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
   QUARTIC(M_ZZXY, zz, xy);
 #undef QUARTIC
   const Floats pair = twice * delta;
-  b[1] = fused(pair, dx, b[1]);
-  b[2] = fused(pair, dy, b[2]);
-  b[3] = fused(pair, dz, b[3]);
-  b[4] = fused(delta, qxx, b[4]);
-  b[5] = fused(delta, qyy, b[5]);
-  b[6] = fused(delta, qzz, b[6]);
-  b[7] = fused(delta, qxy, b[7]);
-  b[8] = fused(delta, qyz, b[8]);
-  b[9] = fused(delta, qzx, b[9]);
+  b[1] += pair * dx;
+  b[2] += pair * dy;
+  b[3] += pair * dz;
+  b[4] += delta * qxx;
+  b[5] += delta * qyy;
+  b[6] += delta * qzz;
+  b[7] += delta * qxy;
+  b[8] += delta * qyz;
+  b[9] += delta * qzx;
 }
 
 [[gnu::always_inline]] inline Floats evaluate(const Floats* a, const Floats& x, const Floats& y, const Floats& z) {
@@ -108,25 +108,25 @@ constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
   Floats least = all(1e30f);
   unrolled<0, 10>(MENISCUS_STEP(j) {
     Floats d = A[at(j, j)];
-    unrolled<0, j>(MENISCUS_STEP(k) { d = fused(-A[at(j, k)], A[at(j, k)], d); });
+    unrolled<0, j>(MENISCUS_STEP(k) { d -= A[at(j, k)] * A[at(j, k)]; });
     least = smaller(least, d);
     const Floats inverse = 1.0f / root(larger(d, all(1e-30f)));
     A[at(j, j)] = inverse;
     unrolled<j + 1, 10>(MENISCUS_STEP(i) {
       Floats s = A[at(i, j)];
-      unrolled<0, j>(MENISCUS_STEP(k) { s = fused(-A[at(i, k)], A[at(j, k)], s); });
+      unrolled<0, j>(MENISCUS_STEP(k) { s -= A[at(i, k)] * A[at(j, k)]; });
       A[at(i, j)] = s * inverse;
     });
   });
   unrolled<0, 10>(MENISCUS_STEP(i) {
     Floats s = b[i];
-    unrolled<0, i>(MENISCUS_STEP(k) { s = fused(-A[at(i, k)], b[k], s); });
+    unrolled<0, i>(MENISCUS_STEP(k) { s -= A[at(i, k)] * b[k]; });
     b[i] = s * A[at(i, i)];
   });
   unrolled<0, 10>(MENISCUS_STEP(n) {
     constexpr int i = 9 - n;
     Floats s = b[i];
-    unrolled<i + 1, 10>(MENISCUS_STEP(k) { s = fused(-A[at(k, i)], b[k], s); });
+    unrolled<i + 1, 10>(MENISCUS_STEP(k) { s -= A[at(k, i)] * b[k]; });
     b[i] = s * A[at(i, i)];
   });
   return least;
