@@ -151,7 +151,7 @@ inline Between between(const Corner* corner, const int* which, const int number,
 }
 
 // What two cells say of the sample between them, which lies between two of their corners: both are on
-// one smooth surface where either cell is.
+// one smooth surface where either cell is, and it is open where one of two without surface is.
 inline int between_cells(const int a, const int b) {
   if (a == SMOOTH || b == SMOOTH) return SMOOTH;
   return a == ROUGH || b == ROUGH ? ROUGH : max(a, b);
@@ -182,7 +182,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
   const int n = samples.x * samples.y;
   // What each of the three samples' cells say: right of the corner, below it, and between both.
   int says[3][WIDTH], smooth[3][WIDTH];
-  int any_smooth = 0, any_rough = 0;  // or open
+  int any_smooth = 0, all_empty = 1;
   for (int k = 0; k < WIDTH; ++k) {
     const int c = min(a + k, cells.x - 1), cell = b * cells.x + c, own = shows[cell];
     says[0][k] = between_cells(own, b == 0 ? own : shows[cell - cells.x]);
@@ -191,10 +191,10 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
     for (int m = 0; m < 3; ++m) {
       smooth[m][k] = says[m][k] == SMOOTH ? -1 : 0;
       any_smooth |= smooth[m][k];
-      any_rough |= says[m][k] == ROUGH || says[m][k] == OPEN;
+      all_empty &= says[m][k] == EMPTY;
     }
   }
-  if (!any_smooth && !any_rough) return;
+  if (all_empty) return;
   Corner corner[4];
   if (any_smooth) {
     int at[WIDTH];

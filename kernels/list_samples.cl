@@ -40,7 +40,7 @@ kernel void list_samples(global const float* wanted,     // [samples]
       sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
       used += (wanted[at] < INFINITY) | (or_wanted[at] < INFINITY);
     }
-    if (used > before) listed[j1 / 8 * 2 * tiles.x + i1 / 8] = 1;
+    if (used > before) listed[block_of(i1, j1, samples.x)] = 1;
   }
   count[tile] = used;
 }

@@ -75,6 +75,11 @@ inline int tile_under_group(const int samples_x) {
   return j / TILE * ((samples_x + TILE - 1) / TILE) + i / TILE;
 }
 
+// The block of 8 x 8 samples that a sample lies in; blocks come row by row, two for each tile.
+inline int block_of(const int i, const int j, const int samples_x) {
+  return j / 8 * ((samples_x + TILE - 1) / TILE * 2) + i / 8;
+}
+
 // Values at WIDTH places of an array, and back.
 inline floatv gather_float(global const float* values, const int* at) {
   float lane[WIDTH];

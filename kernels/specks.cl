@@ -32,12 +32,6 @@ inline floatv load_from(global const float* map, const int first) {
   return LOADF(map + max(first, 0));
 }
 
-// Whether the 8 x 8 samples that a block lies in are listed; they come row by row, two for each
-// tile.
-inline int is_listed(global const uchar* listed, const int2 block, const int nx) {
-  return listed[block.y * ((nx + TILE - 1) / TILE * 2) + block.x * WIDTH / 8];
-}
-
 // Whether a block within two samples of this one has changed.
 inline int changed_near(global const uchar* changed, const int2 block, const int2 blocks) {
   int any_changed = 0;
@@ -152,7 +146,10 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
   const int2 block = (int2)(get_global_id(0), get_global_id(1));
   if (block.x >= blocks.x || block.y >= blocks.y) return;
   int any_change = 0;
-  if (round == 0 ? is_listed(changed, block, samples.x) : changed_near(changed, block, blocks)) {
+  const int looks =
+      round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
+                 : changed_near(changed, block, blocks);
+  if (looks) {
     const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
     for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j) {
       const int row_changes =

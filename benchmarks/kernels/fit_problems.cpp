@@ -1,29 +1,15 @@
 #include "kernels/fit_problems.hpp"
 
+#include "stages/particle_fit.hpp"
+
 namespace meniscus::bench {
-namespace {
-
-void fill_surface(FitProblems& problems, const Projected& projected,
-                  const SurfaceParticles& surface) {
-  for (std::size_t k = 0; k < surface.index.size(); ++k) {
-    const std::size_t i = static_cast<std::size_t>(surface.index[k]);
-    const Vec3d& normal = surface.normal[k];
-    for (const double value :
-         {double{projected.x[i]}, double{projected.y[i]}, double{projected.z[i]}, surface.weight[k],
-          normal.x, normal.y, normal.z, 0.0})
-      problems.record.push_back(static_cast<float>(value));
-  }
-}
-
-}  // namespace
-
 std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   const auto problems = std::make_shared<FitProblems>();
   const Projected& projected = frame.projected();
   const SurfaceParticles& surface = frame.surface();
   const std::vector<std::int32_t>& fitted = frame.rim().index;
   const FitParams& params = frame.params.fit;
-  fill_surface(*problems, projected, surface);
+  problems->record = particle_records(projected, surface);
 
   const Cells cells = cells_of(projected, surface.index, params.support);
   const float squared = static_cast<float>(params.support * params.support);

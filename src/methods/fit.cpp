@@ -101,7 +101,7 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   // Interpolated between samples at most 4/3 particle radii apart, or two samples.
   int coarsest = params.region.interpolation > 0 ? 2 : 1;
   while (coarsest > 1 && coarsest < kTile &&
-         2 * coarsest * grid.step <= 4.0 / 3 * frame.least_radius)
+         2 * coarsest * grid.step <= kWidestCell * frame.least_radius)
     coarsest *= 2;
   const ListedBlocks listed = blocks_of(device, grid, coarsest == 1);
   fill_front(list_samples(device, grid, front, splash.from, coarsest));

@@ -8,10 +8,6 @@ namespace {
 // Within cells up to this side, in radii of the smallest particle, normals may turn farther.
 constexpr double kFineCell = 2.0 / 3;
 
-// Among samples up to this far apart, in radii of the smallest particle, its sphere covers one at
-// least: they are at most sqrt(2) apart.
-constexpr double kSphereCell = 4.0 / 3;
-
 }  // namespace
 
 SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
@@ -35,7 +31,7 @@ SampleLists interpolate_samples(Device& device, const View& view, const Buffer<f
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
          surface.normal, surface.kind, open, shows, samples, cells, grid.first, step,
          kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
-         static_cast<cl_int>(side <= kSphereCell));
+         static_cast<cl_int>(side <= kWidestCell));
   launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
          reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
          open, samples, cells, grid.first, step, kernel_rays(view), cl_int{every}, spread,

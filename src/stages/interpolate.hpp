@@ -7,6 +7,10 @@
 
 namespace meniscus {
 
+/// Among samples up to this far apart, in radii of the smallest particle, its sphere covers one at
+/// least: they are at most sqrt(2) apart.
+inline constexpr double kWidestCell = 4.0 / 3;
+
 /// From the surface at every second of the samples that are asked for, the `every`th ones of each
 /// row and column, the others: written where the corners of the lattice's cell, or of a cell beside
 /// it, show one smooth surface: each within `tolerance` (particle radii) of the planes that touch
@@ -18,7 +22,7 @@ namespace meniscus {
 ///                      nothing and it is not known yet what does
 ///   surface            in and out
 ///   least_radius       the smallest particle's on the screen, pixels: where the lattice's samples
-///                      are at most 4/3 of it apart, nothing hides between four that show nothing
+///                      are at most kWidestCell of it apart, nothing hides between four that show nothing
 ///
 /// Returns the samples that must be evaluated, the others that may show something, and notes their
 /// blocks. Does not wait.

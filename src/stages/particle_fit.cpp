@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "parallel.hpp"
 #include "stages/fit.hpp"
@@ -171,21 +170,25 @@ std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std
 
 }  // namespace
 
+std::vector<float> particle_records(const Projected& projected, const SurfaceParticles& around) {
+  std::vector<float> record;
+  record.reserve(kRecord * around.index.size());
+  for (std::size_t k = 0; k < around.index.size(); ++k) {
+    const Vec3d at = projected.eye(static_cast<std::size_t>(around.index[k]));
+    const Vec3d& normal = around.normal[k];
+    for (const double value :
+         {at.x, at.y, at.z, around.weight[k], normal.x, normal.y, normal.z, 0.0})
+      record.push_back(static_cast<float>(value));
+  }
+  return record;
+}
+
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                            const SurfaceParticles& around, const FitParams& params) {
-  const std::size_t count = seen.index.size(), n = around.index.size();
+  const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
-  std::vector<float> record(kRecord * n, 0.0f);
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = static_cast<std::size_t>(around.index[k]);
-    const Vec3d& normal = around.normal[k];
-    const double values[] = {projected.x[i], projected.y[i], projected.z[i], around.weight[k],
-                             normal.x,       normal.y,       normal.z};
-    std::transform(std::begin(values), std::end(values),
-                   record.begin() + static_cast<std::ptrdiff_t>(kRecord * k),
-                   [](double value) { return static_cast<float>(value); });
-  }
+  std::vector<float> record = particle_records(projected, around);
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   const Neighbours near = find_neighbours(projected, seen.index, around.index, params.support);
   std::vector<Lanes> parts = make_lanes(device, near, place);

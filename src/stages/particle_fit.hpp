@@ -27,6 +27,10 @@ struct ParticleFits {
   std::size_t size() const { return position.size(); }
 };
 
+/// What the kernels read of each particle of `around` [n][8]: position (eye space, particle radii),
+/// weight, normal, and a value that is not used.
+std::vector<float> particle_records(const Projected& projected, const SurfaceParticles& around);
+
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
 /// (kernels weigh_neighbours, fit_groups, turn_normals), each with the normals and the one-sided
 /// robust weights of the pass before. The last pass narrows the support where one quadric cannot

@@ -20,13 +20,14 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
   // What sums take of each fit, in the order in which they find it.
   struct Near {
     Vec3d normal;
-    double edge, density, spread;
+    double edge;  // 0: no fit
+    double density, spread;
   };
   std::vector<Near> found;
   found.reserve(fits.size());
   for (const std::int32_t item : near.item) {
     const std::size_t j = static_cast<std::size_t>(item);
-    const double edge = fits.residual[j] < 0 ? 0 : fits.edge[j];  // no fit has no weight
+    const double edge = fits.residual[j] < 0 ? 0 : fits.edge[j];
     found.push_back({fits.normal[j], edge, density[j], fits.spread[j]});
   }
   std::vector<double> trust(fits.size(), 0.0);
@@ -40,7 +41,7 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
         const double squared = dot(apart_by, apart_by);
         if (squared >= kReach * kReach) return true;  // most of them, without the root
         const Near& other = found[static_cast<std::size_t>(p)];
-        if (dot(other.normal, fits.normal[k]) < 0.5) return true;
+        if (!(other.edge > 0) || dot(other.normal, fits.normal[k]) < 0.5) return true;
         const double w = (1 - std::sqrt(squared) / kReach) * other.edge;
         weight += w;
         dense += w * other.density;

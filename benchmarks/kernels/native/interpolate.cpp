@@ -84,7 +84,7 @@ inline std::uint8_t between_cells(std::uint8_t a, std::uint8_t b) {
 void fill_cells(const Interpolate& in, int a, int b) {
   std::uint8_t says[3][8];
   Ints smooth[3];
-  bool any_rough = false;  // or open
+  bool all_empty = true;
   for (int k = 0; k < 8; ++k) {
     const int c = a + k < in.cells_x ? a + k : in.cells_x - 1;
     const std::uint8_t* const shows = in.shows + std::ptrdiff_t{b} * in.cells_x + c;
@@ -94,11 +94,11 @@ void fill_cells(const Interpolate& in, int a, int b) {
     says[2][k] = own;
     for (int m = 0; m < 3; ++m) {
       smooth[m][k] = says[m][k] == kSmooth ? -1 : 0;
-      any_rough |= says[m][k] == kRough || says[m][k] == kOpen;
+      all_empty &= says[m][k] == kEmpty;
     }
   }
+  if (all_empty) return;
   const bool any_smooth = any(smooth[0] | smooth[1] | smooth[2]);
-  if (!any_smooth && !any_rough) return;
   Between found[3];
   for (Between& f : found) f.sure = Ints{};
   if (any_smooth) {
