@@ -22,15 +22,49 @@ kernel void measure_density(global const float* x, global const float* y, global
 #define BLOCK 64
 #endif
 
+inline int sum_of_lanes(const intv v) {
+  int lane[WIDTH], sum = 0;
+  STOREI(v, lane);
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) sum += lane[k];
+  return sum;
+}
+
+// Whether there is fluid all around a cell: it and each of the 26 about it hold `least` particles or
+// more, and half of their mean number.
+inline int is_inside(const Cells cells, const int cx, const int cy, const int cz, const int least) {
+  global const int* tags = (global const int*)cells.tag;
+  int sum = 0, fewest = INT_MAX;
+  for (int k = -1; k <= 1; ++k)
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i) {
+        const uint bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
+        const int tag = (int)tag_of(cx + i, cy + j, cz + k);
+        const int end = cells.start[bucket + 1];
+        intv found = (intv)(0);
+        for (int p = cells.start[bucket]; p < end; p += WIDTH)
+          found += SELECT((intv)(0), (intv)(1),
+                          (LOADI(tags + p) == tag) & (LANES < (float)(end - p)));
+        const int count = sum_of_lanes(found);
+        if (count < least) return 0;
+        fewest = min(fewest, count);
+        sum += count;
+      }
+  return 2 * 27 * fewest >= sum;
+}
+
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time.
+// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time. Those inside the fluid
+// (is_inside, where `inside` is not 0) are not measured: 0 and 1.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,
                               global const uint* cell_tag, global const int* cell_start,
-                              const float inverse_cell, const uint mask, const int n) {
+                              const float inverse_cell, const uint mask, const int n,
+                              const int inside) {
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  int x = INT_MAX, y = 0, z = 0, filled = 0;  // the cell before
   for (int p = begin; p < end;) {
     const int cx = cell_of(cell_x[p], inverse_cell), cy = cell_of(cell_y[p], inverse_cell),
               cz = cell_of(cell_z[p], inverse_cell);
@@ -44,13 +78,22 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     }
     const floatv none = (floatv)(0.0f);
     Field f = {none, none, none, none};
-    add_cells_around(cells, cell_weight, cx, cy, cz, LOADF(cell_x + p), LOADF(cell_y + p),
-                     LOADF(cell_z + p), 1, &f);
-    const intv inside = LOADI(used);
-    scatter_float(f.gx * (0.25f * NORM), result, at, inside);
-    scatter_float(f.gy * (0.25f * NORM), result + n, at, inside);
-    scatter_float(f.gz * (0.25f * NORM), result + 2 * n, at, inside);
-    scatter_float(f.c * NORM, result + 3 * n, at, inside);
+    if (inside > 0 && (cx != x || cy != y || cz != z)) {
+      filled = is_inside(cells, cx, cy, cz, inside);
+      x = cx;
+      y = cy;
+      z = cz;
+    }
+    if (filled)
+      f.c = (floatv)(1.0f / NORM);
+    else
+      add_cells_around(cells, cell_weight, cx, cy, cz, LOADF(cell_x + p), LOADF(cell_y + p),
+                       LOADF(cell_z + p), 1, &f);
+    const intv lanes = LOADI(used);
+    scatter_float(f.gx * (0.25f * NORM) + 0.0f, result, at, lanes);
+    scatter_float(f.gy * (0.25f * NORM) + 0.0f, result + n, at, lanes);
+    scatter_float(f.gz * (0.25f * NORM) + 0.0f, result + 2 * n, at, lanes);
+    scatter_float(f.c * NORM, result + 3 * n, at, lanes);
     p += here;
   }
 }

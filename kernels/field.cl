@@ -1,13 +1,22 @@
-// field.cl: the particles' density field C(x) = sum of W(|x - x_j|), the cubic spline of smoothing
-// length h = s (two particle radii, support two h), V_j = s^3: 1 inside the fluid, 1/2 on a flat
-// face, 1/4 on a square edge, 1/pi at a lone particle. Functions only: density.cl measures it,
+// field.cl: the particles' density field C(x) = sum of W(|x - x_j|): 1 inside the fluid, 1/2 on a
+// flat face, 1/4 on a square edge, 1/pi at a lone particle. Functions only: density.cl measures it,
 // settle.cl follows it along rays.
+//
+// W is the cubic spline of smoothing length h = s (two particle radii, support two h) times s^3, but
+// for .007 of its peak, as a polynomial in the squared distance, which needs neither a root nor a
+// division:
+//   W = (W0 v^3 + W1 v^4 + W2 v^5) / pi,    v = 1 - d^2 / 4^2
+// with the spline's value at the middle and at a particle's radius, and its integral 1
+// (docs/method.md).
 //
 // Whatever the way, a sum takes its particles in one order: by cell (z, then y, then x), then by
 // place. So every way and every WIDTH gives the same bits.
 
 #define NORM 0.318309886f  // 1 / pi
 #define SUPPORT 4.0f       // particle radii; the side of a cell is at least that
+#define W0 0.797459f
+#define W1 -1.760892f
+#define W2 1.963433f
 
 typedef struct {
   global const float* x;  // [n] eye space in bucket order, particle radii
@@ -24,41 +33,42 @@ typedef struct {
   floatv c, gx, gy, gz;
 } Field;
 
-// Adds what the particle with `weight` at distance (dx, dy, dz) does to the field.
+// Adds what the particle with `weight` at distance (dx, dy, dz) does to the field. Sums of gradients
+// may be -0 on devices whose fma loses the sign of a zero: whoever reads them adds 0.
 inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
                          const float weight, const int with_gradient) {
-  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz)) * 0.25f;  // (distance / h)^2
-  const floatv q = sqrt(squared);
-  const floatv r = SELECT((floatv)(0.0f), 2.0f - q, q < 2.0f);  // farther particles add nothing
-  const intv core = q < 1.0f;
-  const floatv inner =
-      fma(0.75f * squared, q, fma((floatv)(-1.5f), squared, (floatv)(1.0f)));
-  sum->c = fma((floatv)(weight), SELECT(0.25f * r * r * r, inner, core), sum->c);
+  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz));
+  const floatv reach = fma(squared, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f));
+  const floatv v = SELECT((floatv)(0.0f), reach, reach > 0.0f);  // farther particles add nothing
+  const floatv vv = v * v;
+  const floatv share = fma(fma((floatv)(W2), v, (floatv)(W1)), v, (floatv)(W0)) * (vv * v);
+  sum->c = fma((floatv)(weight), share, sum->c);
   if (!with_gradient) return;
-  // dW/dq / q, times (x - x_j) / h^2
-  const floatv outer = -0.75f * r * r / SELECT((floatv)(1.0f), q, q > 0.0f);
-  const floatv g = weight * SELECT(outer, fma((floatv)(2.25f), q, (floatv)(-3.0f)), core);
-  sum->gx += g * dx;
-  sum->gy += g * dy;
-  sum->gz += g * dz;
+  // -dW/dv / 2, times x - x_j
+  const floatv slope =
+      fma(fma((floatv)(-2.5f * W2), v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
+  const floatv g = weight * (slope * vv);
+  sum->gx = fma(g, dx, sum->gx);
+  sum->gy = fma(g, dy, sum->gy);
+  sum->gz = fma(g, dz, sum->gz);
 }
 
-// Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing.
+// Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing. Others of
+// the same row in the buckets are far away.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
                              const int cy, const int cz, const floatv x, const floatv y,
                              const floatv z, const int with_gradient, Field* sum) {
   for (int k = -1; k <= 1; ++k)
-    for (int j = -1; j <= 1; ++j)
-      for (int i = -1; i <= 1; ++i) {
-        const uint bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
-        const uint tag = tag_of(cx + i, cy + j, cz + k);
-        const int end = cells.start[bucket + 1];
-        for (int p = cells.start[bucket]; p < end; ++p) {
-          if (cells.tag[p] != tag) continue;
+    for (int j = -1; j <= 1; ++j) {
+      const uint tag = tag_of(cx, cy + j, cz + k);
+      Row row = row_of(cx - 1, cy + j, cz + k, 3, cells.mask);
+      while (next_range(&row, cells.start, cells.mask))
+        for (int p = row.begin; p < row.end; ++p) {
+          if (!SAME_ROW(cells.tag[p], tag)) continue;
           add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p],
                        with_gradient);
         }
-      }
+    }
 }
 
 // The field at any points.
@@ -206,21 +216,25 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
         int close[WIDTH];
         const floatv x = ((float)row + LANES + 0.5f) * side, y = (floatv)(((float)j + 0.5f) * side),
                      z = (floatv)(((float)k + 0.5f) * side);
-        STOREI(near_beam(b, x, y, z, far), close);
-        for (int i = row; i < min(row + WIDTH, i1 + 1); ++i) {
-          if (!close[i - row]) continue;
-          const uint bucket = bucket_of(i, j, k, cells.mask);
-          const int tag = (int)tag_of(i, j, k);
-          const int end = cells.start[bucket + 1];
-          for (int p = cells.start[bucket]; p < end; p += WIDTH) {
+        const intv far_or_near = near_beam(b, x, y, z, far);
+        if (!ANY(far_or_near)) continue;
+        STOREI(far_or_near, close);
+        int begin = row, end = min(row + WIDTH, i1 + 1);  // those between are close, too
+        while (begin < end && !close[begin - row]) ++begin;
+        while (begin < end && !close[end - 1 - row]) --end;
+        const int tag = (int)tag_of(begin, j, k);
+        Row cell = row_of(begin, j, k, end - begin, cells.mask);
+        while (next_range(&cell, cells.start, cells.mask))
+          for (int p = cell.begin; p < cell.end; p += WIDTH) {
+            const intv tags_here = LOADI(tags + p);
             const intv take =
                 near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
-                (LOADI(tags + p) == tag) & (LANES < (float)(end - p));
+                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < end - begin) &
+                (LANES < (float)(cell.end - p));
             if (!ANY(take)) continue;
             count = append(take, p, item, count);
             if (count > most) return -1;
           }
-        }
       }
   return count;
 }

@@ -100,7 +100,8 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       side = SELECT(SELECT(side, (intv)(1), more), (intv)(-1), less);
     }
     const Field f = field_near(cells, weight, near, r, middle, 1);
-    const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM), gz = f.gz * (0.25f * NORM);
+    const floatv gx = f.gx * (0.25f * NORM) + 0.0f, gy = f.gy * (0.25f * NORM) + 0.0f,
+                 gz = f.gz * (0.25f * NORM) + 0.0f;
     const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
     const intv crossed = found & (size > 0.0f);
     crossing.depth = SELECT(crossing.depth, middle, crossed);

@@ -156,7 +156,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   clock.start("field");
   const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
   const DeviceCells cells = upload_cells(device, host_cells);
-  const Buffer<float> field = measure_gradients(device, cells);
+  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
   const DeviceCells levelled = level_cells(device, cells, field, params.region);
   clock.start("triangulate");
   const auto [visible, mesh] = triangulate_without_pits(

@@ -9,7 +9,8 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
   Cells cells;
   cells.inverse_cell = 1.0f / cell;
   const std::size_t n = x.size();
-  const std::uint32_t buckets = std::bit_ceil(static_cast<std::uint32_t>(n / 2 + 1));
+  const std::uint32_t buckets =
+      std::max(std::bit_ceil(static_cast<std::uint32_t>(n / 2 + 1)), kFewestBuckets);
   cells.mask = buckets - 1;
   cells.start.assign(buckets + 1, 0);
   std::vector<std::uint32_t> bucket(n), tag(n);

@@ -13,6 +13,9 @@
 
 namespace meniscus {
 
+/// Cells of one row (x) lie in buckets one behind the other: three of them are never the same.
+inline constexpr std::uint32_t kFewestBuckets = 64;
+
 struct Cells {
   float inverse_cell = 1;           // 1 / particle radii
   std::uint32_t mask = 0;           // buckets - 1
@@ -34,8 +37,8 @@ inline std::int32_t cell_of(float coordinate, float inverse_cell) {
 
 inline std::uint32_t bucket_of(std::int32_t cx, std::int32_t cy, std::int32_t cz,
                                std::uint32_t mask) {
-  return (static_cast<std::uint32_t>(cx) * 73856093u ^ static_cast<std::uint32_t>(cy) * 19349663u ^
-          static_cast<std::uint32_t>(cz) * 83492791u) &
+  return (static_cast<std::uint32_t>(cx) + (static_cast<std::uint32_t>(cy) * 19349663u ^
+                                            static_cast<std::uint32_t>(cz) * 83492791u)) &
          mask;
 }
 

@@ -6,6 +6,10 @@ namespace {
 // The files with the functions that the kernels use.
 constexpr char kDensity[] = "cells.cl field.cl density.cl";
 
+// As many particles in each cell around a particle's tell that it is inside; there are eight on
+// average.
+constexpr cl_int kFilled = 4;
+
 // Work-items for n points, WIDTH = `width` each.
 Range items_for(std::size_t n, int width) {
   const std::size_t lanes = static_cast<std::size_t>(width);
@@ -44,7 +48,7 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   return result;
 }
 
-Buffer<float> measure_gradients(Device& device, const DeviceCells& cells) {
+Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().vector_width;
@@ -54,7 +58,7 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells) {
   const Range blocks{(n + block - 1) / block, 1, width == 1 ? std::size_t{64} : 4, 1};
   launch(device, kDensity, "measure_gradients", blocks, width_option(width), result, cells.x,
          cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(n));
+         static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilled);
   return result;
 }
 

@@ -30,9 +30,15 @@ DeviceCells upload_cells(Device& device, const Cells& cells);
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
+/// Which particles' gradients are measured: all, or those that may be near air. What has cells full
+/// of particles all around is inside the fluid: its gradient is taken for 0 and its density for 1,
+/// which stand for all that measuring would find there (docs/method.md).
+enum class Measured { everywhere, near_air };
+
 /// Gradient (1 / particle radii) and value of the field at the particles' own positions, [4][n] in
 /// bucket order: x, y, z, density. Does not wait.
-Buffer<float> measure_gradients(Device& device, const DeviceCells& cells);
+Buffer<float> measure_gradients(Device& device, const DeviceCells& cells,
+                                Measured where = Measured::everywhere);
 
 /// Cells whose weights even the field's level out: params.blob_density for a lone particle, 0.45
 /// inside the fluid. Does not wait.

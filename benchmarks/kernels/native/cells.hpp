@@ -21,7 +21,7 @@ struct Bucket {
 inline Bucket bucket_of(const Cells& cells, int i, int j, int k) {
   const std::uint32_t x = static_cast<std::uint32_t>(i), y = static_cast<std::uint32_t>(j),
                       z = static_cast<std::uint32_t>(k);
-  const std::uint32_t bucket = (x * 73856093u ^ y * 19349663u ^ z * 83492791u) & cells.mask;
+  const std::uint32_t bucket = (x + (y * 19349663u ^ z * 83492791u)) & cells.mask;
   return {cells.start[bucket], cells.start[bucket + 1],
           static_cast<std::int32_t>((x & 2047u) | (y & 2047u) << 11 | (z & 1023u) << 22)};
 }
