@@ -9,6 +9,16 @@ inline uint bucket_of(const int cx, const int cy, const int cz, const uint mask)
   return ((uint)cx + ((uint)cy * 19349663u ^ (uint)cz * 83492791u)) & mask;
 }
 
+typedef struct {
+  global const float* x;  // [n] eye space in bucket order, particle radii
+  global const float* y;
+  global const float* z;
+  global const uint* tag;   // [n] of the particle's cell
+  global const int* start;  // [buckets + 1]
+  float inverse_cell;       // 1 / particle radii
+  uint mask;
+} Cells;
+
 // Tells the particles of a cell from others in its bucket.
 inline uint tag_of(const int cx, const int cy, const int cz) {
   return ((uint)cx & 2047u) | ((uint)cy & 2047u) << 11 | ((uint)cz & 1023u) << 22;
@@ -39,4 +49,38 @@ inline int next_range(Row* row, global const int* start, const uint mask) {
   row->left -= count;
   row->bucket = 0;
   return 1;
+}
+
+// Particles that a work-item takes one after another, up to WIDTH of one cell at a time.
+#if WIDTH == 1
+#define BLOCK 1
+#else
+#define BLOCK 64
+#endif
+
+typedef struct {
+  int cx, cy, cz;  // their cell
+  int count;
+  int at[WIDTH];  // places; lanes that are not in use hold what follows
+  intv used;
+} Together;
+
+// The particle at `first` and those that follow it in the same cell, before `end`.
+inline Together particles_together(const Cells cells, const int first, const int end, const int n) {
+  const float c = cells.inverse_cell;
+  Together t;
+  int used[WIDTH];
+  t.cx = cell_of(cells.x[first], c);
+  t.cy = cell_of(cells.y[first], c);
+  t.cz = cell_of(cells.z[first], c);
+  t.count = 0;
+  for (int k = 0; k < WIDTH; ++k) {
+    const int p = t.at[k] = min(first + k, n - 1);
+    if (t.count == k && first + k < end && cell_of(cells.x[p], c) == t.cx &&
+        cell_of(cells.y[p], c) == t.cy && cell_of(cells.z[p], c) == t.cz)
+      ++t.count;
+    used[k] = t.count > k ? -1 : 0;
+  }
+  t.used = LOADI(used);
+  return t;
 }

@@ -15,13 +15,6 @@ kernel void measure_density(global const float* x, global const float* y, global
   STOREF(f.c * NORM, density + p);
 }
 
-// Particles that a work-item takes one after another.
-#if WIDTH == 1
-#define BLOCK 1
-#else
-#define BLOCK 64
-#endif
-
 inline int sum_of_lanes(const intv v) {
   int lane[WIDTH], sum = 0;
   STOREI(v, lane);
@@ -64,37 +57,27 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               const int inside) {
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  const floatv none = (floatv)(0.0f);
   int x = INT_MAX, y = 0, z = 0, filled = 0;  // the cell before
-  for (int p = begin; p < end;) {
-    const int cx = cell_of(cell_x[p], inverse_cell), cy = cell_of(cell_y[p], inverse_cell),
-              cz = cell_of(cell_z[p], inverse_cell);
-    int at[WIDTH], used[WIDTH], here = 0;
-    for (int k = 0; k < WIDTH; ++k) {
-      at[k] = min(p + k, n - 1);
-      if (here == k && p + k < end && cell_of(cell_x[p + k], inverse_cell) == cx &&
-          cell_of(cell_y[p + k], inverse_cell) == cy && cell_of(cell_z[p + k], inverse_cell) == cz)
-        ++here;
-      used[k] = here > k ? -1 : 0;
+  for (int first = begin; first < end;) {
+    const Together own = particles_together(cells, first, end, n);
+    if (inside > 0 && (own.cx != x || own.cy != y || own.cz != z)) {
+      x = own.cx;
+      y = own.cy;
+      z = own.cz;
+      filled = is_inside(cells, x, y, z, inside);
     }
-    const floatv none = (floatv)(0.0f);
     Field f = {none, none, none, none};
-    if (inside > 0 && (cx != x || cy != y || cz != z)) {
-      filled = is_inside(cells, cx, cy, cz, inside);
-      x = cx;
-      y = cy;
-      z = cz;
-    }
     if (filled)
       f.c = (floatv)(1.0f / NORM);
     else
-      add_cells_around(cells, cell_weight, cx, cy, cz, LOADF(cell_x + p), LOADF(cell_y + p),
-                       LOADF(cell_z + p), 1, &f);
-    const intv lanes = LOADI(used);
-    scatter_float(f.gx * (0.25f * NORM) + 0.0f, result, at, lanes);
-    scatter_float(f.gy * (0.25f * NORM) + 0.0f, result + n, at, lanes);
-    scatter_float(f.gz * (0.25f * NORM) + 0.0f, result + 2 * n, at, lanes);
-    scatter_float(f.c * NORM, result + 3 * n, at, lanes);
-    p += here;
+      add_cells_around(cells, cell_weight, own.cx, own.cy, own.cz, LOADF(cell_x + first),
+                       LOADF(cell_y + first), LOADF(cell_z + first), 1, &f);
+    scatter_float(f.gx * (0.25f * NORM) + 0.0f, result, own.at, own.used);
+    scatter_float(f.gy * (0.25f * NORM) + 0.0f, result + n, own.at, own.used);
+    scatter_float(f.gz * (0.25f * NORM) + 0.0f, result + 2 * n, own.at, own.used);
+    scatter_float(f.c * NORM, result + 3 * n, own.at, own.used);
+    first += own.count;
   }
 }
 

@@ -13,20 +13,10 @@
 // place. So every way and every WIDTH gives the same bits.
 
 #define NORM 0.318309886f  // 1 / pi
-#define SUPPORT 4.0f       // particle radii; the side of a cell is at least that
+#define SUPPORT 4.0f       // particle radii; no cell has a smaller side
 #define W0 0.797459f
 #define W1 -1.760892f
 #define W2 1.963433f
-
-typedef struct {
-  global const float* x;  // [n] eye space in bucket order, particle radii
-  global const float* y;
-  global const float* z;
-  global const uint* tag;   // [n] of the particle's cell
-  global const int* start;  // [buckets + 1]
-  float inverse_cell;       // 1 / (four particle radii or more)
-  uint mask;
-} Cells;
 
 // pi C and the gradient of pi C times h^2, in particle radii.
 typedef struct {

@@ -18,6 +18,12 @@ Range items_for(std::size_t n, int width) {
 
 }  // namespace
 
+Range range_of_blocks(std::size_t n, int width) {
+  // BLOCK particles an item (cells.cl), few items a group, which spreads them over the processors.
+  const std::size_t block = width == 1 ? 1 : 64;
+  return {(n + block - 1) / block, 1, width == 1 ? std::size_t{64} : 4, 1};
+}
+
 DeviceCells upload_cells(Device& device, const Cells& cells) {
   return {upload(device, cells.x),   upload(device, cells.y),
           upload(device, cells.z),   upload(device, std::vector<float>(cells.x.size(), 1.0f)),
@@ -52,11 +58,7 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measur
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().vector_width;
-  // BLOCK particles an item (density.cl), few items a group, which spreads them over the
-  // processors.
-  const std::size_t block = width == 1 ? 1 : 64;
-  const Range blocks{(n + block - 1) / block, 1, width == 1 ? std::size_t{64} : 4, 1};
-  launch(device, kDensity, "measure_gradients", blocks, width_option(width), result, cells.x,
+  launch(device, kDensity, "measure_gradients", range_of_blocks(n, width), width_option(width), result, cells.x,
          cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
          static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilled);
   return result;

@@ -23,6 +23,9 @@ struct DeviceCells {
   cl_uint mask = 0;
 };
 
+/// Work-items for n particles of cells that are taken cell by cell.
+Range range_of_blocks(std::size_t n, int width);
+
 /// Uploads cells of side kDensitySupport; every weight is 1.
 DeviceCells upload_cells(Device& device, const Cells& cells);
 

@@ -5,6 +5,7 @@
 
 #include "parallel.hpp"
 #include "stages/fit.hpp"
+#include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
@@ -14,8 +15,9 @@ constexpr float kHeight = 0.6f;          // h_0 of weigh_neighbours, particle ra
 constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
 // Where supports are narrowed: what residual noise alone explains (particle radii, and against the
-// frame's least), and how far around a particle residuals are averaged.
-constexpr double kNoise = 0.14, kOverLeast = 1.5, kSheetReach = 6;
+// frame's least), and over which fits residuals are averaged.
+constexpr double kNoise = 0.14, kOverLeast = 1.5;
+constexpr SheetWeights kSheet{6, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 8, kNormal = 4;  // a particle's record, see particle_fit.cl
 
@@ -127,44 +129,40 @@ std::vector<float> residuals(Device& device, const std::vector<Lanes>& parts, st
   return residual;
 }
 
+// The normals in records at some places.
+std::vector<Vec3d> normals_of(const std::vector<float>& record,
+                              const std::vector<std::int32_t>& place) {
+  std::vector<Vec3d> normals;
+  for (const std::int32_t i : place) {
+    const float* const n = record.data() + kRecord * static_cast<std::size_t>(i) + kNormal;
+    normals.push_back({n[0], n[1], n[2]});
+  }
+  return normals;
+}
+
 // The fits' supports for the last pass, see fit_particles.
-std::vector<float> narrow_supports(const Neighbours& near, const std::vector<std::int32_t>& place,
-                                   const std::vector<float>& record,
+std::vector<float> narrow_supports(Device& device, const std::vector<Vec3d>& position,
+                                   const std::vector<Vec3d>& normal,
                                    const std::vector<float>& residual, const FitParams& params) {
-  const std::size_t n = record.size() / kRecord, fits = place.size();
-  const auto vector_at = [&](std::size_t k, std::size_t row) {
-    const float* const v = record.data() + kRecord * k + row;
-    return Vec3d{v[0], v[1], v[2]};
-  };
+  const std::size_t fits = position.size();
   std::vector<float> rho(fits, static_cast<float>(params.support));
-  std::vector<float> own(n, -1.0f), sorted;
+  std::vector<float> fitted(fits), sorted;
   for (std::size_t k = 0; k < fits; ++k) {
-    own[place[k]] = residual[k];
+    fitted[k] = residual[k] > 0 ? 1 : 0;
     if (residual[k] > 0) sorted.push_back(residual[k]);
   }
   if (sorted.empty()) return rho;
   const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
-  parallel_for(fits, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t i = static_cast<std::size_t>(place[k]);
-      double sum = 0, weight = 0;
-      for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p) {
-        const std::size_t j = static_cast<std::size_t>(near.index[p]);
-        const Vec3d apart = vector_at(j, 0) - vector_at(i, 0);
-        if (!(own[j] > 0) || dot(apart, apart) >= kSheetReach * kSheetReach) continue;
-        const double w = (1 - length(apart) / kSheetReach) *
-                         smooth_step(0.8, 0.95, dot(vector_at(i, kNormal), vector_at(j, kNormal)));
-        sum += w * own[j];
-        weight += w;
-      }
-      if (!(weight > 0)) continue;
-      const double share = noise * weight / sum;
-      rho[k] =
-          static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
-    }
-  });
+  const std::vector<float> mean =
+      average_on_sheets(device, position, normal, fitted, {residual, residual}, kSheet)[0];
+  for (std::size_t k = 0; k < fits; ++k) {
+    if (!(mean[k] > 0)) continue;
+    const double share = noise / mean[k];
+    rho[k] =
+        static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
+  }
   return rho;
 }
 
@@ -188,13 +186,14 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
-  std::vector<float> record = particle_records(projected, around);
+  const auto records = upload(device, particle_records(projected, around));
+  for (const std::int32_t i : seen.index)
+    fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   const Neighbours near = find_neighbours(projected, seen.index, around.index, params.support);
   std::vector<Lanes> parts = make_lanes(device, near, place);
   std::vector<float> rho(count, static_cast<float>(params.support));
   set_supports(device, parts, rho);
-  const auto records = upload(device, record);
   const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
   const int width = device.state().vector_width;
   // Few items of much work: small work-groups spread them over the compute units.
@@ -203,8 +202,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   };
   for (int pass = 0; pass < params.passes; ++pass) {
     if (pass > 0 && pass + 1 == params.passes && params.least_support < 1) {
-      rho = narrow_supports(near, place, download(device, records), residuals(device, parts, count),
-                            params);
+      rho = narrow_supports(device, fits.position, normals_of(download(device, records), place),
+                            residuals(device, parts, count), params);
       set_supports(device, parts, rho);
     }
     for (const Lanes& lanes : parts) {
@@ -222,7 +221,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
              lanes.fits.quadric, lanes.fits.quality, records,
              static_cast<cl_int>(lanes.fits.lanes));
   }
-  record = download(device, records);
+  fits.normal = normals_of(download(device, records), place);
   fits.support.assign(rho.begin(), rho.end());
   fits.residual = residuals(device, parts, count);
   fits.edge.resize(count);
@@ -247,9 +246,6 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   }
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = static_cast<std::size_t>(place[k]);
-    fits.position.push_back(projected.eye(static_cast<std::size_t>(seen.index[k])));
-    const float* const normal = record.data() + kRecord * i + kNormal;
-    fits.normal.push_back({normal[0], normal[1], normal[2]});
     fits.visible.push_back(visibility(seen.owned[k]));
     fits.surface.push_back(around.weight[i]);
     fits.foot.push_back(fits.position[k]);

@@ -1,0 +1,48 @@
+#include "stages/sheet.hpp"
+
+#include "stages/density.hpp"
+
+namespace meniscus {
+
+std::array<std::vector<float>, 2> average_on_sheets(
+    Device& device, const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
+    const std::vector<float>& share, const std::array<std::vector<float>, 2>& values,
+    const SheetWeights& weights) {
+  const std::size_t n = position.size();
+  std::array<std::vector<float>, 2> result{std::vector<float>(n), std::vector<float>(n)};
+  if (n == 0) return result;
+  std::vector<float> x(n), y(n), z(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    x[k] = static_cast<float>(position[k].x);
+    y[k] = static_cast<float>(position[k].y);
+    z[k] = static_cast<float>(position[k].z);
+  }
+  const Cells cells = make_cells(x, y, z, weights.reach);
+  std::vector<float> normals(3 * n), shares(n), both(2 * n);  // in bucket order
+  for (std::size_t p = 0; p < n; ++p) {
+    const std::size_t k = static_cast<std::size_t>(cells.item[p]);
+    normals[p] = static_cast<float>(normal[k].x);
+    normals[n + p] = static_cast<float>(normal[k].y);
+    normals[2 * n + p] = static_cast<float>(normal[k].z);
+    shares[p] = share[k];
+    both[p] = values[0][k];
+    both[n + p] = values[1][k];
+  }
+  const auto mean = allocate<float>(device, 2 * n);
+  const int width = device.state().vector_width;
+  const DeviceCells on_device = upload_cells(device, cells);
+  launch(device, "cells.cl sheet.cl", "average_on_sheets", range_of_blocks(n, width),
+         width_option(width), mean, on_device.x, on_device.y, on_device.z, on_device.tag,
+         on_device.start, on_device.inverse_cell, on_device.mask, static_cast<cl_int>(n),
+         upload(device, normals), upload(device, shares), upload(device, both), weights.reach,
+         weights.low, weights.high);
+  const std::vector<float> found = download(device, mean);
+  for (std::size_t p = 0; p < n; ++p) {
+    const std::size_t k = static_cast<std::size_t>(cells.item[p]);
+    result[0][k] = found[p];
+    result[1][k] = found[n + p];
+  }
+  return result;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,31 @@
+// sheet: what the fits of one sheet have in common. Means over them go on along a sheet's edge, where
+// those over all fits around would mix two sheets.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "device/device.hpp"
+#include "stages/vec.hpp"
+
+namespace meniscus {
+
+/// Which fits belong to the sheet of another, and how much they count: at distance l, with the
+/// normals n and n', share (1 - l / reach) smoothstep(low, high, n.n'), nothing beyond reach.
+struct SheetWeights {
+  float reach;      // particle radii
+  float low, high;  // of n.n'
+};
+
+/// The mean of two values over the sheet around each of n fits [n]; 0 where nothing counts. Waits.
+///
+///   position  [n] eye space, particle radii
+///   normal    [n] unit
+///   share     [n] how much each fit counts, 0 .. 1
+///   values    [n] each
+std::array<std::vector<float>, 2> average_on_sheets(
+    Device& device, const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
+    const std::vector<float>& share, const std::array<std::vector<float>, 2>& values,
+    const SheetWeights& weights);
+
+}  // namespace meniscus
