@@ -20,7 +20,7 @@ struct Groups {
 };
 
 /// Bilateral smoothing of the kept triangles' normals: each becomes the sum over the triangles that
-/// share a vertex with it of area * exp(-2 (1 - n.n') / 0.25) * n', normalised.
+/// share a vertex with it of area * ((1 + n.n') / 2)^16 * n', normalised.
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds);
 
 /// Merges edge-neighbours in sweeps: each group chooses the neighbour with the nearest normal

@@ -49,7 +49,7 @@ TEST(SmoothNormals, WeighNeighboursByAreaAndSimilarity) {
         for (const std::int32_t b : mesh.triangle[k]) shares = shares || a == b;
       if (shares && mesh.kind[k] == TriangleKind::kept)
         sum += mesh.normal[k] *
-               (mesh.area[k] * std::exp(-2 * (1 - dot(mesh.normal[t], mesh.normal[k])) / 0.25));
+               (mesh.area[k] * std::pow((1 + dot(mesh.normal[t], mesh.normal[k])) / 2, 16));
     }
     EXPECT_NEAR(length(actual[t] - normalized(sum)), 0, kRounding);
   }
