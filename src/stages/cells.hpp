@@ -49,13 +49,16 @@ inline std::uint32_t tag_of(std::int32_t cx, std::int32_t cy, std::int32_t cz) {
          (static_cast<std::uint32_t>(cz) & 1023u) << 22;
 }
 
+/// Whether two tags are of cells of one row (x).
+inline bool same_row(std::uint32_t a, std::uint32_t b) { return ((a ^ b) & ~2047u) == 0; }
+
 /// Sorts n points into cells of side `cell` (particle radii).
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
                  const std::vector<float>& z, float cell);
 
 /// Calls visit(k) for every point k (position in bucket order) of the 27 cells around (x, y, z)
 /// that lie within a cell side of it, until visit returns false. Every point within one cell side
-/// is among them; a few may lie far away (more than 1000 cells).
+/// is among them; a few may lie far away (more than kFewestBuckets - 3 cells).
 template <class Visit>
 void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
   const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
@@ -72,17 +75,23 @@ void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
   };
   const auto far_x = squares(x, cx), far_y = squares(y, cy), far_z = squares(z, cz);
   for (std::int32_t k = -1; k <= 1; ++k)
-    for (std::int32_t j = -1; j <= 1; ++j)
-      for (std::int32_t i = -1; i <= 1; ++i) {
-        if (far_x[static_cast<std::size_t>(i + 1)] + far_y[static_cast<std::size_t>(j + 1)] +
-                far_z[static_cast<std::size_t>(k + 1)] >
-            1)
-          continue;
-        const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
-        const std::uint32_t tag = tag_of(cx + i, cy + j, cz + k);
-        for (std::int32_t p = cells.start[bucket]; p < cells.start[bucket + 1]; ++p)
-          if (cells.tag[p] == tag && !visit(p)) return;
+    for (std::int32_t j = -1; j <= 1; ++j) {
+      const float rest = 1 - far_y[static_cast<std::size_t>(j + 1)] -
+                         far_z[static_cast<std::size_t>(k + 1)];
+      if (rest < 0) continue;
+      const std::int32_t low = far_x[0] > rest ? 0 : -1, high = far_x[2] > rest ? 0 : 1;
+      const std::uint32_t tag = tag_of(cx, cy + j, cz + k);
+      std::uint32_t bucket = bucket_of(cx + low, cy + j, cz + k, cells.mask);
+      std::uint32_t left = static_cast<std::uint32_t>(high - low + 1);
+      while (left > 0) {  // again where the last bucket lies between the row's
+        const std::uint32_t count = std::min(left, cells.mask + 1 - bucket);
+        const std::int32_t end = cells.start[bucket + count];
+        for (std::int32_t p = cells.start[bucket]; p < end; ++p)
+          if (same_row(cells.tag[p], tag) && !visit(p)) return;
+        left -= count;
+        bucket = 0;
       }
+    }
 }
 
 }  // namespace meniscus
