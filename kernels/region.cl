@@ -1,12 +1,14 @@
 // region.cl: where there is surface (paper 2.4.1).
 
-// The kept triangles' depth at every sample: one work-item per triangle. Kept triangles of a
-// Delaunay triangulation do not overlap; on a shared edge the nearer one counts.
-kernel void draw_triangles(global const float* corners,  // [9][stride] u, v, t of three corners
-                           global uint* depth,           // [ny*nx] bits of the depth; +inf before
-                           const int n, const int stride, const int2 samples, const float first,
-                           const float step,
-                           const int perspective) {  // interpolate 1/t instead of t
+// What kept triangles may cover. One work-item per triangle.
+kernel void outline_triangles(global const float* corners,  // [9][stride] u, v, t of three corners
+                              global float* record,  // [stride][16] u, v; v and u of the sides from
+                                                     // there to the others; 1 / doubled area; t
+                              global int* box,       // [4][stride] see bins.cl
+                              global float* key,     // [stride] none is left out
+                              const int n, const int stride, const int2 samples,
+                              const float first, const float step,
+                              const int perspective) {  // interpolate 1/t instead of t
   const int k = get_global_id(0);
   if (k >= n) return;
   float u[3], v[3], t[3];
@@ -17,24 +19,58 @@ kernel void draw_triangles(global const float* corners,  // [9][stride] u, v, t 
     t[c] = corners[(3 * c + 2) * stride + k];
     if (perspective) t[c] = 1.0f / t[c];
   }
-  const float doubled = (u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]);
-  if (fabs(doubled) < 1e-9f) return;
-  const float inverse = 1.0f / doubled;
-  const float u0 = fmin(u[0], fmin(u[1], u[2])), u1 = fmax(u[0], fmax(u[1], u[2]));
-  const float v0 = fmin(v[0], fmin(v[1], v[2])), v1 = fmax(v[0], fmax(v[1], v[2]));
-  const int i0 = max(0, (int)ceil(clamp((u0 - first) / step, -1.0f, 1e6f)));
-  const int i1 = min(samples.x - 1, (int)floor(clamp((u1 - first) / step, -1.0f, 1e6f)));
-  const int j0 = max(0, (int)ceil(clamp((v0 - first) / step, -1.0f, 1e6f)));
-  const int j1 = min(samples.y - 1, (int)floor(clamp((v1 - first) / step, -1.0f, 1e6f)));
-  for (int j = j0; j <= j1; ++j)
-    for (int i = i0; i <= i1; ++i) {
-      const float x = first + step * (float)i, y = first + step * (float)j;
-      const float l1 = ((x - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (y - v[0])) * inverse;
-      const float l2 = ((u[1] - u[0]) * (y - v[0]) - (x - u[0]) * (v[1] - v[0])) * inverse;
-      const float l0 = 1.0f - l1 - l2;
-      if (l0 < -1e-5f || l1 < -1e-5f || l2 < -1e-5f) continue;
-      float d = l0 * t[0] + l1 * t[1] + l2 * t[2];
+  const float u1 = u[1] - u[0], v1 = v[1] - v[0], u2 = u[2] - u[0], v2 = v[2] - v[0];
+  const float doubled = u1 * v2 - u2 * v1;
+  const float low_u = fmin(u[0], fmin(u[1], u[2])), high_u = fmax(u[0], fmax(u[1], u[2]));
+  const float low_v = fmin(v[0], fmin(v[1], v[2])), high_v = fmax(v[0], fmax(v[1], v[2]));
+  box[k] = (int)ceil(clamp((low_u - first) / step, 0.0f, 1e6f));
+  box[stride + k] = fabs(doubled) < 1e-9f
+                        ? -1
+                        : min(samples.x - 1, (int)floor(clamp((high_u - first) / step, -1.0f, 1e6f)));
+  box[2 * stride + k] = (int)ceil(clamp((low_v - first) / step, 0.0f, 1e6f));
+  box[3 * stride + k] = min(samples.y - 1, (int)floor(clamp((high_v - first) / step, -1.0f, 1e6f)));
+  key[k] = -INFINITY;
+  vstore16((float16)(u[0], v[0], u1, v1, u2, v2, 1.0f / doubled, t[0], t[1], t[2], 0.0f, 0.0f, 0.0f,
+                     0.0f, 0.0f, 0.0f),
+           k, record);
+}
+
+// The kept triangles' depth at every sample of the listed bins; INFINITY where there is none. Kept
+// triangles of a Delaunay triangulation do not overlap; on a shared edge the nearer one counts.
+// The range: BIN * BIN / (WIDTH * ROWS) work-items a bin.
+kernel void draw_triangles(global const float* record,  // [stride][16]
+                           global const int* end,       // [bins] see fill_bins
+                           global const int2* entry,    // [entries]
+                           global float* depth,         // [ny*nx]
+                           const int2 range,            // the bins that are listed
+                           const int bins_x, const int2 samples,
+                           const float2 grid,  // first sample and step, pixels
+                           const int perspective) {
+  const Part part = part_of(end, range, bins_x);
+  if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
+  const intv column = TO_INTV(LANES) + part.column;
+  const floatv x = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  floatv map[ROWS];
+  for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
+  for (int e = part.begin; e < part.end; ++e) {
+    const int packed = entry[e].y;
+    const int j0 = max(packed >> 8 & 15, part.row),
+              j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
+    const float16 r = vload16(entry[e].x, record);
+    const float inverse = r.s6;
+    const floatv du = x - r.s0, a = du * r.s5, b = du * r.s3;
+    const intv within = (column >= (packed & 15)) & (column <= (packed >> 4 & 15));
+    for (int j = j0; j <= j1; ++j) {
+      const int row = j - part.row;
+      const float dv = grid.x + grid.y * (float)(part.j + row) - r.s1;
+      const floatv l1 = (a - r.s4 * dv) * inverse, l2 = (r.s2 * dv - b) * inverse;
+      const floatv l0 = 1.0f - l1 - l2;
+      const intv inside = within & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
+      if (!ANY(inside)) continue;
+      floatv d = l0 * r.s7 + l1 * r.s8 + l2 * r.s9;
       if (perspective) d = 1.0f / d;
-      if (d > 0.0f) atomic_min(depth + j * samples.x + i, as_uint(d));
+      map[row] = SELECT(map[row], d, inside & (d > 0.0f) & (d < map[row]));
     }
+  }
+  store_rows(part, map, depth, samples);
 }

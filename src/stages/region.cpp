@@ -1,13 +1,15 @@
 #include "stages/region.hpp"
 
+#include "stages/bins.hpp"
+
 namespace meniscus {
 
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
                              const SampleGrid& grid) {
-  const auto depth = filled<float>(device, grid.size(), kNoSurface);
   std::vector<std::size_t> kept;
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     if (mesh.kind[t] == TriangleKind::kept) kept.push_back(t);
+  if (kept.empty()) return filled<float>(device, grid.size(), kNoSurface);
   const std::size_t n = kept.size(), stride = (n + 63) / 64 * 64;
   std::vector<float> corners(9 * stride, 0.0f);
   for (std::size_t k = 0; k < n; ++k)
@@ -17,9 +19,23 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
       corners[(3 * c + 1) * stride + k] = static_cast<float>(mesh.screen[v].v);
       corners[(3 * c + 2) * stride + k] = static_cast<float>(-mesh.position[v].z);
     }
-  launch(device, "region.cl", "draw_triangles", {n}, "", upload(device, corners), depth,
-         static_cast<cl_int>(n), static_cast<cl_int>(stride), cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, static_cast<cl_int>(!view.orthographic));
+  const cl_int2 samples{{grid.nx, grid.ny}};
+  const cl_int perspective = !view.orthographic;
+  const auto records = allocate<float>(device, 16 * stride);
+  const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                          static_cast<int>(n), static_cast<int>(stride)};
+  launch(device, "region.cl", "outline_triangles", {n}, "", upload(device, corners), records,
+         outlines.box, outlines.key, outlines.count, outlines.stride, samples, grid.first,
+         grid.step, perspective);
+  const auto depth = allocate<float>(device, grid.size());
+  const int width = device.state().vector_width;
+  draw_bins(device, outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
+            [&](const BinLists& lists) {
+              launch(device, "region.cl", "draw_triangles", bin_items(lists, width),
+                     width_option(width), records, lists.end, lists.entry, depth,
+                     cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, samples,
+                     cl_float2{{grid.first, grid.step}}, perspective);
+            });
   return depth;
 }
 
