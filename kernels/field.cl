@@ -3,9 +3,9 @@
 // settle.cl follows it along rays.
 //
 // W is the cubic spline of smoothing length h = s (two particle radii, support two h) times s^3, but
-// for .007 of its peak, as a polynomial in the squared distance, which needs neither a root nor a
+// for .004 of its peak, as a polynomial in the squared distance, which needs neither a root nor a
 // division:
-//   W = (W0 v^3 + W1 v^4 + W2 v^5) / pi,    v = 1 - d^2 / 4^2
+//   W = (W0 v^3 + W1 v^4 + W2 v^5 + W3 v^6) / pi,    v = 1 - d^2 / 4^2
 // with the spline's value at the middle and at a particle's radius, and its integral 1
 // (docs/method.md).
 //
@@ -14,9 +14,10 @@
 
 #define NORM 0.318309886f  // 1 / pi
 #define SUPPORT 4.0f       // particle radii; no cell has a smaller side
-#define W0 0.797459f
-#define W1 -1.760892f
-#define W2 1.963433f
+#define W0 0.243067f
+#define W1 0.456322f
+#define W2 -0.842290f
+#define W3 1.142901f
 
 // pi C and the gradient of pi C times h^2, in particle radii.
 typedef struct {
@@ -31,12 +32,13 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   const floatv reach = fma(squared, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f));
   const floatv v = SELECT((floatv)(0.0f), reach, reach > 0.0f);  // farther particles add nothing
   const floatv vv = v * v;
-  const floatv share = fma(fma((floatv)(W2), v, (floatv)(W1)), v, (floatv)(W0)) * (vv * v);
+  const floatv share =
+      fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0)) * (vv * v);
   sum->c = fma((floatv)(weight), share, sum->c);
   if (!with_gradient) return;
   // -dW/dv / 2, times x - x_j
-  const floatv slope =
-      fma(fma((floatv)(-2.5f * W2), v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
+  const floatv slope = fma(fma(fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2)), v,
+                               (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
   const floatv g = weight * (slope * vv);
   sum->gx = fma(g, dx, sum->gx);
   sum->gy = fma(g, dy, sum->gy);

@@ -7,17 +7,19 @@
 namespace meniscus::bench {
 namespace {
 
-// Pairs of particles within the support of each other, each pair twice and each particle with
-// itself.
-double count_pairs(const Cells& cells) {
+// Particles within the support of those that are measured, `gradients` of which are not 0.
+double count_pairs(const Cells& cells, const std::vector<float>& gradients) {
   double pairs = 0;
-  for (std::size_t k = 0; k < cells.x.size(); ++k)
+  const std::size_t n = cells.x.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    if (gradients[k] == 0 && gradients[n + k] == 0 && gradients[2 * n + k] == 0) continue;
     visit_near(cells, cells.x[k], cells.y[k], cells.z[k], [&](std::int32_t p) {
       const float dx = cells.x[p] - cells.x[k], dy = cells.y[p] - cells.y[k],
                   dz = cells.z[p] - cells.z[k];
       pairs += dx * dx + dy * dy + dz * dz < kDensitySupport * kDensitySupport;
       return true;
     });
+  }
   return pairs;
 }
 
@@ -32,19 +34,23 @@ Case prepare_gradients(Frame& frame) {
   result.items = n;
   // Position and weight read, gradient and density written.
   result.bytes = 32 * n;
-  // A pair: difference 3, square 6, root 1, r 1, kernel 5, its weight 2, its derivative 4, gradient
-  // 6. A particle: 4.
-  result.operations = 28 * count_pairs(cells) + 4 * n;
+  // A pair: difference 3, square 5, v 3, its powers 2, kernel 5, its weight 2, its derivative 5,
+  // gradient 7. A particle: 4.
+  result.operations =
+      32 * count_pairs(cells, download(frame.device, measure_gradients(frame.device, *device_cells,
+                                                                       Measured::near_air))) +
+      4 * n;
   const auto field = std::make_shared<Buffer<float>>();
   result.launch = [&frame, device_cells, field] {
-    *field = measure_gradients(frame.device, *device_cells);
+    *field = measure_gradients(frame.device, *device_cells, Measured::near_air);
   };
   const auto own = std::make_shared<std::vector<float>>(4 * cells.x.size());
   const native::Field input{{cells.x.data(), cells.y.data(), cells.z.data(),
                              reinterpret_cast<const std::int32_t*>(cells.tag.data()),
                              cells.start.data(), cells.inverse_cell, cells.mask},
                             own->data(),
-                            cells.x.size()};
+                            cells.x.size(),
+                            kFilledCell};
   result.native = [own, input](Workers& workers) {
     workers.run(input.count, 256, [&](std::size_t begin, std::size_t end) {
       native::measure_gradients(input, begin, end);

@@ -6,10 +6,6 @@ namespace {
 // The files with the functions that the kernels use.
 constexpr char kDensity[] = "cells.cl field.cl density.cl";
 
-// As many particles in each cell around a particle's tell that it is inside; there are eight on
-// average.
-constexpr cl_int kFilled = 4;
-
 // Work-items for n points, WIDTH = `width` each.
 Range items_for(std::size_t n, int width) {
   const std::size_t lanes = static_cast<std::size_t>(width);
@@ -60,7 +56,7 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measur
   const int width = device.state().vector_width;
   launch(device, kDensity, "measure_gradients", range_of_blocks(n, width), width_option(width), result, cells.x,
          cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilled);
+         static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilledCell);
   return result;
 }
 

@@ -33,6 +33,10 @@ DeviceCells upload_cells(Device& device, const Cells& cells);
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
+/// As many particles in each of the cells around one tell that it is inside the fluid, where there
+/// are eight on average.
+inline constexpr int kFilledCell = 4;
+
 /// Which particles' gradients are measured: all, or those that may be near air. What has cells full
 /// of particles all around is inside the fluid: its gradient is taken for 0 and its density for 1,
 /// which stand for all that measuring would find there (docs/method.md).

@@ -81,9 +81,8 @@ TEST_P(ParticleFit, SupportsNarrowWhereOneQuadricCannotFollow) {
     std::size_t between = 0, flat = 0, wavy = 0;
     for (std::size_t k = 0; k < after.size(); ++k) {
       const std::size_t i = static_cast<std::size_t>(scene.place[k]);
-      const double expected = reference::narrowed_support(all, i, params);
-      // All double but for the result.
-      EXPECT_NEAR(after.support[k], expected, expected * 2 * kEpsilon);
+      const auto [expected, error] = reference::narrowed_support(all, i, params);
+      EXPECT_NEAR(after.support[k], expected, error + expected * kEpsilon);
       between += expected > 1.01 * params.least_support * params.support &&
                  expected < 0.99 * params.support;
       if (noise > 0) continue;

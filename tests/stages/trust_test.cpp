@@ -43,9 +43,7 @@ TEST_P(Trust, MatchesItsDefinition) {
   std::vector<double> density, off;
   for (const Vec3d& foot : fits.foot) {
     density.push_back(reference::density(p, foot));
-    double near = 0;
-    for (std::size_t i = 0; i < p.size(); ++i) near += length(foot - p.eye(i)) < 4.001;
-    off.push_back(kEpsilon * (16 / std::numbers::pi * near + (near + 2) * density.back()));
+    off.push_back(reference::density_error(p, foot, density.back()));
   }
   std::size_t between = 0;
   for (std::size_t k = 0; k < fits.size(); ++k) {
@@ -56,8 +54,9 @@ TEST_P(Trust, MatchesItsDefinition) {
     double weight = 0, dense = 0, apart = 0, doubt = 0;
     for (std::size_t j = 0; j < fits.size(); ++j) {
       const double l = length(fits.position[j] - fits.position[k]);
-      if (l >= 5 || fits.residual[j] < 0 || dot(fits.normal[j], fits.normal[k]) < 0.5) continue;
-      const double w = (1 - l / 5) * fits.edge[j];
+      if (l >= 5 || fits.residual[j] < 0) continue;
+      const double w = (1 - l / 5) * fits.edge[j] *
+                       smooth_step(0.4, 0.6, dot(fits.normal[j], fits.normal[k]));
       weight += w;
       dense += w * density[j];
       doubt += w * off[j];
@@ -67,9 +66,19 @@ TEST_P(Trust, MatchesItsDefinition) {
                             (1 - smooth_step(0.45, 0.75, apart / weight)) *
                             smooth_step(5, 12, fits.supporters[k]);
     between += expected > 0.01 && expected < 0.99;
-    // Smoothstep's slope is 1.5 over the width of its ramp; all but the density (density_test.cpp)
-    // is double.
-    EXPECT_NEAR(actual[k], expected, 1.5 / 0.09 * doubt / weight + 1e-9) << k;
+    // A weight is off by 50 epsilon at most: n.n' by four, which a slope of 7.5 passes on, and the
+    // distance; sums round once a fit. Smoothstep's slope is 1.5 over the width of its ramp.
+    double dense_off = doubt, apart_off = 0;
+    for (std::size_t j = 0; j < fits.size(); ++j) {
+      if (length(fits.position[j] - fits.position[k]) >= 5.001 || fits.residual[j] < 0) continue;
+      dense_off += kEpsilon * 50 * std::abs(density[j] - dense / weight);
+      apart_off += kEpsilon * 50 * std::abs(fits.spread[j] - apart / weight);
+    }
+    const double sums = static_cast<double>(fits.size()) * kEpsilon;
+    EXPECT_NEAR(actual[k], expected,
+                1.5 / 0.09 * (dense_off + sums * dense) / weight +
+                    1.5 / 0.3 * (apart_off + sums * apart) / weight)
+        << k;
   }
   EXPECT_GT(between, fits.size() / 4);
 }

@@ -1,29 +1,29 @@
-#include "kernels/native/cells.hpp"
+#include "kernels/native/field.hpp"
 #include "kernels/native/lanes.hpp"
 
 namespace meniscus::bench::native {
 namespace {
 
 // The particles of a cell and its 26 neighbours, in the order in which sums take them, without
-// those of other cells that share their buckets. Particles of one cell lie in a row, so that the
+// those of other rows that share their buckets. Particles of one cell lie in a row, so that the
 // list serves one after the other.
-struct Near {
+struct Around27 {
   static constexpr int kMost = 4096;
   float x[kMost], y[kMost], z[kMost];
   int count = 0;
   bool whole = true;  // it holds all of them
 };
 
-void gather(const Cells& in, int cx, int cy, int cz, Near& near) {
+void gather(const Cells& in, int cx, int cy, int cz, Around27& near) {
   near.count = 0;
   near.whole = true;
-  for (int k = -1; k <= 1; ++k)
-    for (int j = -1; j <= 1; ++j)
-      for (int i = -1; i <= 1; ++i) {
-        const Bucket bucket = bucket_of(in, cx + i, cy + j, cz + k);
-        for (int p = bucket.begin; p < bucket.end; ++p) {
-          if (in.tag[p] != bucket.tag) continue;
-          if (near.count == Near::kMost) {
+  for (int k = cz - 1; k <= cz + 1; ++k)
+    for (int j = cy - 1; j <= cy + 1; ++j) {
+      const std::int32_t tag = bucket_of(in, cx, j, k).tag;
+      visit_row(in, cx - 1, j, k, 3, [&](int begin, int end) {
+        for (int p = begin; p < end; ++p) {
+          if (!same_row(in.tag[p], tag)) continue;
+          if (near.count == Around27::kMost) {
             near.whole = false;
             return;
           }
@@ -32,25 +32,45 @@ void gather(const Cells& in, int cx, int cy, int cz, Near& near) {
           near.z[near.count] = in.z[p];
           ++near.count;
         }
+      });
+    }
+}
+
+// As is_inside in density.cl.
+bool is_inside(const Cells& in, int cx, int cy, int cz, int least) {
+  int sum = 0, fewest = 1 << 30;
+  for (int k = cz - 1; k <= cz + 1; ++k)
+    for (int j = cy - 1; j <= cy + 1; ++j)
+      for (int i = cx - 1; i <= cx + 1; ++i) {
+        const Bucket bucket = bucket_of(in, i, j, k);
+        int count = 0;
+        for (int p = bucket.begin; p < bucket.end; p += 8)
+          count += __builtin_popcount(bits_of((load(in.tag + p) == bucket.tag) &
+                                              (kPlaces < bucket.end - p)));
+        if (count < least) return false;
+        fewest = count < fewest ? count : fewest;
+        sum += count;
       }
+  return 2 * 27 * fewest >= sum;
 }
 
 }  // namespace
 
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
   const Cells& in = input.cells;
-  Near near;
+  Around27 near;
   int cx = 0, cy = 0, cz = 0;
-  bool gathered = false;
+  bool known = false, inside = false;
   for (std::size_t a = begin; a < end;) {
     const int own_x = cell_of(in.x[a], in.inverse_cell), own_y = cell_of(in.y[a], in.inverse_cell),
               own_z = cell_of(in.z[a], in.inverse_cell);
-    if (!gathered || own_x != cx || own_y != cy || own_z != cz) {
+    if (!known || own_x != cx || own_y != cy || own_z != cz) {
       cx = own_x;
       cy = own_y;
       cz = own_z;
-      gather(in, cx, cy, cz, near);
-      gathered = true;
+      known = true;
+      inside = is_inside(in, cx, cy, cz, input.inside);
+      if (!inside) gather(in, cx, cy, cz, near);
     }
     // Up to eight particles of the cell side by side; lanes that are left repeat the first.
     Floats x = all(in.x[a]), y = all(in.y[a]), z = all(in.z[a]);
@@ -63,24 +83,16 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       z[lanes] = in.z[a + lanes];
       ++lanes;
     }
-    Floats gx{}, gy{}, gz{}, c{};
-    for (int p = 0; p < near.count; ++p) {
-      const Floats dx = x - near.x[p], dy = y - near.y[p], dz = z - near.z[p];
-      const Floats squared = fused(dx, dx, fused(dy, dy, dz * dz)) * 0.25f;
-      // One out of reach adds a zero, which leaves a sum as it is.
-      const Floats q = root(squared), r = larger(2.0f - q, Floats{});
-      const Ints core = q < 1.0f;
-      c += core ? fused(0.75f * squared, q, fused(all(-1.5f), squared, all(1.0f)))
-                : 0.25f * r * r * r;
-      const Floats slope =
-          core ? fused(all(2.25f), q, all(-3.0f)) : -0.75f * r * r / (core ? all(1.0f) : q);
-      gx += slope * dx;
-      gy += slope * dy;
-      gz += slope * dz;
-    }
-    constexpr float kNorm = 0.318309886f;
-    const Floats rows[4] = {gx * (0.25f * kNorm), gy * (0.25f * kNorm), gz * (0.25f * kNorm),
-                            near.whole ? c * kNorm : all(-1.0f)};
+    FieldAt field;
+    if (inside)
+      field.c = all(1.0f / kFieldNorm);
+    else
+      for (int p = 0; p < near.count; ++p)
+        add_particle<true>(field, x - near.x[p], y - near.y[p], z - near.z[p], 1.0f);
+    constexpr float kSlope = 0.25f * kFieldNorm;
+    const Floats rows[4] = {field.gx * kSlope + 0.0f, field.gy * kSlope + 0.0f,
+                            field.gz * kSlope + 0.0f,
+                            inside || near.whole ? field.c * kFieldNorm : all(-1.0f)};
     for (std::size_t row = 0; row < 4; ++row)
       for (int k = 0; k < lanes; ++k) input.result[row * input.count + a + k] = rows[row][k];
     a += static_cast<std::size_t>(lanes);

@@ -9,6 +9,7 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
+constexpr float kW0 = 0.243067f, kW1 = 0.456322f, kW2 = -0.842290f, kW3 = 1.142901f;
 constexpr int kVectors = 4;
 
 /// pi C and its gradient, see field.cl.
@@ -19,17 +20,19 @@ struct FieldAt {
 template <bool WithGradient>
 [[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
                                                 const Floats& dz, float weight) {
-  const Floats squared = fused(dx, dx, fused(dy, dy, dz * dz)) * 0.25f;
-  const Floats q = root(squared), r = larger(2.0f - q, Floats{});
-  const Ints core = q < 1.0f;
-  const Floats inner = fused(0.75f * squared, q, fused(all(-1.5f), squared, all(1.0f)));
-  sum.c = fused(all(weight), core ? inner : 0.25f * r * r * r, sum.c);
+  const Floats reach =
+      fused(fused(dx, dx, fused(dy, dy, dz * dz)), all(-1.0f / (kSupport * kSupport)), all(1.0f));
+  const Floats v = larger(reach, Floats{}), vv = v * v;
+  const Floats share = fused(fused(fused(all(kW3), v, all(kW2)), v, all(kW1)), v, all(kW0));
+  sum.c = fused(all(weight), share * (vv * v), sum.c);
   if (!WithGradient) return;
-  const Floats outer = -0.75f * r * r / (q > 0.0f ? q : all(1.0f));
-  const Floats g = weight * (core ? fused(all(2.25f), q, all(-3.0f)) : outer);
-  sum.gx += g * dx;
-  sum.gy += g * dy;
-  sum.gz += g * dz;
+  const Floats slope =
+      fused(fused(fused(all(-3.0f * kW3), v, all(-2.5f * kW2)), v, all(-2.0f * kW1)), v,
+            all(-1.5f * kW0));
+  const Floats g = weight * (slope * vv);
+  sum.gx = fused(g, dx, sum.gx);
+  sum.gy = fused(g, dy, sum.gy);
+  sum.gz = fused(g, dz, sum.gz);
 }
 
 /// The field at points that no list is near, cell by cell.
@@ -49,14 +52,15 @@ FieldAt field_at(const Cells& cells, const float* weight, const Floats& x, const
     left &= ~bits_of(here);
     FieldAt sum;
     for (int k = cz - 1; k <= cz + 1; ++k)
-      for (int j = cy - 1; j <= cy + 1; ++j)
-        for (int i = cx - 1; i <= cx + 1; ++i) {
-          const Bucket bucket = bucket_of(cells, i, j, k);
-          for (int p = bucket.begin; p < bucket.end; ++p)
-            if (cells.tag[p] == bucket.tag)
+      for (int j = cy - 1; j <= cy + 1; ++j) {
+        const std::int32_t tag = bucket_of(cells, cx, j, k).tag;
+        visit_row(cells, cx - 1, j, k, 3, [&](int row_begin, int row_end) {
+          for (int p = row_begin; p < row_end; ++p)
+            if (same_row(cells.tag[p], tag))
               add_particle<WithGradient>(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p],
                                          weight[p]);
-        }
+        });
+      }
     field.c = here ? sum.c : field.c;
     field.gx = here ? sum.gx : field.gx;
     field.gy = here ? sum.gy : field.gy;
@@ -141,20 +145,22 @@ void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
         const Floats x = (static_cast<float>(row) + kLanes + 0.5f) * side;
         const Floats y = all((static_cast<float>(j) + 0.5f) * side);
         const Floats z = all((static_cast<float>(k) + 0.5f) * side);
-        for (unsigned close = bits_of(near_axis(b, x, y, z, far)); close; close &= close - 1) {
-          const int i = row + __builtin_ctz(close);
-          if (i > i1) break;
-          const Bucket bucket = bucket_of(cells, i, j, k);
-          for (int p = bucket.begin; p < bucket.end; p += 8) {
+        const unsigned close = bits_of(near_axis(b, x, y, z, far)) &
+                               (i1 - row < 7 ? (2u << (i1 - row)) - 1 : 255u);
+        if (!close) continue;
+        const int first = row + __builtin_ctz(close), count = row + 32 - __builtin_clz(close) - first;
+        const std::int32_t tag = bucket_of(cells, first, j, k).tag;
+        visit_row(cells, first, j, k, count, [&](int begin, int end) {
+          for (int p = begin; p < end && found.whole(); p += 8) {
             const Floats px = load(cells.x + p), py = load(cells.y + p), pz = load(cells.z + p);
+            const Ints tags = load(cells.tag + p);
             const unsigned take =
-                bits_of(near_axis(b, px, py, pz, b.reach) & (load(cells.tag + p) == bucket.tag) &
-                        (kPlaces < bucket.end - p));
-            if (!take) continue;
-            found.add(take, p + kPlaces, px, py, pz);
-            if (!found.whole()) return;
+                bits_of(near_axis(b, px, py, pz, b.reach) & (((tags ^ tag) & ~2047) == 0) &
+                        (((tags - tag) & 2047) < count) & (kPlaces < end - p));
+            if (take) found.add(take, p + kPlaces, px, py, pz);
           }
-        }
+        });
+        if (!found.whole()) return;
       }
 }
 

@@ -21,16 +21,6 @@ struct Projection {
 /// begin and end are multiples of eight.
 void project_particles(const Projection& input, std::size_t begin, std::size_t end);
 
-struct Triangles {
-  const float* corners;
-  std::uint32_t* depth;
-  std::size_t stride;
-  int nx, ny;
-  float first, step;
-  bool perspective;
-};
-void draw_triangles(const Triangles& input, std::size_t begin, std::size_t end);
-
 struct Fits {
   const float* points;
   const std::int32_t *first, *length;
@@ -55,6 +45,7 @@ struct Field {
   Cells cells;
   float* result;  // [4][count]
   std::size_t count;
+  int inside;  // see is_inside in density.cl
 };
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end);
 
@@ -130,14 +121,22 @@ void blend_groups(const Blend& input, std::size_t begin, std::size_t end);
 
 /// What draws particles into bins of 8 x 8 samples (bins.cl) is given.
 struct Bins {
-  const float* records;             // eight values a particle
+  const float* records;
   const std::int32_t *end, *entry;  // of all bins; two values an entry
   float* depth;
   int bins_x, nx, ny;
   float first, step;
+  std::ptrdiff_t values = 8;  // of a record
 };
 /// Bins [begin, end).
 void splat_depth(const Bins& input, std::size_t begin, std::size_t end);
+
+struct Triangles {
+  Bins bins;  // sixteen values a triangle
+  bool perspective;
+};
+/// Bins [begin, end).
+void draw_triangles(const Triangles& input, std::size_t begin, std::size_t end);
 
 struct Spheres {
   Bins bins;

@@ -59,8 +59,12 @@ inline Surroundings surroundings(const Projected& projected, const SurfacePartic
 /// particle i, with r the mean of the residuals within 6 radii with weights (1 - l / 6)
 /// smoothstep(.8, .95, n_i.n_j), and r_05 the 5th percentile of all; the
 /// full support where there is nothing to average.
-inline double narrowed_support(const Surroundings& all, std::size_t i, const FitParams& params) {
-  std::vector<double> sorted;
+struct Narrowed {
+  double support = 0;
+  double error = 0;  // how far floats may be from it
+};
+inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const FitParams& params) {
+  std::vector<double> sorted, near;
   double sum = 0, weight = 0;
   for (std::size_t j = 0; j < all.position.size(); ++j) {
     if (!(all.residual[j] > 0)) continue;
@@ -69,12 +73,19 @@ inline double narrowed_support(const Surroundings& all, std::size_t i, const Fit
                      smooth_step(0.8, 0.95, dot(all.normal[i], all.normal[j]));
     sum += w * all.residual[j];
     weight += w;
+    if (length(all.position[j] - all.position[i]) < 6.001) near.push_back(all.residual[j]);
   }
-  if (!(weight > 0)) return params.support;
+  if (!(weight > 0)) return {params.support, 0};
   std::sort(sorted.begin(), sorted.end());
   const double noise = std::max(0.14, 1.5 * sorted[sorted.size() / 20]);
   const double share = std::pow(noise / (sum / weight), 2);
-  return params.support * std::min(1.0, std::max(params.least_support, share));
+  const double support = params.support * std::min(1.0, std::max(params.least_support, share));
+  // n.n' is good to four epsilon, which smoothstep's slope of 10 passes on to a weight, and l to as
+  // many; the sums round once a fit. The support goes with the mean's square.
+  double off = 0;
+  for (const double r : near) off += 50 * std::abs(r - sum / weight);
+  const double error = kEpsilon * (off / sum + static_cast<double>(near.size()) + 4);
+  return {support, 2 * error * support};
 }
 
 /// What measure_edges finds of a fit.

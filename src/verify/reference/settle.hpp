@@ -40,8 +40,7 @@ struct Field {
       const Vec3d apart = x - particles.eye(i);
       const double distance = length(apart), q = distance / 2;
       if (q >= 2 || distance == 0) continue;
-      const double slope =
-          (q < 1 ? -3 * q + 2.25 * q * q : -0.75 * (2 - q) * (2 - q)) / std::numbers::pi;
+      const double slope = share_slope(q);
       sum += apart * (weight[i] * slope / (2 * distance));
     }
     return sum;

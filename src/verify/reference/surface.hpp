@@ -28,8 +28,7 @@ inline Gradient gradient(const Projected& p, const Vec3d& x) {
     if (q >= 2.001) continue;
     ++sum.near;
     if (q >= 2 || distance == 0) continue;
-    const double slope =
-        (q < 1 ? -3 * q + 2.25 * q * q : -0.75 * (2 - q) * (2 - q)) / std::numbers::pi;
+    const double slope = share_slope(q);
     sum.value += apart * (slope / (2 * distance));
     sum.size += std::abs(slope) / 2;
   }
