@@ -53,6 +53,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   Crossing crossing = {(floatv)(INFINITY), none, none, none};
   // Depth of one particle radius along the ray.
   const floatv unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);
+  const float per_level = 1.5f / level;
   floatv t = from, low = from;         // the last point below the level
   floatv short_of = (floatv)(-level);  // how far below
   intv going = wanted & (t <= to), fresh = going, steps = (intv)(0);
@@ -70,12 +71,11 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       over = SELECT(over, c - level, inside);
       found |= inside & !fresh;
       fresh &= !here;
-      // The field of a lone particle falls below 0.35 levels at two radii and below 0.1 at three,
-      // so that these steps do not pass over one.
       low = SELECT(low, t, below);
       short_of = SELECT(short_of, c - level, below);
-      const floatv step = SELECT(SELECT((floatv)(0.3f), (floatv)(0.6f), c < 0.35f * level),
-                                 (floatv)(1.0f), c < 0.1f * level);
+      // The field rises by 4/3 levels a radius at most, and falls by no more: up to the level and
+      // down again takes it longer than such a step, but for the least.
+      const floatv step = clamp(1.5f - c * per_level, 0.3f, 1.0f);
       t = SELECT(t, t + unit * step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
       going &= !inside & (t <= to) & (steps < 1000);

@@ -45,6 +45,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
     return field_near<false>(cells, weight, near, r, t).c * kFieldNorm;
   };
   const Floats unit = 1.0f / root(1.0f + r.dx * r.dx + r.dy * r.dy);
+  const float per_level = 1.5f / level;
   Floats t = from, low = from, short_of = all(-level);
   Ints going = wanted & (t <= to), fresh = going, steps{};
   while (any(going)) {
@@ -61,7 +62,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       fresh &= ~here;
       low = below ? t : low;
       short_of = below ? c - level : short_of;
-      const Floats step = c < 0.1f * level ? all(1.0f) : c < 0.35f * level ? all(0.6f) : all(0.3f);
+      const Floats step = smaller(larger(1.5f - c * per_level, all(0.3f)), all(1.0f));
       t = below ? t + unit * step : t;
       steps -= here;
       going &= ~inside & (t <= to) & (steps < 1000);
