@@ -8,26 +8,63 @@ typedef struct {
   floatv x, y, z, nx, ny, nz, t;
 } Corner;
 
-// Samples of the cells' corners; lanes past the last cell repeat it.
-inline void corners_of(const int a, const int b, const int right, const int down,
-                       const int2 samples, const int2 cells, const int every, int* at) {
+// Values of a row of samples: every `stride`th from `first` on, one for each of WIDTH cells. Past the
+// row's last sample, its value.
+#if WIDTH == 8
+#define EVERY_SECOND(p) (vload16(0, (p)).even)
+#endif
+inline floatv spread_floats(global const float* row, const int first, const int stride,
+                            const int last) {
+#if WIDTH == 8
+  if (stride == 2 && first + 2 * WIDTH <= last + 1) return EVERY_SECOND(row + first);
+#endif
+  float lane[WIDTH];
 #pragma unroll
-  for (int k = 0; k < WIDTH; ++k)
-    at[k] = min(every * (2 * b + down), samples.y - 1) * samples.x +
-            min(every * (2 * min(a + k, cells.x - 1) + right), samples.x - 1);
+  for (int k = 0; k < WIDTH; ++k) lane[k] = row[min(first + k * stride, last)];
+  return LOADF(lane);
 }
 
-inline Corner corner_at(global const float* depth, global const float* normal, const int* at,
-                        const int n, const Rays r) {
-  Corner c;
-  c.t = gather_float(depth, at);
-  c.x = r.ox + c.t * r.dx;
-  c.y = r.oy + c.t * r.dy;
-  c.z = -c.t;
-  c.nx = gather_float(normal, at);
-  c.ny = gather_float(normal + n, at);
-  c.nz = gather_float(normal + 2 * n, at);
-  return c;
+inline intv spread_bytes(global const uchar* row, const int first, const int stride,
+                         const int last) {
+#if WIDTH == 8
+  if (stride == 2 && first + 2 * WIDTH <= last + 1)
+    return convert_int8(EVERY_SECOND(row + first));
+#endif
+  int lane[WIDTH];
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) lane[k] = row[min(first + k * stride, last)];
+  return LOADI(lane);
+}
+
+// A cell's right corner is the next cell's left one.
+#if WIDTH == 1
+#define SHIFTED(type, v, next) ((type)(next))
+#define SHIFTED_BACK(type, v, before) ((type)(before))
+#else
+#define SHIFTED(type, v, next) ((type)((v).s123, (v).s4567, (next)))
+#define SHIFTED_BACK(type, v, before) ((type)((before), (v).s012, (v).s3456))
+#endif
+
+// Values at the left and at the right corners of WIDTH cells.
+inline void pair_of(global const float* row, const int first, const int side, const int last,
+                    floatv* left, floatv* right) {
+  *left = spread_floats(row, first, side, last);
+  *right = SHIFTED(floatv, *left, row[min(first + WIDTH * side, last)]);
+}
+
+// Normals and, from the depths, points at these corners.
+inline void complete_pair(global const float* normal, const int n, const int first, const int side,
+                          const int last, const Rays r_left, const Rays r_right, Corner* left,
+                          Corner* right) {
+  pair_of(normal, first, side, last, &left->nx, &right->nx);
+  pair_of(normal + n, first, side, last, &left->ny, &right->ny);
+  pair_of(normal + 2 * n, first, side, last, &left->nz, &right->nz);
+  left->x = r_left.ox + left->t * r_left.dx;
+  left->y = r_left.oy + left->t * r_left.dy;
+  left->z = -left->t;
+  right->x = r_right.ox + right->t * r_right.dx;
+  right->y = r_right.oy + right->t * r_right.dy;
+  right->z = -right->t;
 }
 
 // How far two corners lie from each other's planes, the larger of both.
@@ -40,11 +77,13 @@ inline floatv agreement(const Corner a, const Corner b) {
   return a.nx * b.nx + a.ny * b.ny + a.nz * b.nz;
 }
 
-// What a cell's corners say.
-#define ROUGH 0
-#define SMOOTH 1  // one smooth surface: each corner lies near the others' planes
-#define EMPTY 2   // no surface
-#define OPEN 3    // no surface in the front layer
+// What a cell's corners say. Of the sample between two cells, which lies between two of their corners,
+// they say the larger: both are on one smooth surface where either cell is, and it is open where one
+// of two without surface is.
+#define EMPTY 0   // no surface
+#define OPEN 1    // no surface in the front layer
+#define ROUGH 2
+#define SMOOTH 3  // one smooth surface: each corner lies near the others' planes
 
 inline Rays corner_ray(const float16 rays, const int a, const int b, const int right,
                        const int down, const float first, const float step) {
@@ -52,13 +91,26 @@ inline Rays corner_ray(const float16 rays, const int a, const int b, const int r
                  (floatv)(first + step * (float)(2 * b + down)));
 }
 
+// The four corners of WIDTH cells, whose depths are known.
+inline void complete_corners(global const float* normal, const int n, const int a, const int b,
+                             const int upper, const int lower, const int side, const int last,
+                             const float16 rays, const float first, const float step,
+                             Corner* corner) {
+  complete_pair(normal + upper, n, a * side, side, last, corner_ray(rays, a, b, 0, 0, first, step),
+                corner_ray(rays, a, b, 2, 0, first, step), corner, corner + 1);
+  complete_pair(normal + lower, n, a * side, side, last, corner_ray(rays, a, b, 0, 2, first, step),
+                corner_ray(rays, a, b, 2, 2, first, step), corner + 2, corner + 3);
+}
+
 kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
                             global const float* normal,  // [3][samples]
                             global const uchar* kind,    // [samples]
                             global const float* open,    // [samples] finite: it is not known yet what
                                                          // the sample shows
-                            global uchar* shows,         // [cells] out
-                            const int2 samples, const int2 cells, const float first,
+                            global uchar* shows,         // [rows][stride] of cells, out
+                            const int2 samples, const int2 cells,
+                            const int stride,  // cells in a row, and those that pad it
+                            const float first,
                             const float step,  // of the samples asked for, pixels
                             const float16 rays, const int every,
                             const float tolerance,  // of corners to planes, particle radii
@@ -67,46 +119,43 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                                                       // samples
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
-  const int n = samples.x * samples.y;
-  int at[4][WIDTH], smooth[WIDTH];
+  const int n = samples.x * samples.y, side = 2 * every, i = side * a, last = samples.x - 1;
+  const int upper = side * b * samples.x, lower = min(side * (b + 1), samples.y - 1) * samples.x;
   Corner corner[4];
-  intv covered = (intv)(0);
-#pragma unroll
-  for (int k = 0; k < 4; ++k) {
-    corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at[k]);
-    covered += SELECT((intv)(0), (intv)(1), gather_float(depth, at[k]) < INFINITY);
-  }
-  intv agree = covered == 4;
-  if (ANY(agree)) {
-#pragma unroll
-    for (int k = 0; k < 4; ++k)
-      corner[k] = corner_at(depth, normal, at[k], n,
-                            corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
+  pair_of(depth + upper, i, side, last, &corner[0].t, &corner[1].t);
+  pair_of(depth + lower, i, side, last, &corner[2].t, &corner[3].t);
+  intv smooth = (corner[0].t < INFINITY) & (corner[1].t < INFINITY) & (corner[2].t < INFINITY) &
+                (corner[3].t < INFINITY);
+  const intv covered = (corner[0].t < INFINITY) | (corner[1].t < INFINITY) |
+                       (corner[2].t < INFINITY) | (corner[3].t < INFINITY);
+  if (ANY(smooth)) {
+    complete_corners(normal, n, a, b, upper, lower, side, last, rays, first, step, corner);
     const floatv farthest =
         fmax(fmax(fmax(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
                   fmax(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
              fmax(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
     const floatv turned = fmin(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
-    agree &= (farthest < tolerance) & (turned > agreeing);
+    smooth = smooth & (farthest < tolerance) & (turned > agreeing);
+    const int next = min(i + WIDTH * side, last);
+    const intv kind0 = spread_bytes(kind + upper, i, side, last);
+    const intv kind2 = spread_bytes(kind + lower, i, side, last);
+    smooth = smooth & (kind0 == kind2) & (kind0 == SHIFTED(intv, kind0, kind[upper + next])) &
+             (kind0 == SHIFTED(intv, kind2, kind[lower + next]));
   }
-  STOREI(agree, smooth);
-  int corners[WIDTH];
-  STOREI(covered, corners);
-  const int row_ends = every * (2 * b + 2) >= samples.y;
-  for (int k = 0; k < WIDTH; ++k) {
-    if (a + k >= cells.x) break;
-    int found = ROUGH;
-    if (smooth[k]) {
-      const uchar own = kind[at[0][k]];
-      if (own == kind[at[1][k]] && own == kind[at[2][k]] && own == kind[at[3][k]]) found = SMOOTH;
-    } else if (corners[k] == 0 && trust_empty) {
-      const int any_open = (open[at[0][k]] < INFINITY) | (open[at[1][k]] < INFINITY) |
-                           (open[at[2][k]] < INFINITY) | (open[at[3][k]] < INFINITY);
-      found = any_open ? OPEN : EMPTY;
-    }
-    // A cell that ends outside the image has no corner there.
-    shows[b * cells.x + a + k] = row_ends || every * (2 * (a + k) + 2) >= samples.x ? ROUGH : found;
+  intv found = SELECT((intv)(ROUGH), (intv)(SMOOTH), smooth);
+  if (trust_empty && !ALL(covered)) {
+    floatv o[4];
+    pair_of(open + upper, i, side, last, o, o + 1);
+    pair_of(open + lower, i, side, last, o + 2, o + 3);
+    const intv any_open =
+        (o[0] < INFINITY) | (o[1] < INFINITY) | (o[2] < INFINITY) | (o[3] < INFINITY);
+    found = SELECT(SELECT((intv)(EMPTY), (intv)(OPEN), any_open), found, covered);
   }
+  // A cell that ends outside the image has no corner there.
+  const intv cell = TO_INTV(LANES) + a;
+  const int rows = side * (b + 1) < samples.y ? cells.x : 0;
+  found = SELECT((intv)(ROUGH), found, (side * (cell + 1) < samples.x) & (cell < rows));
+  STORE_BYTES(SELECT((intv)(EMPTY), found, cell < cells.x), shows + b * stride + a);
 }
 
 // The surface on a ray between `number` corners.
@@ -150,16 +199,9 @@ inline Between between(const Corner* corner, const int* which, const int number,
   return b;
 }
 
-// What two cells say of the sample between them, which lies between two of their corners: both are on
-// one smooth surface where either cell is, and it is open where one of two without surface is.
-inline int between_cells(const int a, const int b) {
-  if (a == SMOOTH || b == SMOOTH) return SMOOTH;
-  return a == ROUGH || b == ROUGH ? ROUGH : max(a, b);
-}
-
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
 // cells.
-kernel void interpolate_samples(global const uchar* shows,      // [cells]
+kernel void interpolate_samples(global const uchar* shows,      // [rows][stride] of cells
                                 global const float* reference,  // [samples] finite where there may
                                                                 // be surface
                                 global const float* splash,     // [samples] finite where there may
@@ -168,76 +210,79 @@ kernel void interpolate_samples(global const uchar* shows,      // [cells]
                                 global float* normal,           // [3][samples] in and out
                                 global int* group,              // [samples] in and out
                                 global uchar* kind,             // [samples] in and out
-                                global float* wanted,  // [samples] out, finite: to be evaluated;
-                                                       // +inf before
+                                global uchar* wanted,  // [rows][stride] of cells, out: see
+                                                       // list_between; 0 before
                                 global float* open,    // [samples] out where the front layer shows
                                                        // nothing: its reference depth
-                                const int2 samples, const int2 cells, const float first,
-                                const float step, const float16 rays, const int every,
+                                const int2 samples, const int2 cells, const int stride,
+                                const float first, const float step, const float16 rays,
+                                const int every,
                                 const float spread,  // of the depths by the corners' planes, at
                                                      // most, particle radii
                                 const int perspective) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
-  const int n = samples.x * samples.y;
+  const int n = samples.x * samples.y, side = 2 * every, last = samples.x - 1;
   // What each of the three samples' cells say: right of the corner, below it, and between both.
-  int says[3][WIDTH], smooth[3][WIDTH];
-  int any_smooth = 0, all_empty = 1;
-  for (int k = 0; k < WIDTH; ++k) {
-    const int c = min(a + k, cells.x - 1), cell = b * cells.x + c, own = shows[cell];
-    says[0][k] = between_cells(own, b == 0 ? own : shows[cell - cells.x]);
-    says[1][k] = between_cells(own, c == 0 ? own : shows[cell - 1]);
-    says[2][k] = own;
-    for (int m = 0; m < 3; ++m) {
-      smooth[m][k] = says[m][k] == SMOOTH ? -1 : 0;
-      any_smooth |= smooth[m][k];
-      all_empty &= says[m][k] == EMPTY;
-    }
-  }
-  if (all_empty) return;
+  global const uchar* here = shows + b * stride + a;
+  const intv own = LOAD_BYTES(here);
+  intv says[3];
+  says[0] = b == 0 ? own : max(own, LOAD_BYTES(here - stride));
+  says[1] = max(own, SHIFTED_BACK(intv, own, a == 0 ? EMPTY : here[-1]));
+  says[2] = own;
+  const intv most = max(says[0], says[1]);
+  if (!ANY(most != EMPTY)) return;
   Corner corner[4];
-  if (any_smooth) {
-    int at[WIDTH];
-#pragma unroll
-    for (int k = 0; k < 4; ++k) {
-      corners_of(a, b, 2 * (k & 1), k & 2, samples, cells, every, at);
-      corner[k] = corner_at(depth, normal, at, n,
-                            corner_ray(rays, a, b, 2 * (k & 1), k & 2, first, step));
-    }
+  if (ANY(most == SMOOTH)) {
+    const int upper = side * b * samples.x, lower = min(side * (b + 1), samples.y - 1) * samples.x;
+    pair_of(depth + upper, side * a, side, last, &corner[0].t, &corner[1].t);
+    pair_of(depth + lower, side * a, side, last, &corner[2].t, &corner[3].t);
+    complete_corners(normal, n, a, b, upper, lower, side, last, rays, first, step, corner);
   }
+  intv wants = (intv)(0);
 #pragma unroll  // so that corners stay in registers
   for (int m = 0; m < 3; ++m) {
     const int right = m != 1, down = m != 0, row = every * (2 * b + down);
     if (row >= samples.y) continue;
-    float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
-    int sure[WIDTH];
-    if (any_smooth) {
+    const int i = every * (2 * a + right), start = row * samples.x;
+    intv rest = (says[m] != EMPTY) & (i + side * TO_INTV(LANES) < samples.x);
+    const intv smooth = says[m] == SMOOTH;
+    if (ANY(smooth)) {
       const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
       const Between s =
           between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
-                  LOADI(smooth[m]) != 0, spread, perspective);
+                  smooth, spread, perspective);
+      float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
+      int sure[WIDTH];
       STOREF(s.depth, t);
       STOREF(s.nx, nx);
       STOREF(s.ny, ny);
       STOREF(s.nz, nz);
-      STOREI(s.sure, sure);
-    }
-    for (int k = 0; k < WIDTH; ++k) {
-      const int i = every * (2 * (a + k) + right), at = row * samples.x + i;
-      if (i >= samples.x || says[m][k] == EMPTY) continue;
-      if (any_smooth && sure[k]) {
-        const int corner_sample = 2 * every * (b * samples.x + a + k);
+      STOREI(s.sure & rest, sure);
+      rest = rest & !s.sure;
+      for (int k = 0; k < WIDTH; ++k) {
+        if (!sure[k]) continue;
+        const int at = start + i + side * k, corner_sample = side * (b * samples.x + a + k);
         depth[at] = t[k];
         normal[at] = nx[k];
         normal[n + at] = ny[k];
         normal[2 * n + at] = nz[k];
         group[at] = group[corner_sample];
         kind[at] = kind[corner_sample];
-      } else if (says[m][k] == OPEN && reference[at] < INFINITY) {
-        open[at] = reference[at];
-      } else {
-        wanted[at] = fmin(reference[at], splash[at]);
       }
     }
+    if (!ANY(rest)) continue;
+    const floatv surface = spread_floats(reference + start, i, side, last);
+    const intv opens = rest & (says[m] == OPEN) & (surface < INFINITY);
+    if (ANY(opens)) {
+      int at[WIDTH];
+      STOREI(start + i + side * TO_INTV(LANES), at);
+      scatter_float(surface, open, at, opens);
+    }
+    rest = rest & !opens;
+    wants |= SELECT((intv)(0), (intv)(1 << m), rest & (surface < INFINITY));
+    wants |= SELECT((intv)(0), (intv)(8 << m),
+                    rest & (spread_floats(splash + start, i, side, last) < INFINITY));
   }
+  STORE_BYTES(wants, wanted + b * stride + a);
 }

@@ -1,13 +1,16 @@
 // list_samples.cl: makes the lists of samples.cl. One work-item per tile.
 
-// The samples of a tile where one of two maps is finite, of every `every`th row and column (a power
-// of two, TILE at most).
-kernel void list_samples(global const float* wanted,     // [samples]
-                         global const float* or_wanted,  // [samples]
-                         global int* sample,             // [tiles][256] out
-                         global int* count,              // [tiles] out
-                         global uchar* listed,           // [blocks] 1 where one of 8 x 8 samples is
-                                                         // listed, else as before
+// Morton order: the even bits of k are the column's, the odd ones the row's.
+inline int column_of(const int k) { return k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8; }
+inline int row_of(const int k) { return column_of(k >> 1); }
+
+// The samples of a tile where a map is finite, of every `every`th row and column (a power of two,
+// TILE at most).
+kernel void list_samples(global const float* wanted,  // [samples]
+                         global int* sample,          // [tiles][256] out
+                         global int* count,           // [tiles] out
+                         global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
+                                                      // listed, else as before
                          const int2 samples, const int2 tiles, const int every) {
   const int tile = get_global_id(0);
   if (tile >= tiles.x * tiles.y) return;
@@ -19,29 +22,55 @@ kernel void list_samples(global const float* wanted,     // [samples]
     const int i1 = i0 + block % 2 * 8, j1 = j0 + block / 2 * 8;
     if (whole) {  // most show nothing
       float8 least = (float8)(INFINITY);
-      for (int j = j1; j < j1 + 8; ++j) {
-        const float8 a = vload8(0, wanted + j * samples.x + i1);
-        const float8 b = vload8(0, or_wanted + j * samples.x + i1);
-        least = select(least, a, a < least);
-        least = select(least, b, b < least);
+      for (int j = j1; j < j1 + 8; j += every) {
+        const float8 row = vload8(0, wanted + j * samples.x + i1);
+        least = select(least, row, row < least);
       }
       const float4 four = fmin(least.lo, least.hi);
       if (!(fmin(fmin(four.x, four.y), fmin(four.z, four.w)) < INFINITY)) continue;
     }
     const int before = used;
     for (int k = block * quarter; k < (block + 1) * quarter; ++k) {
-      // Morton order: the even bits of k are the column's, the odd ones the row's.
-      const int column = k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8;
-      const int row = k >> 1 & 1 | k >> 2 & 2 | k >> 3 & 4 | k >> 4 & 8;
-      const int i = i0 + every * column, j = j0 + every * row;
-      if (column * every >= TILE || row * every >= TILE || i >= samples.x || j >= samples.y)
+      const int column = every * column_of(k), row = every * row_of(k);
+      if (column >= TILE || row >= TILE || i0 + column >= samples.x || j0 + row >= samples.y)
         continue;
-      const int at = j * samples.x + i;
+      const int at = (j0 + row) * samples.x + i0 + column;
       sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
-      used += (wanted[at] < INFINITY) | (or_wanted[at] < INFINITY);
+      used += wanted[at] < INFINITY;
     }
     if (used > before) listed[block_of(i1, j1, samples.x)] = 1;
   }
+  count[tile] = used;
+}
+
+// The samples of a tile that interpolation leaves. A cell is 2 x 2 of every `every`th row and column;
+// bits of its byte, from `shift` on, say which of three are wanted: right of the first, below it, and
+// between both, which is Morton order.
+kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells, 0 where there are
+                                                      // none; a multiple of 8 in a row
+                         global int* sample, global int* count, global uchar* listed,
+                         const int2 samples, const int2 tiles, const int stride, const int every,
+                         const int shift) {
+  const int tile = get_global_id(0);
+  if (tile >= tiles.x * tiles.y) return;
+  const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
+  const int side = TILE / 2 / every, a = i0 / 2 / every, b = j0 / 2 / every;  // of the tile, cells
+  uchar8 any_wanted = (uchar8)(0);  // of this tile and perhaps of those beside it
+  for (int row = 0; row < side; ++row)
+    any_wanted |= vload8(0, wanted + (b + row) * stride + a / 8 * 8);
+  int used = 0;
+  if (as_ulong(any_wanted >> (uchar)(shift) & (uchar)(7)) != 0)
+    for (int k = 0; k < side * side; ++k) {
+      const int column = column_of(k), row = row_of(k);
+      const int which = wanted[(b + row) * stride + a + column] >> shift & 7;
+      if (which == 0) continue;
+      for (int m = 0; m < 3; ++m) {
+        const int i = i0 + every * (2 * column + (m != 1)), j = j0 + every * (2 * row + (m != 0));
+        if (!(which >> m & 1)) continue;
+        sample[tile * TILE_SAMPLES + used++] = j * samples.x + i;
+        listed[block_of(i, j, samples.x)] = 1;
+      }
+    }
   count[tile] = used;
 }
 

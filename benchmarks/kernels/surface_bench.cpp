@@ -160,18 +160,19 @@ native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
                             launch.write<float>(4),
                             launch.write<std::int32_t>(5),
                             launch.write<std::uint8_t>(6),
-                            launch.write<float>(7),
+                            launch.write<std::uint8_t>(7),
                             launch.write<float>(8),
                             samples.s[0],
                             samples.s[1],
                             cells.s[0],
                             cells.s[1],
-                            launch.scalar<cl_float>(11),
+                            launch.scalar<cl_int>(11),
                             launch.scalar<cl_float>(12),
+                            launch.scalar<cl_float>(13),
                             {},
-                            launch.scalar<cl_int>(14),
-                            launch.scalar<cl_float>(15),
-                            launch.scalar<cl_int>(16) != 0};
+                            launch.scalar<cl_int>(15),
+                            launch.scalar<cl_float>(16),
+                            launch.scalar<cl_int>(17) != 0};
   copy_rays(frame.view, input.ray);
   return input;
 }

@@ -94,9 +94,9 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
     clock.start("splash");
     draw_splash(device, view, lists, frame.levelled, splash, surface, params.region);
   };
-  const auto fill_front = [&](const SampleLists& wanted) {
-    fill_layer(keep_samples(device, wanted, front, surface.depth), front, front_core);
-    splash_over(drop_samples(device, wanted, open));
+  const auto fill_front = [&](const LayerSamples& wanted) {
+    fill_layer(wanted.surface, front, front_core);
+    splash_over(drop_samples(device, wanted.splash, open));
   };
   // Interpolated between samples at most 4/3 particle radii apart, or two samples.
   int coarsest = params.region.interpolation > 0 ? 2 : 1;
@@ -104,7 +104,8 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
          2 * coarsest * grid.step <= kWidestCell * frame.least_radius)
     coarsest *= 2;
   const ListedBlocks listed = blocks_of(device, grid, coarsest == 1);
-  fill_front(list_samples(device, grid, front, splash.from, coarsest));
+  fill_front({list_samples(device, grid, front, coarsest),
+              list_samples(device, grid, splash.from, coarsest)});
   for (int every = coarsest / 2; every > 0; every /= 2) {
     clock.start("interpolate");
     fill_front(interpolate_samples(device, view, front, splash.from, open, surface,

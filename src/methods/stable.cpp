@@ -55,8 +55,8 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
                                                    list_tiles(view, records, grid), params.blend);
     clock.start("splash");
     const SplashExtent extent = splash_extent(device, splash, grid);
-    draw_splash(device, view, list_samples(device, grid, extent.from, extent.from), levelled,
-                extent, surface, params.region);
+    draw_splash(device, view, list_samples(device, grid, extent.from), levelled, extent, surface,
+                params.region);
     return surface;
   };
   if (params.image) {

@@ -10,10 +10,10 @@ constexpr double kFineCell = 2.0 / 3;
 
 }  // namespace
 
-SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                const Buffer<float>& splash, const Buffer<float>& open,
-                                const SurfaceBuffers& surface, double tolerance,
-                                double least_radius, const ListedBlocks& blocks, int every) {
+LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
+                                 const Buffer<float>& splash, const Buffer<float>& open,
+                                 const SurfaceBuffers& surface, double tolerance,
+                                 double least_radius, const ListedBlocks& blocks, int every) {
   const SampleGrid& grid = surface.grid;
   const int cell = 2 * every;
   const int nx = (grid.nx + cell - 1) / cell, ny = (grid.ny + cell - 1) / cell;
@@ -26,17 +26,21 @@ SampleLists interpolate_samples(Device& device, const View& view, const Buffer<f
   const double side = 2 * every * static_cast<double>(grid.step) / least_radius;
   const cl_float agreeing = side <= kFineCell ? 0.85f : 0.9f;
   const cl_float spread = static_cast<cl_float>(std::min(0.5 / side, 1.25) * tolerance);
-  const auto shows = allocate<cl_uchar>(device, static_cast<std::size_t>(nx) * ny);
-  const auto wanted = filled<float>(device, grid.size(), kNoSurface);
+  // Padded to whole tiles of samples, and to what a work-item takes.
+  const auto padded = [](int n) { return (n + 7) / 8 * 8; };
+  const cl_int stride = padded(nx);
+  const std::size_t size = static_cast<std::size_t>(stride) * padded(ny);
+  const auto shows = filled<cl_uchar>(device, size, 0), wanted = filled<cl_uchar>(device, size, 0);
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
-         surface.normal, surface.kind, open, shows, samples, cells, grid.first, step,
+         surface.normal, surface.kind, open, shows, samples, cells, stride, grid.first, step,
          kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
          static_cast<cl_int>(side <= kWidestCell));
   launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
          reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
-         open, samples, cells, grid.first, step, kernel_rays(view), cl_int{every}, spread,
+         open, samples, cells, stride, grid.first, step, kernel_rays(view), cl_int{every}, spread,
          static_cast<cl_int>(!view.orthographic));
-  return list_samples(device, grid, wanted, blocks);
+  return {list_between(device, grid, wanted, stride, every, 0, blocks),
+          list_between(device, grid, wanted, stride, every, 3, blocks)};
 }
 
 }  // namespace meniscus

@@ -11,6 +11,11 @@ namespace meniscus {
 /// least: they are at most sqrt(2) apart.
 inline constexpr double kWidestCell = 4.0 / 3;
 
+/// Samples that may show surface, and those that may show splash.
+struct LayerSamples {
+  SampleLists surface, splash;
+};
+
 /// From the surface at every second of the samples that are asked for, the `every`th ones of each
 /// row and column, the others: written where the corners of the lattice's cell, or of a cell beside
 /// it, show one smooth surface: each within `tolerance` (particle radii) of the planes that touch
@@ -26,9 +31,9 @@ inline constexpr double kWidestCell = 4.0 / 3;
 ///
 /// Returns the samples that must be evaluated, the others that may show something, and notes their
 /// blocks. Does not wait.
-SampleLists interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                const Buffer<float>& splash, const Buffer<float>& open,
-                                const SurfaceBuffers& surface, double tolerance,
-                                double least_radius, const ListedBlocks& blocks, int every = 1);
+LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
+                                 const Buffer<float>& splash, const Buffer<float>& open,
+                                 const SurfaceBuffers& surface, double tolerance,
+                                 double least_radius, const ListedBlocks& blocks, int every = 1);
 
 }  // namespace meniscus

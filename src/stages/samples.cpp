@@ -16,12 +16,12 @@ SampleLists no_samples(Device& device, const SampleGrid& grid) {
   return lists;
 }
 
-SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                 const Buffer<float>& or_wanted, int every, const ListedBlocks& blocks) {
+SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted, int every,
+                 const ListedBlocks& blocks) {
   const SampleLists lists = no_samples(device, grid);
-  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, or_wanted,
-         lists.sample, lists.count, blocks, cl_int2{{grid.nx, grid.ny}},
-         cl_int2{{lists.nx, lists.ny}}, static_cast<cl_int>(every));
+  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, lists.sample,
+         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
+         static_cast<cl_int>(every));
   return lists;
 }
 
@@ -43,14 +43,23 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed) {
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const Buffer<float>& or_wanted, int every) {
-  return list(device, grid, wanted, or_wanted, every,
+                         int every) {
+  return list(device, grid, wanted, every,
               allocate<cl_uchar>(device, 4 * no_samples(grid).tiles()));
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const ListedBlocks& blocks) {
-  return list(device, grid, wanted, wanted, 1, blocks);
+  return list(device, grid, wanted, 1, blocks);
+}
+
+SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
+                         int stride, int every, int shift, const ListedBlocks& blocks) {
+  const SampleLists lists = no_samples(device, grid);
+  launch(device, "list_samples.cl", "list_between", {lists.tiles()}, "", wanted, lists.sample,
+         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
+         cl_int{stride}, cl_int{every}, cl_int{shift});
+  return lists;
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,

@@ -18,10 +18,10 @@ struct SampleLists {
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
 
-/// The samples where one of two maps is finite, of every `every`th row and column (a power of two,
-/// kTile at most). Does not wait.
+/// The samples where a map is finite, of every `every`th row and column (a power of two, kTile at
+/// most). Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const Buffer<float>& or_wanted, int every = 1);
+                         int every = 1);
 
 /// Blocks of 8 x 8 samples, four to a tile, row by row: 1 where one of them has been listed.
 using ListedBlocks = Buffer<cl_uchar>;
@@ -32,6 +32,12 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed);
 /// All samples where `wanted` is finite; notes their blocks. Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const ListedBlocks& blocks);
+
+/// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
+///
+///   wanted  [rows][stride] of cells: bits from `shift` on say which of their samples
+SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
+                         int stride, int every, int shift, const ListedBlocks& blocks);
 
 /// Those of `lists` where `nearer` is less than `depth`. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,

@@ -45,9 +45,8 @@ Samples blended(Device& device, const View& view, const SampleGrid& grid, const 
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const auto depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth, depth),
-               upload(device, records.values), list_fits(device, view, records, grid), depth,
-               surface, kBlend);
+  blend_groups(device, view, list_samples(device, grid, depth), upload(device, records.values),
+               list_fits(device, view, records, grid), depth, surface, kBlend);
   return samples_of(device, surface);
 }
 

@@ -85,11 +85,12 @@ Result interpolated(Device& device, const View& view, const SampleGrid& grid, co
     result.lattice = download(device, surface);
     const auto anywhere = filled<float>(device, n, 1.0f);
     const auto nowhere = filled<float>(device, n, kNoSurface);
-    const SampleLists lists =
+    const LayerSamples lists =
         interpolate_samples(device, view, anywhere, anywhere, nowhere, surface, kTolerance,
                             least_radius, blocks_of(device, grid, false), every);
     result.map = download(device, surface);
-    result.wanted = samples_of(device, lists);
+    result.wanted = samples_of(device, lists.surface);
+    EXPECT_EQ(samples_of(device, lists.splash), result.wanted);
   }
   EXPECT_EQ(results[0].map.depth, results[1].map.depth);
   EXPECT_EQ(results[0].map.normal, results[1].map.normal);
@@ -265,17 +266,19 @@ TEST_P(Interpolate, LeavesOpenWhatLiesBetweenOpenSamples) {
   for (const int width : {1, 8}) {
     device_.state().vector_width = width;
     const auto opened = upload(device_, open);
-    const SampleLists lists = interpolate_samples(
+    const LayerSamples lists = interpolate_samples(
         device_, view, upload(device_, reference), filled<float>(device_, grid.size(), 5.0f),
         opened, empty_surface(device_, grid), kTolerance, 1.5, blocks_of(device_, grid, false));
     const std::vector<float> found = download(device_, opened);
-    const std::set<int> wanted = samples_of(device_, lists);
+    const std::set<int> surface = samples_of(device_, lists.surface),
+                        splash = samples_of(device_, lists.splash);
     for (int s = 0; s < kWidth * kHeight; ++s) {
       const int i = s % kWidth;
       if (on_lattice(s) || i >= kWidth - 2 || s / kWidth >= kHeight - 2) continue;
       EXPECT_EQ(found[s], reference[s]) << s;
       // Samples of an open cell that expect no front layer may be splash.
-      EXPECT_EQ(wanted.count(s) == 1, i == 79 || i == 80) << i;
+      EXPECT_EQ(splash.count(s) == 1, i == 79 || i == 80) << i;
+      EXPECT_EQ(surface.count(s), 0u) << i;
     }
   }
 }

@@ -40,19 +40,49 @@ std::set<int> listed(Device& device, const SampleLists& lists) {
   return all;
 }
 
-TEST_P(Samples, AreThoseWhereOneOfTwoMapsIsFiniteOnTheLattice) {
+TEST_P(Samples, AreThoseWhereAMapIsFiniteOnTheLattice) {
   for (const SampleGrid& grid : kGrids)
     for (const int every : {1, 2}) {
-      const std::vector<float> a = random_map(grid.size(), 1), b = random_map(grid.size(), 2);
+      const std::vector<float> map = random_map(grid.size(), 1);
       std::set<int> expected;
       for (int s = 0; s < static_cast<int>(grid.size()); ++s)
-        if ((a[s] < kNoSurface || b[s] < kNoSurface) && s % grid.nx % every == 0 &&
-            s / grid.nx % every == 0)
+        if (map[s] < kNoSurface && s % grid.nx % every == 0 && s / grid.nx % every == 0)
           expected.insert(s);
-      EXPECT_EQ(listed(device_,
-                       list_samples(device_, grid, upload(device_, a), upload(device_, b), every)),
+      EXPECT_EQ(listed(device_, list_samples(device_, grid, upload(device_, map), every)),
                 expected);
     }
+}
+
+TEST_P(Samples, AreThoseThatCellsWant) {
+  for (const SampleGrid& grid : kGrids)
+    for (const int every : {1, 2, 4, 8})
+      for (const int shift : {0, 3}) {
+        const int stride = (grid.nx + 15) / 16 * 8;
+        std::vector<cl_uchar> wanted(static_cast<std::size_t>(stride) * ((grid.ny + 15) / 16 * 8));
+        Random random(5);
+        std::set<int> expected;
+        for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
+          const int i = s % grid.nx / every, j = s / grid.nx / every;
+          if (s % grid.nx % every != 0 || s / grid.nx % every != 0 || (i % 2 == 0 && j % 2 == 0))
+            continue;
+          const int bit = random(0, 6) < 3 ? shift : 3 - shift;
+          wanted[static_cast<std::size_t>(j / 2 * stride + i / 2)] |=
+              static_cast<cl_uchar>(1 << (bit + i % 2 + 2 * (j % 2) - 1));
+          if (bit == shift) expected.insert(s);
+        }
+        const ListedBlocks blocks = blocks_of(device_, grid, false);
+        EXPECT_EQ(listed(device_, list_between(device_, grid, upload(device_, wanted), stride,
+                                               every, shift, blocks)),
+                  expected);
+        std::set<int> expected_blocks, found_blocks;
+        const int across = (grid.nx + 15) / 16 * 2;
+        for (const int s : expected)
+          expected_blocks.insert(s / grid.nx / 8 * across + s % grid.nx / 8);
+        const std::vector<cl_uchar> in_blocks = download(device_, blocks);
+        for (int k = 0; k < static_cast<int>(in_blocks.size()); ++k)
+          if (in_blocks[static_cast<std::size_t>(k)]) found_blocks.insert(k);
+        EXPECT_EQ(found_blocks, expected_blocks);
+      }
 }
 
 TEST_P(Samples, AreKeptWhereTheyLieNearer) {
@@ -60,7 +90,7 @@ TEST_P(Samples, AreKeptWhereTheyLieNearer) {
     const std::vector<float> a = random_map(grid.size(), 3), b = random_map(grid.size(), 4);
     const auto near = upload(device_, a), far = upload(device_, b);
     const auto all = filled<float>(device_, grid.size(), 0.0f);
-    const SampleLists lists = list_samples(device_, grid, all, all);
+    const SampleLists lists = list_samples(device_, grid, all);
     std::set<int> nearer, finite;
     for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
       if (a[s] < b[s]) nearer.insert(s);
@@ -74,8 +104,7 @@ TEST_P(Samples, AreKeptWhereTheyLieNearer) {
 TEST_P(Samples, NeighboursInAListLieCloseTogether) {
   const SampleGrid grid{32, 32, 0.5f, 1};
   const auto all = filled<float>(device_, grid.size(), 0.0f);
-  const std::vector<cl_int> sample =
-      download(device_, list_samples(device_, grid, all, all).sample);
+  const std::vector<cl_int> sample = download(device_, list_samples(device_, grid, all).sample);
   // Eight places of a full list are a block of 4 x 2 samples.
   for (std::size_t first = 0; first < sample.size(); first += 8) {
     const auto [low, high] =

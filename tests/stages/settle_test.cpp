@@ -190,8 +190,8 @@ TEST_P(Settle, SplashIsTheFirstCrossingInFrontOfTheSurface) {
   SurfaceBuffers surface = empty_surface(device_, grid_);
   surface.depth = upload(device_, depth);
   const SplashExtent extent{upload(device_, from), upload(device_, to)};
-  draw_splash(device_, view_, list_samples(device_, grid_, extent.from, extent.from), levelled_,
-              extent, surface, kParams);
+  draw_splash(device_, view_, list_samples(device_, grid_, extent.from), levelled_, extent, surface,
+              kParams);
   const SurfaceMap map = download(device_, surface);
   std::size_t drawn = 0;
   for (std::size_t s = 0; s < n_; ++s) {
@@ -269,7 +269,7 @@ Layer settled(Device& device, const View& view, const DeviceCells& cells,
   const SurfaceBuffers surface = upload(device, grid, before);
   const auto reference = upload(device, before.reference);
   const auto behind = filled<float>(device, grid.size(), kNoSurface);
-  settle_samples(device, view, list_samples(device, grid, reference, reference), cells, levelled,
+  settle_samples(device, view, list_samples(device, grid, reference), cells, levelled,
                  upload(device, before.triangle), reference, upload(device, before.core), surface,
                  behind, kParams, only_gaps);
   Layer after = download(device, before, surface);
@@ -462,7 +462,7 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   // The points are searched two radii behind, samples four: the kernel by itself takes the same.
   const SurfaceBuffers samples = upload(device_, grid_, before);
   const auto reference = upload(device_, before.reference);
-  const SampleLists lists = list_samples(device_, grid_, reference, reference);
+  const SampleLists lists = list_samples(device_, grid_, reference);
   const auto behind = allocate<float>(device_, n_);
   const auto follow = filled<float>(device_, n_, kNoSurface);
   const cl_float4 limits{{static_cast<float>(kParams.contour_density),

@@ -28,7 +28,7 @@ std::vector<std::int32_t> all_of(const Projected& p) {
 // Fronts deeper than front + gap, where that is finite.
 std::vector<float> behind(Device& device, const SplatParticles& splats, const SampleGrid& grid,
                           const Buffer<float>& front, double gap) {
-  const SampleLists lists = list_samples(device, grid, front, front);
+  const SampleLists lists = list_samples(device, grid, front);
   const Discs discs = outline_discs(device, splats, grid, {{1.8f, 1.0f}}, Drawn::behind);
   std::vector<float> depth = download(
       device,

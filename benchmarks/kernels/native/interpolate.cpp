@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <limits>
 
 #include "kernels/native/samples.hpp"
@@ -6,7 +7,7 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
-constexpr std::uint8_t kRough = 0, kSmooth = 1, kEmpty = 2, kOpen = 3;  // as in interpolate.cl
+constexpr std::uint8_t kEmpty = 0, kOpen = 1, kSmooth = 3;  // as in interpolate.cl
 
 struct Corner {
   Floats x, y, z, nx, ny, nz, t;
@@ -76,21 +77,16 @@ template <class... Corners>
   return b;
 }
 
-inline std::uint8_t between_cells(std::uint8_t a, std::uint8_t b) {
-  if (a == kSmooth || b == kSmooth) return kSmooth;
-  return a == kRough || b == kRough ? kRough : a > b ? a : b;
-}
-
 void fill_cells(const Interpolate& in, int a, int b) {
   std::uint8_t says[3][8];
   Ints smooth[3];
   bool all_empty = true;
   for (int k = 0; k < 8; ++k) {
     const int c = a + k < in.cells_x ? a + k : in.cells_x - 1;
-    const std::uint8_t* const shows = in.shows + std::ptrdiff_t{b} * in.cells_x + c;
+    const std::uint8_t* const shows = in.shows + std::ptrdiff_t{b} * in.stride + c;
     const std::uint8_t own = *shows;
-    says[0][k] = between_cells(own, b == 0 ? own : shows[-in.cells_x]);
-    says[1][k] = between_cells(own, c == 0 ? own : shows[-1]);
+    says[0][k] = std::max(own, b == 0 ? own : shows[-in.stride]);
+    says[1][k] = std::max(own, c == 0 ? own : shows[-1]);
     says[2][k] = own;
     for (int m = 0; m < 3; ++m) {
       smooth[m][k] = says[m][k] == kSmooth ? -1 : 0;
@@ -131,7 +127,8 @@ void fill_cells(const Interpolate& in, int a, int b) {
         if (says[m][k] == kOpen && reference < kNone)
           in.open[at] = reference;
         else
-          in.wanted[at] = splash < reference ? splash : reference;
+          in.wanted[std::ptrdiff_t{b} * in.stride + a + k] |=
+              (reference < kNone) << m | (splash < kNone) << (3 + m);
       }
     }
   }

@@ -190,8 +190,9 @@ struct Interpolate {
   float *depth, *normal;
   std::int32_t* group;
   std::uint8_t* kind;
-  float *wanted, *open;
-  int nx, ny, cells_x, cells_y;
+  std::uint8_t* wanted;
+  float* open;
+  int nx, ny, cells_x, cells_y, stride;
   float first, step;
   float ray[12];
   int every;

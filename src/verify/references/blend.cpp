@@ -25,9 +25,8 @@ ReferenceErrors blend_case(Device& device, int size) {
       make_records(scene.fits, scene.trust, fit, kBlendReach * params.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth, depth),
-               upload(device, records.values), list_fits(device, view, records, grid), depth,
-               surface, params);
+  blend_groups(device, view, list_samples(device, grid, depth), upload(device, records.values),
+               list_fits(device, view, records, grid), depth, surface, params);
   const SurfaceMap map = download(device, surface);
   const std::vector<float> trust = download(device, surface.trust);
 
