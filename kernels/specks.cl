@@ -13,13 +13,6 @@
 
 #define BLOCK_ROWS 8
 
-inline intv load_kind(global const uchar* kind) {
-  int lane[WIDTH];
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) lane[k] = kind[k];
-  return LOADI(lane);
-}
-
 // Values from sample `first` on, which may lie before the map where its lanes are not used.
 inline floatv load_from(global const float* map, const int first) {
 #if WIDTH > 1
@@ -36,9 +29,12 @@ inline floatv load_from(global const float* map, const int first) {
 inline int changed_near(global const uchar* changed, const int2 block, const int2 blocks) {
   int any_changed = 0;
   const int reach = WIDTH == 1 ? 2 : 1;
-  for (int y = max(block.y - 1, 0); y <= min(block.y + 1, blocks.y - 1); ++y)
-    for (int x = max(block.x - reach, 0); x <= min(block.x + reach, blocks.x - 1); ++x)
-      any_changed |= changed[y * blocks.x + x];
+#pragma unroll
+  for (int y = -1; y <= 1; ++y)
+#pragma unroll
+    for (int x = -reach; x <= reach; ++x)
+      any_changed |= changed[clamp(block.y + y, 0, blocks.y - 1) * blocks.x +
+                             clamp(block.x + x, 0, blocks.x - 1)];
   return any_changed;
 }
 
@@ -56,11 +52,12 @@ inline int close_row(const int i, const int j, global const float* depth,
   const floatv column = (float)i + LANES;
   const intv empty = !(t < INFINITY);
   const intv eligible = (column > 0.0f) & (column < (float)(samples.x - 1)) &
-                        (empty | (load_kind(kind + s) != 2));
+                        (empty | (LOAD_BYTES(kind + s) != 2));
   if (!ANY(eligible)) return 0;
 
   floatv far = none;
   intv covered = zero, joined = zero;
+#pragma unroll
   for (int k = 0; k < 9; ++k) {
     if (k == 4) continue;
     const floatv d = load_from(depth, s + (k / 3 - 1) * samples.x + k % 3 - 1);
@@ -81,6 +78,7 @@ inline int close_row(const int i, const int j, global const float* depth,
   // all neighbours do.
   floatv sum = none, sx = none, sy = none, sz = none;
   intv count = zero, first = zero;
+#pragma unroll
   for (int k = 0; k < 9; ++k) {
     if (k == 4) continue;
     const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
