@@ -64,11 +64,12 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
       const int column = column_of(k), row = row_of(k);
       const int which = wanted[(b + row) * stride + a + column] >> shift & 7;
       if (which == 0) continue;
+#pragma unroll
       for (int m = 0; m < 3; ++m) {
         const int i = i0 + every * (2 * column + (m != 1)), j = j0 + every * (2 * row + (m != 0));
-        if (!(which >> m & 1)) continue;
-        sample[tile * TILE_SAMPLES + used++] = j * samples.x + i;
-        listed[block_of(i, j, samples.x)] = 1;
+        sample[tile * TILE_SAMPLES + used] = j * samples.x + i;  // without branches, as above
+        used += which >> m & 1;
+        listed[block_of(i, j, samples.x)] |= which >> m & 1;
       }
     }
   count[tile] = used;
