@@ -23,8 +23,8 @@ inline int sum_of_lanes(const intv v) {
   return sum;
 }
 
-// Whether there is fluid all around a cell: it and each of the 26 about it hold `least` particles or
-// more, and half of their mean number.
+// Whether there is fluid all around a cell: it and each of the 26 about it hold `least` particles
+// or more, and half of their mean number.
 inline int is_inside(const Cells cells, const int cx, const int cy, const int cz, const int least) {
   global const int* tags = (global const int*)cells.tag;
   int sum = 0, fewest = INT_MAX;
@@ -47,35 +47,35 @@ inline int is_inside(const Cells cells, const int cx, const int cy, const int cz
 }
 
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time. Those inside the fluid
-// (is_inside, where `inside` is not 0) are not measured: 0 and 1.
+// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time. Those inside the
+// fluid (is_inside) are not measured: 0 and 1.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,
                               global const uint* cell_tag, global const int* cell_start,
                               const float inverse_cell, const uint mask, const int n,
-                              const int inside) {
+                              const int least) {  // in a cell, see is_inside; 0: measure everywhere
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
-  int x = INT_MAX, y = 0, z = 0, filled = 0;  // the cell before
+  int x = INT_MAX, y = 0, z = 0, inside = 0;  // the cell before
   for (int first = begin; first < end;) {
     const Together own = particles_together(cells, first, end, n);
-    if (inside > 0 && (own.cx != x || own.cy != y || own.cz != z)) {
+    if (least > 0 && (own.cx != x || own.cy != y || own.cz != z)) {
       x = own.cx;
       y = own.cy;
       z = own.cz;
-      filled = is_inside(cells, x, y, z, inside);
+      inside = is_inside(cells, x, y, z, least);
     }
     Field f = {none, none, none, none};
-    if (filled)
+    if (inside)
       f.c = (floatv)(1.0f / NORM);
     else
       add_cells_around(cells, cell_weight, own.cx, own.cy, own.cz, LOADF(cell_x + first),
                        LOADF(cell_y + first), LOADF(cell_z + first), 1, &f);
-    scatter_float(f.gx * (0.25f * NORM) + 0.0f, result, own.at, own.used);
-    scatter_float(f.gy * (0.25f * NORM) + 0.0f, result + n, own.at, own.used);
-    scatter_float(f.gz * (0.25f * NORM) + 0.0f, result + 2 * n, own.at, own.used);
+    scatter_float(f.gx * (0.25f * NORM), result, own.at, own.used);
+    scatter_float(f.gy * (0.25f * NORM), result + n, own.at, own.used);
+    scatter_float(f.gz * (0.25f * NORM), result + 2 * n, own.at, own.used);
     scatter_float(f.c * NORM, result + 3 * n, own.at, own.used);
     first += own.count;
   }

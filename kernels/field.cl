@@ -24,8 +24,8 @@ typedef struct {
   floatv c, gx, gy, gz;
 } Field;
 
-// Adds what the particle with `weight` at distance (dx, dy, dz) does to the field. Sums of gradients
-// may be -0 on devices whose fma loses the sign of a zero: whoever reads them adds 0.
+// Adds what the particle with `weight` at distance (dx, dy, dz) does to the field. The gradient's sums
+// may be zero and are not fused: some devices' fma makes a -0 of them.
 inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
                          const float weight, const int with_gradient) {
   const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz));
@@ -37,16 +37,16 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   sum->c = fma((floatv)(weight), share, sum->c);
   if (!with_gradient) return;
   // -dW/dv / 2, times x - x_j
-  const floatv slope = fma(fma(fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2)), v,
-                               (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
+  const floatv cubic = fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2));
+  const floatv slope = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
   const floatv g = weight * (slope * vv);
-  sum->gx = fma(g, dx, sum->gx);
-  sum->gy = fma(g, dy, sum->gy);
-  sum->gz = fma(g, dz, sum->gz);
+  sum->gx += g * dx;
+  sum->gy += g * dy;
+  sum->gz += g * dz;
 }
 
-// Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing. Others of
-// the same row in the buckets are far away.
+// Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing. Others
+// of the same row in the buckets are far away.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
                              const int cy, const int cz, const floatv x, const floatv y,
                              const floatv z, const int with_gradient, Field* sum) {
@@ -208,9 +208,9 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
         int close[WIDTH];
         const floatv x = ((float)row + LANES + 0.5f) * side, y = (floatv)(((float)j + 0.5f) * side),
                      z = (floatv)(((float)k + 0.5f) * side);
-        const intv far_or_near = near_beam(b, x, y, z, far);
-        if (!ANY(far_or_near)) continue;
-        STOREI(far_or_near, close);
+        const intv cells_near = near_beam(b, x, y, z, far);
+        if (!ANY(cells_near)) continue;
+        STOREI(cells_near, close);
         int begin = row, end = min(row + WIDTH, i1 + 1);  // those between are close, too
         while (begin < end && !close[begin - row]) ++begin;
         while (begin < end && !close[end - 1 - row]) --end;

@@ -9,14 +9,15 @@ typedef struct {
 } Corner;
 
 // Values of a row of samples: every `stride`th from `first` on, one for each of WIDTH cells. Past the
-// row's last sample, its value.
+// row's last sample, its value. With `whole`, those between may be loaded, too: no other work-item
+// writes them.
 #if WIDTH == 8
 #define EVERY_SECOND(p) (vload16(0, (p)).even)
 #endif
 inline floatv spread_floats(global const float* row, const int first, const int stride,
-                            const int last) {
+                            const int last, const int whole) {
 #if WIDTH == 8
-  if (stride == 2 && first + 2 * WIDTH <= last + 1) return EVERY_SECOND(row + first);
+  if (whole && stride == 2 && first + 2 * WIDTH <= last + 1) return EVERY_SECOND(row + first);
 #endif
   float lane[WIDTH];
 #pragma unroll
@@ -47,18 +48,18 @@ inline intv spread_bytes(global const uchar* row, const int first, const int str
 
 // Values at the left and at the right corners of WIDTH cells.
 inline void pair_of(global const float* row, const int first, const int side, const int last,
-                    floatv* left, floatv* right) {
-  *left = spread_floats(row, first, side, last);
+                    const int whole, floatv* left, floatv* right) {
+  *left = spread_floats(row, first, side, last, whole);
   *right = SHIFTED(floatv, *left, row[min(first + WIDTH * side, last)]);
 }
 
 // Normals and, from the depths, points at these corners.
 inline void complete_pair(global const float* normal, const int n, const int first, const int side,
-                          const int last, const Rays r_left, const Rays r_right, Corner* left,
-                          Corner* right) {
-  pair_of(normal, first, side, last, &left->nx, &right->nx);
-  pair_of(normal + n, first, side, last, &left->ny, &right->ny);
-  pair_of(normal + 2 * n, first, side, last, &left->nz, &right->nz);
+                          const int last, const int whole, const Rays r_left, const Rays r_right,
+                          Corner* left, Corner* right) {
+  pair_of(normal, first, side, last, whole, &left->nx, &right->nx);
+  pair_of(normal + n, first, side, last, whole, &left->ny, &right->ny);
+  pair_of(normal + 2 * n, first, side, last, whole, &left->nz, &right->nz);
   left->x = r_left.ox + left->t * r_left.dx;
   left->y = r_left.oy + left->t * r_left.dy;
   left->z = -left->t;
@@ -91,14 +92,17 @@ inline Rays corner_ray(const float16 rays, const int a, const int b, const int r
                  (floatv)(first + step * (float)(2 * b + down)));
 }
 
-// The four corners of WIDTH cells, whose depths are known.
+// The four corners of WIDTH cells, whose depths are known. `whole`: see spread_floats, of the lower
+// ones.
 inline void complete_corners(global const float* normal, const int n, const int a, const int b,
                              const int upper, const int lower, const int side, const int last,
-                             const float16 rays, const float first, const float step,
-                             Corner* corner) {
-  complete_pair(normal + upper, n, a * side, side, last, corner_ray(rays, a, b, 0, 0, first, step),
+                             const int whole, const float16 rays, const float first,
+                             const float step, Corner* corner) {
+  complete_pair(normal + upper, n, a * side, side, last, 1,
+                corner_ray(rays, a, b, 0, 0, first, step),
                 corner_ray(rays, a, b, 2, 0, first, step), corner, corner + 1);
-  complete_pair(normal + lower, n, a * side, side, last, corner_ray(rays, a, b, 0, 2, first, step),
+  complete_pair(normal + lower, n, a * side, side, last, whole,
+                corner_ray(rays, a, b, 0, 2, first, step),
                 corner_ray(rays, a, b, 2, 2, first, step), corner + 2, corner + 3);
 }
 
@@ -122,14 +126,14 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const int n = samples.x * samples.y, side = 2 * every, i = side * a, last = samples.x - 1;
   const int upper = side * b * samples.x, lower = min(side * (b + 1), samples.y - 1) * samples.x;
   Corner corner[4];
-  pair_of(depth + upper, i, side, last, &corner[0].t, &corner[1].t);
-  pair_of(depth + lower, i, side, last, &corner[2].t, &corner[3].t);
+  pair_of(depth + upper, i, side, last, 1, &corner[0].t, &corner[1].t);
+  pair_of(depth + lower, i, side, last, 1, &corner[2].t, &corner[3].t);
   intv smooth = (corner[0].t < INFINITY) & (corner[1].t < INFINITY) & (corner[2].t < INFINITY) &
                 (corner[3].t < INFINITY);
   const intv covered = (corner[0].t < INFINITY) | (corner[1].t < INFINITY) |
                        (corner[2].t < INFINITY) | (corner[3].t < INFINITY);
   if (ANY(smooth)) {
-    complete_corners(normal, n, a, b, upper, lower, side, last, rays, first, step, corner);
+    complete_corners(normal, n, a, b, upper, lower, side, last, 1, rays, first, step, corner);
     const floatv farthest =
         fmax(fmax(fmax(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
                   fmax(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
@@ -145,8 +149,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   intv found = SELECT((intv)(ROUGH), (intv)(SMOOTH), smooth);
   if (trust_empty && !ALL(covered)) {
     floatv o[4];
-    pair_of(open + upper, i, side, last, o, o + 1);
-    pair_of(open + lower, i, side, last, o + 2, o + 3);
+    pair_of(open + upper, i, side, last, 1, o, o + 1);
+    pair_of(open + lower, i, side, last, 1, o + 2, o + 3);
     const intv any_open =
         (o[0] < INFINITY) | (o[1] < INFINITY) | (o[2] < INFINITY) | (o[3] < INFINITY);
     found = SELECT(SELECT((intv)(EMPTY), (intv)(OPEN), any_open), found, covered);
@@ -235,9 +239,10 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
   Corner corner[4];
   if (ANY(most == SMOOTH)) {
     const int upper = side * b * samples.x, lower = min(side * (b + 1), samples.y - 1) * samples.x;
-    pair_of(depth + upper, side * a, side, last, &corner[0].t, &corner[1].t);
-    pair_of(depth + lower, side * a, side, last, &corner[2].t, &corner[3].t);
-    complete_corners(normal, n, a, b, upper, lower, side, last, rays, first, step, corner);
+    // Between the lower corners the cells below write.
+    pair_of(depth + upper, side * a, side, last, 1, &corner[0].t, &corner[1].t);
+    pair_of(depth + lower, side * a, side, last, 0, &corner[2].t, &corner[3].t);
+    complete_corners(normal, n, a, b, upper, lower, side, last, 0, rays, first, step, corner);
   }
   intv wants = (intv)(0);
 #pragma unroll  // so that corners stay in registers
@@ -272,7 +277,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
       }
     }
     if (!ANY(rest)) continue;
-    const floatv surface = spread_floats(reference + start, i, side, last);
+    const floatv surface = spread_floats(reference + start, i, side, last, 1);
     const intv opens = rest & (says[m] == OPEN) & (surface < INFINITY);
     if (ANY(opens)) {
       int at[WIDTH];
@@ -282,7 +287,7 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
     rest = rest & !opens;
     wants |= SELECT((intv)(0), (intv)(1 << m), rest & (surface < INFINITY));
     wants |= SELECT((intv)(0), (intv)(8 << m),
-                    rest & (spread_floats(splash + start, i, side, last) < INFINITY));
+                    rest & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
   }
   STORE_BYTES(wants, wanted + b * stride + a);
 }

@@ -2,7 +2,7 @@
 //
 //   w = (1 - d^2 / 4^2)^4    d: distance, particle radii
 //
-// which differs from the density field's cubic spline by at most .075 of the value at 0, has the same
+// which differs from the cubic spline by at most .075 of the value at 0, has the density's
 // support and needs no root. Points with no particle within FAR get nothing: the host widens the support
 // there.
 //

@@ -73,8 +73,8 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       fresh &= !here;
       low = SELECT(low, t, below);
       short_of = SELECT(short_of, c - level, below);
-      // The field rises by 4/3 levels a radius at most, and falls by no more: up to the level and
-      // down again takes it longer than such a step, but for the least.
+      // Twice what the steepest rise on usual frames, 4/3 levels a radius, needs to the level. What
+      // a step passes over is shorter than half a radius, at a lone particle than a tenth of one.
       const floatv step = clamp(1.5f - c * per_level, 0.3f, 1.0f);
       t = SELECT(t, t + unit * step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
@@ -100,8 +100,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       side = SELECT(SELECT(side, (intv)(1), more), (intv)(-1), less);
     }
     const Field f = field_near(cells, weight, near, r, middle, 1);
-    const floatv gx = f.gx * (0.25f * NORM) + 0.0f, gy = f.gy * (0.25f * NORM) + 0.0f,
-                 gz = f.gz * (0.25f * NORM) + 0.0f;
+    const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM), gz = f.gz * (0.25f * NORM);
     const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
     const intv crossed = found & (size > 0.0f);
     crossing.depth = SELECT(crossing.depth, middle, crossed);

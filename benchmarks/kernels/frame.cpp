@@ -82,7 +82,8 @@ const Cells& Frame::cells() {
 
 const SurfaceParticles& Frame::surface() {
   if (!surface_) {
-    const Buffer<float> field = measure_gradients(device, upload_cells(device, cells()), Measured::near_air);
+    const Buffer<float> field =
+        measure_gradients(device, upload_cells(device, cells()), Measured::near_air);
     surface_ = find_surface(projected(), seen(), normals(), cells(), download(device, field));
   }
   return *surface_;

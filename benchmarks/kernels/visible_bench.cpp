@@ -56,6 +56,7 @@ Case prepare_owned(Frame& frame) {
   // Six values a particle read and a count written.
   result.bytes = 28 * particles;
   result.operations = 9 * pairs;  // as in prepare_splat
+  result.atomics = static_cast<double>(frame.seen().index.size());  // an addition each, at least
   result.launch = [&frame] {
     find_visible(frame.device, frame.view, frame.projected(), frame.split().body,
                  frame.params.visible, kLeastFitted);

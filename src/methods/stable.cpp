@@ -43,8 +43,8 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   const SplatParticles splash = upload_splats(device, projected, split.splash);
   const DeviceCells cells =
       upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport));
-  const DeviceCells levelled =
-      level_cells(device, cells, measure_gradients(device, cells, Measured::near_air), params.region);
+  const DeviceCells levelled = level_cells(
+      device, cells, measure_gradients(device, cells, Measured::near_air), params.region);
 
   const auto make_surface = [&](const SampleGrid& grid) {
     clock.start("region");

@@ -1,5 +1,6 @@
-// bins: which particles may show in which bin of 8 x 8 samples. What draws particles into maps
-// (visible, spheres) gives each bin to one group of work-items, which needs no atomics.
+// bins: which particles may show in which bin of 8 x 8 samples. What draws particles or
+// triangles into maps (visible, spheres, region) gives each bin to one group of work-items, which
+// needs no atomics.
 #pragma once
 
 #include <functional>

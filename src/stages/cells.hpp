@@ -13,7 +13,9 @@
 
 namespace meniscus {
 
-/// Cells of one row (x) lie in buckets one behind the other: three of them are never the same.
+/// Cells of one row (x) lie in buckets one behind the other. Eight of them, which a search takes at
+/// a time (field.cl), never share one, and those that do share one are so far from each other that
+/// distances tell their particles apart.
 inline constexpr std::uint32_t kFewestBuckets = 64;
 
 struct Cells {
@@ -76,8 +78,8 @@ void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
   const auto far_x = squares(x, cx), far_y = squares(y, cy), far_z = squares(z, cz);
   for (std::int32_t k = -1; k <= 1; ++k)
     for (std::int32_t j = -1; j <= 1; ++j) {
-      const float rest = 1 - far_y[static_cast<std::size_t>(j + 1)] -
-                         far_z[static_cast<std::size_t>(k + 1)];
+      const float rest =
+          1 - far_y[static_cast<std::size_t>(j + 1)] - far_z[static_cast<std::size_t>(k + 1)];
       if (rest < 0) continue;
       const std::int32_t low = far_x[0] > rest ? 0 : -1, high = far_x[2] > rest ? 0 : 1;
       const std::uint32_t tag = tag_of(cx, cy + j, cz + k);

@@ -54,9 +54,10 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measur
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().vector_width;
-  launch(device, kDensity, "measure_gradients", range_of_blocks(n, width), width_option(width), result, cells.x,
-         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilledCell);
+  launch(device, kDensity, "measure_gradients", range_of_blocks(n, width), width_option(width),
+         result, cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start,
+         cells.inverse_cell, cells.mask, static_cast<cl_int>(n),
+         where == Measured::everywhere ? 0 : kFilledCell);
   return result;
 }
 

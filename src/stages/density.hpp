@@ -26,20 +26,21 @@ struct DeviceCells {
 /// Work-items for n particles of cells that are taken cell by cell.
 Range range_of_blocks(std::size_t n, int width);
 
-/// Uploads cells of side kDensitySupport; every weight is 1.
+/// Uploads cells; every weight is 1.
 DeviceCells upload_cells(Device& device, const Cells& cells);
 
 /// The density at eye-space points (particle radii). Waits.
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
-/// As many particles in each of the cells around one tell that it is inside the fluid, where there
-/// are eight on average.
+/// Where each of the 27 cells around a particle holds as many, and half of their mean number, it is
+/// inside the fluid. There are eight on average.
 inline constexpr int kFilledCell = 4;
 
-/// Which particles' gradients are measured: all, or those that may be near air. What has cells full
-/// of particles all around is inside the fluid: its gradient is taken for 0 and its density for 1,
-/// which stand for all that measuring would find there (docs/method.md).
+/// Which particles' gradients are measured: all, or, where every weight is 1, those that may be
+/// near air. Inside the fluid the gradient is taken for 0 and the density for 1, which stand for
+/// all that measuring would find there, unless the particle radius is much too large: a face less
+/// than half a cell away is missed then (docs/method.md).
 enum class Measured { everywhere, near_air };
 
 /// Gradient (1 / particle radii) and value of the field at the particles' own positions, [4][n] in

@@ -155,7 +155,7 @@ std::vector<float> narrow_supports(Device& device, const std::vector<Vec3d>& pos
   const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
-  const std::vector<float> mean =
+  const std::vector<float> mean =  // of one value: the second is not needed
       average_on_sheets(device, position, normal, fitted, {residual, residual}, kSheet)[0];
   for (std::size_t k = 0; k < fits; ++k) {
     if (!(mean[k] > 0)) continue;

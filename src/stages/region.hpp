@@ -8,8 +8,8 @@
 
 namespace meniscus {
 
-/// Depth of the kept triangles at every sample (particle radii), kNoSurface outside them. Does not
-/// wait.
+/// Depth of the kept triangles at every sample (particle radii), kNoSurface outside them. Waits.
+/// Throws DeviceError.
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
                              const SampleGrid& grid);
 

@@ -1,13 +1,16 @@
 #include "stages/sheet.hpp"
 
+#include "stages/cells.hpp"
 #include "stages/density.hpp"
 
 namespace meniscus {
 
-std::array<std::vector<float>, 2> average_on_sheets(
-    Device& device, const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
-    const std::vector<float>& share, const std::array<std::vector<float>, 2>& values,
-    const SheetWeights& weights) {
+std::array<std::vector<float>, 2> average_on_sheets(Device& device,
+                                                    const std::vector<Vec3d>& position,
+                                                    const std::vector<Vec3d>& normal,
+                                                    const std::vector<float>& share,
+                                                    const std::array<std::vector<float>, 2>& values,
+                                                    const SheetWeights& weights) {
   const std::size_t n = position.size();
   std::array<std::vector<float>, 2> result{std::vector<float>(n), std::vector<float>(n)};
   if (n == 0) return result;
@@ -30,12 +33,11 @@ std::array<std::vector<float>, 2> average_on_sheets(
   }
   const auto mean = allocate<float>(device, 2 * n);
   const int width = device.state().vector_width;
-  const DeviceCells on_device = upload_cells(device, cells);
   launch(device, "cells.cl sheet.cl", "average_on_sheets", range_of_blocks(n, width),
-         width_option(width), mean, on_device.x, on_device.y, on_device.z, on_device.tag,
-         on_device.start, on_device.inverse_cell, on_device.mask, static_cast<cl_int>(n),
-         upload(device, normals), upload(device, shares), upload(device, both), weights.reach,
-         weights.low, weights.high);
+         width_option(width), mean, upload(device, cells.x), upload(device, cells.y),
+         upload(device, cells.z), upload(device, cells.tag), upload(device, cells.start),
+         cells.inverse_cell, cells.mask, static_cast<cl_int>(n), upload(device, normals),
+         upload(device, shares), upload(device, both), weights.reach, weights.low, weights.high);
   const std::vector<float> found = download(device, mean);
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);

@@ -1,5 +1,5 @@
-// sheet: what the fits of one sheet have in common. Means over them go on along a sheet's edge, where
-// those over all fits around would mix two sheets.
+// sheet: what the fits of one sheet have in common. Means over them go on along a sheet's edge,
+// where those over all fits around would mix two sheets.
 #pragma once
 
 #include <array>
@@ -23,9 +23,11 @@ struct SheetWeights {
 ///   normal    [n] unit
 ///   share     [n] how much each fit counts, 0 .. 1
 ///   values    [n] each
-std::array<std::vector<float>, 2> average_on_sheets(
-    Device& device, const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
-    const std::vector<float>& share, const std::array<std::vector<float>, 2>& values,
-    const SheetWeights& weights);
+std::array<std::vector<float>, 2> average_on_sheets(Device& device,
+                                                    const std::vector<Vec3d>& position,
+                                                    const std::vector<Vec3d>& normal,
+                                                    const std::vector<float>& share,
+                                                    const std::array<std::vector<float>, 2>& values,
+                                                    const SheetWeights& weights);
 
 }  // namespace meniscus

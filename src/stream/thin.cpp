@@ -68,7 +68,8 @@ FieldAt measure_field(Device& device, const std::vector<Vec3d>& masses,
 }
 
 // How deep below a flat face the density field has a value, in S, from 0 (density 1/2) to 1 (.967):
-// the spline's integral over a half space is 1/2 + .7 d - d^3/3 + .15 d^5 - .05 d^6.
+// the integral over a half space of the cubic spline, which the field follows within .0005, is 1/2
+// + .7 d - d^3/3 + .15 d^5 - .05 d^6.
 double depth_of(double density) {
   double low = 0, high = 1;
   for (int k = 0; k < 20; ++k) {

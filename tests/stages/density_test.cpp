@@ -57,6 +57,51 @@ TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {
   }
 }
 
+// A lattice, shaken by `rough` radii, its particles `spacing` radii from each other: buckets wrap
+// around many times.
+Projected shaken_block(int side, double spacing, double rough) {
+  Random random(9);
+  Projected p;
+  for (int k = 0; k < side; ++k)
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) {
+        p.x.push_back(static_cast<float>(spacing * i - 20 + random(-rough, rough)));
+        p.y.push_back(static_cast<float>(spacing * j - 20 + random(-rough, rough)));
+        p.z.push_back(static_cast<float>(-20 - spacing * k + random(-rough, rough)));
+      }
+  return p;
+}
+
+TEST_P(Density, NearAirMeasuresAllButWhatIsInside) {
+  for (const double spacing : {2.0, 1.6, 3.0}) {  // as the radius says, too large and too small
+    const Projected p = shaken_block(18, spacing, 0.1);
+    const std::size_t n = p.size();
+    const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
+    const DeviceCells on_device = upload_cells(device_, cells);
+    const auto all = download(device_, measure_gradients(device_, on_device));
+    const auto found = download(device_, measure_gradients(device_, on_device, Measured::near_air));
+    std::size_t inside = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const bool measured = found[k] == all[k] && found[n + k] == all[n + k] &&
+                            found[2 * n + k] == all[2 * n + k] &&
+                            found[3 * n + k] == all[3 * n + k];
+      if (measured) continue;
+      ++inside;
+      for (std::size_t row = 0; row < 4; ++row)
+        EXPECT_EQ(found[row * n + k], row == 3 ? 1.0f : 0.0f);
+      // What makes a particle one of the surface begins at .22 a spacing (surface.hpp), where there
+      // is as much mass as the radius says.
+      const double mass = std::pow(2 / spacing, 3);
+      EXPECT_LT(2 * length({all[k], all[n + k], all[2 * n + k]}), 0.2 * mass) << spacing;
+      EXPECT_GT(all[3 * n + k], 0.85);  // from where on levels are those of the inside
+    }
+    if (spacing > 2.5)
+      EXPECT_EQ(inside, 0u) << "2.4 particles a cell";
+    else
+      EXPECT_GT(inside, n / 20);
+  }
+}
+
 TEST_P(Density, LevelledWeightsAreOneForALoneParticleAndFallInsideTheFluid) {
   Projected p = scattered(1, 1, 3);
   RegionParams params;

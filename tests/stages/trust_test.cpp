@@ -55,8 +55,8 @@ TEST_P(Trust, MatchesItsDefinition) {
     for (std::size_t j = 0; j < fits.size(); ++j) {
       const double l = length(fits.position[j] - fits.position[k]);
       if (l >= 5 || fits.residual[j] < 0) continue;
-      const double w = (1 - l / 5) * fits.edge[j] *
-                       smooth_step(0.4, 0.6, dot(fits.normal[j], fits.normal[k]));
+      const double w =
+          (1 - l / 5) * fits.edge[j] * smooth_step(0.4, 0.6, dot(fits.normal[j], fits.normal[k]));
       weight += w;
       dense += w * density[j];
       doubt += w * off[j];

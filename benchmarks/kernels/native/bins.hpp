@@ -44,7 +44,8 @@ template <class SetUp, class Nearest, class Front>
     const std::int32_t first = bin > 0 ? bins.end[bin - 1] : 0;
     for (std::int32_t e = first; e < bins.end[bin]; ++e) {
       // Records lie anywhere; a large frame would wait for them half of the time.
-      if (e + kAhead < last) __builtin_prefetch(bins.records + bins.values * bins.entry[2 * (e + kAhead)]);
+      if (e + kAhead < last)
+        __builtin_prefetch(bins.records + bins.values * bins.entry[2 * (e + kAhead)]);
       // Long lists are mostly of what lies behind the rest.
       if ((e - first) % 8 == 7) deepest = map.deepest();
       const std::int32_t particle = bins.entry[2 * e], box = bins.entry[2 * e + 1];

@@ -27,8 +27,8 @@ inline Bucket bucket_of(const Cells& cells, int i, int j, int k) {
           static_cast<std::int32_t>((x & 2047u) | (y & 2047u) << 11 | (z & 1023u) << 22), bucket};
 }
 
-/// Calls visit(begin, end) for the one or two ranges of particles in the buckets of `count` cells of a
-/// row from (i, j, k) on; some may be of other rows.
+/// Calls visit(begin, end) for the one or two ranges of particles in the buckets of `count` cells
+/// of a row from (i, j, k) on; some may be of other rows.
 template <class Visit>
 [[gnu::always_inline]] inline void visit_row(const Cells& cells, int i, int j, int k, int count,
                                              const Visit& visit) {

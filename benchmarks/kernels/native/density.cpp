@@ -45,8 +45,8 @@ bool is_inside(const Cells& in, int cx, int cy, int cz, int least) {
         const Bucket bucket = bucket_of(in, i, j, k);
         int count = 0;
         for (int p = bucket.begin; p < bucket.end; p += 8)
-          count += __builtin_popcount(bits_of((load(in.tag + p) == bucket.tag) &
-                                              (kPlaces < bucket.end - p)));
+          count += __builtin_popcount(
+              bits_of((load(in.tag + p) == bucket.tag) & (kPlaces < bucket.end - p)));
         if (count < least) return false;
         fewest = count < fewest ? count : fewest;
         sum += count;
@@ -69,7 +69,7 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       cy = own_y;
       cz = own_z;
       known = true;
-      inside = is_inside(in, cx, cy, cz, input.inside);
+      inside = is_inside(in, cx, cy, cz, input.least);
       if (!inside) gather(in, cx, cy, cz, near);
     }
     // Up to eight particles of the cell side by side; lanes that are left repeat the first.
@@ -90,8 +90,7 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       for (int p = 0; p < near.count; ++p)
         add_particle<true>(field, x - near.x[p], y - near.y[p], z - near.z[p], 1.0f);
     constexpr float kSlope = 0.25f * kFieldNorm;
-    const Floats rows[4] = {field.gx * kSlope + 0.0f, field.gy * kSlope + 0.0f,
-                            field.gz * kSlope + 0.0f,
+    const Floats rows[4] = {field.gx * kSlope, field.gy * kSlope, field.gz * kSlope,
                             inside || near.whole ? field.c * kFieldNorm : all(-1.0f)};
     for (std::size_t row = 0; row < 4; ++row)
       for (int k = 0; k < lanes; ++k) input.result[row * input.count + a + k] = rows[row][k];

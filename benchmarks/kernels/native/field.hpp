@@ -30,9 +30,9 @@ template <bool WithGradient>
       fused(fused(fused(all(-3.0f * kW3), v, all(-2.5f * kW2)), v, all(-2.0f * kW1)), v,
             all(-1.5f * kW0));
   const Floats g = weight * (slope * vv);
-  sum.gx = fused(g, dx, sum.gx);
-  sum.gy = fused(g, dy, sum.gy);
-  sum.gz = fused(g, dz, sum.gz);
+  sum.gx += g * dx;
+  sum.gy += g * dy;
+  sum.gz += g * dz;
 }
 
 /// The field at points that no list is near, cell by cell.
@@ -145,10 +145,11 @@ void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
         const Floats x = (static_cast<float>(row) + kLanes + 0.5f) * side;
         const Floats y = all((static_cast<float>(j) + 0.5f) * side);
         const Floats z = all((static_cast<float>(k) + 0.5f) * side);
-        const unsigned close = bits_of(near_axis(b, x, y, z, far)) &
-                               (i1 - row < 7 ? (2u << (i1 - row)) - 1 : 255u);
+        const unsigned close =
+            bits_of(near_axis(b, x, y, z, far)) & (i1 - row < 7 ? (2u << (i1 - row)) - 1 : 255u);
         if (!close) continue;
-        const int first = row + __builtin_ctz(close), count = row + 32 - __builtin_clz(close) - first;
+        const int first = row + __builtin_ctz(close),
+                  count = row + 32 - __builtin_clz(close) - first;
         const std::int32_t tag = bucket_of(cells, first, j, k).tag;
         visit_row(cells, first, j, k, count, [&](int begin, int end) {
           for (int p = begin; p < end && found.whole(); p += 8) {
