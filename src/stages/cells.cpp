@@ -40,4 +40,15 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
   return cells;
 }
 
+Cells make_cells(const std::vector<Vec3d>& points, float cell) {
+  const std::size_t n = points.size();
+  std::vector<float> x(n), y(n), z(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    x[k] = static_cast<float>(points[k].x);
+    y[k] = static_cast<float>(points[k].y);
+    z[k] = static_cast<float>(points[k].z);
+  }
+  return make_cells(x, y, z, cell);
+}
+
 }  // namespace meniscus

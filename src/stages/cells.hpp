@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "stages/vec.hpp"
+
 namespace meniscus {
 
 /// Cells of one row (x) lie in buckets one behind the other. Eight of them, which a search takes at
@@ -57,6 +59,9 @@ inline bool same_row(std::uint32_t a, std::uint32_t b) { return ((a ^ b) & ~2047
 /// Sorts n points into cells of side `cell` (particle radii).
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
                  const std::vector<float>& z, float cell);
+
+/// The same of points that are rounded to float first.
+Cells make_cells(const std::vector<Vec3d>& points, float cell);
 
 /// Calls visit(k) for every point k (position in bucket order) of the 27 cells around (x, y, z)
 /// that lie within a cell side of it, until visit returns false. Every point within one cell side

@@ -30,14 +30,8 @@ DeviceCells upload_cells(Device& device, const Cells& cells) {
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points) {
   const std::size_t n = points.size();
-  std::vector<float> x(n), y(n), z(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    x[k] = static_cast<float>(points[k].x);
-    y[k] = static_cast<float>(points[k].y);
-    z[k] = static_cast<float>(points[k].z);
-  }
   // Points of one cell share a search.
-  const Cells sorted = make_cells(x, y, z, 1 / cells.inverse_cell);
+  const Cells sorted = make_cells(points, 1 / cells.inverse_cell);
   const auto density = allocate<float>(device, n);
   const int width = device.state().vector_width;
   launch(device, kDensity, "measure_density", items_for(n, width), width_option(width),

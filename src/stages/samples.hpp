@@ -35,9 +35,8 @@ SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<fl
 
 /// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
 ///
-///   wanted  [rows][stride] of cells: bits from `shift` on say which of their samples; 0 where
-///   there
-///           are no cells, up to whole tiles of samples
+///   wanted  [rows][stride] of cells: bits from `shift` on say which of their samples; 0 beyond the
+///           last cells, up to whole tiles of samples
 ///   stride  a multiple of 8
 SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
                          int stride, int every, int shift, const ListedBlocks& blocks);

@@ -14,13 +14,7 @@ std::array<std::vector<float>, 2> average_on_sheets(Device& device,
   const std::size_t n = position.size();
   std::array<std::vector<float>, 2> result{std::vector<float>(n), std::vector<float>(n)};
   if (n == 0) return result;
-  std::vector<float> x(n), y(n), z(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    x[k] = static_cast<float>(position[k].x);
-    y[k] = static_cast<float>(position[k].y);
-    z[k] = static_cast<float>(position[k].z);
-  }
-  const Cells cells = make_cells(x, y, z, weights.reach);
+  const Cells cells = make_cells(position, weights.reach);
   std::vector<float> normals(3 * n), shares(n), both(2 * n);  // in bucket order
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);

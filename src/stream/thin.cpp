@@ -42,17 +42,12 @@ struct FieldAt {
 // cube of two radii) at the masses and at further points.
 FieldAt measure_field(Device& device, const std::vector<Vec3d>& masses,
                       const std::vector<double>& mass, const std::vector<Vec3d>& points) {
-  std::vector<float> x, y, z, weight;
-  for (const std::vector<Vec3d>* some : {&masses, &points})
-    for (const Vec3d& p : *some) {
-      x.push_back(static_cast<float>(p.x));
-      y.push_back(static_cast<float>(p.y));
-      z.push_back(static_cast<float>(p.z));
-      weight.push_back(0);
-    }
+  std::vector<Vec3d> all = masses;
+  all.insert(all.end(), points.begin(), points.end());
+  const std::size_t n = all.size();
+  std::vector<float> weight(n, 0.0f);
   for (std::size_t k = 0; k < mass.size(); ++k) weight[k] = static_cast<float>(mass[k]);
-  const std::size_t n = x.size();
-  const Cells cells = make_cells(x, y, z, kDensitySupport);
+  const Cells cells = make_cells(all, kDensitySupport);
   std::vector<float> in_order(n);
   for (std::size_t p = 0; p < n; ++p) in_order[p] = weight[static_cast<std::size_t>(cells.item[p])];
   DeviceCells field = upload_cells(device, cells);

@@ -59,5 +59,25 @@ template <class SetUp, class Nearest, class Front>
   }
 }
 
+/// The same where depths depend on the samples' places alone: front(record, u, v, inside, map),
+/// with the places of a row's samples, pixels.
+template <class Nearest, class Front>
+[[gnu::always_inline]] inline void draw_bins(const Bins& bins, std::size_t begin, std::size_t end,
+                                             const Nearest& nearest, const Front& front) {
+  Floats u{};
+  int top = 0;
+  draw_bins(
+      bins, begin, end,
+      [&](int i, int j) {
+        u = bins.first + bins.step * (static_cast<float>(i) + kLanes);
+        top = j;
+      },
+      nearest,
+      [&](int particle, int row, const Ints& inside, Floats& map) {
+        front(bins.records + bins.values * particle, u,
+              bins.first + bins.step * static_cast<float>(top + row), inside, map);
+      });
+}
+
 }  // namespace
 }  // namespace meniscus::bench::native

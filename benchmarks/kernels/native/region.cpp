@@ -3,20 +3,11 @@
 namespace meniscus::bench::native {
 
 void draw_triangles(const Triangles& triangles, std::size_t begin, std::size_t end) {
-  const Bins& in = triangles.bins;
-  Floats u{};
-  int top = 0;
   draw_bins(
-      in, begin, end,
-      [&](int i, int j) {
-        u = in.first + in.step * (static_cast<float>(i) + kLanes);
-        top = j;
-      },
-      [](int) { return -std::numeric_limits<float>::infinity(); },
-      [&](int triangle, int row, const Ints& inside, Floats& map) {
-        const float* const r = in.records + in.values * triangle;
+      triangles.bins, begin, end, [](int) { return -std::numeric_limits<float>::infinity(); },
+      [&](const float* r, const Floats& u, float v, const Ints& inside, Floats& map) {
         const Floats du = u - r[0];
-        const float dv = in.first + in.step * static_cast<float>(top + row) - r[1];
+        const float dv = v - r[1];
         const Floats l1 = (du * r[5] - r[4] * dv) * r[6], l2 = (r[2] * dv - du * r[3]) * r[6];
         const Floats l0 = 1.0f - l1 - l2;
         const Ints met = inside & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
