@@ -14,47 +14,21 @@ inline floatv smooth(global const float* here, const int stride, const intv reac
   const floatv centre = LOADF(here);
   const floatv scale = spread.y + spread.z * centre;
   const floatv n = spread.x / (scale * scale);
-  floatv weight = (floatv)(1.0f), total = (floatv)(1.0f), sum = (floatv)(0.0f);
-  intv open = (fabs(centre) < INFINITY) & (reach >= 0);
-  if (!ANY(open)) return centre;
+  floatv weight = (floatv)(1.0f), weights = (floatv)(0.0f), sum = (floatv)(0.0f);
   floatv tap = (floatv)(0.0f);  // k, as a float
-  int k = 0;
-  if (ALL(open))  // no lane needs a mask until the first is closed; four taps are tested at once
-    for (; k + 4 <= sure; k += 4) {
-      floatv next = weight, least = weight, farthest = (floatv)(0.0f);
-      floatv more = sum, whole = total;
-#pragma unroll
-      for (int m = 1; m <= 4; ++m) {
-        next = next * ((n - tap) / (n + (tap + 1.0f)));
-        tap += 1.0f;
-        const floatv before = LOADF(here - (k + m) * stride) - centre;
-        const floatv after = LOADF(here + (k + m) * stride) - centre;
-        least = SELECT(least, next, next < least);
-        farthest = SELECT(farthest, fabs(before), fabs(before) > farthest);
-        farthest = SELECT(farthest, fabs(after), fabs(after) > farthest);
-        more += next * (before + after);
-        whole += 2.0f * next;
-      }
-      if (!ALL((least >= 1.0f / 1024.0f) & (farthest <= z_max))) {
-        tap -= 4.0f;
-        break;
-      }
-      weight = next;
-      sum = more;
-      total = whole;
-    }
-  for (; k < most; ++k) {
+  intv open = (fabs(centre) < INFINITY) & (reach >= 0);
+  for (int k = 0; k < most && ANY(open); ++k) {
     weight = weight * ((n - tap) / (n + (tap + 1.0f)));
     tap += 1.0f;
     const floatv before = LOADF(here - (k + 1) * stride) - centre;
     const floatv after = LOADF(here + (k + 1) * stride) - centre;
-    open = open & (k < reach) & (weight >= 1.0f / 1024.0f) & (fabs(before) <= z_max) &
-           (fabs(after) <= z_max);
-    if (!ANY(open)) break;
+    const floatv jump = SELECT(fabs(before), fabs(after), fabs(after) > fabs(before));
+    open &= (weight >= 1.0f / 1024.0f) & (jump <= z_max);
+    if (k >= sure) open &= k < reach;
+    weights += SELECT((floatv)(0.0f), weight, open);
     sum += SELECT((floatv)(0.0f), weight * (before + after), open);
-    total += SELECT((floatv)(0.0f), 2.0f * weight, open);
   }
-  return centre + sum / total;
+  return centre + sum / (1.0f + 2.0f * weights);
 }
 
 // Moves the rows of a map apart. One work-item per WIDTH neighbours of a row.

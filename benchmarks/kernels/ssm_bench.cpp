@@ -60,8 +60,9 @@ Case prepare_pass(Frame& frame, bool columns) {
   result.unit = "pixels";
   result.items = maps->open;
   result.bytes = 8 * maps->open;
-  // A tap on both sides: its weight 5, differences 2, sums 5. A pixel: n 4, the quotient 2.
-  result.operations = 12 * maps->taps + 6 * maps->open;
+  // A tap on both sides: its weight 5, differences 2, the larger of them 1, sums 4. A pixel: n 4, the
+  // mean 4.
+  result.operations = 12 * maps->taps + 8 * maps->open;
   result.launch = [&frame, maps] {
     maps->smoothed = smooth_depth(frame.device, frame.view, maps->depth, maps->grid,
                                   frame.params.ssm, frame.params.grid.cell);

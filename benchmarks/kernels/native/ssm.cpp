@@ -22,10 +22,9 @@ template <class Neighbours>
                                             const Smoothing& in, const Neighbours& neighbours) {
   const Floats scale = in.spread[1] + in.spread[2] * centre;
   const Floats n = in.spread[0] / (scale * scale);
-  Floats weight = all(1.0f), total = all(1.0f), sum{}, tap{};
+  Floats weight = all(1.0f), weights{}, sum{}, tap{};
   Ints open = (magnitude(centre) < kNone);
-  if (!any(open)) return centre;
-  for (int k = 0; k < most; ++k) {
+  for (int k = 0; k < most && any(open); ++k) {
     weight = weight * ((n - tap) / (n + (tap + 1.0f)));
     open = open & (tap < reach) & (weight >= 1.0f / 1024.0f);
     tap = tap + 1.0f;
@@ -33,12 +32,11 @@ template <class Neighbours>
     neighbours(k + 1, before, after);
     before -= centre;
     after -= centre;
-    open = open & (magnitude(before) <= in.z_max) & (magnitude(after) <= in.z_max);
-    if (!any(open)) break;
+    open = open & (larger(magnitude(before), magnitude(after)) <= in.z_max);
     sum += open ? weight * (before + after) : Floats{};
-    total += open ? 2.0f * weight : Floats{};
+    weights += open ? weight : Floats{};
   }
-  return centre + sum / total;
+  return centre + sum / (1.0f + 2.0f * weights);
 }
 
 }  // namespace
