@@ -7,12 +7,13 @@
 // the curve where they intersect. Sheets that turn away from the eye end the surface in the same way
 // (docs/method.md).
 //
-// A fit's record is 24 floats: 0-2 particle, 3-5 normal, 6-15 quadric (see fit.hpp), 16 one over the
-// reach squared, 17 weight where the fluid ends, 18 weight in the blend, 19-21 foot, 22 one over the
-// trust that is part of the weights (trust.hpp), 23 reach.
+// A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
+// fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
+// the weights (trust.hpp), 13 weight where the fluid ends. Its foot and reach are 4 floats in an array
+// of their own, in which fits are looked for.
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 
-#define RECORD 24
+#define RECORD 16
 // Fits of a list that are met before any is weighed: whether a fit that is met counts is a branch that
 // nobody foresees, in front of a root and a division. A work-item with one ray has no room for them.
 #if WIDTH == 1
@@ -34,12 +35,17 @@ typedef struct {
   floatv pull;        // how fast the weight changes across the ray, see add_hit
 } Hit;
 
-// The gradient of a fit's quadric at X from its particle.
+typedef struct {
+  global const float* record;  // [fits][RECORD]
+  global const float* foot;    // [fits][4] eye space; reach
+} Fits;
+
+// The gradient of a fit's quadric at X from its foot.
 inline void gradient_at(global const float* g, const floatv x, const floatv y, const floatv z,
                         floatv* gx, floatv* gy, floatv* gz) {
-  *gx = g[7] + 2.0f * g[10] * x + g[13] * y + g[15] * z;
-  *gy = g[8] + 2.0f * g[11] * y + g[13] * x + g[14] * z;
-  *gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
+  *gx = g[1] + g[4] * (x + x) + g[7] * y + g[9] * z;
+  *gy = g[2] + g[5] * (y + y) + g[7] * x + g[8] * z;
+  *gz = g[3] + g[6] * (z + z) + g[8] * y + g[9] * x;
 }
 
 // Where rays enter a fit's fluid, and how far from its foot, in reaches.
@@ -50,16 +56,18 @@ typedef struct {
 
 inline int counts(const Entry e) { return ANY(e.met & (e.squared < 1.0f)); }
 
-inline Entry meet_fit(global const float* g, const Sample s, const float d_max) {
+inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const float d_max) {
+  global const float* g = fits.record + RECORD * fit;
+  global const float* foot = fits.foot + 4 * fit;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
-  const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   floatv gx, gy, gz;
   gradient_at(g, x, y, z, &gx, &gy, &gz);
   // f along the ray: C + B tau + A tau^2
-  const floatv C = g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z);
+  const floatv C = g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z);
   const floatv B = gx * s.dx + gy * s.dy - gz;
-  const floatv A = (g[10] * s.dx + g[13] * s.dy - g[15]) * s.dx + (g[11] * s.dy - g[14]) * s.dy +
-                   g[12];
+  const floatv A = (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy +
+                   g[6];
   const floatv D = B * B - 4.0f * A * C;
   const floatv root = sqrt(fmax(D, none));
   // The entering root in its stable form: f falls there.
@@ -69,18 +77,19 @@ inline Entry meet_fit(global const float* g, const Sample s, const float d_max) 
   const intv met = (D >= 0.0f) & (fabs(root_tau) <= 4.0f * d_max) & (falls | curved);
   const floatv tau = SELECT(none, root_tau, met);
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
-  const floatv fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
-  const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
+  const floatv squared = (px * px + py * py + pz * pz) * g[10];
   const Entry e = {tau, squared, met};
   return e;
 }
 
 // A hit at an entry. Returns whether it has any weight.
-inline int weigh_fit(global const float* g, const Sample s, const float d_max, const Entry e,
-                     Hit* hit) {
+inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float d_max,
+                     const Entry e, Hit* hit) {
+  global const float* g = fits.record + RECORD * fit;
+  global const float* foot = fits.foot + 4 * fit;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
   intv met = e.met;
-  const floatv x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   floatv gx, gy, gz;
   const floatv near = fmax(one - squared, none);
@@ -90,19 +99,19 @@ inline int weigh_fit(global const float* g, const Sample s, const float d_max, c
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
   const floatv facing = (gx * s.dx + gy * s.dy - gz) * slope;
   met &= fabs(tau) * fmin(2.0f * fabs(facing), one) <= d_max;
-  const floatv steep = SELECT(none, near * near * g[18], met);
+  const floatv steep = SELECT(none, near * near * g[11], met);
   hit->weight = steep * near;
   hit->gx = gx * slope;
   hit->gy = gy * slope;
   hit->gz = gz * slope;
-  hit->pull = -3.0f * g[16] * steep * facing;
+  hit->pull = -3.0f * g[10] * steep * facing;
   return ANY(hit->weight > 0.0f);
 }
 
 // Returns whether any ray enters a fit's fluid within its reach.
-inline int hit_fit(global const float* g, const Sample s, const float d_max, Hit* hit) {
-  const Entry e = meet_fit(g, s, d_max);
-  return counts(e) && weigh_fit(g, s, d_max, e, hit);
+inline int hit_fit(const Fits fits, const int fit, const Sample s, const float d_max, Hit* hit) {
+  const Entry e = meet_fit(fits, fit, s, d_max);
+  return counts(e) && weigh_fit(fits, fit, s, d_max, e, hit);
 }
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
@@ -144,22 +153,18 @@ inline Beam beam_of(const Sample s) {
 // ray passes a foot at no less than its distance in the foot's plane of depth over its slant. A
 // hundredth more is let through, so that rounding never decides about a hit with weight.
 inline void find_near(global const int* list, const int k, const int count,
-                      global const float* groups, const Beam b, int* id, int* near) {
+                      global const float* feet, const Beam b, int* id, int* near) {
   int at[WIDTH];
 #pragma unroll
   for (int l = 0; l < WIDTH; ++l) {
     id[l] = list[min(k + l, count - 1)];
-    at[l] = id[l] * RECORD;
+    at[l] = 4 * id[l];
   }
-  const floatv t = -gather_float(groups + 21, at);
-  const floatv x = gather_float(groups + 19, at) - (b.ox + t * b.dx);
-  const floatv y = gather_float(groups + 20, at) - (b.oy + t * b.dy);
-  const floatv reach =
-      1.01f * (gather_float(groups + 23, at) * b.slant + b.wide + fabs(t) * b.spread);
-  STOREI(x * x + y * y < reach * reach, near);
-#pragma unroll
-  for (int l = 0; l < WIDTH; ++l)
-    if (k + l >= count) near[l] = 0;
+  const floatv t = -gather_float(feet + 2, at);
+  const floatv x = gather_float(feet, at) - (b.ox + t * b.dx);
+  const floatv y = gather_float(feet + 1, at) - (b.oy + t * b.dy);
+  const floatv reach = 1.01f * (gather_float(feet + 3, at) * b.slant + b.wide + fabs(t) * b.spread);
+  STOREI((x * x + y * y < reach * reach) & (LANES < (float)(count - k)), near);
 }
 
 typedef struct {
@@ -185,21 +190,21 @@ inline void clear_sheet(Sheet* sum) {
 }
 
 // Adds a share of a hit to a sheet.
-inline void add_hit(Sheet* sum, global const float* g, const Sample s, const Hit hit,
+inline void add_hit(Sheet* sum, global const float* foot, const Sample s, const Hit hit,
                     const floatv share) {
   const floatv w = share * hit.weight;
   sum->w += w;
   sum->t += w * hit.tau;
-  sum->cx += w * g[19];
-  sum->cy += w * g[20];
-  sum->cz += w * g[21];
+  sum->cx += w * foot[0];
+  sum->cy += w * foot[1];
+  sum->cz += w * foot[2];
   sum->nx += w * hit.gx;
   sum->ny += w * hit.gy;
   sum->nz += w * hit.gz;
   const floatv p = share * hit.pull;
-  const floatv px = p * (s.sx + hit.tau * s.dx - g[19]);
-  const floatv py = p * (s.sy + hit.tau * s.dy - g[20]);
-  const floatv pz = p * (-(s.t + hit.tau) - g[21]);
+  const floatv px = p * (s.sx + hit.tau * s.dx - foot[0]);
+  const floatv py = p * (s.sy + hit.tau * s.dy - foot[1]);
+  const floatv pz = p * (-(s.t + hit.tau) - foot[2]);
   sum->vx += px;
   sum->vy += py;
   sum->vz += pz;
@@ -215,8 +220,8 @@ typedef struct {
   int met_count, rim_count;
 } Listed;
 
-inline Blended blend_at(const Sample s, const Listed listed, global const float* groups,
-                        const float d_max, const float4 sheets) {
+inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, const float d_max,
+                        const float4 sheets) {
   const floatv none = (floatv)(0.0f);
   const Beam beam = beam_of(s);
   Hit cache[CACHED];
@@ -236,7 +241,7 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
     Entry entry[BLOCK];
     int found = 0, met = 0;
     for (int k = from; k < to; k += WIDTH) {
-      find_near(listed.met, k, listed.met_count, groups, beam, id, near);
+      find_near(listed.met, k, listed.met_count, fits.foot, beam, id, near);
 #pragma unroll
       for (int l = 0; l < WIDTH; ++l) {
         place[found] = k + l;
@@ -245,14 +250,13 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
     }
     for (int n = 0; n < found; ++n) {
       place[met] = place[n];
-      entry[met] = meet_fit(groups + listed.met[place[n]] * RECORD, s, d_max);
+      entry[met] = meet_fit(fits, listed.met[place[n]], s, d_max);
       met += counts(entry[met]);
     }
     for (int n = 0; n < met; ++n) {
       const int fit = listed.met[place[n]];
-      global const float* g = groups + fit * RECORD;
       Hit hit;
-      if (!weigh_fit(g, s, d_max, entry[n], &hit)) continue;
+      if (!weigh_fit(fits, fit, s, d_max, entry[n], &hit)) continue;
       if (kept < CACHED) {
         cache[kept] = hit;
         cached_group[kept++] = fit;
@@ -265,8 +269,8 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
       ax = SELECT(ax, hit.gx, better);
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
-      trust += hit.weight * g[22];
-      add_hit(&A, g, s, hit, (floatv)(1.0f));
+      trust += hit.weight * fits.record[RECORD * fit + 12];
+      add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
 
@@ -298,7 +302,7 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
         Hit hit;
         if (k < kept)
           hit = cache[k];
-        else if (!hit_fit(groups + listed.met[rest + k - kept] * RECORD, s, d_max, &hit))
+        else if (!hit_fit(fits, listed.met[rest + k - kept], s, d_max, &hit))
           continue;
         const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
                                                   hit.gx * ax + hit.gy * ay + hit.gz * az);
@@ -318,16 +322,16 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
     clear_sheet(&A);
     for (int k = 0; k < total; ++k) {
       const int fit = k < kept ? cached_group[k] : listed.met[rest + k - kept];
-      global const float* g = groups + fit * RECORD;
+      global const float* foot = fits.foot + 4 * fit;
       Hit hit;
       if (k < kept)
         hit = cache[k];
-      else if (!hit_fit(g, s, d_max, &hit))
+      else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
       const floatv share =
           smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
-      add_hit(&A, g, s, hit, share);
-      add_hit(&B, g, s, hit, 1.0f - share);
+      add_hit(&A, foot, s, hit, share);
+      add_hit(&B, foot, s, hit, 1.0f - share);
     }
   }
 
@@ -366,18 +370,18 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
   for (int k = 0; k < listed.rim_count; ++k) {
-    if (k % WIDTH == 0) find_near(listed.rim, k, listed.rim_count, groups, beam, id, near);
+    if (k % WIDTH == 0) find_near(listed.rim, k, listed.rim_count, fits.foot, beam, id, near);
     if (!near[k % WIDTH]) continue;
-    global const float* g = groups + id[k % WIDTH] * RECORD;
-    const floatv fx = ex - g[19], fy = ey - g[20], fz = -out.depth - g[21];
-    const floatv squared = (fx * fx + fy * fy + fz * fz) * g[16];
+    global const float* g = fits.record + RECORD * id[k % WIDTH];
+    global const float* foot = fits.foot + 4 * id[k % WIDTH];
+    const floatv x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
+    const floatv squared = (x * x + y * y + z * z) * g[10];
     if (!ANY(squared < 1.0f)) continue;
-    const floatv x = ex - g[0], y = ey - g[1], z = -out.depth - g[2];
     floatv gx, gy, gz;
     gradient_at(g, x, y, z, &gx, &gy, &gz);
     const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
     const floatv f =
-        (g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z)) * slope;
+        (g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z)) * slope;
     gx *= slope;
     gy *= slope;
     gz *= slope;
@@ -385,14 +389,14 @@ inline Blended blend_at(const Sample s, const Listed listed, global const float*
         smooth_step(sheets.x, sheets.y, gx * out.nx + gy * out.ny + gz * out.nz);
     const floatv q = fmax(1.0f - squared, (floatv)(0.0f));
     const floatv near = fmax(1.0f - 0.25f * f * f, (floatv)(0.0f));
-    const floatv weight = g[17] * q * q * q * (1.0f - same) * near;
+    const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
     const intv away = gx * s.dx + gy * s.dy - gz > 0.0f;
     const floatv w = SELECT((floatv)(0.0f), weight, away);
     wr += w;
     fr += SELECT((floatv)(0.0f), w * f, away);
-    crx += w * g[19];
-    cry += w * g[20];
-    crz += w * g[21];
+    crx += w * foot[0];
+    cry += w * foot[1];
+    crz += w * foot[2];
     nrx += SELECT((floatv)(0.0f), w * gx, away);
     nry += SELECT((floatv)(0.0f), w * gy, away);
     nrz += SELECT((floatv)(0.0f), w * gz, away);
@@ -440,8 +444,8 @@ inline void store_blended(const Blended b, const int* at, const intv wanted, con
 #if WIDTH == 1
 kernel void blend_points(global const float* reference,  // [n] depth; +inf: leave the point
                          global const float* points,     // [2][n] u, v, pixels
-                         global const float* groups, global const int* met_start,
-                         global const int* met, global const int* rim_start,
+                         global const float* records, global const float* feet,
+                         global const int* met_start, global const int* met, global const int* rim_start,
                          global const int* rim, global float* depth,
                          global float* normal,  // [3][n]
                          global int* group, global float* trust, const int n,
@@ -453,9 +457,10 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
   const float u = points[p], v = points[n + p];
   const int i = clamp((int)((u - first) * inverse_tile), 0, tiles.x - 1);
   const int j = clamp((int)((v - first) * inverse_tile), 0, tiles.y - 1);
+  const Fits fits = {records, feet};
   const Listed listed = fits_of(j * tiles.x + i, met_start, met, rim_start, rim);
   const Blended b =
-      blend_at(sample_at(rays_at(rays, u, v), reference[p]), listed, groups, d_max, sheets);
+      blend_at(sample_at(rays_at(rays, u, v), reference[p]), listed, fits, d_max, sheets);
   store_blended(b, &p, 1, n, depth, normal, group, trust);
 }
 #endif
@@ -464,7 +469,8 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
 kernel void blend_groups(global const int* sample,       // [tiles][256]
                          global const int* count,        // [tiles]
                          global const float* reference,  // [samples] depth, finite where listed
-                         global const float* groups,     // [groups][RECORD]
+                         global const float* records,    // [fits][RECORD]
+                         global const float* feet,       // [fits][4]
                          global const int* met_start,    // [tiles + 1]
                          global const int* met,          // fits that rays may meet, ascending in
                                                          // each tile
@@ -477,12 +483,13 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          const int2 samples, const float first, const float step,
                          const float16 rays, const float d_max,
                          const float4 sheets) {  // same_low, same_high; crease, particle radii
+  const Fits fits = {records, feet};
   const Listed listed = fits_of(tile_of_group(), met_start, met, rim_start, rim);
   Lanes lanes;
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
     if (!load_lanes(place, sample, count, samples.x, first, step, rays, &lanes)) return;
     const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
-                               groups, d_max, sheets);
+                               fits, d_max, sheets);
     store_blended(b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
   }
 }

@@ -5,8 +5,9 @@
 // differently; and Eqs. 3 to 5, which shrink the region, are replaced by capsules along its contour
 // and a closing by a disc (docs/method.md).
 //
-// A particle's record is 24 floats as in blend.cl: 0-2 position, 3-5 normal, 6-15 quadric (see
-// fit.hpp), 16 one over the blend radius squared, 18 weight e v (0: no fit), 19-21 foot.
+// A particle's record is 24 floats: 0-2 position, 3-5 normal, 6-15 quadric (see
+// fit.hpp), 16 one over the blend radius squared, 18 weight e v (0: no fit), 19-21 foot;
+// the others are not used.
 // Depth maps are positive floats, whose bits order like integers: the nearest is kept by
 // atomic_min, then the lowest owner among the equally near.
 

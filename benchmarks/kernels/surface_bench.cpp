@@ -86,14 +86,15 @@ native::Blend blend_input(Frame& frame, CapturedLaunch& launch) {
   return {lists_of(frame, launch),
           launch.read<float>(2),
           launch.read<float>(3),
-          launch.read<std::int32_t>(4),
+          launch.read<float>(4),
           launch.read<std::int32_t>(5),
           launch.read<std::int32_t>(6),
           launch.read<std::int32_t>(7),
-          launch.write<float>(8),
+          launch.read<std::int32_t>(8),
           launch.write<float>(9),
-          launch.write<std::int32_t>(10),
-          launch.write<float>(11),
+          launch.write<float>(10),
+          launch.write<std::int32_t>(11),
+          launch.write<float>(12),
           pixel_grid(frame.view).size(),
           static_cast<float>(params.d_max),
           static_cast<float>(params.same_low),
@@ -181,12 +182,12 @@ native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
 
 Case prepare_blend(Frame& frame) {
   Case result = frame_case(frame, "blend_groups");
-  // A reference read; depth, normal, group and trust written; a record of 24 values a fit.
-  result.bytes = 28 * result.items + 96.0 * static_cast<double>(frame.fits().size());
-  // A hit: the quadric on the ray 49, its root 10, distance 16, gradient 23, weight 5, normal and
+  // A reference read; depth, normal, group and trust written; records of 20 values a fit.
+  result.bytes = 28 * result.items + 80.0 * static_cast<double>(frame.fits().size());
+  // A hit: the quadric on the ray 49, its root 10, distance 13, gradient 23, weight 5, normal and
   // pull 11, sums 39, sheets 10. A pixel: sheets and normal 140.
-  result.operations = 163 * count_hits(frame) + 140 * result.items;
-  add_native(result, frame, "blend_groups", {8, 9, 10, 11}, blend_input, native::blend_groups);
+  result.operations = 160 * count_hits(frame) + 140 * result.items;
+  add_native(result, frame, "blend_groups", {9, 10, 11, 12}, blend_input, native::blend_groups);
   return result;
 }
 

@@ -35,8 +35,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
       view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
   const ParticleFits fits =
       fit_particles(device, projected, fitted, seen_surface(fitted, normals), params.fit);
-  const GroupRecords records =
-      make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend.radius);
+  const GroupRecords records = stable_records(fits, params.fit, params.blend.radius);
   const Buffer<float> device_records = upload(device, records.values);
 
   clock.start("upload");

@@ -5,9 +5,8 @@
 namespace meniscus {
 namespace {
 
-constexpr int kRecord = 24;           // floats, as in blend.cl
+constexpr std::size_t kRecord = 16;   // floats, as in blend.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
-constexpr double kSeen = 1e-3;        // those seen less are not met by rays, they only end sheets
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 
 // Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
@@ -36,14 +35,6 @@ Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGri
           std::max(0, sample(v0, grid.ny)), std::min(grid.ny - 1, sample(v1, grid.ny) + 1)};
 }
 
-std::vector<Box> boxes_of(const View& view, const GroupRecords& records, const SampleGrid& grid) {
-  std::vector<Box> boxes(records.billboard.size());
-  for (std::size_t k = 0; k < boxes.size(); ++k)
-    if (records.billboard[k] > 0)
-      boxes[k] = box_of(view, records.centre[k], records.billboard[k], grid);
-  return boxes;
-}
-
 // The wanted boxes that meet each tile.
 TileLists list_boxes(const std::vector<Box>& boxes, const std::vector<char>& wanted,
                      const SampleGrid& grid) {
@@ -68,23 +59,21 @@ TileLists list_boxes(const std::vector<Box>& boxes, const std::vector<char>& wan
   return tiles;
 }
 
-// Whether a fit's gradient may point away from the eye anywhere within its reach: at X from the
-// particle it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
+// Whether a fit's gradient may point away from the eye anywhere within its reach: at X from
+// its foot it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
 // at a corner of the box because rays are affine in the pixels.
-bool may_turn_away(const View& view, const GroupRecords& records, std::size_t k, const Box& box,
+bool may_turn_away(const View& view, const FitRecords& records, std::size_t k, const Box& box,
                    const SampleGrid& grid) {
-  const float* record = &records.values[k * kRecord];
-  const float* c = record + 6;
+  const float* c = &records.record[k * kRecord];
   const auto square = [](double x) { return x * x; };
   const double hessian = std::sqrt(4 * (square(c[4]) + square(c[5]) + square(c[6])) +
                                    2 * (square(c[7]) + square(c[8]) + square(c[9])));
-  const Vec3d particle{record[0], record[1], record[2]};
-  const double farthest = records.billboard[k] + length(records.centre[k] - particle);
+  const double reach = records.foot[4 * k + 3];
   for (const int i : {box.i0 - 1, box.i1 + 1})
     for (const int j : {box.j0 - 1, box.j1 + 1}) {
       const Vec3d d = ray_direction(view, grid.first + grid.step * i, grid.first + grid.step * j);
       const double along = c[1] * d.x + c[2] * d.y + c[3] * d.z;
-      if (along + (hessian * farthest + 1e-3) * length(d) > 0) return true;
+      if (along + (hessian * reach + 1e-3) * length(d) > 0) return true;
     }
   return false;
 }
@@ -100,50 +89,74 @@ cl_float4 sheets_of(const BlendParams& params) {
 
 }  // namespace
 
-GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
-                          const FitParams& fit, double radius) {
-  GroupRecords records;
-  records.values.assign(fits.size() * kRecord, 0.0f);
-  records.billboard.assign(fits.size(), 0.0);
-  records.centre = fits.foot;
+double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius) {
+  return radius * std::max(fits.support[k] / fit.support, kLeastReach);
+}
+
+FitRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
+                        const FitParams& fit, double radius) {
+  FitRecords records{std::vector<float>(fits.size() * kRecord),
+                     std::vector<float>(fits.size() * 4)};
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    float* record = &records.values[k * kRecord];
-    const Vec3d &p = fits.position[k], &n = fits.normal[k], &foot = fits.foot[k];
-    const double head[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
-    for (int c = 0; c < 6; ++c) record[c] = static_cast<float>(head[c]);
     if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) continue;
-    const double reach = radius * std::max(fits.support[k] / fit.support, kLeastReach);
-    records.billboard[k] = reach;
-    for (int c = 0; c < 10; ++c) record[6 + c] = fits.quadric[k][c];
-    const double weight = fits.edge[k] * trust[k];
-    record[16] = static_cast<float>(1 / (reach * reach));
-    record[17] = static_cast<float>(weight * fits.surface[k]);
-    record[18] = static_cast<float>(fits.visible[k] < kSeen ? 0 : weight * fits.visible[k]);
-    record[19] = static_cast<float>(foot.x);
-    record[20] = static_cast<float>(foot.y);
-    record[21] = static_cast<float>(foot.z);
-    record[22] = static_cast<float>(1 / trust[k]);
-    record[23] = static_cast<float>(reach);
+    const Vec3d& foot = fits.foot[k];
+    const double reach = reach_of(fits, k, fit, radius), weight = fits.edge[k] * trust[k];
+    const std::array<float, 10>& c = fits.quadric[k];
+    // The same function around the foot.
+    const Vec3d x = foot - fits.position[k];
+    const Vec3d gradient{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
+                         c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
+                         c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
+    const double value = c[0] + dot(gradient + Vec3d{c[1], c[2], c[3]}, x) / 2;
+    const double record[] = {value,
+                             gradient.x,
+                             gradient.y,
+                             gradient.z,
+                             c[4],
+                             c[5],
+                             c[6],
+                             c[7],
+                             c[8],
+                             c[9],
+                             1 / (reach * reach),
+                             fits.visible[k] < kSeen ? 0 : weight * fits.visible[k],
+                             1 / trust[k],
+                             weight * fits.surface[k]};
+    std::ranges::transform(record, &records.record[k * kRecord],
+                           [](double v) { return static_cast<float>(v); });
+    const double place[] = {foot.x, foot.y, foot.z, reach};
+    std::ranges::transform(place, &records.foot[4 * k],
+                           [](double v) { return static_cast<float>(v); });
   }
   return records;
 }
 
-TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid) {
-  std::vector<char> wanted;
-  for (const double radius : records.billboard) wanted.push_back(radius > 0);
-  return list_boxes(boxes_of(view, records, grid), wanted, grid);
+DeviceRecords upload_records(Device& device, const FitRecords& records) {
+  return {upload(device, records.record), upload(device, records.foot)};
 }
 
-FitTiles list_fits(Device& device, const View& view, const GroupRecords& records,
+TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid) {
+  const std::size_t n = records.billboard.size();
+  std::vector<char> wanted(n);
+  std::vector<Box> boxes(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    wanted[k] = records.billboard[k] > 0;
+    if (wanted[k]) boxes[k] = box_of(view, records.centre[k], records.billboard[k], grid);
+  }
+  return list_boxes(boxes, wanted, grid);
+}
+
+FitTiles list_fits(Device& device, const View& view, const FitRecords& records,
                    const SampleGrid& grid) {
-  const std::vector<Box> boxes = boxes_of(view, records, grid);
-  const std::size_t n = boxes.size();
+  const std::size_t n = records.size();
+  std::vector<Box> boxes(n);
   std::vector<char> met(n), rim(n);
   for (std::size_t k = 0; k < n; ++k) {
-    if (!(records.billboard[k] > 0)) continue;
-    const float* record = &records.values[k * kRecord];
-    met[k] = record[18] > 0;
-    rim[k] = record[17] > 0 && may_turn_away(view, records, k, boxes[k], grid);
+    const float *record = &records.record[k * kRecord], *foot = &records.foot[4 * k];
+    if (!(foot[3] > 0)) continue;
+    boxes[k] = box_of(view, {foot[0], foot[1], foot[2]}, foot[3], grid);
+    met[k] = record[11] > 0;
+    rim[k] = record[13] > 0 && may_turn_away(view, records, k, boxes[k], grid);
   }
   const TileLists met_lists = list_boxes(boxes, met, grid),
                   rim_lists = list_boxes(boxes, rim, grid);
@@ -156,24 +169,24 @@ FitTiles list_fits(Device& device, const View& view, const GroupRecords& records
 }
 
 void blend_groups(Device& device, const View& view, const SampleLists& lists,
-                  const Buffer<float>& records, const FitTiles& tiles,
+                  const DeviceRecords& records, const FitTiles& tiles,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().vector_width;
   launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
-         lists.count, reference, records, tiles.met_start, tiles.met, tiles.rim_start, tiles.rim,
+         lists.count, reference, records.record, records.foot, tiles.met_start, tiles.met, tiles.rim_start, tiles.rim,
          surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
          sheets_of(params));
 }
 
-void blend_points(Device& device, const View& view, const Buffer<float>& records,
+void blend_points(Device& device, const View& view, const DeviceRecords& records,
                   const FitTiles& tiles, const SampleGrid& grid, const Buffer<float>& points,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records,
+  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record, records.foot,
          tiles.met_start, tiles.met, tiles.rim_start, tiles.rim, surface.depth, surface.normal,
          surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
          grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),

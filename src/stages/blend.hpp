@@ -10,17 +10,25 @@
 
 namespace meniscus {
 
-/// Groups as kernel blend_groups takes them: 24 floats each, see blend.cl.
-struct GroupRecords {
-  std::vector<float> values;      // [groups][24]
-  std::vector<double> billboard;  // [groups] radius on which the group counts, particle radii;
-                                  // 0: the group has no fit
-  std::vector<Vec3d> centre;      // [groups] raised to the surface, eye space
+/// Fits as kernel blend_groups takes them, see blend.cl.
+struct FitRecords {
+  std::vector<float> record;  // [fits][16]
+  std::vector<float> foot;    // [fits][4] eye space; reach of the weight, particle radii; 0: does not
+                              // count
+  std::size_t size() const { return foot.size() / 4; }
+};
+
+/// The same on the device.
+struct DeviceRecords {
+  Buffer<float> record, foot;
 };
 
 /// The weight (1 - D²)³ of kernel blend_groups is as wide as Wendland's function, which method
 /// stable has, on this share of its radius.
 inline constexpr double kBlendReach = 0.84;
+
+/// Fits that are seen less are not met by rays, they only end sheets.
+inline constexpr double kSeen = 1e-3;
 
 /// The records of fits. A fit's weight reaches `radius` times the share of the full support that
 /// its own has, but at least 0.7, and counts e v trust; where it tells that the fluid ends, e u
@@ -28,8 +36,21 @@ inline constexpr double kBlendReach = 0.84;
 ///
 ///   trust   [fits] 0 .. 1
 ///   radius  particle radii
-GroupRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
-                          const FitParams& fit, double radius);
+FitRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
+                        const FitParams& fit, double radius);
+
+DeviceRecords upload_records(Device& device, const FitRecords& records);
+
+/// The radius of a fit's weight: `radius` times its share of the full support.
+double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius);
+
+/// Groups as the kernels of methods stable and paper take them.
+struct GroupRecords {
+  std::vector<float> values;      // [groups][n], see stable.cl, paper.cl
+  std::vector<double> billboard;  // [groups] radius on which the group counts, particle radii;
+                                  // 0: the group has no fit
+  std::vector<Vec3d> centre;      // [groups] raised to the surface, eye space
+};
 
 /// Which groups' billboards meet each tile of 16 x 16 samples.
 struct TileLists {
@@ -41,20 +62,20 @@ struct TileLists {
 TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid);
 
 /// The fits of each tile on the device, in two lists: those that rays may meet (kernel
-/// blend_groups, record 18) and those that may turn away from the eye within their reach (record
-/// 17).
+/// blend_groups, record 11) and those that may turn away from the eye within their reach (record
+/// 13).
 struct FitTiles {
   int nx = 0, ny = 0;  // tiles
   Buffer<cl_int> met_start, met, rim_start, rim;
 };
 
-FitTiles list_fits(Device& device, const View& view, const GroupRecords& records,
+FitTiles list_fits(Device& device, const View& view, const FitRecords& records,
                    const SampleGrid& grid);
 
 /// Blends the groups at the listed samples, whose reference depths are finite (kernel
 /// blend_groups), and writes depth, normal and group there. Does not wait.
 void blend_groups(Device& device, const View& view, const SampleLists& lists,
-                  const Buffer<float>& records, const FitTiles& tiles,
+                  const DeviceRecords& records, const FitTiles& tiles,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params);
 
@@ -62,7 +83,7 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
 ///
 ///   points  [2][n] u then v, pixels
 ///   surface  receives the n samples; its grid is n x 1
-void blend_points(Device& device, const View& view, const Buffer<float>& records,
+void blend_points(Device& device, const View& view, const DeviceRecords& records,
                   const FitTiles& tiles, const SampleGrid& grid, const Buffer<float>& points,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params);

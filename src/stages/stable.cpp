@@ -161,6 +161,31 @@ Buffer<cl_int> nearest_sample(Device& device, const Buffer<cl_int>& map, const S
 
 }  // namespace
 
+GroupRecords stable_records(const ParticleFits& fits, const FitParams& fit, double radius) {
+  constexpr std::size_t kRecord = 24;  // floats, as in stable.cl
+  GroupRecords records;
+  records.values.assign(fits.size() * kRecord, 0.0f);
+  records.billboard.assign(fits.size(), 0.0);
+  records.centre = fits.foot;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    float* record = &records.values[k * kRecord];
+    const Vec3d &p = fits.position[k], &n = fits.normal[k], &foot = fits.foot[k];
+    const double head[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+    for (int c = 0; c < 6; ++c) record[c] = static_cast<float>(head[c]);
+    if (fits.residual[k] < 0) continue;
+    const double reach = reach_of(fits, k, fit, radius);
+    records.billboard[k] = reach;
+    for (std::size_t c = 0; c < 10; ++c) record[6 + c] = fits.quadric[k][c];
+    record[16] = static_cast<float>(1 / (reach * reach));
+    const double seen = fits.visible[k] < kSeen ? 0 : fits.visible[k];
+    record[18] = static_cast<float>(fits.edge[k] * seen);
+    record[19] = static_cast<float>(foot.x);
+    record[20] = static_cast<float>(foot.y);
+    record[21] = static_cast<float>(foot.z);
+  }
+  return records;
+}
+
 StableRegion draw_stable_region(Device& device, const View& view, const Triangulation& mesh,
                                 const Visible& fitted, const ParticleFits& fits,
                                 const Buffer<float>& records, const SampleGrid& grid,

@@ -41,11 +41,11 @@ Samples samples_of(Device& device, const SurfaceBuffers& surface) {
 Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
                 const std::vector<float>& reference, int width) {
   device.state().vector_width = width;
-  const GroupRecords records =
+  const FitRecords records =
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const auto depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth), upload(device, records.values),
+  blend_groups(device, view, list_samples(device, grid, depth), upload_records(device, records),
                list_fits(device, view, records, grid), depth, surface, kBlend);
   return samples_of(device, surface);
 }
@@ -409,10 +409,10 @@ TEST_P(Blend, PointsGiveTheBitsOfSamples) {
     points[n + s] = static_cast<float>(v_of(grid, s));
   }
   const Samples expected = blended(device_, view, grid, scene, reference);
-  const GroupRecords records =
+  const FitRecords records =
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SurfaceBuffers list = empty_surface(device_, {static_cast<int>(n), 1, 0, 1});
-  blend_points(device_, view, upload(device_, records.values),
+  blend_points(device_, view, upload_records(device_, records),
                list_fits(device_, view, records, grid), grid, upload(device_, points),
                upload(device_, reference), list, kBlend);
   const Samples actual = samples_of(device_, list);
@@ -433,7 +433,7 @@ TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatTurnsAway) {
               {random(-1, 1), random(-1, 1), random(-1, 1)}, k % 3 == 0 ? 0 : 1, random(-0.1, 0.1));
     scene.fits.support.back() = random(3, 10);
   }
-  const GroupRecords records =
+  const FitRecords records =
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SampleGrid grid{70, 50, 0.5f, 1};
   const FitTiles tiles = list_fits(device_, view, records, grid);
@@ -483,8 +483,10 @@ TEST(ListTiles, NamesEveryFitWhoseWeightReachesASample) {
     scene.add({random(-30, 30), random(-20, 20), random(-40, -12)}, {0, 0, 1});
     scene.fits.support.back() = random(3, 10);
   }
-  const GroupRecords records =
-      make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
+  GroupRecords records;
+  records.centre = scene.fits.foot;
+  for (std::size_t k = 0; k < 60; ++k)
+    records.billboard.push_back(reference::reach(scene.fits, k, kFit, kBlend));
   for (const SampleGrid& grid : {SampleGrid{70, 50, 0.5f, 1}, SampleGrid{36, 26, 0, 2}}) {
     const TileLists tiles = list_tiles(view, records, grid);
     ASSERT_EQ(tiles.start.size(), static_cast<std::size_t>(tiles.nx * tiles.ny + 1));

@@ -25,8 +25,7 @@ struct Drawn {
 
 Drawn draw(Device& device, const Projected& projected, const Triangulation& mesh,
            const ParticleFits& fits, const SampleGrid& grid, const Parameters& params) {
-  const GroupRecords records =
-      make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend.radius);
+  const GroupRecords records = stable_records(fits, params.fit, params.blend.radius);
   const auto device_records = upload(device, records.values);
   StableRegion region = draw_stable_region(device, plain_view(), mesh, all_visible(projected), fits,
                                            device_records, grid, params);

@@ -5,7 +5,7 @@
 namespace meniscus::bench::native {
 namespace {
 
-constexpr int kRecord = 24, kCached = 48;
+constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
@@ -20,9 +20,9 @@ struct Hit {
 [[gnu::always_inline]] inline void gradient_at(const float* g, const Floats& x, const Floats& y,
                                                const Floats& z, Floats& gx, Floats& gy,
                                                Floats& gz) {
-  gx = g[7] + 2.0f * g[10] * x + g[13] * y + g[15] * z;
-  gy = g[8] + 2.0f * g[11] * y + g[13] * x + g[14] * z;
-  gz = g[9] + 2.0f * g[12] * z + g[14] * y + g[15] * x;
+  gx = g[1] + g[4] * (x + x) + g[7] * y + g[9] * z;
+  gy = g[2] + g[5] * (y + y) + g[7] * x + g[8] * z;
+  gz = g[3] + g[6] * (z + z) + g[8] * y + g[9] * x;
 }
 
 // Where rays enter a fit's fluid, and how far from its foot, in reaches.
@@ -32,15 +32,16 @@ struct Entry {
   bool counts() const { return any(met & (squared < 1.0f)); }
 };
 
-[[gnu::always_inline]] inline Entry entry_of(const float* g, const Sample& s, float d_max) {
+[[gnu::always_inline]] inline Entry entry_of(const float* g, const float* foot,
+                                               const Sample& s, float d_max) {
   const Floats none{}, one = all(1.0f);
-  const Floats x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   Floats gx, gy, gz;
   gradient_at(g, x, y, z, gx, gy, gz);
-  const Floats C = g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z);
+  const Floats C = g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z);
   const Floats B = gx * s.dx + gy * s.dy - gz;
   const Floats A =
-      (g[10] * s.dx + g[13] * s.dy - g[15]) * s.dx + (g[11] * s.dy - g[14]) * s.dy + g[12];
+      (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy + g[6];
   const Floats D = B * B - 4.0f * A * C;
   const Floats sqrt_d = root(larger(D, none));
   const Ints falls = B<0.0f, curved = magnitude(A)> 1e-12f;
@@ -50,29 +51,28 @@ struct Entry {
   entry.met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
   entry.tau = entry.met ? tau : none;
   const Floats px = x + entry.tau * s.dx, py = y + entry.tau * s.dy, pz = z - entry.tau;
-  const Floats fx = px + (g[0] - g[19]), fy = py + (g[1] - g[20]), fz = pz + (g[2] - g[21]);
-  entry.squared = (fx * fx + fy * fy + fz * fz) * g[16];
+  entry.squared = (px * px + py * py + pz * pz) * g[10];
   return entry;
 }
 
 // Returns whether any of the rays has weight there.
-[[gnu::always_inline]] inline bool weigh(const float* g, const Sample& s, float d_max,
-                                         const Entry& entry, Hit& hit) {
+[[gnu::always_inline]] inline bool weigh(const float* g, const float* foot, const Sample& s,
+                                         float d_max, const Entry& entry, Hit& hit) {
   const Floats none{}, one = all(1.0f), tau = entry.tau;
-  const Floats x = s.sx - g[0], y = s.sy - g[1], z = -s.t - g[2];
+  const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   const Floats near = larger(one - entry.squared, none);
   Floats gx, gy, gz;
   gradient_at(g, x + tau * s.dx, y + tau * s.dy, z - tau, gx, gy, gz);
   const Floats slope = 1.0f / root(larger(gx * gx + gy * gy + gz * gz, all(1e-20f)));
   const Floats facing = (gx * s.dx + gy * s.dy - gz) * slope;
   const Ints met = entry.met & (magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max);
-  const Floats steep = met ? near * near * g[18] : none;
+  const Floats steep = met ? near * near * g[11] : none;
   hit.tau = tau;
   hit.weight = steep * near;
   hit.gx = gx * slope;
   hit.gy = gy * slope;
   hit.gz = gz * slope;
-  hit.pull = -3.0f * g[16] * steep * facing;
+  hit.pull = -3.0f * g[10] * steep * facing;
   return any(hit.weight > 0.0f);
 }
 
@@ -98,18 +98,18 @@ inline Beam beam_of(const Sample& s) {
 
 // Which of the eight fits from place k of a list a ray of the beam may pass within their reach, as
 // bits.
-inline unsigned find_near(const std::int32_t* list, int k, int count, const float* groups,
+inline unsigned find_near(const std::int32_t* list, int k, int count, const float* feet,
                           const Beam& b, std::int32_t* id) {
   std::int32_t at[8];
   for (int l = 0; l < 8; ++l) {
     id[l] = list[k + l < count ? k + l : count - 1];
-    at[l] = id[l] * kRecord;
+    at[l] = id[l] * 4;
   }
-  const Floats t = -gather(groups + 21, at);
-  const Floats x = gather(groups + 19, at) - (b.ox + t * b.dx);
-  const Floats y = gather(groups + 20, at) - (b.oy + t * b.dy);
+  const Floats t = -gather(feet + 2, at);
+  const Floats x = gather(feet, at) - (b.ox + t * b.dx);
+  const Floats y = gather(feet + 1, at) - (b.oy + t * b.dy);
   const Floats reach =
-      1.01f * (gather(groups + 23, at) * b.slant + b.wide + magnitude(t) * b.spread);
+      1.01f * (gather(feet + 3, at) * b.slant + b.wide + magnitude(t) * b.spread);
   return bits_of((x * x + y * y < reach * reach) & (kPlaces < count - k));
 }
 
@@ -117,21 +117,21 @@ struct Sheet {
   Floats w{}, t{}, cx{}, cy{}, cz{}, nx{}, ny{}, nz{}, vx{}, vy{}, vz{}, ux{}, uy{}, uz{};
 };
 
-[[gnu::always_inline]] inline void add_hit(Sheet& sum, const float* g, const Sample& s,
+[[gnu::always_inline]] inline void add_hit(Sheet& sum, const float* foot, const Sample& s,
                                            const Hit& hit, const Floats& share) {
   const Floats w = share * hit.weight;
   sum.w += w;
   sum.t += w * hit.tau;
-  sum.cx += w * g[19];
-  sum.cy += w * g[20];
-  sum.cz += w * g[21];
+  sum.cx += w * foot[0];
+  sum.cy += w * foot[1];
+  sum.cz += w * foot[2];
   sum.nx += w * hit.gx;
   sum.ny += w * hit.gy;
   sum.nz += w * hit.gz;
   const Floats p = share * hit.pull;
-  const Floats px = p * (s.sx + hit.tau * s.dx - g[19]);
-  const Floats py = p * (s.sy + hit.tau * s.dy - g[20]);
-  const Floats pz = p * (-(s.t + hit.tau) - g[21]);
+  const Floats px = p * (s.sx + hit.tau * s.dx - foot[0]);
+  const Floats py = p * (s.sy + hit.tau * s.dy - foot[1]);
+  const Floats pz = p * (-(s.t + hit.tau) - foot[2]);
   sum.vx += px;
   sum.vy += py;
   sum.vz += pz;
@@ -156,8 +156,9 @@ struct Listed {
 
 Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats none{}, one = all(1.0f), tiny = all(kTiny);
-  const float* const groups = in.groups;
-  const auto fit_at = [groups](int fit) { return groups + std::ptrdiff_t{fit} * kRecord; };
+  const float *const records = in.records, *const feet = in.feet;
+  const auto fit_at = [records](int fit) { return records + std::ptrdiff_t{fit} * kRecord; };
+  const auto foot_of = [feet](int fit) { return feet + std::ptrdiff_t{fit} * 4; };
   const auto same = [&](const Floats& cosine) {
     return smooth_step(in.same_low, in.same_high, cosine);
   };
@@ -176,20 +177,20 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     Entry entry[kBlock];
     int near = 0, count = 0;
     for (int k = from; k < to; k += 8) {
-      const unsigned bits = find_near(listed.met, k, listed.met_count, groups, beam, id);
+      const unsigned bits = find_near(listed.met, k, listed.met_count, feet, beam, id);
       pack(bits, k + kPlaces, place + near);
       near += __builtin_popcount(bits);
     }
     for (int n = 0; n < near; ++n) {
       place[count] = place[n];
-      entry[count] = entry_of(fit_at(listed.met[place[n]]), s, in.d_max);
+      entry[count] = entry_of(fit_at(listed.met[place[n]]), foot_of(listed.met[place[n]]), s, in.d_max);
       count += entry[count].counts();
     }
     for (int n = 0; n < count; ++n) {
       const int fit = listed.met[place[n]];
       const float* const g = fit_at(fit);
       Hit hit;
-      if (!weigh(g, s, in.d_max, entry[n], hit)) continue;
+      if (!weigh(g, foot_of(fit), s, in.d_max, entry[n], hit)) continue;
       if (kept < kCached) {
         cache[kept] = hit;
         cached_group[kept++] = fit;
@@ -202,20 +203,21 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       ax = better ? hit.gx : ax;
       ay = better ? hit.gy : ay;
       az = better ? hit.gz : az;
-      trust += hit.weight * g[22];
-      add_hit(A, g, s, hit, one);
+      trust += hit.weight * g[12];
+      add_hit(A, foot_of(fit), s, hit, one);
     }
   }
   if (!any(best > 0.0f)) return out;
 
-  // Calls visit(hit, record) for the hits in the cache and those that are found again.
+  // Calls visit(hit, foot) for the hits in the cache and those that are found again.
   const auto each_hit = [&](auto&& visit) {
-    for (int k = 0; k < kept; ++k) visit(cache[k], fit_at(cached_group[k]));
+    for (int k = 0; k < kept; ++k) visit(cache[k], foot_of(cached_group[k]));
     for (int k = rest; k < listed.met_count; ++k) {
-      const float* const g = fit_at(listed.met[k]);
-      const Entry entry = entry_of(g, s, in.d_max);
+      const int fit = listed.met[k];
+      const float *const g = fit_at(fit), *const foot = foot_of(fit);
+      const Entry entry = entry_of(g, foot, s, in.d_max);
       Hit hit;
-      if (entry.counts() && weigh(g, s, in.d_max, entry, hit)) visit(hit, g);
+      if (entry.counts() && weigh(g, foot, s, in.d_max, entry, hit)) visit(hit, foot);
     }
   };
   bool one_sheet = rest == listed.met_count;
@@ -246,10 +248,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   }
   if (!one_sheet) {
     A = Sheet{};
-    each_hit([&](const Hit& hit, const float* g) {
+    each_hit([&](const Hit& hit, const float* foot) {
       const Floats share = same(hit.gx * ax + hit.gy * ay + hit.gz * az);
-      add_hit(A, g, s, hit, share);
-      add_hit(B, g, s, hit, 1.0f - share);
+      add_hit(A, foot, s, hit, share);
+      add_hit(B, foot, s, hit, 1.0f - share);
     });
   }
 
@@ -280,32 +282,32 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{};
   for (int k = 0; k < listed.rim_count; k += 8)
-    for (unsigned near = find_near(listed.rim, k, listed.rim_count, groups, beam, id); near;
+    for (unsigned near = find_near(listed.rim, k, listed.rim_count, feet, beam, id); near;
          near &= near - 1) {
-      const float* const g = fit_at(id[__builtin_ctz(near)]);
-      const Floats fx = ex - g[19], fy = ey - g[20], fz = -out.depth - g[21];
-      const Floats squared = (fx * fx + fy * fy + fz * fz) * g[16];
+      const int fit = id[__builtin_ctz(near)];
+      const float *const g = fit_at(fit), *const foot = foot_of(fit);
+      const Floats x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
+      const Floats squared = (x * x + y * y + z * z) * g[10];
       if (!any(squared < 1.0f)) continue;
-      const Floats x = ex - g[0], y = ey - g[1], z = -out.depth - g[2];
       Floats gx, gy, gz;
       gradient_at(g, x, y, z, gx, gy, gz);
       const Floats slope = inverse_root(gx * gx + gy * gy + gz * gz, 1e-20f);
       const Floats f =
-          (g[6] + 0.5f * ((gx + g[7]) * x + (gy + g[8]) * y + (gz + g[9]) * z)) * slope;
+          (g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z)) * slope;
       gx *= slope;
       gy *= slope;
       gz *= slope;
       const Floats q = larger(1.0f - squared, none);
       const Floats flat = larger(1.0f - 0.25f * f * f, none);
       const Floats weight =
-          g[17] * q * q * q * (1.0f - same(gx * out.nx + gy * out.ny + gz * out.nz)) * flat;
+          g[13] * q * q * q * (1.0f - same(gx * out.nx + gy * out.ny + gz * out.nz)) * flat;
       const Ints away = gx * s.dx + gy * s.dy - gz > 0.0f;
       const Floats w = away ? weight : none;
       wr += w;
       fr += away ? w * f : none;
-      crx += w * g[19];
-      cry += w * g[20];
-      crz += w * g[21];
+      crx += w * foot[0];
+      cry += w * foot[1];
+      crz += w * foot[2];
       nrx += away ? w * gx : none;
       nry += away ? w * gy : none;
       nrz += away ? w * gz : none;

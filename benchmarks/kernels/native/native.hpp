@@ -108,7 +108,7 @@ struct Lists {
 
 struct Blend {
   Lists lists;
-  const float *reference, *groups;
+  const float *reference, *records, *feet;
   const std::int32_t *met_start, *met, *rim_start, *rim;
   float *depth, *normal;
   std::int32_t* group;

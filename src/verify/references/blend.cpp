@@ -21,11 +21,11 @@ ReferenceErrors blend_case(Device& device, int size) {
   for (float& t : reference) t = static_cast<float>(random(19, 21));
   for (std::size_t s = 8; s < reference.size(); s += 9) reference[s] = kNoSurface;
 
-  const GroupRecords records =
+  const FitRecords records =
       make_records(scene.fits, scene.trust, fit, kBlendReach * params.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth), upload(device, records.values),
+  blend_groups(device, view, list_samples(device, grid, depth), upload_records(device, records),
                list_fits(device, view, records, grid), depth, surface, params);
   const SurfaceMap map = download(device, surface);
   const std::vector<float> trust = download(device, surface.trust);

@@ -19,8 +19,7 @@ ReferenceErrors stable_case(Device& device, int size) {
     const Projected particles = field(12, 13, surface);
     const Triangulation mesh = triangulated(particles);
     const ParticleFits fits = made_by_hand(mesh, surface, 0.02, 14);
-    const GroupRecords records =
-        make_records(fits, std::vector<double>(fits.size(), 1.0), params.fit, params.blend.radius);
+    const GroupRecords records = stable_records(fits, params.fit, params.blend.radius);
     const auto device_records = upload(device, records.values);
     const StableRegion region = draw_stable_region(
         device, plain_view(), mesh, all_visible(particles), fits, device_records, grid, params);
