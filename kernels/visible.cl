@@ -9,17 +9,17 @@
 // nodes of a rectangle, none has a deeper computed front than the largest |du| and |dv| among them
 // give, and none a nearer one than the centre. Bounds made so hold to the last bit.
 
-// What is drawn: the nearest fronts, those behind a map (behind.cl), or the farthest backs.
+// What is drawn: the nearest fronts, those behind a map (behind.cl), or all discs.
 #define FRONT 0
 #define BEHIND 1
-#define BACK 2
+#define EVERY 2
 
 // What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
                           global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, nearest
                           global int* box,     // [4][stride] see bins.cl
                           global float* key,   // [stride] FRONT: nearest depth; BEHIND: the least
-                                               // negative depth; BACK: none is left out
+                                               // negative depth; EVERY: none is left out
                           const int stride,
                           const int2 nodes,     // nx, ny
                           const float2 origin,  // first node's coordinate, 1 / step; pixels
@@ -48,7 +48,7 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   store_record(1.0f / ru, record, 3);
   store_record(1.0f / rv, record, 4);
   store_record(bulge, record, 5);
-  store_record(drawn == BACK ? (floatv)(-INFINITY) : nearest, record, 6);
+  store_record(nearest, record, 6);
 }
 
 // The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
@@ -88,11 +88,9 @@ kernel void cover_discs(global const float* particles,
   STOREF(fmax(fmax(rim, t - bulge), (floatv)(1e-6f)), deepest + p);
 }
 
-// Draws the discs of a bin into a private map. BACK: the backs' negative depths, whose nearest is
-// the farthest back. With `owned`, the map's owners as well.
+// Draws the discs of a bin into a private map. With `owned`, the map's owners as well.
 inline void draw_discs(const Part part, global const float* disc, global const int2* entry,
-                       floatv* map, intv* owner, const float2 grid, const int drawn,
-                       const int owned) {
+                       floatv* map, intv* owner, const float2 grid, const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
   float deepest = INFINITY;
@@ -104,7 +102,7 @@ inline void draw_discs(const Part part, global const float* disc, global const i
     // Long lists are mostly of what lies behind the rest.
     if ((e - part.begin) % 8 == 7) deepest = deepest_of(map);
     if (d.s6 > deepest) continue;
-    const float t = drawn == BACK ? -d.s0 : d.s0, bulge = d.s5;
+    const float t = d.s0, bulge = d.s5;
     const floatv du = (node_u - d.s1) * d.s3;
     // Nodes outside the box are infinitely far: sqrt is NaN there and no comparison holds.
     const floatv du2 = SELECT(du * du, (floatv)(INFINITY),
@@ -113,7 +111,7 @@ inline void draw_discs(const Part part, global const float* disc, global const i
       const int row = j - part.row;
       const float dv = (grid.x + grid.y * (float)(part.j + row) - d.s2) * d.s4;
       floatv front = t - bulge * sqrt(1.0f - (du2 + dv * dv));
-      if (drawn != BACK) front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
+      front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
       intv better = front < map[row];
       if (owned) better = better | ((front == map[row]) & (p < owner[row]));
       map[row] = SELECT(map[row], front, better);
@@ -123,7 +121,7 @@ inline void draw_discs(const Part part, global const float* disc, global const i
 }
 
 // The nearest front at every node of the listed bins; INFINITY where there is none.
-// The range of this kernel and the next: BIN * BIN / (WIDTH * ROWS) work-items a bin.
+// The range of this kernel and the next ones: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void splat_depth(global const float* disc,  // [stride][8]
                         global const int* end,     // [bins] see fill_bins
                         global const int2* entry,  // [entries]
@@ -135,22 +133,73 @@ kernel void splat_depth(global const float* disc,  // [stride][8]
   if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
-  draw_discs(part, disc, entry, map, 0, grid, FRONT, 0);
+  draw_discs(part, disc, entry, map, 0, grid, 0);
   store_rows(part, map, depth, nodes);
 }
 
-// The farthest back, t + bulge sqrt(1 - d^2); 0 where there is none.
-kernel void splat_far(global const float* disc, global const int* end, global const int2* entry,
-                      global float* depth, const int2 range, const int bins_x, const int2 nodes,
-                      const float2 grid) {
+// Draws two maps of a bin at once: the nearest fronts, and with `core` > 0 what lies within `core` of
+// the half axes of any disc (0 there), else the farthest backs, t + bulge sqrt(1 - d^2).
+inline void draw_both(const Part part, global const float* disc, global const int2* entry,
+                      floatv* near, floatv* other, const float2 grid, const float core) {
+  const intv column = TO_INTV(LANES) + part.column;
+  const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  const float least = 1.0f - core * core;
+  for (int e = part.begin; e < part.end; ++e) {
+    const int packed = entry[e].y;
+    const int j0 = max(packed >> 8 & 15, part.row),
+              j1 = min(packed >> 12 & 15, part.row + ROWS - 1);
+    const float8 d = vload8(entry[e].x, disc);
+    const floatv du = (node_u - d.s1) * d.s3;
+    // As in draw_discs.
+    const floatv du2 = SELECT(du * du, (floatv)(INFINITY),
+                              (column < (packed & 15)) | (column > (packed >> 4 & 15)));
+    for (int j = j0; j <= j1; ++j) {
+      const int row = j - part.row;
+      const float dv = (grid.x + grid.y * (float)(part.j + row) - d.s2) * d.s4;
+      const floatv q = 1.0f - (du2 + dv * dv), half_depth = d.s5 * sqrt(q);
+      floatv front = d.s0 - half_depth;
+      front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
+      near[row] = SELECT(near[row], front, front < near[row]);
+      if (core > 0.0f) {
+        other[row] = SELECT(other[row], (floatv)(0.0f), q >= least);
+      } else {
+        const floatv back = d.s0 + half_depth;
+        other[row] = SELECT(other[row], back, back > other[row]);
+      }
+    }
+  }
+}
+
+// The nearest front at every node of the listed bins, INFINITY where there is none, and where a node
+// lies within `core` of any particle's footprint: 0, else INFINITY. The range as above.
+kernel void splat_core(global const float* disc, global const int* end, global const int2* entry,
+                       global float* depth,    // [ny*nx] particle radii
+                       global float* in_core,  // [ny*nx]
+                       const int2 range, const int bins_x, const int2 nodes, const float2 grid,
+                       const float core) {  // > 0
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
-  floatv map[ROWS];
-  for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(0.0f);
-  draw_discs(part, disc, entry, map, 0, grid, BACK, 0);
-  // Not 0 - map: some compilers take that for -map and make a negative zero.
-  for (int row = 0; row < ROWS; ++row) map[row] = fabs(map[row]);
-  store_rows(part, map, depth, nodes);
+  floatv near[ROWS], other[ROWS];
+  for (int row = 0; row < ROWS; ++row) near[row] = other[row] = (floatv)(INFINITY);
+  draw_both(part, disc, entry, near, other, grid, core);
+  store_rows(part, near, depth, nodes);
+  store_rows(part, other, in_core, nodes);
+}
+
+// The nearest front, INFINITY where there is none, and the farthest back, 0 where there is none.
+kernel void splat_extent(global const float* disc, global const int* end, global const int2* entry,
+                         global float* from, global float* to, const int2 range, const int bins_x,
+                         const int2 nodes, const float2 grid) {
+  const Part part = part_of(end, range, bins_x);
+  if (part.bin >= range.y) return;
+  floatv near[ROWS], far[ROWS];
+  for (int row = 0; row < ROWS; ++row) {
+    near[row] = (floatv)(INFINITY);
+    far[row] = (floatv)(0.0f);
+  }
+  draw_both(part, disc, entry, near, far, grid, 0.0f);
+  store_rows(part, near, from, nodes);
+  store_rows(part, far, to, nodes);
 }
 
 // The nearest front and the particle that owns it: the lowest index among the nearest.
@@ -162,7 +211,7 @@ inline void draw_owners(const Part part, global const float* disc, global const 
     map[row] = (floatv)(INFINITY);
     owners[row] = (intv)(INT_MAX);
   }
-  draw_discs(part, disc, entry, map, owners, grid, FRONT, 1);
+  draw_discs(part, disc, entry, map, owners, grid, 1);
   for (int row = 0; row < ROWS; ++row) STOREI(owners[row], owner + row * WIDTH);
 }
 

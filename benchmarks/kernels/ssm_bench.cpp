@@ -60,8 +60,8 @@ Case prepare_pass(Frame& frame, bool columns) {
   result.unit = "pixels";
   result.items = maps->open;
   result.bytes = 8 * maps->open;
-  // A tap on both sides: its weight 5, differences 2, the larger of them 1, sums 4. A pixel: n 4, the
-  // mean 4.
+  // A tap on both sides: its weight 5, differences 2, the larger of them 1, sums 4. A pixel: n 4,
+  // the mean 4.
   result.operations = 12 * maps->taps + 8 * maps->open;
   result.launch = [&frame, maps] {
     maps->smoothed = smooth_depth(frame.device, frame.view, maps->depth, maps->grid,

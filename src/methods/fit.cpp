@@ -75,10 +75,10 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid);
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-  const Buffer<float> front = splat_depth(device, frame.body, grid, footprint, bulge);
-  const Buffer<float> front_core = splat_depth(device, frame.body, grid, kCoreFootprint);
+  const auto [front, front_core] =
+      splat_core(device, frame.body, grid, footprint, bulge, kCoreFootprint);
   const FitTiles tiles = list_fits(device, view, records, grid);
-  const SplashExtent splash = splash_extent(device, frame.splash, grid);
+  const Extent splash = splash_extent(device, frame.splash, grid);
   // Of the samples that show nothing in the layers so far, the reference depth of the last.
   const auto open = filled<float>(device, grid.size(), kNoSurface);
 

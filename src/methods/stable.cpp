@@ -53,7 +53,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
     const SurfaceBuffers surface = blend_particles(device, view, region, device_records,
                                                    list_tiles(view, records, grid), params.blend);
     clock.start("splash");
-    const SplashExtent extent = splash_extent(device, splash, grid);
+    const Extent extent = splash_extent(device, splash, grid);
     draw_splash(device, view, list_samples(device, grid, extent.from), levelled, extent, surface,
                 params.region);
     return surface;

@@ -175,10 +175,10 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
   const SampleGrid& grid = surface.grid;
   const int width = device.state().vector_width;
   launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
-         lists.count, reference, records.record, records.foot, tiles.met_start, tiles.met, tiles.rim_start, tiles.rim,
-         surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
-         sheets_of(params));
+         lists.count, reference, records.record, records.foot, tiles.met_start, tiles.met,
+         tiles.rim_start, tiles.rim, surface.depth, surface.normal, surface.group, surface.trust,
+         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 
 void blend_points(Device& device, const View& view, const DeviceRecords& records,
@@ -186,10 +186,10 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record, records.foot,
-         tiles.met_start, tiles.met, tiles.rim_start, tiles.rim, surface.depth, surface.normal,
-         surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
-         grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
+  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record,
+         records.foot, tiles.met_start, tiles.met, tiles.rim_start, tiles.rim, surface.depth,
+         surface.normal, surface.group, surface.trust, static_cast<cl_int>(n),
+         cl_int2{{tiles.nx, tiles.ny}}, grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
          static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 

@@ -13,8 +13,8 @@ namespace meniscus {
 /// Fits as kernel blend_groups takes them, see blend.cl.
 struct FitRecords {
   std::vector<float> record;  // [fits][16]
-  std::vector<float> foot;    // [fits][4] eye space; reach of the weight, particle radii; 0: does not
-                              // count
+  std::vector<float> foot;  // [fits][4] eye space; reach of the weight, particle radii; 0: does not
+                            // count
   std::size_t size() const { return foot.size() / 4; }
 };
 

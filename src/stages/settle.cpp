@@ -58,16 +58,15 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
          limits_of(params), kSearch);
 }
 
-SplashExtent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid) {
+Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid) {
   // The field of a lone particle reaches one particle radius; among others it reaches farther.
   constexpr double kBlobReach = 2;
-  return {splat_depth(device, splash, grid, kBlobReach),
-          splat_far(device, splash, grid, kBlobReach)};
+  return splat_extent(device, splash, grid, kBlobReach);
 }
 
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
-                 const DeviceCells& levelled, const SplashExtent& extent,
-                 const SurfaceBuffers& surface, const RegionParams& params) {
+                 const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
+                 const RegionParams& params) {
   const SampleGrid& grid = surface.grid;
   const SampleLists near = keep_samples(device, lists, extent.from, surface.depth);
   const int width = device.state().vector_width;

@@ -31,19 +31,14 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const Buffer<float>& reference, const SurfaceBuffers& surface,
                    const RegionParams& params);
 
-/// Where rays may meet the levelled field around splash particles: the nearest front and the
-/// farthest back of spheres that hold it.
-struct SplashExtent {
-  Buffer<float> from, to;  // [samples] particle radii; kNoSurface and 0 where nothing is
-};
-
+/// Where rays may meet the levelled field around splash particles: within spheres that hold it.
 /// Waits.
-SplashExtent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid);
+Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid);
 
 /// Draws the first crossing of the levelled field within `extent` where it lies in front of the
 /// surface, at the listed samples. Changes the surface. Does not wait.
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
-                 const DeviceCells& levelled, const SplashExtent& extent,
-                 const SurfaceBuffers& surface, const RegionParams& params);
+                 const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
+                 const RegionParams& params);
 
 }  // namespace meniscus

@@ -11,8 +11,8 @@
 
 namespace meniscus {
 
-/// The records of fits, all of them trusted, as the kernels of stable.cl take them. The weight of one
-/// reaches as make_records says.
+/// The records of fits, all of them trusted, as the kernels of stable.cl take them. The weight of
+/// one reaches as make_records says.
 GroupRecords stable_records(const ParticleFits& fits, const FitParams& fit, double radius);
 
 /// Which samples have surface, and whose it is.

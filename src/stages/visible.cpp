@@ -45,6 +45,19 @@ void draw(Device& device, const std::string& kernel, const Discs& discs, const B
   });
 }
 
+// The same for two maps of all discs, whatever lies before them.
+template <class... Last>
+void draw_all(Device& device, const std::string& kernel, const Discs& discs, const SampleGrid& grid,
+              const Buffer<float>& first, const Buffer<float>& second, Last... last) {
+  draw_bins(device, discs.outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
+            [&](const BinLists& lists) {
+              launch(device, "visible.cl", kernel, bin_items(lists, device.state().vector_width),
+                     options(device), discs.records, lists.end, lists.entry, first, second,
+                     cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
+                     lattice_of(grid), last...);
+            });
+}
+
 // Cell size of the visibility grid: a quarter of the median particle radius on the screen, so that
 // a footprint has some 160 nodes; bounded by two pixels and by 2^24 nodes.
 SampleGrid visibility_grid(const View& view, const Projected& projected,
@@ -110,14 +123,30 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
   return owner;
 }
 
-Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                        double footprint) {
-  if (particles.count == 0) return filled<float>(device, grid.size(), 0.0f);
-  const auto depth = allocate<float>(device, grid.size());
-  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::back);
-  draw(device, "splat_far", discs, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
-       depth);
-  return depth;
+FrontAndCore splat_core(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                        double footprint, double bulge, double core) {
+  if (particles.count == 0)
+    return {filled<float>(device, grid.size(), kNoSurface),
+            filled<float>(device, grid.size(), kNoSurface)};
+  const FrontAndCore maps{allocate<float>(device, grid.size()),
+                          allocate<float>(device, grid.size())};
+  const Discs discs =
+      outline_discs(device, particles, grid,
+                    {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
+  draw_all(device, "splat_core", discs, grid, maps.depth, maps.core,
+           static_cast<cl_float>(core / footprint));
+  return maps;
+}
+
+Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    double footprint) {
+  if (particles.count == 0)
+    return {filled<float>(device, grid.size(), kNoSurface),
+            filled<float>(device, grid.size(), 0.0f)};
+  const Extent extent{allocate<float>(device, grid.size()), allocate<float>(device, grid.size())};
+  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
+  draw_all(device, "splat_extent", discs, grid, extent.from, extent.to);
+  return extent;
 }
 
 Visible find_visible(Device& device, const View& view, const Projected& projected,

@@ -28,7 +28,7 @@ struct Discs {
   Outlines outlines;
 };
 
-enum class Drawn : cl_int { front, behind, back };  // FRONT, BEHIND, BACK in visible.cl
+enum class Drawn : cl_int { front, behind, every };  // as in visible.cl
 
 /// sphere: footprint, particle radii, and bulge over footprint. Does not wait.
 Discs outline_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
@@ -48,9 +48,25 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
 Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                            double footprint);
 
-/// The farthest sphere back at every node, 0 where nothing is. Waits.
-Buffer<float> splat_far(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                        double footprint);
+/// Fronts, as by splat_depth, and where they have a particle near.
+struct FrontAndCore {
+  Buffer<float> depth;
+  Buffer<float>
+      core;  // [ny*nx] 0 within `core` radii of any particle on the screen, else kNoSurface
+};
+
+/// Waits.
+FrontAndCore splat_core(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                        double footprint, double bulge, double core);
+
+/// From the nearest front to the farthest back of the spheres at every node.
+struct Extent {
+  Buffer<float> from, to;  // [ny*nx] particle radii; kNoSurface and 0 where nothing is
+};
+
+/// Waits.
+Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    double footprint);
 
 /// The particles that are seen.
 struct Visible {

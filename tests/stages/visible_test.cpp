@@ -183,11 +183,14 @@ TEST_P(Visibility, CapsMayBulgeBackwards) {
             nearest);
 }
 
-TEST_P(Visibility, BacksMatchTheReference) {
+TEST_P(Visibility, ExtentsGoFromTheNearestFrontToTheFarthestBack) {
   const SampleGrid grid = kGrids[0];
   const Projected p = scattered(130, 8);
-  const auto far =
-      download(device_, splat_far(device_, upload_splats(device_, p, all_of(p)), grid, 2));
+  const SplatParticles splats = upload_splats(device_, p, all_of(p));
+  const Extent extent = splat_extent(device_, splats, grid, 2);
+  EXPECT_EQ(download(device_, extent.from),
+            download(device_, splat_depth(device_, splats, grid, 2)));
+  const auto far = download(device_, extent.to);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
       double low = 0, high = 0;
@@ -202,6 +205,32 @@ TEST_P(Visibility, BacksMatchTheReference) {
       EXPECT_GE(actual, low);
       EXPECT_LE(actual, high);
     }
+}
+
+TEST_P(Visibility, CoresAreWhereAParticleIsNear) {
+  const Projected p = scattered(130, 9);
+  const SplatParticles splats = upload_splats(device_, p, all_of(p));
+  for (const SampleGrid& grid : kGrids) {
+    const FrontAndCore maps = splat_core(device_, splats, grid, 1.8, 0.6, 1.4);
+    const auto core = download(device_, maps.core), depth = download(device_, maps.depth);
+    EXPECT_EQ(depth, download(device_, splat_depth(device_, splats, grid, 1.8, 0.6)));
+    const auto bounds = reference::splat_depth(p, all_of(p), grid, 1.4, 1, 4 * kEpsilon);
+    std::size_t near = 0, apart = 0;
+    for (std::size_t s = 0; s < core.size(); ++s) {
+      EXPECT_TRUE(core[s] == 0 || core[s] == kNoSurface);
+      if (std::isfinite(bounds.high[s])) {
+        EXPECT_EQ(core[s], 0) << s;
+      } else if (!std::isfinite(bounds.low[s])) {
+        EXPECT_EQ(core[s], kNoSurface) << s;
+      }
+      near += core[s] == 0;
+      apart += core[s] != 0 && depth[s] < kNoSurface;
+    }
+    if (grid.size() > 1000) {
+      EXPECT_GT(near, 100u);
+      EXPECT_GT(apart, 100u);
+    }
+  }
 }
 
 // A lattice of spheres that touch, parallel to the screen, one radius 8 pixels.

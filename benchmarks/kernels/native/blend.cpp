@@ -32,16 +32,15 @@ struct Entry {
   bool counts() const { return any(met & (squared < 1.0f)); }
 };
 
-[[gnu::always_inline]] inline Entry entry_of(const float* g, const float* foot,
-                                               const Sample& s, float d_max) {
+[[gnu::always_inline]] inline Entry entry_of(const float* g, const float* foot, const Sample& s,
+                                             float d_max) {
   const Floats none{}, one = all(1.0f);
   const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   Floats gx, gy, gz;
   gradient_at(g, x, y, z, gx, gy, gz);
   const Floats C = g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z);
   const Floats B = gx * s.dx + gy * s.dy - gz;
-  const Floats A =
-      (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy + g[6];
+  const Floats A = (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy + g[6];
   const Floats D = B * B - 4.0f * A * C;
   const Floats sqrt_d = root(larger(D, none));
   const Ints falls = B<0.0f, curved = magnitude(A)> 1e-12f;
@@ -108,8 +107,7 @@ inline unsigned find_near(const std::int32_t* list, int k, int count, const floa
   const Floats t = -gather(feet + 2, at);
   const Floats x = gather(feet, at) - (b.ox + t * b.dx);
   const Floats y = gather(feet + 1, at) - (b.oy + t * b.dy);
-  const Floats reach =
-      1.01f * (gather(feet + 3, at) * b.slant + b.wide + magnitude(t) * b.spread);
+  const Floats reach = 1.01f * (gather(feet + 3, at) * b.slant + b.wide + magnitude(t) * b.spread);
   return bits_of((x * x + y * y < reach * reach) & (kPlaces < count - k));
 }
 
@@ -183,7 +181,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     }
     for (int n = 0; n < near; ++n) {
       place[count] = place[n];
-      entry[count] = entry_of(fit_at(listed.met[place[n]]), foot_of(listed.met[place[n]]), s, in.d_max);
+      entry[count] =
+          entry_of(fit_at(listed.met[place[n]]), foot_of(listed.met[place[n]]), s, in.d_max);
       count += entry[count].counts();
     }
     for (int n = 0; n < count; ++n) {
