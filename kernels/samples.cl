@@ -24,20 +24,16 @@ inline int load_lanes(const int place, global const int* sample,  // [tiles][256
                       Lanes* lanes) {
   const int tile = tile_of_group(), tiles_x = (nx + TILE - 1) / TILE;
   const int corner = tile / tiles_x * TILE * nx + tile % tiles_x * TILE;
-  global const int* list = sample + tile * TILE_SAMPLES;
-  int used[WIDTH];
   if (place >= count[tile]) return 0;
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) {
-    used[k] = place + k < count[tile] ? -1 : 0;
-    lanes->at[k] = list[used[k] ? place + k : place];
-  }
+  // Loaded whole, which a list has room for: what is put together value by value waits to be read.
+  global const int* list = sample + tile * TILE_SAMPLES + place;
+  lanes->used = TO_INTV(LANES) < count[tile] - place;
+  const intv at = SELECT((intv)(list[0]), LOADI(list), lanes->used);
+  STOREI(at, lanes->at);
   // Rows below the tile's first, without a division of integers for each lane: small numbers, which
   // half a sample keeps off the next row.
-  const intv at = LOADI(lanes->at);
   const intv row = TO_INTV((TO_FLOATV(at - corner) + 0.5f) / (float)nx) + corner / nx;
   const floatv u = first + step * TO_FLOATV(at - row * nx), v = first + step * TO_FLOATV(row);
-  lanes->used = LOADI(used);
   lanes->rays = rays_at(rays, u, v);
   return 1;
 }
