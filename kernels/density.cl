@@ -15,7 +15,7 @@ kernel void measure_density(global const float* x, global const float* y, global
   STOREF(f.c * NORM, density + p);
 }
 
-inline int sum_of_lanes(const intv v) {
+inline int count_of_lanes(const intv v) {
   int lane[WIDTH], sum = 0;
   STOREI(v, lane);
 #pragma unroll
@@ -38,7 +38,7 @@ inline int is_inside(const Cells cells, const int cx, const int cy, const int cz
         for (int p = cells.start[bucket]; p < end; p += WIDTH)
           found += SELECT((intv)(0), (intv)(1),
                           (LOADI(tags + p) == tag) & (LANES < (float)(end - p)));
-        const int count = sum_of_lanes(found);
+        const int count = count_of_lanes(found);
         if (count < least) return 0;
         fewest = min(fewest, count);
         sum += count;

@@ -127,6 +127,14 @@ typedef struct {
   float x[AROUND + WIDTH], y[AROUND + WIDTH], z[AROUND + WIDTH];
 } Around;
 
+inline float sum_of_lanes(const floatv v) {
+  float lane[WIDTH], sum = 0.0f;
+  STOREF(v, lane);
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) sum += lane[k];
+  return sum;
+}
+
 // The beam of the wanted rays between two depths: an axis from (x, y, z) along (ex, ey, ez), and how
 // far from it particles reach a ray.
 typedef struct {
@@ -135,38 +143,29 @@ typedef struct {
 
 inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, const float low,
                     const float high) {
-  float x0[WIDTH * VECTORS], y0[WIDTH * VECTORS], x1[WIDTH * VECTORS], y1[WIDTH * VECTORS];
-  int want[WIDTH * VECTORS];
-  float ax = 0.0f, ay = 0.0f, bx = 0.0f, by = 0.0f, lanes = 0.0f;
+  const floatv none = (floatv)(0.0f);
+  floatv x0 = none, y0 = none, x1 = none, y1 = none, lanes = none;
   for (int v = 0; v < vectors; ++v) {
-    const Rays* r = rays + v;
-    STOREF(r->ox + low * r->dx, x0 + v * WIDTH);
-    STOREF(r->oy + low * r->dy, y0 + v * WIDTH);
-    STOREF(r->ox + high * r->dx, x1 + v * WIDTH);
-    STOREF(r->oy + high * r->dy, y1 + v * WIDTH);
-    STOREI(wanted[v], want + v * WIDTH);
+    const Rays r = rays[v];
+    x0 += SELECT(none, r.ox + low * r.dx, wanted[v]);
+    y0 += SELECT(none, r.oy + low * r.dy, wanted[v]);
+    x1 += SELECT(none, r.ox + high * r.dx, wanted[v]);
+    y1 += SELECT(none, r.oy + high * r.dy, wanted[v]);
+    lanes += SELECT(none, (floatv)(1.0f), wanted[v]);
   }
-  for (int k = 0; k < WIDTH * vectors; ++k) {
-    if (!want[k]) continue;
-    ax += x0[k];
-    ay += y0[k];
-    bx += x1[k];
-    by += y1[k];
-    lanes += 1.0f;
-  }
-  ax /= lanes;
-  ay /= lanes;
-  bx /= lanes;
-  by /= lanes;
-  float wide = 0.0f;
-  for (int k = 0; k < WIDTH * vectors; ++k) {
-    if (!want[k]) continue;
-    wide = fmax(wide, (x0[k] - ax) * (x0[k] - ax) + (y0[k] - ay) * (y0[k] - ay));
-    wide = fmax(wide, (x1[k] - bx) * (x1[k] - bx) + (y1[k] - by) * (y1[k] - by));
+  const float share = 1.0f / sum_of_lanes(lanes);
+  const float ax = share * sum_of_lanes(x0), ay = share * sum_of_lanes(y0);
+  const float bx = share * sum_of_lanes(x1), by = share * sum_of_lanes(y1);
+  floatv wide = none;
+  for (int v = 0; v < vectors; ++v) {
+    const Rays r = rays[v];
+    const floatv px = r.ox + low * r.dx - ax, py = r.oy + low * r.dy - ay;
+    const floatv qx = r.ox + high * r.dx - bx, qy = r.oy + high * r.dy - by;
+    wide = SELECT(wide, fmax(wide, fmax(px * px + py * py, qx * qx + qy * qy)), wanted[v]);
   }
   Beam b = {ax, ay, -low, bx - ax, by - ay, low - high, 0.0f, 0.0f};
   b.per_length = 1.0f / fmax(b.ex * b.ex + b.ey * b.ey + b.ez * b.ez, 1e-12f);
-  b.reach = SUPPORT + sqrt(wide) + 0.01f;  // with room for rounding
+  b.reach = SUPPORT + sqrt(-least_lane(-wide)) + 0.01f;  // with room for rounding
   return b;
 }
 
