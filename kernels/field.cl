@@ -191,51 +191,64 @@ inline int append(const intv take, const int first, int* item, int count) {
   return count;
 }
 
-// Lists the particles near a beam; -1 where they are more than `most`.
+// Cells of a row that never share a bucket (kFewestBuckets).
+#define ROW_CELLS 32
+
+// Lists the particles near a beam; -1 where they are more than `most`. Layer by layer, the stretch
+// of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
+// a row the row's cells: hardly a cell is visited in vain.
 inline int search_cells(const Cells cells, const Beam b, int* item, const int most) {
   global const int* tags = (global const int*)cells.tag;
-  const float c = cells.inverse_cell, side = 1.0f / c;
-  const float far = b.reach + 0.87f * side;  // half of a cell's diagonal more
-  const float bx = b.x + b.ex, by = b.y + b.ey, bz = b.z + b.ez;
-  const int i0 = cell_of(fmin(b.x, bx) - b.reach, c), i1 = cell_of(fmax(b.x, bx) + b.reach, c);
-  const int j0 = cell_of(fmin(b.y, by) - b.reach, c), j1 = cell_of(fmax(b.y, by) + b.reach, c);
-  const int k0 = cell_of(bz - b.reach, c), k1 = cell_of(b.z + b.reach, c);
+  const float c = cells.inverse_cell, side = 1.0f / c, end = b.z + b.ez;
+  // What is beside the axis is at most so far above or below the point that it is nearest to.
+  const float rise = b.reach * sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
+  const float per_depth = 1.0f / fmax(-b.ez, 1e-6f);
+  const int k1 = cell_of(b.z + b.reach, c);
   int count = 0;
-  for (int k = k0; k <= k1; ++k)
-    for (int j = j0; j <= j1; ++j)
-      for (int row = i0; row <= i1; row += WIDTH) {
-        int close[WIDTH];
-        const floatv x = ((float)row + LANES + 0.5f) * side, y = (floatv)(((float)j + 0.5f) * side),
-                     z = (floatv)(((float)k + 0.5f) * side);
-        const intv cells_near = near_beam(b, x, y, z, far);
-        if (!ANY(cells_near)) continue;
-        STOREI(cells_near, close);
-        int begin = row, end = min(row + WIDTH, i1 + 1);  // those between are close, too
-        while (begin < end && !close[begin - row]) ++begin;
-        while (begin < end && !close[end - 1 - row]) --end;
-        const int tag = (int)tag_of(begin, j, k);
-        Row cell = row_of(begin, j, k, end - begin, cells.mask);
-        while (next_range(&cell, cells.start, cells.mask))
-          for (int p = cell.begin; p < cell.end; p += WIDTH) {
+  for (int k = cell_of(end - b.reach, c); k <= k1; ++k) {
+    const float z0 = (float)k * side, z1 = z0 + side;
+    const float from = clamp((b.z - z1 - rise) * per_depth, 0.0f, 1.0f);
+    const float to = clamp((b.z - z0 + rise) * per_depth, 0.0f, 1.0f);
+    const float xa = b.x + from * b.ex, xb = b.x + to * b.ex;
+    const float ya = b.y + from * b.ey, yb = b.y + to * b.ey;
+    const float x0 = fmin(xa, xb), x1 = fmax(xa, xb), y0 = fmin(ya, yb), y1 = fmax(ya, yb);
+    const float dz = fmax(fmax(z0 - b.z, end - z1), 0.0f);
+    const float wide = sqrt(fmax(b.reach * b.reach - dz * dz, 0.0f));
+    const int j1 = cell_of(y1 + wide, c);
+    for (int j = cell_of(y0 - wide, c); j <= j1; ++j) {
+      const float dy = fmax(fmax((float)j * side - y1, y0 - (float)(j + 1) * side), 0.0f);
+      const float half_row = sqrt(fmax(wide * wide - dy * dy, 0.0f));
+      const int i1 = cell_of(x1 + half_row, c);
+      for (int i = cell_of(x0 - half_row, c); i <= i1; i += ROW_CELLS) {
+        const int row_cells = min(i1 - i + 1, ROW_CELLS), tag = (int)tag_of(i, j, k);
+        Row row = row_of(i, j, k, row_cells, cells.mask);
+        while (next_range(&row, cells.start, cells.mask))
+          for (int p = row.begin; p < row.end; p += WIDTH) {
             const intv tags_here = LOADI(tags + p);
             const intv take =
                 near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
-                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < end - begin) &
-                (LANES < (float)(cell.end - p));
+                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
+                (LANES < (float)(row.end - p));
             if (!ANY(take)) continue;
             count = append(take, p, item, count);
             if (count > most) return -1;
           }
       }
+    }
+  }
   return count;
 }
 
 inline void look_around(const Cells cells, Around* around) {
   around->low = least_lane(around->from);
-  around->high = fmin(-least_lane(-around->to), around->low + DEEPEST);
-  const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
-                         around->high);
-  around->count = search_cells(cells, b, around->item, AROUND);
+  around->high = -least_lane(-around->to);
+  for (int again = 0; again < 2; ++again) {
+    const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
+                           around->high);
+    around->count = search_cells(cells, b, around->item, AROUND);
+    if (around->count >= 0 || around->high <= around->low + DEEPEST) break;
+    around->high = around->low + DEEPEST;
+  }
   for (int k = 0; k < around->count; ++k) {
     const int p = around->item[k];
     around->x[k] = cells.x[p];
