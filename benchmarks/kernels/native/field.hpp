@@ -71,7 +71,7 @@ FieldAt field_at(const Cells& cells, const float* weight, const Floats& x, const
   return field;
 }
 
-/// Particles near rays, in the order in which sums take them.
+/// Particles near rays or points, in the order in which sums take them.
 template <int Most>
 struct Listed {
   int count;  // more than Most: not all are there
@@ -190,9 +190,14 @@ inline void ask_for(const Floats& from, const Floats& to, const Ints& wanted, Ar
 
 inline void look_around(const Cells& cells, Around& around) {
   around.low = -most_lane(-around.from);
-  around.high = std::fmin(most_lane(around.to), around.low + kDeepest);
-  search_cells(cells, axis_of(around.rays, around.wanted, around.vectors, around.low, around.high),
-               around.found);
+  around.high = most_lane(around.to);
+  for (int again = 0; again < 2; ++again) {
+    search_cells(cells,
+                 axis_of(around.rays, around.wanted, around.vectors, around.low, around.high),
+                 around.found);
+    if (around.found.whole() || around.high <= around.low + kDeepest) break;
+    around.high = around.low + kDeepest;
+  }
   around.searched = true;
 }
 
