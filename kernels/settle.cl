@@ -110,11 +110,11 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       for (int k = 0; k < 2; ++k)
         away -= (there + away * (slope + away * (square + away * cube))) /
                 (slope + away * (2.0f * square + 3.0f * cube * away));
-      const intv less = there < 0.0f;
+      const intv less = found & (there < 0.0f), more = found & !(there < 0.0f);
       low = SELECT(low, middle, less);
       short_of = SELECT(short_of, there, less);
-      high = SELECT(middle, high, less);
-      over = SELECT(there, over, less);
+      high = SELECT(high, middle, more);
+      over = SELECT(over, there, more);
       const floatv guess = middle + away;
       middle = SELECT(0.5f * (low + high), guess, (guess > low) & (guess < high));
     }

@@ -94,11 +94,11 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       for (int k = 0; k < 2; ++k)
         away -= (there + away * (slope + away * (square + away * cube))) /
                 (slope + away * (2.0f * square + 3.0f * cube * away));
-      const Ints less = there < 0.0f;
+      const Ints less = found & (there < 0.0f), more = found & ~(there < 0.0f);
       low = less ? middle : low;
       short_of = less ? there : short_of;
-      high = less ? high : middle;
-      over = less ? over : there;
+      high = more ? middle : high;
+      over = more ? there : over;
       const Floats guess = middle + away;
       middle = (guess > low) & (guess < high) ? guess : 0.5f * (low + high);
     }
