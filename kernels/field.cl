@@ -61,6 +61,7 @@ inline int append(const intv take, const int first, int* item, const int count) 
 #endif
 }
 
+// Adds the listed particles.
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,
                        const int with_gradient, Field* sum) {
@@ -70,7 +71,13 @@ inline void add_listed(const Cells cells, global const float* weight, const int*
   }
 }
 
+// Particles that are listed before they are summed.
+#if WIDTH == 1
+#define AT_A_TIME 1
+#else
 #define AT_A_TIME 128
+#endif
+
 // Adds the field at points of the cell (cx, cy, cz) where wanted; what other lanes get means
 // nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
 // of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.

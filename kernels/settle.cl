@@ -7,8 +7,8 @@
 
 #define TAKES (VECTORS * WIDTH)
 
-#define REFINE 8                   // positions of a crossing within a step, at most
-#define NEWTON (1.0f / 256.0f)  // particle radii: the longest step of Newton's
+#define REFINE 8                 // positions of a crossing within a step, at most
+#define NEWTON (1.0f / 2048.0f)  // particle radii: a shorter step of Newton's need not be taken
 
 typedef struct {
   floatv depth;       // +infinity: nowhere, or already reached at the start
@@ -84,19 +84,18 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
     }
     if (!ANY(found)) continue;
     // False position first, then the cubic through both ends' values and the last value and slope,
-    // mostly once. Where a step of Newton's is short, it comes within 1/1024 particle radii.
+    // mostly once. It comes within 1/1024 particle radii.
     floatv high = t, middle = low + (high - low) * (short_of / (short_of - over));
-    for (int round = 1; ; ++round) {
+    for (int round = 1;; ++round) {
       const Field f = field_near(cells, weight, near, r, middle, 1);
       const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM),
                    gz = f.gz * (0.25f * NORM);
       const floatv there = f.c * NORM - level, slope = gx * r.dx + gy * r.dy - gz;
-      const intv ready = slope * (unit * NEWTON) > fabs(there);
+      const intv ready = slope * (unit * NEWTON) >= fabs(there);
       const intv last = found & (ready | (intv)(round == REFINE ? -1 : 0));
       const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
       const intv crossed = last & (size > 0.0f);
-      const floatv depth = SELECT(middle, middle - there / slope, ready);
-      crossing.depth = SELECT(crossing.depth, depth, crossed);
+      crossing.depth = SELECT(crossing.depth, middle, crossed);
       crossing.nx = SELECT(crossing.nx, -gx / size, crossed);
       crossing.ny = SELECT(crossing.ny, -gy / size, crossed);
       crossing.nz = SELECT(crossing.nz, -gz / size, crossed);

@@ -6,7 +6,7 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 5.0f;
-constexpr float kNewton = 1.0f / 256.0f;
+constexpr float kNewton = 1.0f / 2048.0f;
 constexpr int kTakes = 8 * kVectors, kRefine = 8;
 
 inline float least_wanted(const Floats& t, const Ints& wanted) {
@@ -76,11 +76,11 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       constexpr float kScale = 0.25f * kFieldNorm;
       const Floats gx = f.gx * kScale, gy = f.gy * kScale, gz = f.gz * kScale;
       const Floats there = f.c * kFieldNorm - level, slope = gx * r.dx + gy * r.dy - gz;
-      const Ints ready = slope * (unit * kNewton) > magnitude(there);
+      const Ints ready = slope * (unit * kNewton) >= magnitude(there);
       const Ints last = round == kRefine ? found : found & ready;
       const Floats size = root(gx * gx + gy * gy + gz * gz);
       const Ints crossed = last & (size > 0.0f);
-      crossing.depth = crossed ? ready ? middle - there / slope : middle : crossing.depth;
+      crossing.depth = crossed ? middle : crossing.depth;
       crossing.nx = crossed ? -gx / size : crossing.nx;
       crossing.ny = crossed ? -gy / size : crossing.ny;
       crossing.nz = crossed ? -gz / size : crossing.nz;
