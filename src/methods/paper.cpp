@@ -3,7 +3,6 @@
 
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
-#include "stages/fit.hpp"
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"
 #include "stages/splash.hpp"
