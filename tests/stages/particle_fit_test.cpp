@@ -39,7 +39,7 @@ void expect_pass(const Scene& scene, const ParticleFits& before, const ParticleF
     const auto& c = after.quadric[k];
     const Vec3d gradient = normalized({c[1], c[2], c[3]});
     EXPECT_NEAR(after.residual[k], reference::residual_of(one, c, params),
-                reference::residual_error(one, params, pass));
+                reference::residual_error(one, after.quadric[k], params, pass));
     EXPECT_GT(dot(after.normal[k], all.normal[i]), 0);
     // The gradient divided by its length: three roundings.
     EXPECT_NEAR(std::abs(dot(after.normal[k], gradient)), 1, 6 * kEpsilon);

@@ -173,14 +173,23 @@ inline double residual_of(const PassProblem& one, const std::array<float, 10>& q
 }
 
 /// How far floats may be from residual_of: f is off by some 20 epsilon of terms that add up to 2
-/// rho at most; so is a root mean square of it; the weights' slope, at most 0.86 / tau, moves it by
-/// no more than that times |f| near tau; and what the weights of `neighbours` points lack moves a
-/// mean of squares below rho^2.
-inline double residual_error(const PassProblem& one, const FitParams& params, int pass) {
-  double weight = 0;
-  for (const double w : one.weights) weight += w;
-  const double lost = static_cast<double>(one.weights.size()) * weight_error(params, pass) / weight;
-  return 4 * 20 * kEpsilon * 2 * one.problem.scale + lost * one.problem.scale;
+/// rho at most; so is a root mean square of it, and the weights' slope, at most 0.86 / tau, moves
+/// it by no more than that times |f| near tau; and weights that are off move the mean of squares by
+/// their share times the largest.
+inline double residual_error(const PassProblem& one, const std::array<float, 10>& quadric,
+                             const FitParams& params, int pass) {
+  double weight = 0, largest = 0;
+  for (std::size_t j = 0; j < one.weights.size(); ++j) {
+    if (!(one.weights[j] > 0)) continue;
+    const double f =
+        value_at(quadric, one.problem.points[j].position - one.problem.centre) + params.offset;
+    weight += one.weights[j] * robustness(-f, params.tau);
+    largest = std::max(largest, f * f);
+  }
+  const double square =
+      static_cast<double>(one.weights.size()) * weight_error(params, pass) / weight * largest;
+  const double root = residual_of(one, quadric, params);
+  return 4 * 20 * kEpsilon * 2 * one.problem.scale + std::min(std::sqrt(square), square / root);
 }
 
 }  // namespace meniscus::reference

@@ -25,7 +25,7 @@ void see_pass(const FittedSurface& scene, const ParticleFits& before, const Part
                              reference::weight_error(params, pass));
     for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);
     residual.see(after.residual[k], reference::residual_of(one, after.quadric[k], params),
-                 reference::residual_error(one, params, pass), one.problem.scale);
+                 reference::residual_error(one, after.quadric[k], params, pass), one.problem.scale);
   }
 }
 
