@@ -51,7 +51,7 @@ const Projected& Frame::projected() {
 }
 
 const SplashSplit& Frame::split() {
-  if (!split_) split_ = split_splash(projected(), params.splash);
+  if (!split_) split_ = split_splash(projected(), cells(), params.splash);
   return *split_;
 }
 

@@ -149,13 +149,13 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const Projected projected = project_particles(device, view, particles, margin);
 
   clock.start("split");
-  const SplashSplit split = split_splash(projected, params.splash);
+  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
+  const SplashSplit split = split_splash(projected, host_cells, params.splash);
   clock.start("visible");
   const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
   // The device measures the field while the host triangulates.
   clock.start("field");
-  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
   const DeviceCells cells = upload_cells(device, host_cells);
   const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
   const DeviceCells levelled = level_cells(device, cells, field, params.region);
