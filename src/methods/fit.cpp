@@ -150,13 +150,14 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 
   clock.start("split");
   const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);  // now, when no work is to be waited for
   const SplashSplit split = split_splash(projected, host_cells, params.splash);
   clock.start("visible");
-  const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
+  const SplatParticles body = upload_splats(device, projected, split.body);
+  const Visible fitted = find_visible(device, view, projected, split.body, body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
   // The device measures the field while the host triangulates.
   clock.start("field");
-  const DeviceCells cells = upload_cells(device, host_cells);
   const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
   const DeviceCells levelled = level_cells(device, cells, field, params.region);
   clock.start("triangulate");
@@ -176,7 +177,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload(device, records.values),
                           upload_splats(device, projected, visible.index),
-                          upload_splats(device, projected, split.body),
+                          body,
                           upload_splats(device, projected, split.splash),
                           cells,
                           levelled,
