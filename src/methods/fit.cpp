@@ -183,12 +183,9 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
                           levelled,
                           least_radius(projected)};
 
-  if (params.image) {
-    const SurfaceBuffers image =
+  if (params.image)
+    result.image =
         make_surface(device, view, pixel_grid(view), mesh, records, frame, params, clock);
-    clock.start("download");
-    result.image = download(device, image);
-  }
   if (params.mesh) {
     const SurfaceBuffers surface = make_surface(device, view, node_grid(view, params.grid.cell),
                                                 mesh, records, frame, params, clock);

@@ -59,11 +59,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
                 params.region);
     return surface;
   };
-  if (params.image) {
-    const SurfaceBuffers image = make_surface(pixel_grid(view));
-    clock.start("download");
-    result.image = download(device, image);
-  }
+  if (params.image) result.image = make_surface(pixel_grid(view));
   if (params.mesh) {
     const SurfaceBuffers surface = make_surface(node_grid(view, params.grid.cell));
     clock.start("mesh");
