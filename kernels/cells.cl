@@ -2,7 +2,9 @@
 // how to tell them from those of other cells in it, as cells.hpp does on the host. Functions only.
 
 inline int cell_of(const float coordinate, const float inverse_cell) {
-  return (int)floor(fmin(fmax(coordinate * inverse_cell, -1e9f), 1e9f));
+  const float scaled = fmin(fmax(coordinate * inverse_cell, -1e9f), 1e9f);
+  const int cut = (int)scaled;  // floor(), which on some devices is a function of twenty operations
+  return cut - (scaled < (float)cut ? 1 : 0);
 }
 
 inline uint bucket_of(const int cx, const int cy, const int cz, const uint mask) {

@@ -15,14 +15,6 @@ kernel void measure_density(global const float* x, global const float* y, global
   STOREF(f.c * NORM, density + p);
 }
 
-inline int sum_of_lanes(const intv v) {
-  int lane[WIDTH], sum = 0;
-  STOREI(v, lane);
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) sum += lane[k];
-  return sum;
-}
-
 // Whether there is fluid all around a cell: it and each of the 26 about it hold `least` particles
 // or more, and half of their mean number.
 inline int is_inside(const Cells cells, const int cx, const int cy, const int cz, const int least) {
@@ -34,11 +26,9 @@ inline int is_inside(const Cells cells, const int cx, const int cy, const int cz
         const uint bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
         const int tag = (int)tag_of(cx + i, cy + j, cz + k);
         const int end = cells.start[bucket + 1];
-        intv found = (intv)(0);
+        int count = 0;
         for (int p = cells.start[bucket]; p < end; p += WIDTH)
-          found += SELECT((intv)(0), (intv)(1),
-                          (LOADI(tags + p) == tag) & (LANES < (float)(end - p)));
-        const int count = sum_of_lanes(found);
+          count += popcount(BITS((LOADI(tags + p) == tag) & (LANES < (float)(end - p))));
         if (count < least) return 0;
         fewest = min(fewest, count);
         sum += count;
@@ -72,7 +62,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
       f.c = (floatv)(1.0f / NORM);
     else
       add_cells_around(cells, cell_weight, own.cx, own.cy, own.cz, LOADF(cell_x + first),
-                       LOADF(cell_y + first), LOADF(cell_z + first), 1, &f);
+                       LOADF(cell_y + first), LOADF(cell_z + first), own.used, 1, &f);
     scatter_float(f.gx * (0.25f * NORM), result, own.at, own.used);
     scatter_float(f.gy * (0.25f * NORM), result + n, own.at, own.used);
     scatter_float(f.gz * (0.25f * NORM), result + 2 * n, own.at, own.used);

@@ -45,22 +45,75 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   sum->gz += g * dz;
 }
 
-// Adds the field at points of the cell (cx, cy, cz); what lanes elsewhere get means nothing. Others
-// of the same row in the buckets are far away.
+// Appends the taken lanes of the values from `first` on; without branches, which nobody could
+// foretell. `item` has room for WIDTH more than are counted. Byte k of the product is how many of
+// the lanes 0 .. k are taken, so that no lane waits for the one before.
+inline int append(const intv take, const int first, int* item, const int count) {
+#if WIDTH == 1
+  item[count] = first;
+  return count + (take ? 1 : 0);
+#else
+  const ulong ones = 0x0101010101010101ul;
+  const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
+#pragma unroll
+  for (int l = 0; l < WIDTH; ++l) item[count + (int)(before >> 8 * l & 255)] = first + l;
+  return count + (int)(upto >> 56);
+#endif
+}
+
+// Adds the listed particles.
+inline void add_listed(const Cells cells, global const float* weight, const int* item,
+                       const int count, const floatv x, const floatv y, const floatv z,
+                       const int with_gradient, Field* sum) {
+  for (int k = 0; k < count; ++k) {
+    const int p = item[k];
+    add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p], with_gradient);
+  }
+}
+
+// Particles that are listed before they are summed.
+#if WIDTH == 1
+#define AT_A_TIME 1
+#else
+#define AT_A_TIME 128
+#endif
+
+// Adds the field at points of the cell (cx, cy, cz) where wanted; what other lanes get means
+// nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
+// of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
                              const int cy, const int cz, const floatv x, const floatv y,
-                             const floatv z, const int with_gradient, Field* sum) {
+                             const floatv z, const intv wanted, const int with_gradient,
+                             Field* sum) {
+  global const int* tags = (global const int*)cells.tag;
+  const floatv nowhere = (floatv)(INFINITY), none = (floatv)(0.0f);
+  const float x0 = least_lane(SELECT(nowhere, x, wanted)),
+              x1 = -least_lane(SELECT(nowhere, -x, wanted));
+  const float y0 = least_lane(SELECT(nowhere, y, wanted)),
+              y1 = -least_lane(SELECT(nowhere, -y, wanted));
+  const float z0 = least_lane(SELECT(nowhere, z, wanted)),
+              z1 = -least_lane(SELECT(nowhere, -z, wanted));
+  int item[AT_A_TIME + 2 * WIDTH], count = 0;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j) {
-      const uint tag = tag_of(cx, cy + j, cz + k);
+      const int tag = (int)tag_of(cx, cy + j, cz + k);
       Row row = row_of(cx - 1, cy + j, cz + k, 3, cells.mask);
       while (next_range(&row, cells.start, cells.mask))
-        for (int p = row.begin; p < row.end; ++p) {
-          if (!SAME_ROW(cells.tag[p], tag)) continue;
-          add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p],
-                       with_gradient);
+        for (int p = row.begin; p < row.end; p += WIDTH) {
+          const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
+          const floatv dx = fmax(fmax(x0 - px, px - x1), none);
+          const floatv dy = fmax(fmax(y0 - py, py - y1), none);
+          const floatv dz = fmax(fmax(z0 - pz, pz - z1), none);
+          const floatv apart = dx * dx + dy * dy + dz * dz;
+          count = append((apart < SUPPORT * SUPPORT + 0.01f) & SAME_ROW(LOADI(tags + p), tag) &
+                             (LANES < (float)(row.end - p)),
+                         p, item, count);
+          if (count < AT_A_TIME) continue;
+          add_listed(cells, weight, item, count, x, y, z, with_gradient, sum);
+          count = 0;
         }
     }
+  add_listed(cells, weight, item, count, x, y, z, with_gradient, sum);
 }
 
 // The field at any points.
@@ -86,11 +139,11 @@ inline Field field_at(const Cells cells, global const float* weight, const float
       if (mine[k]) left[k] = 0;
     }
     Field sum = {none, none, none, none};
-    add_cells_around(cells, weight, cx, cy, cz, x, y, z, with_gradient, &sum);
+    const intv here = LOADI(mine) != 0;
+    add_cells_around(cells, weight, cx, cy, cz, x, y, z, here, with_gradient, &sum);
 #if WIDTH == 1
     field = sum;
 #else
-    const intv here = LOADI(mine) != 0;
     field.c = SELECT(field.c, sum.c, here);
     field.gx = SELECT(field.gx, sum.gx, here);
     field.gy = SELECT(field.gy, sum.gy, here);
@@ -127,6 +180,14 @@ typedef struct {
   float x[AROUND + WIDTH], y[AROUND + WIDTH], z[AROUND + WIDTH];
 } Around;
 
+inline float sum_of_lanes(const floatv v) {
+  float lane[WIDTH], sum = 0.0f;
+  STOREF(v, lane);
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) sum += lane[k];
+  return sum;
+}
+
 // The beam of the wanted rays between two depths: an axis from (x, y, z) along (ex, ey, ez), and how
 // far from it particles reach a ray.
 typedef struct {
@@ -135,38 +196,29 @@ typedef struct {
 
 inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, const float low,
                     const float high) {
-  float x0[WIDTH * VECTORS], y0[WIDTH * VECTORS], x1[WIDTH * VECTORS], y1[WIDTH * VECTORS];
-  int want[WIDTH * VECTORS];
-  float ax = 0.0f, ay = 0.0f, bx = 0.0f, by = 0.0f, lanes = 0.0f;
+  const floatv none = (floatv)(0.0f);
+  floatv x0 = none, y0 = none, x1 = none, y1 = none, lanes = none;
   for (int v = 0; v < vectors; ++v) {
-    const Rays* r = rays + v;
-    STOREF(r->ox + low * r->dx, x0 + v * WIDTH);
-    STOREF(r->oy + low * r->dy, y0 + v * WIDTH);
-    STOREF(r->ox + high * r->dx, x1 + v * WIDTH);
-    STOREF(r->oy + high * r->dy, y1 + v * WIDTH);
-    STOREI(wanted[v], want + v * WIDTH);
+    const Rays r = rays[v];
+    x0 += SELECT(none, r.ox + low * r.dx, wanted[v]);
+    y0 += SELECT(none, r.oy + low * r.dy, wanted[v]);
+    x1 += SELECT(none, r.ox + high * r.dx, wanted[v]);
+    y1 += SELECT(none, r.oy + high * r.dy, wanted[v]);
+    lanes += SELECT(none, (floatv)(1.0f), wanted[v]);
   }
-  for (int k = 0; k < WIDTH * vectors; ++k) {
-    if (!want[k]) continue;
-    ax += x0[k];
-    ay += y0[k];
-    bx += x1[k];
-    by += y1[k];
-    lanes += 1.0f;
-  }
-  ax /= lanes;
-  ay /= lanes;
-  bx /= lanes;
-  by /= lanes;
-  float wide = 0.0f;
-  for (int k = 0; k < WIDTH * vectors; ++k) {
-    if (!want[k]) continue;
-    wide = fmax(wide, (x0[k] - ax) * (x0[k] - ax) + (y0[k] - ay) * (y0[k] - ay));
-    wide = fmax(wide, (x1[k] - bx) * (x1[k] - bx) + (y1[k] - by) * (y1[k] - by));
+  const float share = 1.0f / sum_of_lanes(lanes);
+  const float ax = share * sum_of_lanes(x0), ay = share * sum_of_lanes(y0);
+  const float bx = share * sum_of_lanes(x1), by = share * sum_of_lanes(y1);
+  floatv wide = none;
+  for (int v = 0; v < vectors; ++v) {
+    const Rays r = rays[v];
+    const floatv px = r.ox + low * r.dx - ax, py = r.oy + low * r.dy - ay;
+    const floatv qx = r.ox + high * r.dx - bx, qy = r.oy + high * r.dy - by;
+    wide = SELECT(wide, fmax(wide, fmax(px * px + py * py, qx * qx + qy * qy)), wanted[v]);
   }
   Beam b = {ax, ay, -low, bx - ax, by - ay, low - high, 0.0f, 0.0f};
   b.per_length = 1.0f / fmax(b.ex * b.ex + b.ey * b.ey + b.ez * b.ez, 1e-12f);
-  b.reach = SUPPORT + sqrt(wide) + 0.01f;  // with room for rounding
+  b.reach = SUPPORT + sqrt(-least_lane(-wide)) + 0.01f;  // with room for rounding
   return b;
 }
 
@@ -179,64 +231,64 @@ inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv
   return qx * qx + qy * qy + qz * qz <= reach * reach;
 }
 
-// Appends the taken lanes of the values from `first` on; without branches, which nobody could
-// foretell. `item` has room for WIDTH more than are counted.
-inline int append(const intv take, const int first, int* item, int count) {
-  int taken[WIDTH];
-  STOREI(take, taken);
-#pragma unroll
-  for (int l = 0; l < WIDTH; ++l) {
-    item[count] = first + l;
-    count += taken[l] != 0;
-  }
-  return count;
-}
+// Cells of a row that never share a bucket (kFewestBuckets).
+#define ROW_CELLS 32
 
-// Lists the particles near a beam; -1 where they are more than `most`.
+// Lists the particles near a beam; -1 where they are more than `most`. Layer by layer, the stretch
+// of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
+// a row the row's cells: hardly a cell is visited in vain.
 inline int search_cells(const Cells cells, const Beam b, int* item, const int most) {
   global const int* tags = (global const int*)cells.tag;
-  const float c = cells.inverse_cell, side = 1.0f / c;
-  const float far = b.reach + 0.87f * side;  // half of a cell's diagonal more
-  const float bx = b.x + b.ex, by = b.y + b.ey, bz = b.z + b.ez;
-  const int i0 = cell_of(fmin(b.x, bx) - b.reach, c), i1 = cell_of(fmax(b.x, bx) + b.reach, c);
-  const int j0 = cell_of(fmin(b.y, by) - b.reach, c), j1 = cell_of(fmax(b.y, by) + b.reach, c);
-  const int k0 = cell_of(bz - b.reach, c), k1 = cell_of(b.z + b.reach, c);
+  const float c = cells.inverse_cell, side = 1.0f / c, end = b.z + b.ez;
+  // What is beside the axis is at most so far above or below the point that it is nearest to.
+  const float rise = b.reach * sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
+  const float per_depth = 1.0f / fmax(-b.ez, 1e-6f);
+  const int k1 = cell_of(b.z + b.reach, c);
   int count = 0;
-  for (int k = k0; k <= k1; ++k)
-    for (int j = j0; j <= j1; ++j)
-      for (int row = i0; row <= i1; row += WIDTH) {
-        int close[WIDTH];
-        const floatv x = ((float)row + LANES + 0.5f) * side, y = (floatv)(((float)j + 0.5f) * side),
-                     z = (floatv)(((float)k + 0.5f) * side);
-        const intv cells_near = near_beam(b, x, y, z, far);
-        if (!ANY(cells_near)) continue;
-        STOREI(cells_near, close);
-        int begin = row, end = min(row + WIDTH, i1 + 1);  // those between are close, too
-        while (begin < end && !close[begin - row]) ++begin;
-        while (begin < end && !close[end - 1 - row]) --end;
-        const int tag = (int)tag_of(begin, j, k);
-        Row cell = row_of(begin, j, k, end - begin, cells.mask);
-        while (next_range(&cell, cells.start, cells.mask))
-          for (int p = cell.begin; p < cell.end; p += WIDTH) {
+  for (int k = cell_of(end - b.reach, c); k <= k1; ++k) {
+    const float z0 = (float)k * side, z1 = z0 + side;
+    const float from = clamp((b.z - z1 - rise) * per_depth, 0.0f, 1.0f);
+    const float to = clamp((b.z - z0 + rise) * per_depth, 0.0f, 1.0f);
+    const float xa = b.x + from * b.ex, xb = b.x + to * b.ex;
+    const float ya = b.y + from * b.ey, yb = b.y + to * b.ey;
+    const float x0 = fmin(xa, xb), x1 = fmax(xa, xb), y0 = fmin(ya, yb), y1 = fmax(ya, yb);
+    const float dz = fmax(fmax(z0 - b.z, end - z1), 0.0f);
+    const float wide = sqrt(fmax(b.reach * b.reach - dz * dz, 0.0f));
+    const int j1 = cell_of(y1 + wide, c);
+    for (int j = cell_of(y0 - wide, c); j <= j1; ++j) {
+      const float dy = fmax(fmax((float)j * side - y1, y0 - (float)(j + 1) * side), 0.0f);
+      const float half_row = sqrt(fmax(wide * wide - dy * dy, 0.0f));
+      const int i1 = cell_of(x1 + half_row, c);
+      for (int i = cell_of(x0 - half_row, c); i <= i1; i += ROW_CELLS) {
+        const int row_cells = min(i1 - i + 1, ROW_CELLS), tag = (int)tag_of(i, j, k);
+        Row row = row_of(i, j, k, row_cells, cells.mask);
+        while (next_range(&row, cells.start, cells.mask))
+          for (int p = row.begin; p < row.end; p += WIDTH) {
             const intv tags_here = LOADI(tags + p);
             const intv take =
                 near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
-                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < end - begin) &
-                (LANES < (float)(cell.end - p));
+                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
+                (LANES < (float)(row.end - p));
             if (!ANY(take)) continue;
             count = append(take, p, item, count);
             if (count > most) return -1;
           }
       }
+    }
+  }
   return count;
 }
 
 inline void look_around(const Cells cells, Around* around) {
   around->low = least_lane(around->from);
-  around->high = fmin(-least_lane(-around->to), around->low + DEEPEST);
-  const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
-                         around->high);
-  around->count = search_cells(cells, b, around->item, AROUND);
+  around->high = -least_lane(-around->to);
+  for (int again = 0; again < 2; ++again) {
+    const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
+                           around->high);
+    around->count = search_cells(cells, b, around->item, AROUND);
+    if (around->count >= 0 || around->high <= around->low + DEEPEST) break;
+    around->high = around->low + DEEPEST;
+  }
   for (int k = 0; k < around->count; ++k) {
     const int p = around->item[k];
     around->x[k] = cells.x[p];

@@ -1,4 +1,5 @@
-// fit.cl: one implicit quadric per group by weighted least squares (paper 2.3, Eq. 2).
+// fit.cl: one implicit quadric per group by weighted least squares (paper 2.3, Eq. 2). Functions
+// only.
 //
 //   f(q) = a0 + a1 x + a2 y + a3 z + a4 xx + a5 yy + a6 zz + a7 xy + a8 yz + a9 zx
 //
@@ -8,9 +9,6 @@
 //
 // Everything is sums of one fixed order. The normal matrix is not summed entry by entry: its 55
 // entries are 35 different moments of degree <= 4.
-//
-// Groups come in batches of eight, point slots interleaved: slot k of lane l of batch b lies at
-// first[b] + 8 k + l. A work-item takes WIDTH lanes of one batch; unused slots have weight 0.
 
 #define MOMENTS 35
 // Index of the moment x^i y^j z^k, ordered by degree.
@@ -38,7 +36,8 @@ constant int kProduct[55] = {
 
 // Adds a point q = (x, y, z) of weight w with its rows, f(q) = 0 and f(q +- d) = +- delta, to the
 // moments and to b. The product of two coordinates of q +- d is e +- o; so no row is taken by
-// itself. What is added to a sum that may be zero is not fused: -0 + 0 is -0 in rusticl's fma.
+// itself. Where all that is added to a sum is zero, its sign is one runtime's and another's own:
+// -0 + 0 is -0 in rusticl's fma.
 inline void add_point(floatv* m, floatv* b, const floatv w, const floatv delta, const floatv x,
                       const floatv y, const floatv z, const floatv dx, const floatv dy,
                       const floatv dz) {
@@ -57,32 +56,34 @@ inline void add_point(floatv* m, floatv* b, const floatv w, const floatv delta, 
   const floatv sxy = fma(w, xy, twice * exy), syz = fma(w, yz, twice * eyz),
                szx = fma(w, zx, twice * ezx);
   m[M_1] += thrice;
-  m[M_X] += thrice * x;
-  m[M_Y] += thrice * y;
-  m[M_Z] += thrice * z;
+#define ADD(k, a, b) m[k] = fma(a, b, m[k])
+  ADD(M_X, thrice, x);
+  ADD(M_Y, thrice, y);
+  ADD(M_Z, thrice, z);
   m[M_XX] += sxx;  m[M_YY] += syy;  m[M_ZZ] += szz;
   m[M_XY] += sxy;  m[M_YZ] += syz;  m[M_ZX] += szx;
-#define CUBIC(k, s, q, c) m[k] += fma(s, c, q * d##c)
+#define CUBIC(k, s, q, c) m[k] = fma(s, c, fma(q, d##c, m[k]))
   CUBIC(M_XXX, sxx, qxx, x);  CUBIC(M_YYY, syy, qyy, y);  CUBIC(M_ZZZ, szz, qzz, z);
   CUBIC(M_XXY, sxx, qxx, y);  CUBIC(M_XXZ, sxx, qxx, z);  CUBIC(M_YYX, syy, qyy, x);
   CUBIC(M_YYZ, syy, qyy, z);  CUBIC(M_ZZX, szz, qzz, x);  CUBIC(M_ZZY, szz, qzz, y);
   CUBIC(M_XYZ, sxy, qxy, z);
-#define QUARTIC(k, A, B) m[k] += fma(w##A, B, fma(p##A, e##B, q##A * o##B))
+#define QUARTIC(k, A, B) m[k] = fma(w##A, B, fma(p##A, e##B, fma(q##A, o##B, m[k])))
   QUARTIC(M_XXXX, xx, xx);  QUARTIC(M_YYYY, yy, yy);  QUARTIC(M_ZZZZ, zz, zz);
   QUARTIC(M_XXXY, xx, xy);  QUARTIC(M_XXXZ, xx, zx);  QUARTIC(M_YYYX, yy, xy);
   QUARTIC(M_YYYZ, yy, yz);  QUARTIC(M_ZZZX, zz, zx);  QUARTIC(M_ZZZY, zz, yz);
   QUARTIC(M_XXYY, xx, yy);  QUARTIC(M_YYZZ, yy, zz);  QUARTIC(M_ZZXX, zz, xx);
   QUARTIC(M_XXYZ, xx, yz);  QUARTIC(M_YYZX, yy, zx);  QUARTIC(M_ZZXY, zz, xy);
   const floatv pair = twice * delta;
-  b[1] += pair * dx;
-  b[2] += pair * dy;
-  b[3] += pair * dz;
-  b[4] += delta * qxx;
-  b[5] += delta * qyy;
-  b[6] += delta * qzz;
-  b[7] += delta * qxy;
-  b[8] += delta * qyz;
-  b[9] += delta * qzx;
+#define ADD_VALUE(k, a, c) b[k] = fma(a, c, b[k])
+  ADD_VALUE(1, pair, dx);
+  ADD_VALUE(2, pair, dy);
+  ADD_VALUE(3, pair, dz);
+  ADD_VALUE(4, delta, qxx);
+  ADD_VALUE(5, delta, qyy);
+  ADD_VALUE(6, delta, qzz);
+  ADD_VALUE(7, delta, qxy);
+  ADD_VALUE(8, delta, qyz);
+  ADD_VALUE(9, delta, qzx);
 }
 
 inline floatv evaluate(const floatv* a, const floatv x, const floatv y, const floatv z) {
@@ -128,73 +129,20 @@ inline floatv solve(floatv* A, floatv* b) {
   return least;
 }
 
-kernel void fit_groups(
-    global const float* points,  // [7][slots] x, y, z of q; normal x, y, z; weight
-    global const int* first,     // [batches] first slot
-    global const int* length,    // [batches] slots a lane
-    global const float* scale,   // [batches * 8] R, particle radii
-    global float* quadric,       // [10][batches * 8] f in particle radii from the centre, eye axes,
-                                 // divided by |grad f(centre)|
-    global float* quality,       // [2][batches * 8] RMS residual, particle radii, negative where
-                                 // there is no fit; |grad f(centre)|
-    const int slots, const int lanes,
-    const float4 options) {  // off-surface distance and tau, particle radii; ridge; unused
-  const int item = get_global_id(0) * WIDTH;
-  if (item >= lanes) return;
-  const int batch = item >> 3, lane = item & 7;  // eight lanes a batch
-  const int begin = first[batch] + lane, count = length[batch];
-  const floatv R = LOADF(scale + item);
-  const floatv delta = options.x / R;
-  const floatv inverse_tau = R / options.y;
-
-  floatv m[MOMENTS], a[10];
-#pragma unroll
-  for (int k = 0; k < MOMENTS; ++k) m[k] = (floatv)(0.0f);
-#pragma unroll
-  for (int k = 0; k < 10; ++k) a[k] = (floatv)(0.0f);
-  for (int k = 0; k < count; ++k) {
-    global const float* p = points + begin + 8 * k;
-    const floatv x = LOADF(p), y = LOADF(p + slots), z = LOADF(p + 2 * slots);
-    const floatv nx = LOADF(p + 3 * slots), ny = LOADF(p + 4 * slots), nz = LOADF(p + 5 * slots);
-    const floatv w = LOADF(p + 6 * slots);
-    add_point(m, a, w, delta, x, y, z, delta * nx, delta * ny, delta * nz);
-  }
+// The quadric a (in: its right-hand side) of the sums in m. Returns the smallest pivot, see solve.
+inline floatv quadric_of(const floatv* m, floatv* a, const float ridge) {
   floatv A[55];
 #pragma unroll
-  for (int k = 0; k < 55; ++k) A[k] = m[kProduct[k]];
+  for (int k = 0; k < 55; ++k) A[k] = m[kProduct[k]] + 0.0f;  // no -0, see add_point
+#pragma unroll
+  for (int k = 0; k < 10; ++k) a[k] += 0.0f;
   // The ridge pulls the quadric towards a plane. The cross terms count half, which makes it the
   // squared norm of the quadratic form's matrix and independent of the axes.
   const floatv total = m[M_1] * (1.0f / 3.0f);
 #pragma unroll
   for (int k = 0; k < 10; ++k) {
     const float share = k < 4 ? 0.0f : k < 7 ? 1.0f : 0.5f;
-    A[AT(k, k)] += total * (share * options.z + 1e-6f);
+    A[AT(k, k)] += total * (share * ridge + 1e-6f);
   }
-  const floatv least = solve(A, a);
-  const floatv slope = sqrt(fmax(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
-
-  const floatv steep = 1.0f / slope;
-
-  // The residual, with one-sided weights: particles of the layer below do not count.
-  floatv sum = (floatv)(0.0f), weight = (floatv)(1e-30f);
-  for (int k = 0; k < count; ++k) {
-    global const float* p = points + begin + 8 * k;
-    const floatv f = evaluate(a, LOADF(p), LOADF(p + slots), LOADF(p + 2 * slots)) * steep;
-    const floatv behind = fmax(-f, (floatv)(0.0f)) * inverse_tau;
-    const floatv w = LOADF(p + 6 * slots) * fmax(exp_negative(-behind * behind), (floatv)(1e-4f));
-    sum += w * f * f;
-    weight += w;
-  }
-  const floatv residual = R * sqrt(sum / weight);
-  const floatv good = SELECT((floatv)(0.0f), (floatv)(1.0f),
-                             (least > 0.0f) & (slope > 0.2f) & (slope < 5.0f));
-  STOREF(good * (residual + 1.0f) - 1.0f, quality + item);
-  STOREF(slope, quality + lanes + item);
-
-  // From q to particle radii: f(X) = R f(q) / slope, so that |grad f(centre)| = 1.
-  STOREF(a[0] * R / slope, quadric + item);
-#pragma unroll
-  for (int k = 1; k < 4; ++k) STOREF(a[k] / slope, quadric + k * lanes + item);
-#pragma unroll
-  for (int k = 4; k < 10; ++k) STOREF(a[k] / (slope * R), quadric + k * lanes + item);
+  return solve(A, a);
 }

@@ -1,10 +1,11 @@
-// particle_fit.cl: the weights and normals of fits around every visible particle, between the
-// passes of fit.cl (paper 2.3, with a support of fixed radius instead of a merged group, so that
-// nothing changes abruptly from frame to frame; docs/method.md).
+// particle_fit.cl: fits around every visible particle, in passes (paper 2.3, with a support of fixed
+// radius instead of a merged group, so that nothing changes abruptly from frame to frame;
+// docs/method.md).
 //
-// A fit is a lane of fit.cl's batches: slot k of lane l of batch b lies at first[b] + 8 k + l. The
-// slots name the neighbours, the particle itself among them; -1 is an unused slot, behind those in
-// use. A work-item takes WIDTH lanes of one batch.
+// A fit is a lane of a batch of eight: slot k of lane l of batch b lies at first[b] + 8 k + l. The
+// slots name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
+// batch. Particles are records of four values: x, y, z (particle radii), u; and the unit normal.
+// Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
 
 // The quadratic B-spline on [0, 1).
 inline floatv spline(const floatv x) {
@@ -12,164 +13,183 @@ inline floatv spline(const floatv x) {
   return SELECT(0.5f * (1.5f - y) * (1.5f - y), 0.75f - y * y, y < 0.5f);
 }
 
-// A quadric through a particle at (x, y, z) from it.
-inline floatv evaluate(const floatv* c, const floatv x, const floatv y, const floatv z) {
-  return c[0] + (c[1] + c[4] * x + c[7] * y) * x + (c[2] + c[5] * y + c[8] * z) * y +
-         (c[3] + c[6] * z + c[9] * x) * z;
-}
-
-// Loads WIDTH particle indices; lanes that are not in use (-1) get the first particle.
-inline intv load_used(global const int* index, int* at) {
-  int used[WIDTH];
+// Loads WIDTH records of four values, row by row.
+inline void load_records(global const float4* record, global const int* at, floatv* row) {
+#if WIDTH == 8
+  float8 r[4];
 #pragma unroll
-  for (int k = 0; k < WIDTH; ++k) {
-    const int i = index[k];
-    used[k] = i >= 0;
-    at[k] = max(i, 0);
-  }
-#if WIDTH == 1
-  return used[0];
+  for (int k = 0; k < 4; ++k) r[k] = (float8)(record[at[k]], record[at[k + 4]]);
+  // Both halves are transposed at once, in two steps.
+  const float8 xy0 = (float8)(r[0].s0, r[1].s0, r[0].s1, r[1].s1, r[0].s4, r[1].s4, r[0].s5, r[1].s5);
+  const float8 zw0 = (float8)(r[0].s2, r[1].s2, r[0].s3, r[1].s3, r[0].s6, r[1].s6, r[0].s7, r[1].s7);
+  const float8 xy1 = (float8)(r[2].s0, r[3].s0, r[2].s1, r[3].s1, r[2].s4, r[3].s4, r[2].s5, r[3].s5);
+  const float8 zw1 = (float8)(r[2].s2, r[3].s2, r[2].s3, r[3].s3, r[2].s6, r[3].s6, r[2].s7, r[3].s7);
+  row[0] = (float8)(xy0.s01, xy1.s01, xy0.s45, xy1.s45);
+  row[1] = (float8)(xy0.s23, xy1.s23, xy0.s67, xy1.s67);
+  row[2] = (float8)(zw0.s01, zw1.s01, zw0.s45, zw1.s45);
+  row[3] = (float8)(zw0.s23, zw1.s23, zw0.s67, zw1.s67);
 #else
-  return LOADI(used) != 0;
+  float lane[4][WIDTH];
+  for (int k = 0; k < WIDTH; ++k) {
+    const float4 r = record[at[k]];
+    lane[0][k] = r.x;
+    lane[1][k] = r.y;
+    lane[2][k] = r.z;
+    lane[3][k] = r.w;
+  }
+  for (int v = 0; v < 4; ++v) row[v] = LOADF(lane[v]);
 #endif
 }
 
-// A particle's record is 8 floats: x, y, z (particle radii), u, unit normal; the last is not used.
 typedef struct {
   floatv x, y, z, u, nx, ny, nz;
 } Particles;
 
-inline Particles load_particles(global const float* record, const int* at) {
-  Particles p;
-#if WIDTH == 8
-  float8 r[8], lo[4], hi[4];
-#pragma unroll
-  for (int k = 0; k < 8; ++k) r[k] = vload8(at[k], record);
-#pragma unroll
-  for (int k = 0; k < 4; ++k) {  // transposed in three steps: pairs, fours, eights
-    const float8 a = r[2 * k], b = r[2 * k + 1];
-    lo[k] = (float8)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5);
-    hi[k] = (float8)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7);
-  }
-  const float8 x0 = (float8)(lo[0].s01, lo[1].s01, lo[0].s45, lo[1].s45);
-  const float8 x1 = (float8)(lo[2].s01, lo[3].s01, lo[2].s45, lo[3].s45);
-  const float8 y0 = (float8)(lo[0].s23, lo[1].s23, lo[0].s67, lo[1].s67);
-  const float8 y1 = (float8)(lo[2].s23, lo[3].s23, lo[2].s67, lo[3].s67);
-  const float8 z0 = (float8)(hi[0].s01, hi[1].s01, hi[0].s45, hi[1].s45);
-  const float8 z1 = (float8)(hi[2].s01, hi[3].s01, hi[2].s45, hi[3].s45);
-  p.x = (float8)(x0.lo, x1.lo);
-  p.y = (float8)(y0.lo, y1.lo);
-  p.z = (float8)(z0.lo, z1.lo);
-  p.u = (float8)(hi[0].s23, hi[1].s23, hi[2].s23, hi[3].s23);
-  p.nx = (float8)(x0.hi, x1.hi);
-  p.ny = (float8)(y0.hi, y1.hi);
-  p.nz = (float8)(z0.hi, z1.hi);
-#else
-  float lane[7][WIDTH];
-  for (int k = 0; k < WIDTH; ++k)
-    for (int row = 0; row < 7; ++row) lane[row][k] = record[8 * at[k] + row];
-  p.x = LOADF(lane[0]);
-  p.y = LOADF(lane[1]);
-  p.z = LOADF(lane[2]);
-  p.u = LOADF(lane[3]);
-  p.nx = LOADF(lane[4]);
-  p.ny = LOADF(lane[5]);
-  p.nz = LOADF(lane[6]);
-#endif
-  return p;
+inline Particles load_particles(global const float4* place, global const float4* normal,
+                                global const int* at) {
+  floatv p[4], n[4];
+  load_records(place, at, p);
+  load_records(normal, at, n);
+  const Particles particles = {p[0], p[1], p[2], p[3], n[0], n[1], n[2]};
+  return particles;
 }
 
-// Weight of neighbour j in the fit around particle i at distance l with normals n_i, n_j:
+// Adds the square of a distance to those a residual is made of. Weights are one-sided: particles of
+// the layer below do not count.
+inline void add_distance(const floatv f, const floatv weight, const float inverse_tau,
+                         floatv* squares, floatv* total) {
+  const floatv behind = fmax(-f, (floatv)(0.0f)) * inverse_tau;
+  const floatv w = weight * fmax(exp_negative(-behind * behind), (floatv)(1e-4f));
+  *squares += w * f * f;
+  *total += w;
+}
+
+// One pass. Neighbour j weighs in the fit around particle i at distance l with normals n_i, n_j:
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
-// in the first pass, and where the last one gave no fit, m = exp(-h^2 / (h_0 + h_1 l^2)^2) with the
-// height h of j over i's tangent plane; later m = exp(-r^2 / tau^2) for a neighbour that lies r
-// behind the surface of the pass before. Fits of fewer than three neighbours get no weights.
-kernel void weigh_neighbours(
-    global const float* record,     // [n][8] of the particles
-    global const int* particle,     // [lanes] centre of the lane's fit, -1: unused
+// nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
+// (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
+// tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before. Particles
+// of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
+// the particle; the side stays.
+kernel void fit_particles(
+    global const float4* place,     // [n + 1] of the particles
+    global const float4* normal,    // [n + 1] as the pass before left them
+    global const int* particle,     // [lanes] centre of the lane's fit
     global const int* neighbour,    // [slots]
     global const int* first,        // [batches]
     global const int* length,       // [batches]
     global const float* support,    // [lanes] rho, particle radii
-    global const float* quadric,    // [10][lanes] of the pass before, through the particles
-    global const float* quality,    // [2][lanes] negative: no fit
-    global float* points,           // [7][slots] q = (x_j - x_i) / rho; n_j; weight
-    const int slots, const int lanes, const int pass,
-    const float4 options) {  // 2 / sigma^2; tau and h_0, particle radii; h_1, 1 / particle radii
+    global float* quadric,          // [10][lanes] f through the particle, from it along the eye axes,
+                                    // particle radii, divided by |grad f|; of the pass before, and out
+    global float* residual,         // [lanes] negative where there is no fit; of the pass before,
+                                    // and out; where one pass is to come, the RMS of f
+    global float* weight,           // [slots] out, where one pass is to come or none
+    global float* turned,           // [n + 1][4] normals out
+    const int lanes, const int nobody, const int pass, const int left,  // passes to come
+    const float4 weighing,  // 2 / sigma^2; tau and h_0, particle radii; h_1, 1 / particle radii
+    const float2 fitting) {  // off-surface distance, particle radii; ridge
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
-  int i[WIDTH], j[WIDTH];
-  const intv lane_used = load_used(particle + lane, i);
   const floatv none = (floatv)(0.0f);
-  const Particles own = load_particles(record, i);
+  const Particles own = load_particles(place, normal, particle + lane);
   intv refit = (intv)(0);
   floatv c[10];
 #pragma unroll
   for (int k = 0; k < 10; ++k) c[k] = none;
   if (pass > 0) {
-    refit = LOADF(quality + lane) >= 0.0f;
+    refit = LOADF(residual + lane) >= 0.0f;
 #pragma unroll
     for (int k = 0; k < 10; ++k) c[k] = SELECT(none, LOADF(quadric + k * lanes + lane), refit);
   }
-  const floatv inverse_rho = 1.0f / LOADF(support + lane);
-  const float inverse_tau = 1.0f / options.y;
+  const floatv rho = LOADF(support + lane), inverse_rho = 1.0f / rho;
+  const floatv delta = fitting.x / rho;
+  const float inverse_tau = 1.0f / weighing.y;
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
+  floatv m[MOMENTS], a[10];
+#pragma unroll
+  for (int k = 0; k < MOMENTS; ++k) m[k] = none;
+#pragma unroll
+  for (int k = 0; k < 10; ++k) a[k] = none;
   intv used = (intv)(0);
-  for (int k = 0; k < count; ++k) {
-    const int slot = begin + 8 * k;
-    const intv there = load_used(neighbour + slot, j) & lane_used;
-    const Particles p = load_particles(record, j);
-    const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-    const floatv squared = x * x + y * y + z * z;
-    const floatv turned = fmin(own.nx * p.nx + own.ny * p.ny + own.nz * p.nz - 1.0f, none);
-    const floatv near = p.u * spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f))) *
-                        exp_negative(options.x * turned);
-    floatv weight = none;
+  // A point's weight takes long to compute, one step after another, and adding a point keeps the
+  // processor busy: each is added while the next one's weight is computed.
+  floatv w = none, x = none, y = none, z = none, nx = none, ny = none, nz = none;
+  for (int k = 0; k <= count; ++k) {
+    const int slot = begin + 8 * min(k, count - 1);
+    const Particles p = load_particles(place, normal, neighbour + slot);
+    const floatv next_x = p.x - own.x, next_y = p.y - own.y, next_z = p.z - own.z;
+    const floatv squared = fma(next_x, next_x, fma(next_y, next_y, next_z * next_z));
+    const floatv same = fma(own.nx, p.nx, fma(own.ny, p.ny, own.nz * p.nz));
+    const floatv near = p.u * spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
+    floatv off = none;
     if (ANY(!refit)) {
-      const floatv h = x * own.nx + y * own.ny + z * own.nz;
-      const floatv width = options.z + options.w * squared;
-      weight = fmax(exp_negative(-(h * h) / (width * width)), (floatv)(1e-5f));
+      const floatv h = fma(next_x, own.nx, fma(next_y, own.ny, next_z * own.nz)) /
+                       fma(weighing.w, squared, (floatv)(weighing.z));
+      off = fmin(h * h, (floatv)(11.5129255f));  // 1e-5
     }
     if (ANY(refit)) {
-      const floatv behind = fmax(-evaluate(c, x, y, z), none) * inverse_tau;
-      weight = SELECT(weight, fmax(exp_negative(-behind * behind), (floatv)(1e-4f)), refit);
+      const floatv behind = fmax(-evaluate(c, next_x, next_y, next_z), none) * inverse_tau;
+      off = SELECT(off, fmin(behind * behind, (floatv)(9.21034037f)), refit);  // 1e-4
     }
-    const intv counts = there & (near >= 1e-6f);
-    used += SELECT((intv)(0), (intv)(1), counts);
-    STOREF(x * inverse_rho, points + slot);
-    STOREF(y * inverse_rho, points + slots + slot);
-    STOREF(z * inverse_rho, points + 2 * slots + slot);
-    STOREF(p.nx, points + 3 * slots + slot);
-    STOREF(p.ny, points + 4 * slots + slot);
-    STOREF(p.nz, points + 5 * slots + slot);
-    STOREF(SELECT(none, near * weight, counts), points + 6 * slots + slot);
+    const floatv next = near * exp_negative(fma(weighing.x, fmin(same - 1.0f, none), -off));
+    const intv counts = (near >= 1e-6f) & (same >= -0.5f);
+    add_point(m, a, w, delta, x, y, z, nx, ny, nz);
+    x = next_x * inverse_rho;
+    y = next_y * inverse_rho;
+    z = next_z * inverse_rho;
+    nx = delta * p.nx;
+    ny = delta * p.ny;
+    nz = delta * p.nz;
+    w = SELECT(none, next, counts);
+    if (k < count) used += SELECT((intv)(0), (intv)(1), counts);
+    if (left <= 1) STOREF(w, weight + slot);
   }
-  if (!ANY(used < 3)) return;
-  for (int k = 0; k < count; ++k) {
-    global float* weight = points + 6 * slots + begin + 8 * k;
-    STOREF(SELECT(LOADF(weight), none, used < 3), weight);
+  const intv few = used < 3;
+  if (ANY(few)) {
+#pragma unroll
+    for (int k = 0; k < MOMENTS; ++k) m[k] = SELECT(m[k], none, few);
+#pragma unroll
+    for (int k = 0; k < 10; ++k) a[k] = SELECT(a[k], none, few);
   }
-}
+  const floatv least = quadric_of(m, a, fitting.y);
+  const floatv slope = sqrt(fmax(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
+  floatv rms = none;
+  if (left == 1) {
+    const floatv steep = rho / slope;
+    floatv squares = none, total = (floatv)(1e-30f);
+    for (int k = 0; k < count; ++k) {
+      const int slot = begin + 8 * k;
+      floatv p[4];
+      load_records(place, neighbour + slot, p);
+      const floatv f = evaluate(a, (p[0] - own.x) * inverse_rho, (p[1] - own.y) * inverse_rho,
+                                (p[2] - own.z) * inverse_rho) *
+                       steep;
+      add_distance(f, LOADF(weight + slot), inverse_tau, &squares, &total);
+    }
+    rms = sqrt(squares / total);
+  }
+  const intv good = !few & (least > 0.0f) & (slope > 0.2f) & (slope < 5.0f);
+  STOREF(SELECT((floatv)(-1.0f), rms, good), residual + lane);
 
-// Turns each particle's normal to its quadric's gradient at the particle; the side stays.
-kernel void turn_normals(global const int* particle, global const float* quadric,
-                         global const float* quality,
-                         global float* record,  // [n][8] normals in and out
-                         const int lanes) {
-  const int lane = get_global_id(0);
-  if (lane >= lanes) return;
-  const int i = particle[lane];
-  if (i < 0 || quality[lane] < 0.0f) return;
-  const float x = quadric[lanes + lane], y = quadric[2 * lanes + lane],
-              z = quadric[3 * lanes + lane];
-  global float* normal = record + 8 * i + 4;
-  const float side = normal[0] * x + normal[1] * y + normal[2] * z;
-  const float size = sqrt(x * x + y * y + z * z);
-  if (!(size > 0.0f)) return;
-  const float scale = (side < 0.0f ? -1.0f : 1.0f) / size;
-  normal[0] = x * scale;
-  normal[1] = y * scale;
-  normal[2] = z * scale;
+  // From q to particle radii: f(X) = rho f(q) / slope, so that |grad f| = 1 at the particle.
+  STOREF(a[0] * rho / slope, quadric + lane);
+#pragma unroll
+  for (int k = 1; k < 4; ++k) {
+    a[k] /= slope;
+    STOREF(a[k], quadric + k * lanes + lane);
+  }
+#pragma unroll
+  for (int k = 4; k < 10; ++k) STOREF(a[k] / (slope * rho), quadric + k * lanes + lane);
+
+  const floatv side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
+  const floatv size = sqrt(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
+  const floatv scale = SELECT((floatv)(1.0f), (floatv)(-1.0f), side < 0.0f) / size;
+  int at[WIDTH];
+  STOREI(4 * LOADI(particle + lane), at);
+  const intv wanted = LOADI(particle + lane) != nobody;
+  scatter_float(SELECT(own.nx, a[1] * scale, good), turned, at, wanted);
+  scatter_float(SELECT(own.ny, a[2] * scale, good), turned + 1, at, wanted);
+  scatter_float(SELECT(own.nz, a[3] * scale, good), turned + 2, at, wanted);
 }
 
 // How far a fit can be relied on, three rows:
@@ -179,43 +199,45 @@ kernel void turn_normals(global const int* particle, global const float* quadric
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
 // - the number of its neighbours, each by its weight u.
-kernel void measure_edges(global const float* record, global const int* particle,
-                          global const int* neighbour, global const int* first,
-                          global const int* length,
+// Fits get their residual, the RMS distance with the weights of the last pass.
+kernel void measure_edges(global const float4* place, global const float4* normal,
+                          global const int* particle, global const int* neighbour,
+                          global const int* first, global const int* length,
                           global const float* support,  // [lanes] rho, particle radii
                           global const float* quadric,  // [10][lanes] through the particles
+                          global const float* kept,     // [slots] weights of the last pass
+                          global float* residual,       // [lanes] in and out
                           global float* rows,           // [3][lanes] e; distance, radii; number
                           const int lanes,
                           const float falloff,  // 2 / sigma^2
+                          const float tau,      // particle radii
                           const float reach) {  // particle radii
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
-  int i[WIDTH], j[WIDTH];
-  load_used(particle + lane, i);
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
-  const Particles own = load_particles(record, i);
+  const Particles own = load_particles(place, normal, particle + lane);
   const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
   const floatv inverse_rho = 1.0f / LOADF(support + lane);
   floatv c[10];
 #pragma unroll
   for (int k = 0; k < 10; ++k) c[k] = LOADF(quadric + k * lanes + lane);
   floatv near = none, agree = none, weight = none, squares = none, number = none;
+  floatv distances = none, total = (floatv)(1e-30f);
   for (int k = 0; k < count; ++k) {
-    const intv there = load_used(neighbour + begin + 8 * k, j);
-    const Particles p = load_particles(record, j);
+    const Particles p = load_particles(place, normal, neighbour + begin + 8 * k);
     const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-    const floatv u = SELECT(none, p.u, there);
     const floatv l = sqrt(x * x + y * y + z * z);
     const floatv same = own.nx * p.nx + own.ny * p.ny + own.nz * p.nz;
-    const floatv apart = clamp(evaluate(c, x, y, z), -2.0f, 2.0f);
+    const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
+    add_distance(f, LOADF(kept + begin + 8 * k), 1.0f / tau, &distances, &total);
     const floatv w =
-        u * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
+        p.u * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
     weight += w;
     squares += w * apart * apart;
-    number += u;
+    number += p.u;
     const floatv d = l / reach;
     const floatv r = (1.0f - d) * (1.0f - d);
-    const floatv q = SELECT(none, u * r * r * (4.0f * d + 1.0f), d < 1.0f);
+    const floatv q = SELECT(none, p.u * r * r * (4.0f * d + 1.0f), d < 1.0f);
     near += q;
     agree += q * smooth_step(0.85f, 0.95f, same);
   }
@@ -223,4 +245,6 @@ kernel void measure_edges(global const float* record, global const int* particle
          rows + lane);
   STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + lanes + lane);
   STOREF(number, rows + 2 * lanes + lane);
+  const floatv before = LOADF(residual + lane);
+  STOREF(SELECT(before, sqrt(distances / total), before >= 0.0f), residual + lane);
 }

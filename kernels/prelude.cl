@@ -33,6 +33,7 @@ typedef int intv;
 #define SELECT(no, yes, test) ((test) ? (yes) : (no))
 #define ANY(test) (test)
 #define ALL(test) (test)
+#define BITS(test) ((test) ? 1 : 0)
 #define TO_FLOATV(x) ((float)(x))
 #define AS_INTV(x) as_int(x)
 #define AS_FLOATV(x) as_float(x)
@@ -50,6 +51,7 @@ typedef JOIN(int, WIDTH) intv;
 #define SELECT(no, yes, test) select((no), (yes), (test))
 #define ANY(test) any_lane(test)
 #define ALL(test) all_lanes(test)
+#define BITS(test) bits_of_lanes(test)  // lane k as bit k
 #define TO_FLOATV(x) JOIN(convert_float, WIDTH)(x)
 #define AS_INTV(x) JOIN(as_int, WIDTH)(x)
 #define AS_FLOATV(x) JOIN(as_float, WIDTH)(x)
@@ -68,6 +70,16 @@ inline int any_lane(const intv test) {
 inline int all_lanes(const intv test) {
   const long2 pair = as_long2(FOUR(test, &));
   return (pair.x & pair.y) == -1;
+}
+inline int bits_of_lanes(const intv test) {
+#if WIDTH == 8
+  const intv bits = test & (intv)(1, 2, 4, 8, 16, 32, 64, 128);
+#else
+  const intv bits = test & (intv)(1, 2, 4, 8);
+#endif
+  const long2 pair = as_long2(FOUR(bits, |));
+  const long both = pair.x | pair.y;
+  return (int)(both | both >> 32);
 }
 #endif
 

@@ -7,7 +7,8 @@
 
 #define TAKES (VECTORS * WIDTH)
 
-#define REFINE 5  // positions of a crossing within a step
+#define REFINE 8                 // positions of a crossing within a step, at most
+#define NEWTON (1.0f / 2048.0f)  // particle radii: a shorter step of Newton's need not be taken
 
 typedef struct {
   floatv depth;       // +infinity: nowhere, or already reached at the start
@@ -82,31 +83,40 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       here = going & (t <= end);
     }
     if (!ANY(found)) continue;
-    // False position with the Illinois rule: the value of an end that stays twice is halved. The
-    // fifth position comes within 1/1024 particle radii.
-    floatv high = t, middle = t;
-    intv side = (intv)(0);  // the end that moved last: -1 low, 1 high
-    for (int step = 0; step < REFINE; ++step) {
-      middle = low + (high - low) * (short_of / (short_of - over));
-      if (step == REFINE - 1) break;
-      const floatv there = field_near(cells, weight, near, r, middle, 0).c * NORM - level;
+    // False position first, then the cubic through both ends' values and the last value and slope,
+    // mostly once. It comes within 1/1024 particle radii.
+    floatv high = t, middle = low + (high - low) * (short_of / (short_of - over));
+    for (int round = 1;; ++round) {
+      const Field f = field_near(cells, weight, near, r, middle, 1);
+      const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM),
+                   gz = f.gz * (0.25f * NORM);
+      const floatv there = f.c * NORM - level, slope = gx * r.dx + gy * r.dy - gz;
+      const intv ready = slope * (unit * NEWTON) >= fabs(there);
+      const intv last = found & (ready | (intv)(round == REFINE ? -1 : 0));
+      const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
+      const intv crossed = last & (size > 0.0f);
+      crossing.depth = SELECT(crossing.depth, middle, crossed);
+      crossing.nx = SELECT(crossing.nx, -gx / size, crossed);
+      crossing.ny = SELECT(crossing.ny, -gy / size, crossed);
+      crossing.nz = SELECT(crossing.nz, -gz / size, crossed);
+      found &= !last;
+      if (!ANY(found)) break;
+      const floatv a = low - middle, b = high - middle;
+      const floatv bend_a = (short_of - there - slope * a) / (a * a);
+      const floatv bend_b = (over - there - slope * b) / (b * b);
+      const floatv cube = (bend_b - bend_a) / (b - a), square = bend_a - cube * a;
+      floatv away = -there / slope;
+      for (int k = 0; k < 2; ++k)
+        away -= (there + away * (slope + away * (square + away * cube))) /
+                (slope + away * (2.0f * square + 3.0f * cube * away));
       const intv less = found & (there < 0.0f), more = found & !(there < 0.0f);
       low = SELECT(low, middle, less);
       short_of = SELECT(short_of, there, less);
-      over = SELECT(over, over * 0.5f, less & (side < 0));
       high = SELECT(high, middle, more);
       over = SELECT(over, there, more);
-      short_of = SELECT(short_of, short_of * 0.5f, more & (side > 0));
-      side = SELECT(SELECT(side, (intv)(1), more), (intv)(-1), less);
+      const floatv guess = middle + away;
+      middle = SELECT(0.5f * (low + high), guess, (guess > low) & (guess < high));
     }
-    const Field f = field_near(cells, weight, near, r, middle, 1);
-    const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM), gz = f.gz * (0.25f * NORM);
-    const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
-    const intv crossed = found & (size > 0.0f);
-    crossing.depth = SELECT(crossing.depth, middle, crossed);
-    crossing.nx = SELECT(crossing.nx, -gx / size, crossed);
-    crossing.ny = SELECT(crossing.ny, -gy / size, crossed);
-    crossing.nz = SELECT(crossing.nz, -gz / size, crossed);
   }
   return crossing;
 }

@@ -151,8 +151,8 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
     origin = origin_of(low, high, sample);
   }
   const View view = make_view(camera, surface.particle_radius, origin);
-  return to_world(view, run_pipeline(device, view, world, params, timings), std::move(surface),
-                  params);
+  return to_world(device, view, run_pipeline(device, view, world, params, timings),
+                  std::move(surface), params, timings);
 }
 
 }  // namespace meniscus

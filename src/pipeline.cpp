@@ -43,8 +43,8 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
   const MovingParticles moving = upload_moving(
       device, project_particles(device, view, particles, kMotionMargin), particles.velocity);
   if (params.image)
-    made.image.velocity =
-        motion_of_samples(device, view, moving, made.image.grid, made.image.depth);
+    made.velocity = motion_of_samples(device, view, moving, made.image.grid,
+                                      download(device, made.image.depth));
   if (params.mesh) {
     std::vector<Vec3d> vertices;
     for (const Vec3& world : made.mesh.position)

@@ -5,13 +5,14 @@
 
 #include "meniscus/meniscus.hpp"
 #include "stages/project.hpp"
-#include "stages/stage_data.hpp"
+#include "stages/surface_buffers.hpp"
 
 namespace meniscus {
 
 /// What the pipeline makes of one frame, in eye space and particle radii.
 struct Extraction {
-  SurfaceMap image;             // at pixel centres; empty unless params.image
+  SurfaceBuffers image;         // at pixel centres, on the device; empty unless params.image
+  std::vector<Vec3> velocity;   // [pixels] world axes, world units per second; empty: unknown
   Mesh mesh;                    // world space; empty unless params.mesh
   std::vector<float> residual;  // [groups] RMS fit residual, particle radii
   std::vector<std::pair<std::string, std::int64_t>> counts;

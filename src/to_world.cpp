@@ -4,22 +4,30 @@
 #include <atomic>
 
 #include "parallel.hpp"
+#include "stage_clock.hpp"
 
 namespace meniscus {
 
-Surface to_world(const View& view, Extraction extraction, Surface surface,
-                 const Parameters& params) {
-  SurfaceMap& image = extraction.image;
-  const std::size_t pixels = image.depth.size(), nx = static_cast<std::size_t>(image.grid.nx);
-  surface.depth = std::move(image.depth);  // depth and normals are turned where they are
-  surface.normal = std::move(image.normal);
-  surface.kind = std::move(image.kind);
-  surface.velocity = std::move(image.velocity);  // in world units already
-  parallel_both([&] { surface.position.resize(pixels); },  // which write all of it
-                [&] {
-                  surface.group.resize(pixels);
-                  surface.residual.resize(pixels);
-                });
+namespace {
+
+// Makes the maps of `image` and returns how many of its pixels show something.
+std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& image,
+                       const std::vector<float>& residuals, Surface& surface) {
+  const std::size_t pixels = image.grid.size(), nx = static_cast<std::size_t>(image.grid.nx);
+  const HostView depth(device, image.depth), normal(device, image.normal);
+  const HostView group(device, image.group);
+  const HostView kind(device, image.kind);
+  parallel_both(
+      [&] {
+        surface.position.resize(pixels);
+        surface.depth.resize(pixels, kNoSurface);
+        surface.kind.resize(pixels);
+      },
+      [&] {
+        surface.normal.resize(pixels);
+        surface.group.resize(pixels);
+        surface.residual.resize(pixels);
+      });
   std::atomic<std::int64_t> covered{0};
   constexpr std::size_t kRows = 32;  // that are worth a thread
   parallel_for(pixels > 0 ? pixels / nx : 0, kRows, [&](std::size_t begin, std::size_t end) {
@@ -35,28 +43,40 @@ Surface to_world(const View& view, Extraction extraction, Surface surface,
       const Vec3d along = direction_at(0), along_step = direction_at(1) - along;
       for (std::size_t i = 0; i < nx; ++i) {
         const std::size_t s = j * nx + i;
-        const float t = surface.depth[s];
-        if (!(t < kNoSurface)) {  // its normal is zero as it came
-          surface.depth[s] = kNoSurface;
-          continue;
-        }
+        const float t = depth[s];
+        if (!(t < kNoSurface)) continue;  // as made
         ++here;
         const double u = static_cast<double>(i) + 0.5;
         surface.depth[s] = static_cast<float>(t * view.radius);
         surface.position[s] =
             static_cast<Vec3>((start + start_step * u) + (along + along_step * u) * double{t});
-        surface.normal[s] = static_cast<Vec3>(world_direction(view, Vec3d(surface.normal[s])));
-        const std::int32_t g = image.group[s];
+        surface.normal[s] = static_cast<Vec3>(world_direction(
+            view, Vec3d(Vec3{normal[s], normal[pixels + s], normal[2 * pixels + s]})));
+        surface.kind[s] = kind.size() > 0 ? static_cast<Kind>(kind[s]) : Kind::surface;
+        const std::int32_t g = group.size() > 0 ? group[s] : -1;
         if (g < 0) continue;
         surface.group[s] = static_cast<std::uint32_t>(g) + 1;
-        surface.residual[s] = std::max(0.0f, extraction.residual[static_cast<std::size_t>(g)]);
+        surface.residual[s] = std::max(0.0f, residuals[static_cast<std::size_t>(g)]);
       }
     }
     covered += here;
   });
+  return covered;
+}
+
+}  // namespace
+
+Surface to_world(Device& device, const View& view, Extraction extraction, Surface surface,
+                 const Parameters& params, std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  clock.start("download");
+  const std::int64_t covered =
+      fill_maps(device, view, extraction.image, extraction.residual, surface);
+  clock.stop();
+  surface.velocity = std::move(extraction.velocity);  // in world units already
   surface.mesh = std::move(extraction.mesh);
   surface.counts = std::move(extraction.counts);
-  if (params.image) surface.counts.emplace_back("pixels", covered.load());
+  if (params.image) surface.counts.emplace_back("pixels", covered);
   const auto none = [&](const char* what) {
     return std::any_of(surface.counts.begin(), surface.counts.end(),
                        [&](const auto& count) { return count.first == what && count.second == 0; });

@@ -5,8 +5,9 @@
 
 namespace meniscus {
 
-/// What the pipeline made, in world units. `surface` has camera, particle radius and warnings.
-Surface to_world(const View& view, Extraction extraction, Surface surface,
-                 const Parameters& params);
+/// What the pipeline made, on the host and in world units. `surface` has camera, particle radius and
+/// warnings. Waits.
+Surface to_world(Device& device, const View& view, Extraction extraction, Surface surface,
+                 const Parameters& params, std::vector<StageTime>* timings);
 
 }  // namespace meniscus

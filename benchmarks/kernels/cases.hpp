@@ -46,7 +46,6 @@ Case prepare_project(Frame& frame);
 Case prepare_splat(Frame& frame);
 Case prepare_owned(Frame& frame);
 Case prepare_gradients(Frame& frame);
-Case prepare_weigh(Frame& frame);
 Case prepare_edges(Frame& frame);
 Case prepare_blend(Frame& frame);
 Case prepare_settle(Frame& frame);

@@ -1,4 +1,4 @@
-// The fits of method fit's first pass, as the native versions take them.
+// The fits of method fit's first pass, as the native version takes them.
 #pragma once
 
 #include <memory>
@@ -7,25 +7,22 @@
 #include "kernels/frame.hpp"
 #include "kernels/native/native.hpp"
 #include "kernels/workers.hpp"
-#include "stages/fit.hpp"
+#include "stages/particle_fit.hpp"
 
 namespace meniscus::bench {
 
 struct FitProblems {
-  FitBatches batches;
-  std::vector<std::int32_t> particle, neighbour;  // as particle_fit.cl has them
-  std::vector<float> record, scale;               // [n][8], [lanes]
-  std::vector<float> points, quadric, quality;    // [7][slots], [10][lanes], [2][lanes]
+  FitRecords records;
+  FitLists lists;
+  std::vector<float> support, quadric, residual;  // [lanes], [10][lanes], [lanes]
+  std::vector<float> weight, turned;              // [slots], [n + 1][4]
   double fits = 0, neighbours = 0;                // neighbours of all fits together
-  native::Neighbours weighing{};
-  native::Fits fitting{};
+  native::Fits input{};
 };
 
-/// Every fitted particle of the frame with its neighbours, in the order in which fit_particles
-/// takes them. The points are not weighed yet.
+/// Every fitted particle of the frame with its neighbours. Nothing is fitted yet.
 std::shared_ptr<FitProblems> fit_problems(Frame& frame);
 
-void weigh(const FitProblems& problems, Workers& workers);
 void fit(const FitProblems& problems, Workers& workers);
 
 }  // namespace meniscus::bench

@@ -51,7 +51,7 @@ const Projected& Frame::projected() {
 }
 
 const SplashSplit& Frame::split() {
-  if (!split_) split_ = split_splash(projected(), params.splash);
+  if (!split_) split_ = split_splash(projected(), cells(), params.splash);
   return *split_;
 }
 
@@ -109,7 +109,7 @@ Extraction Frame::make_frame(Method method, std::vector<StageTime>* timings) {
 const Frame::Frames& Frame::frames(Method method) {
   if (const auto found = frames_.find(method); found != frames_.end()) return found->second;
   Frames& frames = frames_[method];
-  frames.result = make_frame(method, nullptr);  // not timed
+  frames.image = download(device, make_frame(method, nullptr).image);  // not timed
   const auto begin = std::chrono::steady_clock::now();
   const auto passed = [&](double s) {
     return std::chrono::steady_clock::now() - begin > std::chrono::duration<double>(s);

@@ -47,7 +47,7 @@ class Frame {
   /// at least three.
   struct Frames {
     std::map<std::string, std::vector<double>> kernels;
-    Extraction result;
+    SurfaceMap image;
   };
   const Frames& frames(Method method);
   /// Of one kernel. Throws DeviceError when the method does not launch it.

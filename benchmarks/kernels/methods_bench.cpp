@@ -8,7 +8,7 @@ Case frame_case(Frame& frame, Method method, const char* kernel, double bytes_a_
   const Frame::Frames& frames = frame.frames(method);
   Case result;
   result.unit = "pixels";
-  for (const float t : frames.result.image.depth) result.items += t < kNoSurface;
+  for (const float t : frames.image.depth) result.items += t < kNoSurface;
   result.bytes = bytes_a_pixel * result.items;
   result.frame_ms = frame.frame_ms(method, kernel);
   return result;

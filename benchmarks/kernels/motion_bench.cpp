@@ -30,7 +30,7 @@ double count_in_reach(const View& view, const Cells& cells, const SurfaceMap& im
 }  // namespace
 
 Case prepare_motion(Frame& frame) {
-  const SurfaceMap& image = frame.frames(Method::fit).result.image;
+  const SurfaceMap& image = frame.frames(Method::fit).image;
   std::vector<Vec3> velocity;
   for (std::size_t i = 0; i < frame.world.x.size(); ++i)
     velocity.push_back({frame.world.y[i], -frame.world.x[i], std::sin(frame.world.z[i])});

@@ -1,38 +1,41 @@
+#include <algorithm>
+
 #include "kernels/cases.hpp"
 #include "kernels/fit_problems.hpp"
 #include "stages/particle_fit.hpp"
 
 namespace meniscus::bench {
 
-Case prepare_weigh(Frame& frame) {
+Case prepare_fit(Frame& frame) {
   const auto problems = fit_problems(frame);
   Case result;
   result.unit = "fits";
   result.items = problems->fits;
-  // A neighbour's index read, seven values of its slot written; a fit's particle read.
-  result.bytes = 32 * problems->neighbours + 32 * problems->fits;
-  // A neighbour: difference 3, square 5, normals 7, distance 3, spline 4, weight 24, height 5, its
-  // width 2, the weight of both 26, slot 4.
-  result.operations = 83 * problems->neighbours;
+  // A neighbour's index read and its weight written; a fit's particle and support read, eleven
+  // values and a normal written.
+  result.bytes = 8 * problems->neighbours + 96 * problems->fits;
+  // A neighbour: difference 3, square 5, normals 7, distance 3, spline 4, height 5, its width 2,
+  // its share 3, the weight of all 24; q and d 6, products of two coordinates 6, e 12, o 15,
+  // weighted 26; moments of degree 0 to 2: 13, of degree 3: 40, of degree 4: 90; the right-hand
+  // side 19. A fit: ridge 21, Cholesky 415, substitution 200, slope 7, scale 14, its normal 17.
+  result.operations = (56 + 227) * problems->neighbours + 674 * problems->fits;
   FitParams once = frame.params.fit;
   once.passes = 1;
   const auto fits = std::make_shared<ParticleFits>();
   result.launch = [&frame, once, fits] {
     *fits = fit_particles(frame.device, frame.projected(), frame.rim(), frame.surface(), once);
   };
-  result.native = [problems](Workers& workers) { weigh(*problems, workers); };
-  // What comes back from the device is what fit_groups makes of the weights.
+  result.native = [problems](Workers& workers) { fit(*problems, workers); };
   result.differing = [problems, fits, offset = static_cast<float>(once.offset)] {
-    Workers alone(1);
-    fit(*problems, alone);
-    const std::size_t lanes = problems->batches.lanes;
+    const std::size_t lanes = problems->lists.fit.size();
     std::vector<float> own, device;
-    for (std::size_t lane = 0; lane < fits->size(); ++lane) {
-      const std::size_t k = static_cast<std::size_t>(problems->batches.order[lane]);
-      own.push_back(problems->quality[lane]);
-      device.push_back(fits->residual[k]);
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      if (problems->lists.fit[lane] < 0) continue;
+      const std::size_t k = static_cast<std::size_t>(problems->lists.fit[lane]);
+      own.push_back(problems->residual[lane]);  // 0 for a fit: measure_edges takes it
+      device.push_back(std::min(fits->residual[k], 0.0f));
       for (std::size_t row = 0; row < 10; ++row) {
-        const bool moved = row == 0 && problems->quality[lane] >= 0;
+        const bool moved = row == 0 && problems->residual[lane] >= 0;
         own.push_back(problems->quadric[row * lanes + lane] - (moved ? offset : 0.0f));
         device.push_back(fits->quadric[k][row]);
       }
@@ -47,11 +50,11 @@ Case prepare_edges(Frame& frame) {
   Case result;
   result.unit = "fits";
   result.items = problems->fits;
-  // A neighbour's index read; a fit's particle and quadric read, three values written.
-  result.bytes = 4 * problems->neighbours + 84 * problems->fits;
+  // A neighbour's index and weight read; a fit's particle and quadric read, four values written.
+  result.bytes = 8 * problems->neighbours + 88 * problems->fits;
   // A neighbour: difference 3, square 5, normals 6, distance 3, share 8, spline 4, weight 23,
-  // quadric 18, sums 8.
-  result.operations = 78 * problems->neighbours;
+  // quadric 18, sums 8; the residual: distance behind 2, exponential 22, sums 4.
+  result.operations = 106 * problems->neighbours;
   result.launch = [&frame] {
     fit_particles(frame.device, frame.projected(), frame.rim(), frame.surface(), frame.params.fit);
   };

@@ -102,7 +102,7 @@ struct Closing {
 
 Case prepare_specks(Frame& frame) {
   const auto closing =
-      std::make_shared<Closing>(damaged_surface(frame.frames(Method::fit).result.image));
+      std::make_shared<Closing>(damaged_surface(frame.frames(Method::fit).image));
   const Maps& given = closing->given;
   Case result;
   result.unit = "pixels";

@@ -14,7 +14,7 @@ Case frame_case(Frame& frame, const char* kernel) {
   const Frame::Frames& frames = frame.frames(Method::fit);
   Case result;
   result.unit = "pixels";
-  for (const float t : frames.result.image.depth) result.items += t < kNoSurface;
+  for (const float t : frames.image.depth) result.items += t < kNoSurface;
   result.frame_ms = frame.frame_ms(Method::fit, kernel);
   return result;
 }
@@ -53,7 +53,7 @@ native::Lists lists_of(const Frame& frame, const CapturedLaunch& launch) {
 // Pairs of a pixel of the surface and a fit whose reach it is in. Of every `kEvery`th pixel along
 // both axes, for all.
 double count_hits(Frame& frame) {
-  const SurfaceMap& image = frame.frames(Method::fit).result.image;
+  const SurfaceMap& image = frame.frames(Method::fit).image;
   const ParticleFits& fits = frame.fits();
   const double reach = kBlendReach * frame.params.blend.radius;
   std::vector<float> x, y, z;

@@ -48,7 +48,7 @@ Extraction run_anisotropic(Device& device, const View& view, const WorldParticle
     }
     return map;
   };
-  if (params.image) result.image = make_surface(pixel_grid(view));
+  if (params.image) result.image = upload(device, make_surface(pixel_grid(view)));
   if (params.mesh) {
     const SurfaceMap nodes = make_surface(node_grid(view, params.grid.cell));
     clock.start("mesh");

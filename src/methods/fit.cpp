@@ -149,14 +149,15 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const Projected projected = project_particles(device, view, particles, margin);
 
   clock.start("split");
-  const SplashSplit split = split_splash(projected, params.splash);
+  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);  // now, when no work is to be waited for
+  const SplashSplit split = split_splash(projected, host_cells, params.splash);
   clock.start("visible");
-  const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
+  const SplatParticles body = upload_splats(device, projected, split.body);
+  const Visible fitted = find_visible(device, view, projected, split.body, body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
   // The device measures the field while the host triangulates.
   clock.start("field");
-  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);
   const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
   const DeviceCells levelled = level_cells(device, cells, field, params.region);
   clock.start("triangulate");
@@ -176,18 +177,15 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records),
                           upload_splats(device, projected, visible.index),
-                          upload_splats(device, projected, split.body),
+                          body,
                           upload_splats(device, projected, split.splash),
                           cells,
                           levelled,
                           least_radius(projected)};
 
-  if (params.image) {
-    const SurfaceBuffers image =
+  if (params.image)
+    result.image =
         make_surface(device, view, pixel_grid(view), mesh, records, frame, params, clock);
-    clock.start("download");
-    result.image = download(device, image);
-  }
   if (params.mesh) {
     const SurfaceBuffers surface = make_surface(device, view, node_grid(view, params.grid.cell),
                                                 mesh, records, frame, params, clock);

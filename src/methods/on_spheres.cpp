@@ -19,12 +19,13 @@ Extraction run_on_spheres(Device& device, const View& view, const WorldParticles
   const auto make_surface = [&](const SampleGrid& grid) {
     clock.start("filter");
     const DepthAndNormals filtered = filter(spheres, grid);
-    return download(device, SurfaceBuffers{grid, filtered.depth, filtered.normal, {}, {}, {}});
+    return SurfaceBuffers{grid, filtered.depth, filtered.normal, {}, {}, {}};
   };
   if (params.image) result.image = make_surface(pixel_grid(view));
   if (params.mesh) {
-    const SurfaceMap nodes = make_surface(node_grid(view, params.grid.cell));
+    const SurfaceBuffers surface = make_surface(node_grid(view, params.grid.cell));
     clock.start("mesh");
+    const SurfaceMap nodes = download(device, surface);
     MeshParams mesh = params.grid;
     mesh.z_max = z_max;
     const std::vector<SilhouetteEdge> edges =

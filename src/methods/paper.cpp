@@ -3,7 +3,6 @@
 
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
-#include "stages/fit.hpp"
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"
 #include "stages/splash.hpp"
@@ -50,8 +49,7 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
     image.normal = depth_normals(device, view, image.depth, image.grid, params.grid.z_max);
     clock.start("splash");
     draw_spheres(device, view, projected, split.splash, image);
-    clock.start("download");
-    result.image = download(device, image);
+    result.image = image;
   }
   if (params.mesh) {
     const SurfaceBuffers surface = make_surface(node_grid(view, params.grid.cell));

@@ -23,7 +23,8 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   const double margin = std::max(params.stable.capsule, params.visible.footprint) + kDensitySupport;
   const Projected projected = project_particles(device, view, particles, margin);
   clock.start("split");
-  const SplashSplit split = split_splash(projected, params.splash);
+  const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
+  const SplashSplit split = split_splash(projected, host_cells, params.splash);
   clock.start("visible");
   const Visible fitted = find_visible(device, view, projected, split.body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
@@ -40,8 +41,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
 
   clock.start("upload");
   const SplatParticles splash = upload_splats(device, projected, split.splash);
-  const DeviceCells cells =
-      upload_cells(device, make_cells(projected.x, projected.y, projected.z, kDensitySupport));
+  const DeviceCells cells = upload_cells(device, host_cells);
   const DeviceCells levelled = level_cells(
       device, cells, measure_gradients(device, cells, Measured::near_air), params.region);
 
@@ -58,11 +58,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
                 params.region);
     return surface;
   };
-  if (params.image) {
-    const SurfaceBuffers image = make_surface(pixel_grid(view));
-    clock.start("download");
-    result.image = download(device, image);
-  }
+  if (params.image) result.image = make_surface(pixel_grid(view));
   if (params.mesh) {
     const SurfaceBuffers surface = make_surface(node_grid(view, params.grid.cell));
     clock.start("mesh");

@@ -63,11 +63,12 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
 /// The same of points that are rounded to float first.
 Cells make_cells(const std::vector<Vec3d>& points, float cell);
 
-/// Calls visit(k) for every point k (position in bucket order) of the 27 cells around (x, y, z)
-/// that lie within a cell side of it, until visit returns false. Every point within one cell side
-/// is among them; a few may lie far away (more than kFewestBuckets - 3 cells).
+/// Calls visit(begin, end, tag) for the ranges of points (positions in bucket order) that hold the
+/// 27 cells around (x, y, z) as far as they lie within a cell side of it, until visit returns
+/// false. Points of the cells are those whose tags are of the row of `tag`. Every point within one
+/// cell side is among them; a few may lie far away (more than kFewestBuckets - 3 cells).
 template <class Visit>
-void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
+void visit_ranges_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
   const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
                      cz = cell_of(z, cells.inverse_cell);
   // How far the cells on either side are, in cell sides; coordinates far from 0 are rounded.
@@ -92,13 +93,21 @@ void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
       std::uint32_t left = static_cast<std::uint32_t>(high - low + 1);
       while (left > 0) {  // again where the last bucket lies between the row's
         const std::uint32_t count = std::min(left, cells.mask + 1 - bucket);
-        const std::int32_t end = cells.start[bucket + count];
-        for (std::int32_t p = cells.start[bucket]; p < end; ++p)
-          if (same_row(cells.tag[p], tag) && !visit(p)) return;
+        if (!visit(cells.start[bucket], cells.start[bucket + count], tag)) return;
         left -= count;
         bucket = 0;
       }
     }
+}
+
+/// Calls visit(k) for every point k of these cells, until visit returns false.
+template <class Visit>
+void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
+  visit_ranges_near(cells, x, y, z, [&](std::int32_t begin, std::int32_t end, std::uint32_t tag) {
+    for (std::int32_t p = begin; p < end; ++p)
+      if (same_row(cells.tag[p], tag) && !visit(p)) return false;
+    return true;
+  });
 }
 
 }  // namespace meniscus

@@ -20,13 +20,21 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/blend.hpp"
-#include "stages/fit.hpp"
 #include "stages/group.hpp"
 #include "stages/splash.hpp"
 #include "stages/surface_buffers.hpp"
 #include "stages/triangulate.hpp"
 
 namespace meniscus {
+
+/// f(X) = c0 + c1 x + c2 y + c3 z + c4 xx + c5 yy + c6 zz + c7 xy + c8 yz + c9 zx with X in
+/// particle radii from the group's centre along the eye axes. f is near a signed distance (particle
+/// radii, positive outside) and zero on the surface: the offset is part of it.
+struct Quadrics {
+  std::vector<std::array<float, 10>> coefficient;  // [groups]
+  std::vector<float> residual;  // [groups] weighted RMS of f at the points, particle radii;
+                                // negative where there is no fit
+};
 
 /// Splash particles are those with fewer than three neighbours nearer than params.link.
 SplashSplit split_by_neighbours(const Projected& projected, const SplashParams& params);

@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "parallel.hpp"
-#include "stages/fit.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
 
+constexpr char kFiles[] = "fit.cl particle_fit.cl";
+
+// The most slots that 32-bit indices reach.
+constexpr std::size_t kMostSlots = std::size_t{1} << 28;
+
 constexpr float kEdgeReach = 4;          // particle radii
-constexpr float kHeight = 0.6f;          // h_0 of weigh_neighbours, particle radii
+constexpr float kHeight = 0.6f;          // h_0 of fit_particles, particle radii
 constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
 // Where supports are narrowed: what residual noise alone explains (particle radii, and against the
@@ -19,122 +24,137 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 constexpr double kNoise = 0.14, kOverLeast = 1.5;
 constexpr SheetWeights kSheet{6, 0.8f, 0.95f};
 
-constexpr std::size_t kRecord = 8, kNormal = 4;  // a particle's record, see particle_fit.cl
+constexpr std::size_t kRecord = 4;   // values of a particle's records, see particle_fit.cl
+constexpr std::size_t kLanes = 8;    // fits of a batch, whatever the device's WIDTH
+constexpr std::size_t kBlock = 256;  // fits that a processor takes at a time: whole batches
 
-constexpr std::size_t kGrain = 256;  // fits that a processor takes at a time
-
-// The places in `around` within `reach` of each of `centre` (CSR).
-struct Neighbours {
-  std::vector<std::size_t> start;
-  std::vector<std::int32_t> index;
-};
-
-Neighbours find_neighbours(const Projected& projected, const std::vector<std::int32_t>& centre,
-                           const std::vector<std::int32_t>& around, double reach) {
-  const Cells cells = cells_of(projected, around, reach);
-  const float squared = static_cast<float>(reach * reach);
-  const std::size_t n = centre.size();
-  // Each block of fits into a list of its own, then all into one.
-  const std::size_t blocks = (n + kGrain - 1) / kGrain;
-  std::vector<std::vector<std::int32_t>> found(blocks);
-  Neighbours near{std::vector<std::size_t>(n + 1, 0), {}};
-  parallel_for(blocks, 1, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::int32_t> own(around.size() + 1);
-    for (std::size_t block = begin; block < end; ++block)
-      for (std::size_t k = block * kGrain; k < std::min(n, (block + 1) * kGrain); ++k) {
-        const std::int32_t i = centre[k];
-        const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-        std::size_t count = 0;
-        visit_near(cells, x, y, z, [&](std::int32_t p) {
-          const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-          own[count] = cells.item[p];  // kept if it is near: a branch would be foretold badly
-          count += dx * dx + dy * dy + dz * dz < squared;
+// The lists of fits [begin, end) by themselves.
+FitLists list_block(const Projected& projected, const std::vector<std::int32_t>& centre,
+                    const std::vector<std::int32_t>& place, const Cells& cells, float reach,
+                    std::size_t begin, std::size_t end) {
+  const cl_int nobody = static_cast<cl_int>(cells.item.size());
+  std::vector<std::int32_t> near(cells.item.size());  // 1 for those of a range that are
+  std::vector<cl_int> all;
+  std::vector<std::size_t> start{0};
+  for (std::size_t k = begin; k < end; ++k) {
+    const std::int32_t i = centre[k];
+    const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
+    std::size_t count = start.back();
+    all.resize(std::max(all.size(), count + cells.item.size() + 1));
+    visit_ranges_near(
+        cells, x, y, z, [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+          // A loop that becomes vectors, and one without branches, which would be foretold badly.
+          for (std::int32_t p = first; p < last; ++p) {
+            const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
+            near[p - first] =
+                (dx * dx + dy * dy + dz * dz < reach * reach) & same_row(cells.tag[p], tag);
+          }
+          for (std::int32_t p = first; p < last; ++p) {
+            all[count] = cells.item[p];
+            count += static_cast<std::size_t>(near[p - first]);
+          }
           return true;
         });
-        found[block].insert(found[block].end(), own.begin(),
-                            own.begin() + static_cast<std::ptrdiff_t>(count));
-        near.start[k + 1] = count;
-      }
+    start.push_back(count);
+  }
+  FitLists lists;
+  // Fits with about as many neighbours share a batch; the order touches no result.
+  const auto size_of = [&](std::int32_t k) {
+    const std::size_t l = static_cast<std::size_t>(k) - begin;
+    return start[l + 1] - start[l];
+  };
+  lists.fit.resize(end - begin);
+  std::iota(lists.fit.begin(), lists.fit.end(), static_cast<std::int32_t>(begin));
+  std::sort(lists.fit.begin(), lists.fit.end(), [&](std::int32_t k, std::int32_t l) {
+    return std::pair(size_of(k), k) < std::pair(size_of(l), l);
   });
-  for (std::size_t k = 0; k < n; ++k) near.start[k + 1] += near.start[k];
-  near.index.resize(near.start[n]);
-  parallel_for(blocks, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t block = begin; block < end; ++block)
-      std::copy(found[block].begin(), found[block].end(),
-                near.index.begin() + static_cast<std::ptrdiff_t>(near.start[block * kGrain]));
-  });
-  return near;
+  for (std::size_t lane = 0; lane < lists.fit.size(); lane += kLanes) {
+    const std::size_t last = std::min(lane + kLanes, lists.fit.size());
+    const std::size_t longest = size_of(lists.fit[last - 1]), slots = lists.neighbour.size();
+    lists.first.push_back(static_cast<cl_int>(slots));
+    lists.length.push_back(static_cast<cl_int>(longest));
+    lists.neighbour.resize(slots + kLanes * longest, nobody);
+    for (std::size_t l = lane; l < last; ++l) {
+      const std::size_t k = static_cast<std::size_t>(lists.fit[l]) - begin;
+      cl_int* slot = &lists.neighbour[slots + l - lane];
+      for (std::size_t p = start[k]; p < start[k + 1]; ++p, slot += kLanes) *slot = all[p];
+    }
+  }
+  for (const std::int32_t k : lists.fit)
+    lists.particle.push_back(place[static_cast<std::size_t>(k)]);
+  lists.fit.resize(kLanes * lists.first.size(), -1);
+  lists.particle.resize(lists.fit.size(), nobody);
+  return lists;
 }
 
-// Lanes of kernel fit_groups, a fit each: as many as the device takes at a time.
+// Some blocks' lists as one.
+FitLists joined(std::vector<FitLists>::const_iterator begin,
+                std::vector<FitLists>::const_iterator end, std::size_t slots) {
+  require(slots < kMostSlots, "fit: too many points for 32-bit indices (use a smaller --support)");
+  FitLists all;
+  std::vector<std::size_t> from;  // first slot of each block
+  all.neighbour.resize(slots);
+  slots = 0;
+  for (auto block = begin; block != end; ++block) {
+    all.fit.insert(all.fit.end(), block->fit.begin(), block->fit.end());
+    all.particle.insert(all.particle.end(), block->particle.begin(), block->particle.end());
+    all.length.insert(all.length.end(), block->length.begin(), block->length.end());
+    for (const cl_int first : block->first) all.first.push_back(static_cast<cl_int>(slots) + first);
+    from.push_back(slots);
+    slots += block->neighbour.size();
+  }
+  parallel_for(from.size(), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const std::vector<cl_int>& own = begin[static_cast<std::ptrdiff_t>(k)].neighbour;
+      std::copy(own.begin(), own.end(),
+                all.neighbour.begin() + static_cast<std::ptrdiff_t>(from[k]));
+    }
+  });
+  return all;
+}
+
+std::size_t most_slots(Device& device) {
+  return std::min(most_values<float>(device), kMostSlots - 1);
+}
+
+// Lists on the device, and the fits of their lanes.
 struct Lanes {
-  FitBatches batches;
-  Buffer<cl_int> particle;   // [lanes] centre of the lane's fit in the surface, -1: unused
-  Buffer<cl_int> neighbour;  // [slots] in the surface, -1: unused
-  DeviceFits fits;           // they share the points, which matter only from kernel to kernel
+  const FitLists& lists;
+  Buffer<cl_int> particle, neighbour, first, length;
+  Buffer<float> support;   // [lanes] rho, particle radii
+  Buffer<float> quadric;   // [10][lanes] through the particles
+  Buffer<float> residual;  // [lanes] particle radii; negative: no fit
+  Buffer<float> weight;    // [slots] of the last pass
 };
 
-std::vector<Lanes> make_lanes(Device& device, const Neighbours& near,
-                              const std::vector<std::int32_t>& place) {
-  std::vector<std::size_t> sizes;
-  for (std::size_t k = 0; k < place.size(); ++k) sizes.push_back(near.start[k + 1] - near.start[k]);
-  std::vector<FitBatches> parts = make_batches(sizes, most_values<float>(device) / 7);
-  std::size_t most_slots = 0;
-  for (const FitBatches& batches : parts) most_slots = std::max(most_slots, batches.slots);
-  const auto points = allocate<float>(device, 7 * most_slots);
-  std::vector<Lanes> lanes;
-  for (FitBatches& batches : parts) {
-    std::vector<cl_int> particle(batches.lanes, -1), neighbour(batches.slots, -1);
-    parallel_for(batches.order.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t l = begin; l < end; ++l) {
-        const std::size_t k = static_cast<std::size_t>(batches.order[l]);
-        particle[l] = place[k];
-        std::size_t slot = batches.first_slot(l);
-        for (std::size_t p = near.start[k]; p < near.start[k + 1]; ++p, slot += 8)
-          neighbour[slot] = near.index[p];
-      }
-    });
-    DeviceFits fits{points,
-                    upload(device, batches.first),
-                    upload(device, batches.length),
-                    allocate<float>(device, batches.lanes),
-                    allocate<float>(device, 10 * batches.lanes),
-                    filled<float>(device, 2 * batches.lanes, -1.0f),
-                    batches.lanes,
-                    batches.slots};
-    lanes.push_back({std::move(batches), upload(device, particle), upload(device, neighbour),
-                     std::move(fits)});
-  }
-  return lanes;
-}
-
-// Sets the lanes' supports to those of their fits.
-void set_supports(Device& device, std::vector<Lanes>& parts, const std::vector<float>& rho) {
-  for (Lanes& lanes : parts) {
-    std::vector<float> scale(lanes.batches.lanes, 1.0f);
-    for (std::size_t l = 0; l < lanes.batches.order.size(); ++l)
-      scale[l] = rho[lanes.batches.order[l]];
-    lanes.fits.scale = upload(device, scale);
-  }
+// The supports of the lanes' fits.
+Buffer<float> supports(Device& device, const FitLists& lists, const std::vector<float>& rho) {
+  std::vector<float> support(lists.fit.size(), 1.0f);
+  for (std::size_t l = 0; l < lists.fit.size(); ++l)
+    if (lists.fit[l] >= 0) support[l] = rho[static_cast<std::size_t>(lists.fit[l])];
+  return upload(device, support);
 }
 
 // The residual of each fit; negative: no fit.
 std::vector<float> residuals(Device& device, const std::vector<Lanes>& parts, std::size_t fits) {
   std::vector<float> residual(fits);
-  for (const Lanes& lanes : parts) {
-    const std::vector<float> quality = download(device, lanes.fits.quality);
-    for (std::size_t l = 0; l < lanes.batches.order.size(); ++l)
-      residual[lanes.batches.order[l]] = quality[l];
+  for (const Lanes& part : parts) {
+    const HostView of_lane(device, part.residual);
+    for (std::size_t l = 0; l < part.lists.fit.size(); ++l)
+      if (part.lists.fit[l] >= 0)
+        residual[static_cast<std::size_t>(part.lists.fit[l])] = of_lane[l];
   }
   return residual;
 }
 
 // The normals in records at some places.
-std::vector<Vec3d> normals_of(const std::vector<float>& record,
+std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
                               const std::vector<std::int32_t>& place) {
+  const HostView record(device, records);
   std::vector<Vec3d> normals;
+  normals.reserve(place.size());
   for (const std::int32_t i : place) {
-    const float* const n = record.data() + kRecord * static_cast<std::size_t>(i) + kNormal;
+    const float* const n = record.data() + kRecord * static_cast<std::size_t>(i);
     normals.push_back({n[0], n[1], n[2]});
   }
   return normals;
@@ -168,17 +188,47 @@ std::vector<float> narrow_supports(Device& device, const std::vector<Vec3d>& pos
 
 }  // namespace
 
-std::vector<float> particle_records(const Projected& projected, const SurfaceParticles& around) {
-  std::vector<float> record;
-  record.reserve(kRecord * around.index.size());
-  for (std::size_t k = 0; k < around.index.size(); ++k) {
-    const Vec3d at = projected.eye(static_cast<std::size_t>(around.index[k]));
-    const Vec3d& normal = around.normal[k];
-    for (const double value :
-         {at.x, at.y, at.z, around.weight[k], normal.x, normal.y, normal.z, 0.0})
-      record.push_back(static_cast<float>(value));
+FitRecords fit_records(const Projected& projected, const SurfaceParticles& around) {
+  const std::size_t n = around.index.size();
+  FitRecords records{std::vector<float>(kRecord * (n + 1)), std::vector<float>(kRecord * (n + 1))};
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = static_cast<std::size_t>(around.index[k]);
+    float* const place = &records.place[kRecord * k];
+    float* const normal = &records.normal[kRecord * k];
+    place[0] = projected.x[i];
+    place[1] = projected.y[i];
+    place[2] = projected.z[i];
+    place[3] = static_cast<float>(around.weight[k]);
+    normal[0] = static_cast<float>(around.normal[k].x);
+    normal[1] = static_cast<float>(around.normal[k].y);
+    normal[2] = static_cast<float>(around.normal[k].z);
   }
-  return record;
+  return records;
+}
+
+std::vector<FitLists> list_neighbours(const Projected& projected,
+                                      const std::vector<std::int32_t>& centre,
+                                      const std::vector<std::int32_t>& around, double reach,
+                                      std::size_t most_slots) {
+  const Cells cells = cells_of(projected, around, reach);
+  const std::vector<std::int32_t> place = places_in(around, centre);
+  const std::size_t n = centre.size();
+  std::vector<FitLists> blocks((n + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t block = begin; block < end; ++block)
+      blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
+                                 block * kBlock, std::min(n, (block + 1) * kBlock));
+  });
+  std::vector<FitLists> parts;
+  for (auto begin = blocks.begin(); begin != blocks.end();) {
+    std::size_t slots = 0;
+    auto end = begin;
+    while (end != blocks.end() && (end == begin || slots + end->neighbour.size() <= most_slots))
+      slots += end++->neighbour.size();
+    parts.push_back(joined(begin, end, slots));
+    begin = end;
+  }
+  return parts;
 }
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
@@ -186,61 +236,73 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
-  const auto records = upload(device, particle_records(projected, around));
+  const FitRecords records = fit_records(projected, around);
+  const auto places = upload(device, records.place);
+  Buffer<float> normals = upload(device, records.normal), turned = upload(device, records.normal);
+  const std::vector<FitLists> lists =
+      list_neighbours(projected, seen.index, around.index, params.support, most_slots(device));
+  std::vector<float> rho(count, static_cast<float>(params.support));
+  std::vector<Lanes> parts;
+  for (const FitLists& part : lists) {
+    const std::size_t lanes = part.fit.size();
+    parts.push_back({part, upload(device, part.particle), upload(device, part.neighbour),
+                     upload(device, part.first), upload(device, part.length),
+                     supports(device, part, rho), allocate<float>(device, 10 * lanes),
+                     allocate<float>(device, lanes),
+                     allocate<float>(device, part.neighbour.size())});
+  }
+  const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
+  const cl_float4 weighing{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}};
+  const cl_float2 fitting{
+      {static_cast<float>(params.off_surface), static_cast<float>(params.ridge)}};
+  const int width = device.state().vector_width;
+  // Few items of much work: small work-groups spread them over the compute units.
+  const auto items = [width](const Lanes& part) {
+    return Range{part.residual.size / static_cast<std::size_t>(width), 1, 8, 1};
+  };
   for (const std::int32_t i : seen.index)
     fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
-  const Neighbours near = find_neighbours(projected, seen.index, around.index, params.support);
-  std::vector<Lanes> parts = make_lanes(device, near, place);
-  std::vector<float> rho(count, static_cast<float>(params.support));
-  set_supports(device, parts, rho);
-  const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
-  const int width = device.state().vector_width;
-  // Few items of much work: small work-groups spread them over the compute units.
-  const auto items = [width](const Lanes& lanes) {
-    return Range{lanes.fits.lanes / static_cast<std::size_t>(width), 1, 8, 1};
-  };
   for (int pass = 0; pass < params.passes; ++pass) {
-    if (pass > 0 && pass + 1 == params.passes && params.least_support < 1) {
-      rho = narrow_supports(device, fits.position, normals_of(download(device, records), place),
+    const int left = params.passes - 1 - pass;
+    if (pass > 0 && left == 0 && params.least_support < 1) {
+      rho = narrow_supports(device, fits.position, normals_of(device, normals, place),
                             residuals(device, parts, count), params);
-      set_supports(device, parts, rho);
+      for (Lanes& part : parts) part.support = supports(device, part.lists, rho);
     }
-    for (const Lanes& lanes : parts) {
-      const DeviceFits& on_device = lanes.fits;
-      launch(device, "particle_fit.cl", "weigh_neighbours", items(lanes), width_option(width),
-             records, lanes.particle, lanes.neighbour, on_device.first, on_device.length,
-             on_device.scale, on_device.quadric, on_device.quality, on_device.points,
-             static_cast<cl_int>(on_device.slots), static_cast<cl_int>(on_device.lanes),
-             cl_int{pass},
-             cl_float4{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}});
-      fit_batches(device, on_device, params);
-    }
-    for (const Lanes& lanes : parts)  // once all fits have seen the normals before
-      launch(device, "particle_fit.cl", "turn_normals", {lanes.fits.lanes}, "", lanes.particle,
-             lanes.fits.quadric, lanes.fits.quality, records,
-             static_cast<cl_int>(lanes.fits.lanes));
+    for (const Lanes& part : parts)
+      launch(device, kFiles, "fit_particles", items(part), width_option(width), places, normals,
+             part.particle, part.neighbour, part.first, part.length, part.support, part.quadric,
+             part.residual, part.weight, turned, static_cast<cl_int>(part.residual.size),
+             static_cast<cl_int>(around.index.size()), cl_int{pass}, cl_int{left}, weighing,
+             fitting);
+    std::swap(normals, turned);
   }
-  fits.normal = normals_of(download(device, records), place);
+  std::vector<Buffer<float>> rows;
+  for (const Lanes& part : parts) {
+    const std::size_t lanes = part.residual.size;
+    rows.push_back(allocate<float>(device, 3 * lanes));
+    launch(device, kFiles, "measure_edges", items(part), width_option(width), places, normals,
+           part.particle, part.neighbour, part.first, part.length, part.support, part.quadric,
+           part.weight, part.residual, rows.back(), static_cast<cl_int>(lanes), falloff,
+           static_cast<float>(params.tau), kEdgeReach);
+  }
+  fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());
   fits.residual = residuals(device, parts, count);
   fits.edge.resize(count);
   fits.spread.resize(count);
   fits.supporters.resize(count);
   fits.quadric.resize(count);
-  for (const Lanes& part : parts) {
-    const std::size_t lanes = part.fits.lanes;
-    const auto device_rows = allocate<float>(device, 3 * lanes);
-    launch(device, "particle_fit.cl", "measure_edges", items(part), width_option(width), records,
-           part.particle, part.neighbour, part.fits.first, part.fits.length, part.fits.scale,
-           part.fits.quadric, device_rows, static_cast<cl_int>(lanes), falloff, kEdgeReach);
-    const std::vector<float> c = download(device, part.fits.quadric);
-    const std::vector<float> rows = download(device, device_rows);
-    for (std::size_t l = 0; l < part.batches.order.size(); ++l) {
-      const std::size_t k = static_cast<std::size_t>(part.batches.order[l]);
-      fits.edge[k] = rows[l];
-      fits.spread[k] = rows[lanes + l];
-      fits.supporters[k] = rows[2 * lanes + l];
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const std::size_t lanes = parts[part].residual.size;
+    const HostView c(device, parts[part].quadric), row(device, rows[part]);
+    for (std::size_t l = 0; l < lanes; ++l) {
+      if (lists[part].fit[l] < 0) continue;
+      const std::size_t k = static_cast<std::size_t>(lists[part].fit[l]);
+      fits.edge[k] = row[l];
+      fits.spread[k] = row[lanes + l];
+      fits.supporters[k] = row[2 * lanes + l];
       for (std::size_t r = 0; r < 10; ++r) fits.quadric[k][r] = c[r * lanes + l];
     }
   }

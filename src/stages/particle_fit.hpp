@@ -27,14 +27,34 @@ struct ParticleFits {
   std::size_t size() const { return position.size(); }
 };
 
-/// What the kernels read of each particle of `around` [n][8]: position (eye space, particle radii),
-/// weight, normal, and a value that is not used.
-std::vector<float> particle_records(const Projected& projected, const SurfaceParticles& around);
+/// What the kernels read of each particle of the surface, and of nobody behind the last, whose u
+/// is 0.
+struct FitRecords {
+  std::vector<float> place;   // [n + 1][4] eye space, particle radii; u
+  std::vector<float> normal;  // [n + 1][4] unit; a value that is not used
+};
+FitRecords fit_records(const Projected& projected, const SurfaceParticles& around);
+
+/// The neighbours of fits, as kernel fit_particles takes them: fits in batches of eight lanes,
+/// those with about as many neighbours together. Neighbour k of lane l is in slot first[l / 8] + l
+/// % 8 + 8 k.
+struct FitLists {
+  std::vector<std::int32_t> fit;      // [lanes] -1: the lane is not in use
+  std::vector<cl_int> particle;       // [lanes] the fit's place in the surface, else nobody's
+  std::vector<cl_int> first, length;  // [batches] first slot; slots a lane
+  std::vector<cl_int> neighbour;      // [slots] places in the surface; nobody's: not in use
+};
+
+/// Lists of all particles of `around` within `reach` of each of `centre`, one or several where that
+/// makes more than `most_slots` slots.
+std::vector<FitLists> list_neighbours(const Projected& projected,
+                                      const std::vector<std::int32_t>& centre,
+                                      const std::vector<std::int32_t>& around, double reach,
+                                      std::size_t most_slots);
 
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
-/// (kernels weigh_neighbours, fit_groups, turn_normals), each with the normals and the one-sided
-/// robust weights of the pass before. The last pass narrows the support where one quadric cannot
-/// follow the surface:
+/// (kernel fit_particles), each with the normals and the one-sided robust weights of the pass
+/// before. The last pass narrows the support where one quadric cannot follow the surface:
 ///
 ///   rho = support min(1, max(least_support, (max(.14, 1.5 r_05) / r)^2))
 ///

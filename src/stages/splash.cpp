@@ -2,59 +2,75 @@
 
 #include <algorithm>
 
-#include "stages/cells.hpp"
+#include "parallel.hpp"
 
 namespace meniscus {
 namespace {
 
 enum : char { kUnknown, kBody, kSplash };
 
-// States of the particles in the cells' order: body for those whose piece is seen at a glance to be
-// larger than `largest`, because enough particles are near or one of them is body. Inside the fluid
-// that is nearly always so after a look into the particle's own cell.
+// States of the particles: body for those whose piece is seen at a glance to be larger than
+// `largest`, because enough particles are near or one of them is body. Inside the fluid that is
+// nearly always so after a look at those before it in the cells' order, which lie near.
 std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest) {
-  const std::size_t n = cells.item.size();
-  std::vector<char> state(n, kUnknown);
-  std::vector<std::size_t> found;  // neighbours, each once though cells may share a bucket
-  for (std::size_t p = 0; p < n; ++p) {
-    if (state[p] != kUnknown) continue;
-    const float x = cells.x[p], y = cells.y[p], z = cells.z[p];
-    const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
-                       cz = cell_of(z, cells.inverse_cell);
-    found.clear();
-    const auto is_body_by = [&](int i, int j, int k) {
-      const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
-      const std::size_t end = static_cast<std::size_t>(cells.start[bucket + 1]);
-      for (std::size_t q = static_cast<std::size_t>(cells.start[bucket]); q < end; ++q) {
+  constexpr std::size_t kBefore = 12;
+  std::vector<char> state(cells.item.size(), kUnknown);
+  constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
+  parallel_for(state.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<char> own(end - begin, kUnknown);  // what is known here; others' is not looked at
+    std::vector<std::size_t> found;  // neighbours, each once though cells may share a bucket
+    for (std::size_t p = begin; p < end; ++p) {
+      if (own[p - begin] != kUnknown) continue;
+      const float x = cells.x[p], y = cells.y[p], z = cells.z[p];
+      const auto is_near = [&](std::size_t q) {
         const float dx = cells.x[q] - x, dy = cells.y[q] - y, dz = cells.z[q] - z;
-        if (q == p || dx * dx + dy * dy + dz * dz >= link * link) continue;
-        if (state[q] == kBody) return true;
-        if (std::find(found.begin(), found.end(), q) == found.end()) found.push_back(q);
-        if (found.size() >= largest) return true;
+        return dx * dx + dy * dy + dz * dz < link * link;
+      };
+      bool body = largest == 0;
+      for (std::size_t q = p; !body && q > begin && p - q < kBefore; --q)
+        body = own[q - 1 - begin] == kBody && is_near(q - 1);
+      if (body) {
+        own[p - begin] = kBody;
+        continue;
       }
-      return false;
-    };
-    bool body = largest == 0 || is_body_by(0, 0, 0);
-    for (int c = 0; !body && c < 27; ++c) body = is_body_by(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1);
-    if (!body) continue;
-    state[p] = kBody;
-    for (const std::size_t q : found) state[q] = kBody;
-  }
+      const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
+                         cz = cell_of(z, cells.inverse_cell);
+      found.clear();
+      const auto is_body_by = [&](int i, int j, int k) {
+        const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
+        const std::size_t last = static_cast<std::size_t>(cells.start[bucket + 1]);
+        for (std::size_t q = static_cast<std::size_t>(cells.start[bucket]); q < last; ++q) {
+          if (q == p || !is_near(q)) continue;
+          if (q >= begin && q < end && own[q - begin] == kBody) return true;
+          if (std::find(found.begin(), found.end(), q) == found.end()) found.push_back(q);
+          if (found.size() >= largest) return true;
+        }
+        return false;
+      };
+      body = is_body_by(0, 0, 0);
+      for (int c = 0; !body && c < 27; ++c) body = is_body_by(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1);
+      if (!body) continue;
+      own[p - begin] = kBody;
+      for (const std::size_t q : found)
+        if (q >= begin && q < end) own[q - begin] = kBody;
+    }
+    for (std::size_t p = begin; p < end; ++p) state[cells.item[p]] = own[p - begin];
+  });
   return state;
 }
 
 }  // namespace
 
-SplashSplit split_splash(const Projected& projected, const SplashParams& params) {
+SplashSplit split_splash(const Projected& projected, const Cells& given,
+                         const SplashParams& params) {
   SplashSplit split;
   const std::int32_t n = static_cast<std::int32_t>(projected.size());
   const float link = static_cast<float>(params.link);
-  const Cells cells = make_cells(projected.x, projected.y, projected.z, std::max(link, 0.1f));
+  const bool wide = link * given.inverse_cell <= 1;  // a search finds all within a link
+  const Cells own = wide ? Cells{} : make_cells(projected.x, projected.y, projected.z, link);
+  const Cells& cells = wide ? given : own;
   const std::size_t largest = static_cast<std::size_t>(params.pieces);
-
-  const std::vector<char> marked = mark_body(cells, link, largest);
-  std::vector<char> state(projected.size());
-  for (std::size_t p = 0; p < state.size(); ++p) state[cells.item[p]] = marked[p];
+  std::vector<char> state = mark_body(cells, link, largest);
 
   std::vector<std::int32_t> piece;
   for (std::int32_t seed = 0; seed < n; ++seed) {
@@ -77,6 +93,7 @@ SplashSplit split_splash(const Projected& projected, const SplashParams& params)
     for (const std::int32_t i : piece)
       if (state[i] == kUnknown) state[i] = small ? kSplash : kBody;
   }
+  split.body.reserve(projected.size());
   for (std::int32_t i = 0; i < n; ++i)
     (state[i] == kSplash ? split.splash : split.body).push_back(i);
   return split;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "meniscus/parameters.hpp"
+#include "stages/cells.hpp"
 #include "stages/project.hpp"
 
 namespace meniscus {
@@ -16,6 +17,9 @@ struct SplashSplit {
 
 /// Finds the small connected pieces over links shorter than params.link. (The paper takes
 /// particles with fewer than three neighbours; pieces keep thin sheets whole, docs/method.md.)
-SplashSplit split_splash(const Projected& projected, const SplashParams& params);
+///
+///   cells  of all projected particles, of any side; used where it is no shorter than the link
+SplashSplit split_splash(const Projected& projected, const Cells& cells,
+                         const SplashParams& params);
 
 }  // namespace meniscus

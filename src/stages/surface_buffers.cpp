@@ -41,6 +41,24 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
   return map;
 }
 
+SurfaceBuffers upload(Device& device, const SurfaceMap& map) {
+  const std::size_t n = map.grid.size();
+  std::vector<float> normal(3 * n);
+  std::vector<cl_uchar> kind(n);
+  for (std::size_t s = 0; s < n; ++s) {
+    normal[s] = map.normal[s].x;
+    normal[n + s] = map.normal[s].y;
+    normal[2 * n + s] = map.normal[s].z;
+    kind[s] = static_cast<cl_uchar>(map.kind[s]);
+  }
+  return {map.grid,
+          upload(device, map.depth),
+          upload(device, normal),
+          upload(device, map.group),
+          {},
+          upload(device, kind)};
+}
+
 cl_float16 kernel_rays(const View& view) {
   cl_float16 rays{};
   for (std::size_t k = 0; k < 12; ++k) rays.s[k] = static_cast<float>(view.ray[k]);

@@ -24,6 +24,9 @@ SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid);
 /// a buffer for them, no sample has a group, and all kinds are `surface`.
 SurfaceMap download(Device& device, const SurfaceBuffers& surface);
 
+/// The other way, without trust.
+SurfaceBuffers upload(Device& device, const SurfaceMap& map);
+
 /// The rays of a view, as kernels take them (density.cl).
 cl_float16 kernel_rays(const View& view);
 

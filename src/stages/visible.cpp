@@ -150,12 +150,11 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
 }
 
 Visible find_visible(Device& device, const View& view, const Projected& projected,
-                     const std::vector<std::int32_t>& candidates, const VisibleParams& params,
-                     double least_owned) {
+                     const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
+                     const VisibleParams& params, double least_owned) {
   Visible visible;
   if (candidates.empty()) return visible;
   const SampleGrid grid = visibility_grid(view, projected, candidates);
-  const SplatParticles splats = upload_splats(device, projected, candidates);
   const auto owned = filled<cl_int>(device, candidates.size(), 0);
   const Discs discs =
       outline_discs(device, splats, grid, sphere_of(params.footprint), Drawn::front);
@@ -163,11 +162,12 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
 
   const std::vector<cl_int> counts = download(device, owned);
   for (std::size_t k = 0; k < candidates.size(); ++k) {
+    if (counts[k] == 0) continue;  // most of them
     const std::size_t i = static_cast<std::size_t>(candidates[k]);
     const double nodes = std::numbers::pi * params.footprint * params.footprint * projected.ku[i] *
                          projected.kv[i] / (grid.step * grid.step);
     const double share = counts[k] / nodes;
-    if (counts[k] > 0 && share >= least_owned) {
+    if (share >= least_owned) {
       visible.index.push_back(candidates[k]);
       visible.owned.push_back(static_cast<float>(share));
     }

@@ -76,8 +76,18 @@ struct Visible {
 
 /// The particles among `candidates` that own at least `least_owned` of their footprint.
 /// Waits. Throws DeviceError.
+///
+///   splats  the candidates on the device
 Visible find_visible(Device& device, const View& view, const Projected& projected,
-                     const std::vector<std::int32_t>& candidates, const VisibleParams& params,
-                     double least_owned);
+                     const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
+                     const VisibleParams& params, double least_owned);
+
+/// The same, with an upload of the candidates.
+inline Visible find_visible(Device& device, const View& view, const Projected& projected,
+                            const std::vector<std::int32_t>& candidates,
+                            const VisibleParams& params, double least_owned) {
+  return find_visible(device, view, projected, candidates,
+                      upload_splats(device, projected, candidates), params, least_owned);
+}
 
 }  // namespace meniscus

@@ -289,14 +289,20 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
     clock.stop();
     Extraction extraction = run_pipeline(device, coarse, thinned.particles, params, timings);
     clock.start("spray");
-    if (params.image) draw_spray(coarse, thinned.spray, extraction.image);
+    if (params.image) {
+      SurfaceMap image = download(device, extraction.image);
+      image.velocity = std::move(extraction.velocity);
+      draw_spray(coarse, thinned.spray, image);
+      extraction.image = upload(device, image);
+      extraction.velocity = std::move(image.velocity);
+    }
     clock.stop();
     for (float& residual : extraction.residual) residual *= static_cast<float>(factor);
     set_count(extraction, "particles", survey.size);
     extraction.counts.emplace_back("representatives",
                                    static_cast<std::int64_t>(thinned.particles.x.size()));
     extraction.counts.emplace_back("spray", static_cast<std::int64_t>(thinned.spray.size()));
-    return to_world(coarse, std::move(extraction), std::move(surface), params);
+    return to_world(device, coarse, std::move(extraction), std::move(surface), params, timings);
   }
 
   const Particles kept =
@@ -317,7 +323,7 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   clock.stop();
   Extraction extraction = run_pipeline(device, view, world, params, timings);
   set_count(extraction, "particles", survey.size);
-  return to_world(view, std::move(extraction), std::move(surface), params);
+  return to_world(device, view, std::move(extraction), std::move(surface), params, timings);
 }
 
 }  // namespace meniscus

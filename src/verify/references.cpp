@@ -10,7 +10,6 @@ const std::vector<StageCase>& stage_cases() {
       {"visible", {1, 63, 130}, visible_case},
       {"density", {0, 1, 65, 700}, density_case},
       {"motion", {0, 1, 65, 900}, motion_case},
-      {"fit", {11, 45}, fit_case},
       {"particle_fit", {4, 11}, particle_fit_case},
       {"blend", {9, 37}, blend_case},
       {"stable", {1, 13, 60}, stable_case},

@@ -38,25 +38,81 @@ void expect_pass(const Scene& scene, const ParticleFits& before, const ParticleF
                   reference::weight_error(params, pass));
     const auto& c = after.quadric[k];
     const Vec3d gradient = normalized({c[1], c[2], c[3]});
+    EXPECT_NEAR(after.residual[k], reference::residual_of(one, c, params),
+                reference::residual_error(one, after.quadric[k], params, pass));
     EXPECT_GT(dot(after.normal[k], all.normal[i]), 0);
     // The gradient divided by its length: three roundings.
     EXPECT_NEAR(std::abs(dot(after.normal[k], gradient)), 1, 6 * kEpsilon);
   }
 }
 
-TEST_P(ParticleFit, EachPassWeighsByThePassBefore) {
-  for (const auto& surface : {hills, roof}) {
-    const Scene scene = fitted_surface(field(11, 2, surface));
-    FitParams params;
-    params.least_support = 1;
-    ParticleFits before;
-    for (params.passes = 1; params.passes <= 3; ++params.passes) {
-      const ParticleFits after = fit(device_, scene, params);
-      for (const double rho : after.support) EXPECT_EQ(rho, params.support);
-      expect_pass(scene, before, after, params, params.passes);
-      before = after;
+TEST(FitLists, HoldEveryNeighbourOnce) {
+  constexpr float kReach = 7;
+  // Two sheets, of which one is sparse, and more fits than a processor takes at a time.
+  const Projected p =
+      field(22, 2, [](double u, double v) { return hills(u, v) + (u > 30 ? 9 : 0); });
+  const Scene scene = fitted_surface(p, 7);
+  const cl_int nobody = static_cast<cl_int>(p.size());
+  std::size_t of_all = 0;
+  for (const std::size_t most : {std::size_t{1} << 28, std::size_t{9000}}) {
+    const auto parts = list_neighbours(p, scene.seen.index, scene.around.index, kReach, most);
+    EXPECT_EQ(parts.size() > 1, most == 9000);
+    std::vector<int> listed(scene.seen.index.size(), 0);
+    std::size_t slots = 0, taken = 0;
+    for (const FitLists& lists : parts) {
+      EXPECT_LE(lists.neighbour.size(), most);
+      slots += lists.neighbour.size();
+      ASSERT_EQ(lists.fit.size(), 8 * lists.first.size());
+      for (std::size_t l = 0; l < lists.fit.size(); ++l) {
+        std::vector<std::int32_t> found, expected;
+        for (int k = 0; k < lists.length[l / 8]; ++k) {
+          const cl_int j = lists.neighbour[static_cast<std::size_t>(lists.first[l / 8]) + l % 8 +
+                                           8 * static_cast<std::size_t>(k)];
+          if (j != nobody) found.push_back(j);
+        }
+        if (lists.fit[l] < 0) {
+          EXPECT_EQ(lists.particle[l], nobody);
+          EXPECT_TRUE(found.empty());
+          continue;
+        }
+        const std::size_t k = static_cast<std::size_t>(lists.fit[l]);
+        ++listed[k];
+        EXPECT_EQ(lists.particle[l], scene.place[k]);
+        const std::size_t i = static_cast<std::size_t>(scene.seen.index[k]);
+        for (std::size_t j = 0; j < p.size(); ++j) {
+          const float dx = p.x[j] - p.x[i], dy = p.y[j] - p.y[i], dz = p.z[j] - p.z[i];
+          if (dx * dx + dy * dy + dz * dz < kReach * kReach)
+            expected.push_back(static_cast<std::int32_t>(j));
+        }
+        std::sort(found.begin(), found.end());
+        EXPECT_EQ(found, expected) << k;
+        taken += found.size();
+      }
     }
+    EXPECT_EQ(listed, std::vector<int>(listed.size(), 1));
+    EXPECT_LT(slots, taken + taken / 10);  // those of a batch have about as many
+    if (of_all == 0) of_all = taken;
+    EXPECT_EQ(taken, of_all);
   }
+}
+
+TEST_P(ParticleFit, EachPassWeighsByThePassBefore) {
+  FitParams others;
+  others.ridge = 0.05;
+  others.off_surface = 0.5;
+  others.tau = 1;
+  for (FitParams params : {FitParams{}, others})
+    for (const auto& surface : {hills, roof}) {
+      const Scene scene = fitted_surface(field(11, 2, surface));
+      params.least_support = 1;
+      ParticleFits before;
+      for (params.passes = 1; params.passes <= 3; ++params.passes) {
+        const ParticleFits after = fit(device_, scene, params);
+        for (const double rho : after.support) EXPECT_EQ(rho, params.support);
+        expect_pass(scene, before, after, params, params.passes);
+        before = after;
+      }
+    }
 }
 
 // Half of the field is a plane, half a wave that is too short for a quadric of the full support.
@@ -175,14 +231,18 @@ TEST_P(ParticleFit, CarriesWhatIsKnownOfTheParticles) {
 }
 
 TEST_P(ParticleFit, FewerThanThreeNeighboursHaveNoFit) {
-  std::vector<Vec3d> uvt{{20, 20, 30}, {60, 60, 30}, {62, 60, 30}};
+  std::vector<Vec3d> uvt{{20, 20, 30}, {60, 60, 30}, {62, 60, 30}};  // and one more at the end
   for (int k = 0; k < 5; ++k)
     for (int j = 0; j < 5; ++j) uvt.push_back({30 + 2.0 * k, 80 + 2.0 * j, 30});
-  const Scene scene = fitted_surface(place(uvt), 100);
+  uvt.push_back({61, 62, 30});
+  Scene scene = fitted_surface(place(uvt), 100);
+  scene.around.normal[2] = {0.8f, 0, -0.6f};  // 127 degrees off: not the same surface
+  scene.around.normal[1] = scene.around.normal[28] = {0, 0, 1};
   const ParticleFits fits = fit(device_, scene, {});
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    EXPECT_EQ(fits.residual[k] >= 0, k >= 3) << k;
-    if (k >= 3) continue;
+    const bool fitted = k >= 3 && k < 28;
+    EXPECT_EQ(fits.residual[k] >= 0, fitted) << k;
+    if (fitted) continue;
     EXPECT_EQ(fits.foot[k], fits.position[k]);
     EXPECT_EQ(fits.normal[k], Vec3d(Vec3(scene.around.normal[k])));
   }
@@ -193,14 +253,16 @@ TEST_P(ParticleFit, VectorsOfAnyWidthGiveTheSameBits) {
   const Scene scene = fitted_surface(field(13, 9, half_wave));
   use_width(1);
   const ParticleFits one = fit(device_, scene, {});
-  use_width(8);
-  const ParticleFits eight = fit(device_, scene, {});
-  EXPECT_EQ(one.quadric, eight.quadric);
-  EXPECT_EQ(one.residual, eight.residual);
-  EXPECT_EQ(one.normal, eight.normal);
-  EXPECT_EQ(one.support, eight.support);
-  EXPECT_EQ(one.edge, eight.edge);
-  EXPECT_EQ(one.spread, eight.spread);
+  for (const int width : {4, 8}) {
+    use_width(width);
+    const ParticleFits wide = fit(device_, scene, {});
+    EXPECT_EQ(one.quadric, wide.quadric);
+    EXPECT_EQ(one.residual, wide.residual);
+    EXPECT_EQ(one.normal, wide.normal);
+    EXPECT_EQ(one.support, wide.support);
+    EXPECT_EQ(one.edge, wide.edge);
+    EXPECT_EQ(one.spread, wide.spread);
+  }
 }
 
 MENISCUS_ON_EVERY_DEVICE(ParticleFit);

@@ -45,21 +45,58 @@ std::vector<std::size_t> piece_sizes(const Projected& p, double link) {
   return size;
 }
 
+SplashSplit split_of(const Projected& p, const SplashParams& params, float side = 4) {
+  return split_splash(p, make_cells(p.x, p.y, p.z, side), params);
+}
+
+SplashSplit expected_split(const Projected& p, const SplashParams& params) {
+  const auto size = piece_sizes(p, params.link);
+  SplashSplit expected;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    (size[i] <= static_cast<std::size_t>(params.pieces) ? expected.splash : expected.body)
+        .push_back(static_cast<std::int32_t>(i));
+  return expected;
+}
+
 TEST(SplitSplash, TakesTheSmallPieces) {
   for (const auto& [side, pieces] :
        {std::pair{14.0, 6}, {9.0, 6}, {20.0, 1}, {14.0, 0}, {17.0, 2}, {14.0, 40}}) {
     const Projected p = scattered(400, side, 3);
     SplashParams params;
     params.pieces = pieces;
-    const SplashSplit split = split_splash(p, params);
-    const auto size = piece_sizes(p, params.link);
-    std::vector<std::int32_t> body, splash;
-    for (std::size_t i = 0; i < p.size(); ++i)
-      (size[i] <= static_cast<std::size_t>(pieces) ? splash : body)
-          .push_back(static_cast<std::int32_t>(i));
-    EXPECT_EQ(split.body, body);
-    EXPECT_EQ(split.splash, splash);
+    const SplashSplit expected = expected_split(p, params);
+    for (const float cell : {4.0f, 9.0f, 3.2f, 2.0f}) {  // the last is too short to be used
+      const SplashSplit split = split_of(p, params, cell);
+      EXPECT_EQ(split.body, expected.body);
+      EXPECT_EQ(split.splash, expected.splash);
+    }
   }
+}
+
+TEST(SplitSplash, FindsTheSameInManyParticles) {
+  // The same cloud over and over, far apart: more particles than a thread takes at a time.
+  constexpr std::size_t kClouds = 20;
+  const Projected cloud = scattered(400, 14, 3);
+  const SplashSplit each = expected_split(cloud, {});
+  Projected p;
+  SplashSplit expected;
+  for (std::size_t k = 0; k < kClouds; ++k) {
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      p.x.push_back(cloud.x[i]);
+      p.y.push_back(cloud.y[i]);
+      p.z.push_back(cloud.z[i] + 64 * static_cast<float>(k));
+    }
+    const auto append = [&](const std::vector<std::int32_t>& from, std::vector<std::int32_t>& to) {
+      for (const std::int32_t i : from)
+        to.push_back(i + static_cast<std::int32_t>(k * cloud.size()));
+    };
+    append(each.body, expected.body);
+    append(each.splash, expected.splash);
+  }
+  const SplashSplit split = split_of(p, {});
+  EXPECT_FALSE(split.splash.empty());
+  EXPECT_EQ(split.body, expected.body);
+  EXPECT_EQ(split.splash, expected.splash);
 }
 
 TEST(SplitSplash, TheLinkItselfIsTooFar) {
@@ -68,13 +105,13 @@ TEST(SplitSplash, TheLinkItselfIsTooFar) {
   p.y = p.z = {0, 0, 0, 0};
   SplashParams params;
   params.pieces = 1;
-  const SplashSplit split = split_splash(p, params);
+  const SplashSplit split = split_of(p, params);
   EXPECT_EQ(split.splash, (std::vector<std::int32_t>{0, 1}));
   EXPECT_EQ(split.body, (std::vector<std::int32_t>{2, 3}));
 }
 
 TEST(SplitSplash, NoParticles) {
-  const SplashSplit split = split_splash({}, {});
+  const SplashSplit split = split_of({}, {});
   EXPECT_TRUE(split.body.empty());
   EXPECT_TRUE(split.splash.empty());
 }

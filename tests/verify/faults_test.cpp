@@ -37,10 +37,10 @@ std::vector<Fault> faults() {
        "f.c * (NORM * 1.0000001f), result", "measure_gradients", ""},
       {"AnotherOrderOfFactors", "particle_fit.cl", "kernel void measure_edges", "u * r * r *",
        "u * (r * r) *", "measure_edges", ""},
-      {"OneUlpOfAMoment", "fit.cl", "inline void add_point", "fma(s, c, q * d##c)",
-       "fma(q, d##c, s * c)", "fit_groups", ""},
+      {"OneUlpOfAMoment", "fit.cl", "inline void add_point", "fma(s, c, fma(q, d##c, m[k]))",
+       "fma(q, d##c, fma(s, c, m[k]))", "fit_particles", ""},
       {"AWrongCoefficientOfExp", "prelude.cl", "floatv exp_negative", "(1.0f / 720.0f)",
-       "(1.0f / 720.1f)", "weigh_neighbours", ""},
+       "(1.0f / 720.1f)", "fit_particles", ""},
       {"OneUlpOfANormal", "paper.cl", "kernel void draw_spheres", "normal[s] = nx / size",
        "normal[s] = as_float(as_int(nx / size) + 1)", "draw_spheres", ""},
       // Off by one at odd sizes and at the ends of rows.

@@ -42,7 +42,7 @@ const Fault kFaults[] = {
     {"density", 65, "density.cl", "f.c * NORM, density + p", "f.c * (1.0001f * NORM), density + p"},
     {"density", 65, "density.cl", "f.gy * (0.25f * NORM)", "f.gx * (0.25f * NORM)"},
     {"motion", 65, "motion.cl", "weight += w;", "weight += 1.001f * w;"},
-    {"fit", 45, "fit.cl", "R * sqrt(sum / weight)", "R * sqrt(1.001f * sum / weight)"},
+    {"particle_fit", 11, "particle_fit.cl", "*squares += w", "*squares += 1.05f * w"},
     {"particle_fit", 11, "particle_fit.cl", "0.75f - y * y", "0.76f - y * y"},
     {"blend", 9, "blend.cl", "root = sqrt(fmax(D, none))", "root = 1.0001f * sqrt(fmax(D, none))"},
     {"stable", 13, "stable.cl", "root = sqrt(fmax(D, none))", "root = 1.001f * sqrt(fmax(D, none))"},

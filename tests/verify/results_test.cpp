@@ -34,11 +34,11 @@ VerifyRun two_devices() {
   run.version = "1.2.3";
   DeviceResults good, bad;
   good.device = {"PoCL <1>", "Portable", "3.1", "OpenCL 3.0"};
-  good.rows = {row("kernel", "fit_groups", Result::pass), row("frame", "fit", Result::pass)};
+  good.rows = {row("kernel", "fit_particles", Result::pass), row("frame", "fit", Result::pass)};
   good.rows[1].reason = "hash 0123456789abcdef";
   good.seconds = 12;
   bad.device = {"Other", "Else", "1", "OpenCL 1.2"};
-  bad.rows = {row("kernel", "fit_groups", Result::fail, 3), row("frame", "fit", Result::fail, -1),
+  bad.rows = {row("kernel", "fit_particles", Result::fail, 3), row("frame", "fit", Result::fail, -1),
               row("probe", "64-bit atomics", Result::skip, -1)};
   bad.rows[0].reason = "stage fit, argument quadric";
   bad.rows[1].reason = "hash ffff456789abcdef, wanted 0123456789abcdef";
@@ -119,7 +119,7 @@ TEST(VerifyRun, TableNamesWhatFailedAndWhy) {
   EXPECT_THAT(
       table_of(two_devices()),
       AllOf(HasSubstr("kernels     1 passed\n"), HasSubstr("1 FAILED"),
-            HasSubstr("FAILED kernel fit_groups, width 8, block"), HasSubstr("3.00 ulp"),
+            HasSubstr("FAILED kernel fit_particles, width 8, block"), HasSubstr("3.00 ulp"),
             HasSubstr("stage fit, argument quadric"),
             HasSubstr("skipped 1: no cl_khr_int64_extended_atomics"), HasSubstr("PASSED, 12 s")));
 }

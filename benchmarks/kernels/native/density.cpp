@@ -4,37 +4,35 @@
 namespace meniscus::bench::native {
 namespace {
 
-// The particles of a cell and its 26 neighbours, in the order in which sums take them, without
-// those of other rows that share their buckets. Particles of one cell lie in a row, so that the
-// list serves one after the other.
+// The particles of the 27 cells around points that are in reach of the points' box, in the order in
+// which sums take them, without those of other rows that share their buckets.
 struct Around27 {
   static constexpr int kMost = 4096;
-  float x[kMost], y[kMost], z[kMost];
-  int count = 0;
-  bool whole = true;  // it holds all of them
-};
+  Listed<kMost> found;
 
-void gather(const Cells& in, int cx, int cy, int cz, Around27& near) {
-  near.count = 0;
-  near.whole = true;
-  for (int k = cz - 1; k <= cz + 1; ++k)
-    for (int j = cy - 1; j <= cy + 1; ++j) {
-      const std::int32_t tag = bucket_of(in, cx, j, k).tag;
-      visit_row(in, cx - 1, j, k, 3, [&](int begin, int end) {
-        for (int p = begin; p < end; ++p) {
-          if (!same_row(in.tag[p], tag)) continue;
-          if (near.count == Around27::kMost) {
-            near.whole = false;
-            return;
+  void gather(const Cells& in, int cx, int cy, int cz, const Floats& x, const Floats& y,
+              const Floats& z) {
+    const float x0 = -most_lane(-x), x1 = most_lane(x), y0 = -most_lane(-y), y1 = most_lane(y),
+                z0 = -most_lane(-z), z1 = most_lane(z);
+    const auto beyond = [](const Floats& p, float low, float high) {
+      return larger(larger(low - p, p - high), Floats{});
+    };
+    found.count = 0;
+    for (int k = cz - 1; k <= cz + 1; ++k)
+      for (int j = cy - 1; j <= cy + 1; ++j) {
+        const std::int32_t tag = bucket_of(in, cx, j, k).tag;
+        visit_row(in, cx - 1, j, k, 3, [&](int begin, int end) {
+          for (int p = begin; p < end && found.whole(); p += 8) {
+            const Floats px = load(in.x + p), py = load(in.y + p), pz = load(in.z + p);
+            const Floats dx = beyond(px, x0, x1), dy = beyond(py, y0, y1), dz = beyond(pz, z0, z1);
+            found.add(bits_of((dx * dx + dy * dy + dz * dz < kSupport * kSupport + 0.01f) &
+                              (((load(in.tag + p) ^ tag) & ~2047) == 0) & (kPlaces < end - p)),
+                      p + kPlaces, px, py, pz);
           }
-          near.x[near.count] = in.x[p];
-          near.y[near.count] = in.y[p];
-          near.z[near.count] = in.z[p];
-          ++near.count;
-        }
-      });
-    }
-}
+        });
+      }
+  }
+};
 
 // As is_inside in density.cl.
 bool is_inside(const Cells& in, int cx, int cy, int cz, int least) {
@@ -70,7 +68,6 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       cz = own_z;
       known = true;
       inside = is_inside(in, cx, cy, cz, input.least);
-      if (!inside) gather(in, cx, cy, cz, near);
     }
     // Up to eight particles of the cell side by side; lanes that are left repeat the first.
     Floats x = all(in.x[a]), y = all(in.y[a]), z = all(in.z[a]);
@@ -84,14 +81,17 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       ++lanes;
     }
     FieldAt field;
-    if (inside)
+    if (inside) {
       field.c = all(1.0f / kFieldNorm);
-    else
-      for (int p = 0; p < near.count; ++p)
-        add_particle<true>(field, x - near.x[p], y - near.y[p], z - near.z[p], 1.0f);
+    } else {
+      near.gather(in, cx, cy, cz, x, y, z);
+      const auto& list = near.found;
+      for (int p = 0; p < list.count; ++p)
+        add_particle<true>(field, x - list.x[p], y - list.y[p], z - list.z[p], 1.0f);
+    }
     constexpr float kSlope = 0.25f * kFieldNorm;
     const Floats rows[4] = {field.gx * kSlope, field.gy * kSlope, field.gz * kSlope,
-                            inside || near.whole ? field.c * kFieldNorm : all(-1.0f)};
+                            inside || near.found.whole() ? field.c * kFieldNorm : all(-1.0f)};
     for (std::size_t row = 0; row < 4; ++row)
       for (int k = 0; k < lanes; ++k) input.result[row * input.count + a + k] = rows[row][k];
     a += static_cast<std::size_t>(lanes);

@@ -2,6 +2,8 @@
 // which eight take what is near them. Everything has internal linkage.
 #pragma once
 
+#include <algorithm>
+
 #include "kernels/native/cells.hpp"
 #include "kernels/native/samples.hpp"
 
@@ -10,7 +12,7 @@ namespace {
 
 constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
 constexpr float kW0 = 0.243067f, kW1 = 0.456322f, kW2 = -0.842290f, kW3 = 1.142901f;
-constexpr int kVectors = 4;
+constexpr int kVectors = 4, kRowCells = 32;
 
 /// pi C and its gradient, see field.cl.
 struct FieldAt {
@@ -69,7 +71,7 @@ FieldAt field_at(const Cells& cells, const float* weight, const Floats& x, const
   return field;
 }
 
-/// Particles near rays, in the order in which sums take them.
+/// Particles near rays or points, in the order in which sums take them.
 template <int Most>
 struct Listed {
   int count;  // more than Most: not all are there
@@ -131,27 +133,28 @@ inline Ints near_axis(const Axis& b, const Floats& x, const Floats& y, const Flo
 
 template <int Most>
 void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
-  const float c = cells.inverse_cell, side = 1.0f / c, far = b.reach + 0.87f * side;
-  const float bx = b.x + b.ex, by = b.y + b.ey, bz = b.z + b.ez;
-  const int i0 = cell_of(std::fmin(b.x, bx) - b.reach, c),
-            i1 = cell_of(std::fmax(b.x, bx) + b.reach, c);
-  const int j0 = cell_of(std::fmin(b.y, by) - b.reach, c),
-            j1 = cell_of(std::fmax(b.y, by) + b.reach, c);
-  const int k0 = cell_of(bz - b.reach, c), k1 = cell_of(b.z + b.reach, c);
+  const float c = cells.inverse_cell, side = 1.0f / c, last = b.z + b.ez;
+  const float rise = b.reach * std::sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
+  const float per_depth = 1.0f / std::fmax(-b.ez, 1e-6f);
+  const auto clamped = [](float s) { return std::fmin(std::fmax(s, 0.0f), 1.0f); };
   found.count = 0;
-  for (int k = k0; k <= k1; ++k)
-    for (int j = j0; j <= j1; ++j)
-      for (int row = i0; row <= i1; row += 8) {
-        const Floats x = (static_cast<float>(row) + kLanes + 0.5f) * side;
-        const Floats y = all((static_cast<float>(j) + 0.5f) * side);
-        const Floats z = all((static_cast<float>(k) + 0.5f) * side);
-        const unsigned close =
-            bits_of(near_axis(b, x, y, z, far)) & (i1 - row < 7 ? (2u << (i1 - row)) - 1 : 255u);
-        if (!close) continue;
-        const int first = row + __builtin_ctz(close),
-                  count = row + 32 - __builtin_clz(close) - first;
-        const std::int32_t tag = bucket_of(cells, first, j, k).tag;
-        visit_row(cells, first, j, k, count, [&](int begin, int end) {
+  for (int k = cell_of(last - b.reach, c), k1 = cell_of(b.z + b.reach, c); k <= k1; ++k) {
+    const float z0 = static_cast<float>(k) * side, z1 = z0 + side;
+    const float from = clamped((b.z - z1 - rise) * per_depth);
+    const float to = clamped((b.z - z0 + rise) * per_depth);
+    const auto [x0, x1] = std::minmax({b.x + from * b.ex, b.x + to * b.ex});
+    const auto [y0, y1] = std::minmax({b.y + from * b.ey, b.y + to * b.ey});
+    const float dz = std::fmax(std::fmax(z0 - b.z, last - z1), 0.0f);
+    const float wide = std::sqrt(std::fmax(b.reach * b.reach - dz * dz, 0.0f));
+    for (int j = cell_of(y0 - wide, c), j1 = cell_of(y1 + wide, c); j <= j1; ++j) {
+      const float dy = std::fmax(
+          std::fmax(static_cast<float>(j) * side - y1, y0 - static_cast<float>(j + 1) * side), 0.0f);
+      const float half_row = std::sqrt(std::fmax(wide * wide - dy * dy, 0.0f));
+      const int i0 = cell_of(x0 - half_row, c), i1 = cell_of(x1 + half_row, c);
+      for (int i = i0; i <= i1; i += kRowCells) {
+        const int count = std::min(i1 - i + 1, kRowCells);
+        const std::int32_t tag = bucket_of(cells, i, j, k).tag;
+        visit_row(cells, i, j, k, count, [&](int begin, int end) {
           for (int p = begin; p < end && found.whole(); p += 8) {
             const Floats px = load(cells.x + p), py = load(cells.y + p), pz = load(cells.z + p);
             const Ints tags = load(cells.tag + p);
@@ -163,6 +166,8 @@ void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
         });
         if (!found.whole()) return;
       }
+    }
+  }
 }
 
 /// Rays that share a search, between the depths that any lane asks for.
@@ -185,9 +190,14 @@ inline void ask_for(const Floats& from, const Floats& to, const Ints& wanted, Ar
 
 inline void look_around(const Cells& cells, Around& around) {
   around.low = -most_lane(-around.from);
-  around.high = std::fmin(most_lane(around.to), around.low + kDeepest);
-  search_cells(cells, axis_of(around.rays, around.wanted, around.vectors, around.low, around.high),
-               around.found);
+  around.high = most_lane(around.to);
+  for (int again = 0; again < 2; ++again) {
+    search_cells(cells,
+                 axis_of(around.rays, around.wanted, around.vectors, around.low, around.high),
+                 around.found);
+    if (around.found.whole() || around.high <= around.low + kDeepest) break;
+    around.high = around.low + kDeepest;
+  }
   around.searched = true;
 }
 

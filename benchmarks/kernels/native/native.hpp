@@ -21,16 +21,18 @@ struct Projection {
 /// begin and end are multiples of eight.
 void project_particles(const Projection& input, std::size_t begin, std::size_t end);
 
+/// The first pass of particle_fit.cl's fit_particles, as if it were the last.
 struct Fits {
-  const float* points;
-  const std::int32_t *first, *length;
-  const float* scale;
-  float *quadric, *quality;
-  std::size_t slots, lanes;
-  float off_surface, tau, ridge;
+  const float *place, *normal;
+  const std::int32_t *particle, *neighbour, *first, *length;
+  const float* support;
+  float *quadric, *residual, *weight, *turned;
+  std::size_t lanes;
+  std::int32_t nobody;
+  float falloff, height, height_growth, off_surface, ridge;
 };
 /// Batches [begin, end) of eight lanes each.
-void fit_groups(const Fits& input, std::size_t begin, std::size_t end);
+void fit_particles(const Fits& input, std::size_t begin, std::size_t end);
 
 /// Particles in bucket order (cells.hpp). Vectors may be loaded from where the last is.
 struct Cells {
@@ -67,18 +69,6 @@ struct Normals {
 };
 /// Rows [begin, end).
 void depth_normals(const Normals& input, std::size_t begin, std::size_t end);
-
-/// The first pass of particle_fit.cl's weigh_neighbours.
-struct Neighbours {
-  const float* record;
-  const std::int32_t *particle, *neighbour, *first, *length;
-  const float* support;
-  float* points;
-  std::size_t slots;
-  float falloff, height, height_growth;
-};
-/// Batches [begin, end) of eight lanes each.
-void weigh_neighbours(const Neighbours& input, std::size_t begin, std::size_t end);
 
 /// One round of specks.cl: what changes, and the change. Sixteen values before and after each map
 /// may be read.

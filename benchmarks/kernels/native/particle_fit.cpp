@@ -4,92 +4,290 @@
 namespace meniscus::bench::native {
 namespace {
 
+enum {
+  M_1,
+  M_X,
+  M_Y,
+  M_Z,
+  M_XX,
+  M_YY,
+  M_ZZ,
+  M_XY,
+  M_YZ,
+  M_ZX,
+  M_XXX,
+  M_YYY,
+  M_ZZZ,
+  M_XXY,
+  M_XXZ,
+  M_YYX,
+  M_YYZ,
+  M_ZZX,
+  M_ZZY,
+  M_XYZ,
+  M_XXXX,
+  M_YYYY,
+  M_ZZZZ,
+  M_XXXY,
+  M_XXXZ,
+  M_YYYX,
+  M_YYYZ,
+  M_ZZZX,
+  M_ZZZY,
+  M_XXYY,
+  M_YYZZ,
+  M_ZZXX,
+  M_XXYZ,
+  M_YYZX,
+  M_ZZXY,
+  kMoments
+};
+
+// The moment that is the product of basis functions r and s (s <= r), row by row.
+constexpr int kProduct[55] = {
+    M_1,    M_X,    M_XX,   M_Y,    M_XY,   M_YY,   M_Z,    M_ZX,   M_YZ,   M_ZZ,   M_XX,
+    M_XXX,  M_XXY,  M_XXZ,  M_XXXX, M_YY,   M_YYX,  M_YYY,  M_YYZ,  M_XXYY, M_YYYY, M_ZZ,
+    M_ZZX,  M_ZZY,  M_ZZZ,  M_ZZXX, M_YYZZ, M_ZZZZ, M_XY,   M_XXY,  M_YYX,  M_XYZ,  M_XXXY,
+    M_YYYX, M_ZZXY, M_XXYY, M_YZ,   M_XYZ,  M_YYZ,  M_ZZY,  M_XXYZ, M_YYYZ, M_ZZZY, M_YYZX,
+    M_YYZZ, M_ZX,   M_XXZ,  M_XYZ,  M_ZZX,  M_XXXZ, M_YYZX, M_ZZZX, M_XXYZ, M_ZZXY, M_ZZXX};
+
+constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
+
+// A point with its three rows.
+[[gnu::always_inline]] inline void add_point(Floats* m, Floats* b, const Floats& w,
+                                             const Floats& delta, const Floats& x, const Floats& y,
+                                             const Floats& z, const Floats& dx, const Floats& dy,
+                                             const Floats& dz) {
+  const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;
+  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);
+  const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);
+  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;
+  const Floats oxy = fused(x, dy, dx * y), oyz = fused(y, dz, dy * z), ozx = fused(z, dx, dz * x);
+  const Floats twice = w + w, thrice = twice + w;
+  const Floats wxx = w * xx, wyy = w * yy, wzz = w * zz;
+  const Floats pxx = twice * exx, pyy = twice * eyy, pzz = twice * ezz;
+  const Floats qxx = twice * oxx, qyy = twice * oyy, qzz = twice * ozz;
+  const Floats qxy = twice * oxy, qyz = twice * oyz, qzx = twice * ozx;
+  const Floats sxx = wxx + pxx, syy = wyy + pyy, szz = wzz + pzz;
+  const Floats sxy = fused(w, xy, twice * exy), syz = fused(w, yz, twice * eyz),
+               szx = fused(w, zx, twice * ezx);
+  m[M_1] += thrice;
+  m[M_X] = fused(thrice, x, m[M_X]);
+  m[M_Y] = fused(thrice, y, m[M_Y]);
+  m[M_Z] = fused(thrice, z, m[M_Z]);
+  m[M_XX] += sxx;
+  m[M_YY] += syy;
+  m[M_ZZ] += szz;
+  m[M_XY] += sxy;
+  m[M_YZ] += syz;
+  m[M_ZX] += szx;
+  const auto cubic = [m](int k, const Floats& sum, const Floats& odd, const Floats& c,
+                         const Floats& d) __attribute__((always_inline)) {
+    m[k] = fused(sum, c, fused(odd, d, m[k]));
+  };
+  cubic(M_XXX, sxx, qxx, x, dx);
+  cubic(M_YYY, syy, qyy, y, dy);
+  cubic(M_ZZZ, szz, qzz, z, dz);
+  cubic(M_XXY, sxx, qxx, y, dy);
+  cubic(M_XXZ, sxx, qxx, z, dz);
+  cubic(M_YYX, syy, qyy, x, dx);
+  cubic(M_YYZ, syy, qyy, z, dz);
+  cubic(M_ZZX, szz, qzz, x, dx);
+  cubic(M_ZZY, szz, qzz, y, dy);
+  cubic(M_XYZ, sxy, qxy, z, dz);
+#define QUARTIC(k, A, B) m[k] = fused(w##A, B, fused(p##A, e##B, fused(q##A, o##B, m[k])))
+  QUARTIC(M_XXXX, xx, xx);
+  QUARTIC(M_YYYY, yy, yy);
+  QUARTIC(M_ZZZZ, zz, zz);
+  QUARTIC(M_XXXY, xx, xy);
+  QUARTIC(M_XXXZ, xx, zx);
+  QUARTIC(M_YYYX, yy, xy);
+  QUARTIC(M_YYYZ, yy, yz);
+  QUARTIC(M_ZZZX, zz, zx);
+  QUARTIC(M_ZZZY, zz, yz);
+  QUARTIC(M_XXYY, xx, yy);
+  QUARTIC(M_YYZZ, yy, zz);
+  QUARTIC(M_ZZXX, zz, xx);
+  QUARTIC(M_XXYZ, xx, yz);
+  QUARTIC(M_YYZX, yy, zx);
+  QUARTIC(M_ZZXY, zz, xy);
+#undef QUARTIC
+  const Floats pair = twice * delta;
+  b[1] = fused(pair, dx, b[1]);
+  b[2] = fused(pair, dy, b[2]);
+  b[3] = fused(pair, dz, b[3]);
+  b[4] = fused(delta, qxx, b[4]);
+  b[5] = fused(delta, qyy, b[5]);
+  b[6] = fused(delta, qzz, b[6]);
+  b[7] = fused(delta, qxy, b[7]);
+  b[8] = fused(delta, qyz, b[8]);
+  b[9] = fused(delta, qzx, b[9]);
+}
+
+// Cholesky; returns the smallest pivot.
+[[gnu::always_inline]] inline Floats solve(Floats* A, Floats* b) {
+  Floats least = all(1e30f);
+  unrolled<0, 10>(MENISCUS_STEP(j) {
+    Floats d = A[at(j, j)];
+    unrolled<0, j>(MENISCUS_STEP(k) { d -= A[at(j, k)] * A[at(j, k)]; });
+    least = smaller(least, d);
+    const Floats inverse = 1.0f / root(larger(d, all(1e-30f)));
+    A[at(j, j)] = inverse;
+    unrolled<j + 1, 10>(MENISCUS_STEP(i) {
+      Floats s = A[at(i, j)];
+      unrolled<0, j>(MENISCUS_STEP(k) { s -= A[at(i, k)] * A[at(j, k)]; });
+      A[at(i, j)] = s * inverse;
+    });
+  });
+  unrolled<0, 10>(MENISCUS_STEP(i) {
+    Floats s = b[i];
+    unrolled<0, i>(MENISCUS_STEP(k) { s -= A[at(i, k)] * b[k]; });
+    b[i] = s * A[at(i, i)];
+  });
+  unrolled<0, 10>(MENISCUS_STEP(n) {
+    constexpr int i = 9 - n;
+    Floats s = b[i];
+    unrolled<i + 1, 10>(MENISCUS_STEP(k) { s -= A[at(k, i)] * b[k]; });
+    b[i] = s * A[at(i, i)];
+  });
+  return least;
+}
+
+// The quadric a (in: its right-hand side) of the sums in m.
+[[gnu::always_inline]] inline Floats quadric_of(const Floats* m, Floats* a, float ridge) {
+  Floats A[55];
+  unrolled<0, 55>(MENISCUS_STEP(k) { A[k] = m[kProduct[k]] + 0.0f; });
+  unrolled<0, 10>(MENISCUS_STEP(k) { a[k] += 0.0f; });
+  const Floats total = m[M_1] * (1.0f / 3.0f);
+  unrolled<0, 10>(MENISCUS_STEP(k) {
+    constexpr float share = k < 4 ? 0.0f : k < 7 ? 1.0f : 0.5f;
+    A[at(k, k)] += total * (share * ridge + 1e-6f);
+  });
+  return solve(A, a);
+}
+
 // The quadratic B-spline on [0, 1).
 inline Floats spline(const Floats& x) {
   const Floats y = 1.5f * x;
   return y < 0.5f ? 0.75f - y * y : 0.5f * (1.5f - y) * (1.5f - y);
 }
 
-// Seven rows of eight records of 8 floats, see particle_fit.cl.
+// Eight records of four values, row by row, see particle_fit.cl.
+inline void load_records(const float* record, const std::int32_t* at, Floats* row) {
+  typedef float Four __attribute__((vector_size(16)));
+  Floats r[4];
+  for (int k = 0; k < 4; ++k) {
+    Four low, high;
+    std::memcpy(&low, record + 4 * static_cast<std::ptrdiff_t>(at[k]), sizeof low);
+    std::memcpy(&high, record + 4 * static_cast<std::ptrdiff_t>(at[k + 4]), sizeof high);
+    r[k] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  // Both halves are transposed at once, in two steps.
+  const auto fronts = [](const Floats& a, const Floats& b) {
+    return __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  };
+  const auto backs = [](const Floats& a, const Floats& b) {
+    return __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  };
+  const auto first_pairs = [](const Floats& a, const Floats& b) {
+    return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+  };
+  const auto second_pairs = [](const Floats& a, const Floats& b) {
+    return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+  };
+  const Floats xy0 = fronts(r[0], r[1]), xy1 = fronts(r[2], r[3]);
+  const Floats zw0 = backs(r[0], r[1]), zw1 = backs(r[2], r[3]);
+  row[0] = first_pairs(xy0, xy1);
+  row[1] = second_pairs(xy0, xy1);
+  row[2] = first_pairs(zw0, zw1);
+  row[3] = second_pairs(zw0, zw1);
+}
+
 struct Particles {
   Floats x, y, z, u, nx, ny, nz;
 };
 
-inline Particles load_particles(const float* record, const std::int32_t* index) {
-  Floats r[8], lo[4], hi[4];
-  for (int k = 0; k < 8; ++k)
-    r[k] = load(record + 8 * static_cast<std::ptrdiff_t>(index[k] < 0 ? 0 : index[k]));
-  // Transposed in three steps: pairs, fours, eights.
-  for (int k = 0; k < 4; ++k) {
-    lo[k] = __builtin_shufflevector(r[2 * k], r[2 * k + 1], 0, 8, 1, 9, 4, 12, 5, 13);
-    hi[k] = __builtin_shufflevector(r[2 * k], r[2 * k + 1], 2, 10, 3, 11, 6, 14, 7, 15);
-  }
-  const auto low_halves = [](const Floats& a, const Floats& b) {
-    return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
-  };
-  const auto high_halves = [](const Floats& a, const Floats& b) {
-    return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
-  };
-  const auto front = [](const Floats& a, const Floats& b) {
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11);
-  };
-  const auto back = [](const Floats& a, const Floats& b) {
-    return __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
-  };
-  const Floats x0 = low_halves(lo[0], lo[1]), x1 = low_halves(lo[2], lo[3]);
-  const Floats y0 = high_halves(lo[0], lo[1]), y1 = high_halves(lo[2], lo[3]);
-  const Floats z0 = low_halves(hi[0], hi[1]), z1 = low_halves(hi[2], hi[3]);
-  const Floats u0 = high_halves(hi[0], hi[1]), u1 = high_halves(hi[2], hi[3]);
-  return {front(x0, x1), front(y0, y1), front(z0, z1), front(u0, u1),
-          back(x0, x1),  back(y0, y1),  back(z0, z1)};
+inline Particles load_particles(const Fits& in, const std::int32_t* at) {
+  Floats p[4], n[4];
+  load_records(in.place, at, p);
+  load_records(in.normal, at, n);
+  return {p[0], p[1], p[2], p[3], n[0], n[1], n[2]};
 }
 
-inline Ints used(const std::int32_t* index) {
-  Ints v;
-  for (int k = 0; k < 8; ++k) v[k] = index[k] >= 0 ? -1 : 0;
-  return v;
+void fit_batch(const Fits& in, std::size_t batch) {
+  const std::size_t lane = 8 * batch, lanes = in.lanes;
+  const Particles own = load_particles(in, in.particle + lane);
+  const Floats rho = load(in.support + lane), inverse_rho = 1.0f / rho;
+  const Floats delta = in.off_surface / rho;
+  const std::int32_t* const neighbour = in.neighbour + in.first[batch];
+  float* const weight = in.weight + in.first[batch];
+  const int count = in.length[batch];
+  Floats m[kMoments], a[10];
+  unrolled<0, kMoments>(MENISCUS_STEP(k) { m[k] = Floats{}; });
+  unrolled<0, 10>(MENISCUS_STEP(k) { a[k] = Floats{}; });
+  Ints used{};
+  // Each point is added while the next one's weight is computed.
+  Floats w{}, x{}, y{}, z{}, nx{}, ny{}, nz{};
+  for (int k = 0; k <= count; ++k) {
+    const std::ptrdiff_t slot = 8 * (k < count ? k : count - 1);
+    const Particles p = load_particles(in, neighbour + slot);
+    const Floats next_x = p.x - own.x, next_y = p.y - own.y, next_z = p.z - own.z;
+    const Floats squared = fused(next_x, next_x, fused(next_y, next_y, next_z * next_z));
+    const Floats same = fused(own.nx, p.nx, fused(own.ny, p.ny, own.nz * p.nz));
+    const Floats near = p.u * spline(smaller(root(squared) * inverse_rho, all(1.0f)));
+    const Floats h = fused(next_x, own.nx, fused(next_y, own.ny, next_z * own.nz)) /
+                     fused(all(in.height_growth), squared, all(in.height));
+    const Floats off = smaller(h * h, all(11.5129255f));
+    const Floats next =
+        near * exp_negative(fused(all(in.falloff), smaller(same - 1.0f, Floats{}), -off));
+    const Ints counts = (near >= 1e-6f) & (same >= -0.5f);
+    add_point(m, a, w, delta, x, y, z, nx, ny, nz);
+    x = next_x * inverse_rho;
+    y = next_y * inverse_rho;
+    z = next_z * inverse_rho;
+    nx = delta * p.nx;
+    ny = delta * p.ny;
+    nz = delta * p.nz;
+    w = counts ? next : Floats{};
+    if (k < count) used -= counts;
+    store(w, weight + slot);
+  }
+  const Ints few = used < 3;
+  if (any(few)) {
+    unrolled<0, kMoments>(MENISCUS_STEP(k) { m[k] = few ? Floats{} : m[k]; });
+    unrolled<0, 10>(MENISCUS_STEP(k) { a[k] = few ? Floats{} : a[k]; });
+  }
+  const Floats least = quadric_of(m, a, in.ridge);
+  const Floats slope = root(larger(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], all(1e-12f)));
+  const Ints good = (used >= 3) & (least > 0.0f) & (slope > 0.2f) & (slope < 5.0f);
+  store(good ? Floats{} : all(-1.0f), in.residual + lane);
+  store(a[0] * rho / slope, in.quadric + lane);
+  for (std::size_t k = 1; k < 4; ++k) {
+    a[k] /= slope;
+    store(a[k], in.quadric + k * lanes + lane);
+  }
+  for (std::size_t k = 4; k < 10; ++k) store(a[k] / (slope * rho), in.quadric + k * lanes + lane);
+
+  const Floats side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
+  const Floats size = root(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
+  const Floats scale = (side < 0.0f ? all(-1.0f) : all(1.0f)) / size;
+  nx = good ? a[1] * scale : own.nx;
+  ny = good ? a[2] * scale : own.ny;
+  nz = good ? a[3] * scale : own.nz;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const std::int32_t i = in.particle[lane + k];
+    if (i == in.nobody) continue;
+    float* const turned = in.turned + 4 * static_cast<std::ptrdiff_t>(i);
+    turned[0] = nx[k];
+    turned[1] = ny[k];
+    turned[2] = nz[k];
+  }
 }
 
 }  // namespace
 
-void weigh_neighbours(const Neighbours& in, std::size_t begin, std::size_t end) {
-  const std::size_t slots = in.slots;
-  for (std::size_t batch = begin; batch < end; ++batch) {
-    const std::int32_t* const centre = in.particle + 8 * batch;
-    const Ints lane_used = used(centre);
-    const Particles own = load_particles(in.record, centre);
-    const Floats inverse_rho = 1.0f / load(in.support + 8 * batch);
-    const std::size_t first = static_cast<std::size_t>(in.first[batch]);
-    Ints counted{};
-    for (int k = 0; k < in.length[batch]; ++k) {
-      const std::size_t slot = first + 8 * static_cast<std::size_t>(k);
-      const std::int32_t* const j = in.neighbour + slot;
-      const Ints there = used(j) & lane_used;
-      const Particles p = load_particles(in.record, j);
-      const Floats x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-      const Floats squared = x * x + y * y + z * z;
-      const Floats turned = smaller(own.nx * p.nx + own.ny * p.ny + own.nz * p.nz - 1.0f, Floats{});
-      const Floats near = p.u * spline(smaller(root(squared) * inverse_rho, all(1.0f))) *
-                          exp_negative(in.falloff * turned);
-      const Floats h = x * own.nx + y * own.ny + z * own.nz;
-      const Floats width = in.height + in.height_growth * squared;
-      const Floats weight = larger(exp_negative(-(h * h) / (width * width)), all(1e-5f));
-      const Ints counts = there & (near >= 1e-6f);
-      counted -= counts;
-      store(x * inverse_rho, in.points + slot);
-      store(y * inverse_rho, in.points + slots + slot);
-      store(z * inverse_rho, in.points + 2 * slots + slot);
-      store(p.nx, in.points + 3 * slots + slot);
-      store(p.ny, in.points + 4 * slots + slot);
-      store(p.nz, in.points + 5 * slots + slot);
-      store(counts ? near * weight : Floats{}, in.points + 6 * slots + slot);
-    }
-    const Ints too_few = counted < 3;
-    for (int k = 0; k < in.length[batch]; ++k) {
-      float* const weight = in.points + 6 * slots + first + 8 * static_cast<std::size_t>(k);
-      store(too_few ? Floats{} : load(weight), weight);
-    }
-  }
+void fit_particles(const Fits& input, std::size_t begin, std::size_t end) {
+  for (std::size_t batch = begin; batch < end; ++batch) fit_batch(input, batch);
 }
 
 }  // namespace meniscus::bench::native

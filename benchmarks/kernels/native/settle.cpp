@@ -6,7 +6,8 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 5.0f;
-constexpr int kTakes = 8 * kVectors, kRefine = 5;
+constexpr float kNewton = 1.0f / 2048.0f;
+constexpr int kTakes = 8 * kVectors, kRefine = 8;
 
 inline float least_wanted(const Floats& t, const Ints& wanted) {
   return -most_lane(wanted ? -t : all(-kNowhere));
@@ -69,30 +70,38 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       here = going & (t <= end);
     }
     if (!any(found)) continue;
-    Floats high = t, middle = t;
-    Ints side{};
-    for (int step = 0; step < kRefine; ++step) {
-      middle = low + (high - low) * (short_of / (short_of - over));
-      if (step == kRefine - 1) break;
-      const Floats there = field_on(middle) - level;
+    Floats high = t, middle = low + (high - low) * (short_of / (short_of - over));
+    for (int round = 1;; ++round) {
+      const FieldAt f = field_near<true>(cells, weight, near, r, middle);
+      constexpr float kScale = 0.25f * kFieldNorm;
+      const Floats gx = f.gx * kScale, gy = f.gy * kScale, gz = f.gz * kScale;
+      const Floats there = f.c * kFieldNorm - level, slope = gx * r.dx + gy * r.dy - gz;
+      const Ints ready = slope * (unit * kNewton) >= magnitude(there);
+      const Ints last = round == kRefine ? found : found & ready;
+      const Floats size = root(gx * gx + gy * gy + gz * gz);
+      const Ints crossed = last & (size > 0.0f);
+      crossing.depth = crossed ? middle : crossing.depth;
+      crossing.nx = crossed ? -gx / size : crossing.nx;
+      crossing.ny = crossed ? -gy / size : crossing.ny;
+      crossing.nz = crossed ? -gz / size : crossing.nz;
+      found &= ~last;
+      if (!any(found)) break;
+      const Floats a = low - middle, b = high - middle;
+      const Floats bend_a = (short_of - there - slope * a) / (a * a);
+      const Floats bend_b = (over - there - slope * b) / (b * b);
+      const Floats cube = (bend_b - bend_a) / (b - a), square = bend_a - cube * a;
+      Floats away = -there / slope;
+      for (int k = 0; k < 2; ++k)
+        away -= (there + away * (slope + away * (square + away * cube))) /
+                (slope + away * (2.0f * square + 3.0f * cube * away));
       const Ints less = found & (there < 0.0f), more = found & ~(there < 0.0f);
       low = less ? middle : low;
       short_of = less ? there : short_of;
-      over = less & (side < 0) ? over * 0.5f : over;
       high = more ? middle : high;
       over = more ? there : over;
-      short_of = more & (side > 0) ? short_of * 0.5f : short_of;
-      side = less ? Ints{} - 1 : more ? Ints{} + 1 : side;
+      const Floats guess = middle + away;
+      middle = (guess > low) & (guess < high) ? guess : 0.5f * (low + high);
     }
-    const FieldAt f = field_near<true>(cells, weight, near, r, middle);
-    constexpr float kScale = 0.25f * kFieldNorm;
-    const Floats gx = f.gx * kScale, gy = f.gy * kScale, gz = f.gz * kScale;
-    const Floats size = root(gx * gx + gy * gy + gz * gz);
-    const Ints crossed = found & (size > 0.0f);
-    crossing.depth = crossed ? middle : crossing.depth;
-    crossing.nx = crossed ? -gx / size : crossing.nx;
-    crossing.ny = crossed ? -gy / size : crossing.ny;
-    crossing.nz = crossed ? -gz / size : crossing.nz;
   }
   return crossing;
 }

@@ -21,12 +21,11 @@ inline double spline(double d) {
 }
 
 /// u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2): what all passes weigh a neighbour at `x` from
-/// the particle with; nothing below 1e-6.
+/// the particle with; nothing where u B is below 1e-6 or n_i.n_j below -1/2.
 inline double common_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u,
                             double rho, double sigma) {
-  const double w =
-      u * spline(length(x) / rho) * std::exp(-2 * (1 - dot(n_i, n_j)) / (sigma * sigma));
-  return w < 1e-6 ? 0 : w;
+  const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
+  return near < 1e-6 || same < -0.5 ? 0 : near * std::exp(-2 * (1 - same) / (sigma * sigma));
 }
 
 /// exp(-h^2 / (.6 + .075 l^2)^2), at least 1e-5: the first pass's share for a neighbour at height
@@ -84,7 +83,10 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
   // many; the sums round once a fit. The support goes with the mean's square.
   double off = 0;
   for (const double r : near) off += 50 * std::abs(r - sum / weight);
-  const double error = kEpsilon * (off / sum + static_cast<double>(near.size()) + 4);
+  // The residuals are those that the passes go by, which measure_edges takes once more: f is good
+  // to 20 epsilon of its terms, which add up to 1.5 rho, and so are both means and r_05.
+  const double doubt = 20 * 1.5 * params.support * (1 / (sum / weight) + 1.5 / noise);
+  const double error = kEpsilon * (off / sum + static_cast<double>(near.size()) + 4 + doubt);
   return {support, 2 * error * support};
 }
 
@@ -153,6 +155,41 @@ inline PassProblem pass_problem(const Surroundings& all, const ParticleFits& bef
                        : robustness(-value_at(before.quadric[k], x) - params.offset, params.tau)));
   }
   return one;
+}
+
+/// The RMS of a fit's f at its neighbours under the weights of its last pass, and one-sided ones.
+/// `quadric` is that of the fit with its offset.
+inline double residual_of(const PassProblem& one, const std::array<float, 10>& quadric,
+                          const FitParams& params) {
+  double squares = 0, weight = 0;
+  for (std::size_t j = 0; j < one.weights.size(); ++j) {
+    const double f =
+        value_at(quadric, one.problem.points[j].position - one.problem.centre) + params.offset;
+    const double w = one.weights[j] * robustness(-f, params.tau);
+    squares += w * f * f;
+    weight += w;
+  }
+  return std::sqrt(squares / weight);
+}
+
+/// How far floats may be from residual_of: f is off by some 20 epsilon of terms that add up to 2
+/// rho at most; so is a root mean square of it, and the weights' slope, at most 0.86 / tau, moves
+/// it by no more than that times |f| near tau; and weights that are off move the mean of squares by
+/// their share times the largest.
+inline double residual_error(const PassProblem& one, const std::array<float, 10>& quadric,
+                             const FitParams& params, int pass) {
+  double weight = 0, largest = 0;
+  for (std::size_t j = 0; j < one.weights.size(); ++j) {
+    if (!(one.weights[j] > 0)) continue;
+    const double f =
+        value_at(quadric, one.problem.points[j].position - one.problem.centre) + params.offset;
+    weight += one.weights[j] * robustness(-f, params.tau);
+    largest = std::max(largest, f * f);
+  }
+  const double square =
+      static_cast<double>(one.weights.size()) * weight_error(params, pass) / weight * largest;
+  const double root = residual_of(one, quadric, params);
+  return 4 * 20 * kEpsilon * 2 * one.problem.scale + std::min(std::sqrt(square), square / root);
 }
 
 }  // namespace meniscus::reference

@@ -11,7 +11,6 @@ ReferenceErrors project_case(Device& device, int size);
 ReferenceErrors visible_case(Device& device, int size);
 ReferenceErrors density_case(Device& device, int size);
 ReferenceErrors motion_case(Device& device, int size);
-ReferenceErrors fit_case(Device& device, int size);
 ReferenceErrors particle_fit_case(Device& device, int size);
 ReferenceErrors blend_case(Device& device, int size);
 ReferenceErrors stable_case(Device& device, int size);

@@ -1,92 +1,10 @@
-// Problems of fits, and fits, made by hand: for the cases of fits and of their blend.
+// Fits made by hand, for the cases of their blend.
 #pragma once
 
-#include "stages/fit.hpp"
 #include "stages/particle_fit.hpp"
-#include "verify/reference/fit.hpp"
 #include "verify/references/inputs.hpp"
 
 namespace meniscus {
-
-/// n points near a cap of a sphere of 12 radii, with normals off by a little; a few lie deeper.
-inline reference::FitProblem cap(std::size_t n, unsigned seed) {
-  Random random(seed);
-  reference::FitProblem problem;
-  problem.centre = {random(-5, 5), random(-5, 5), random(-40, -20)};
-  problem.scale = random(3, 6);
-  const Vec3d up = normalized({random(-1, 1), random(-1, 1), 1.5});
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vec3d side{random(-0.6, 0.6), random(-0.6, 0.6), random(-0.6, 0.6)};
-    const Vec3d outward = normalized(up * 2 + side);
-    const double deep = k % 7 == 6 ? random(1, 2) : random(-0.1, 0.1);
-    const Vec3d normal = normalized(outward + Vec3d{random(-1, 1), random(-1, 1), 0} * 0.1);
-    problem.points.push_back(
-        {problem.centre - up * 12 + outward * (12 - deep), normal, random(0.05, 0.75)});
-  }
-  return problem;
-}
-
-/// Problems of every size from 0 to `most` points.
-inline std::vector<reference::FitProblem> problems_up_to(std::size_t most) {
-  std::vector<reference::FitProblem> problems;
-  for (std::size_t n = 0; n <= most; ++n) problems.push_back(cap(n, static_cast<unsigned>(n)));
-  return problems;
-}
-
-inline std::vector<double> weights_of(const reference::FitProblem& problem) {
-  std::vector<double> weights;
-  for (const reference::FitPoint& point : problem.points) weights.push_back(point.weight);
-  return weights;
-}
-
-/// What fit_groups makes of each problem.
-struct Fitted {
-  std::vector<std::array<float, 10>> quadric;
-  std::vector<float> residual, slope;
-};
-
-inline Fitted solve(Device& device, const std::vector<reference::FitProblem>& problems,
-                    const FitParams& params = {}) {
-  std::vector<std::size_t> sizes;
-  for (const reference::FitProblem& problem : problems) sizes.push_back(problem.points.size());
-  const FitBatches batches = make_batches(sizes).front();
-  const std::size_t slots = batches.slots, lanes = batches.lanes;
-  std::vector<float> points(7 * slots, 0.0f), scale(lanes, 1.0f);
-  for (std::size_t l = 0; l < problems.size(); ++l) {
-    const reference::FitProblem& problem = problems[batches.order[l]];
-    scale[l] = static_cast<float>(problem.scale);
-    std::size_t slot = batches.first_slot(l);
-    for (const reference::FitPoint& point : problem.points) {
-      const Vec3d q = (point.position - problem.centre) / problem.scale;
-      const double row[7] = {q.x,         q.y, q.z, point.normal.x, point.normal.y, point.normal.z,
-                             point.weight};
-      for (std::size_t r = 0; r < 7; ++r) points[r * slots + slot] = static_cast<float>(row[r]);
-      slot += 8;
-    }
-  }
-  const DeviceFits fits{upload(device, points),
-                        upload(device, batches.first),
-                        upload(device, batches.length),
-                        upload(device, scale),
-                        allocate<float>(device, 10 * lanes),
-                        allocate<float>(device, 2 * lanes),
-                        lanes,
-                        slots};
-  fit_batches(device, fits, params);
-  const std::vector<float> c = download(device, fits.quadric);
-  const std::vector<float> quality = download(device, fits.quality);
-  Fitted fitted;
-  fitted.quadric.resize(problems.size());
-  fitted.residual.resize(problems.size());
-  fitted.slope.resize(problems.size());
-  for (std::size_t l = 0; l < problems.size(); ++l) {
-    const std::size_t k = static_cast<std::size_t>(batches.order[l]);
-    for (std::size_t r = 0; r < 10; ++r) fitted.quadric[k][r] = c[r * lanes + l];
-    fitted.residual[k] = quality[l];
-    fitted.slope[k] = quality[lanes + l];
-  }
-  return fitted;
-}
 
 /// Fits that are given.
 struct GivenFits {

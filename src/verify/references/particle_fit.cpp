@@ -1,4 +1,4 @@
-// weigh_neighbours, fit_groups and turn_normals: every pass against the pass before; and
+// fit_particles: every pass against the pass before; and
 // measure_edges.
 #include "stages/particle_fit.hpp"
 
@@ -15,7 +15,7 @@ ParticleFits fit(Device& device, const FittedSurface& scene, const FitParams& pa
 }
 
 void see_pass(const FittedSurface& scene, const ParticleFits& before, const ParticleFits& after,
-              const FitParams& params, int pass, Worst& equation) {
+              const FitParams& params, int pass, Worst& equation, Worst& residual) {
   const reference::Surroundings all = scene.surroundings(before);
   for (std::size_t k = 0; k < after.size(); ++k) {
     const auto one = reference::pass_problem(
@@ -24,6 +24,8 @@ void see_pass(const FittedSurface& scene, const ParticleFits& before, const Part
         reference::residuals(one.problem, after.quadric[k], params.offset, one.weights, params,
                              reference::weight_error(params, pass));
     for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);
+    residual.see(after.residual[k], reference::residual_of(one, after.quadric[k], params),
+                 reference::residual_error(one, after.quadric[k], params, pass), one.problem.scale);
   }
 }
 
@@ -45,8 +47,8 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
 }  // namespace
 
 ReferenceErrors particle_fit_case(Device& device, int size) {
-  Worst equation("weigh_neighbours", "normal equations"), edge("measure_edges", "edge"),
-      supporters("measure_edges", "supporters");
+  Worst equation("fit_particles", "normal equations"), residual("measure_edges", "residual"),
+      edge("measure_edges", "edge"), supporters("measure_edges", "supporters");
   for (const auto& surface : {hills, roof}) {
     const FittedSurface scene = fitted_surface(field(size, 2, surface));
     FitParams params;
@@ -54,12 +56,12 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
     ParticleFits before;
     for (params.passes = 1; params.passes <= 3; ++params.passes) {
       const ParticleFits after = fit(device, scene, params);
-      see_pass(scene, before, after, params, params.passes, equation);
+      see_pass(scene, before, after, params, params.passes, equation, residual);
       before = after;
     }
     see_edges(scene, before, params, edge, supporters);
   }
-  return {equation.error(), edge.error(), supporters.error()};
+  return {equation.error(), residual.error(), edge.error(), supporters.error()};
 }
 
 }  // namespace meniscus::verify
