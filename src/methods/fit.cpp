@@ -42,7 +42,7 @@ double least_radius(const Projected& projected) {
 // Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
 // layer when the blend, or the field where the layer is splash, goes on there.
 std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
-                                            const SurfaceMap& nodes, const FitRecords& records,
+                                            const SurfaceMap& nodes, const BlendRecords& records,
                                             const FittedFrame& frame, const Parameters& params) {
   const std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, params.grid.z_max);
   const FitTiles tiles = list_fits(device, view, records, nodes.grid);
@@ -69,7 +69,7 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
 // the samples of a coarse lattice, then those between that these do not tell. Samples whose nearest
 // layer ends before them look again behind it.
 SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
-                            const Triangulation& mesh, const FitRecords& records,
+                            const Triangulation& mesh, const BlendRecords& records,
                             const FittedFrame& frame, const Parameters& params, StageClock& clock) {
   clock.start("region");
   const SurfaceBuffers surface = empty_surface(device, grid);
@@ -173,7 +173,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const ParticleFits fits = fit_particles(device, projected, rim, around, params.fit);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
-  const FitRecords records =
+  const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records),
                           upload_splats(device, projected, visible.index),

@@ -62,7 +62,7 @@ TileLists list_boxes(const std::vector<Box>& boxes, const std::vector<char>& wan
 // Whether a fit's gradient may point away from the eye anywhere within its reach: at X from
 // its foot it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
 // at a corner of the box because rays are affine in the pixels.
-bool may_turn_away(const View& view, const FitRecords& records, std::size_t k, const Box& box,
+bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k, const Box& box,
                    const SampleGrid& grid) {
   const float* c = &records.record[k * kRecord];
   const auto square = [](double x) { return x * x; };
@@ -93,9 +93,9 @@ double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, d
   return radius * std::max(fits.support[k] / fit.support, kLeastReach);
 }
 
-FitRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
+BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
                         const FitParams& fit, double radius) {
-  FitRecords records{std::vector<float>(fits.size() * kRecord),
+  BlendRecords records{std::vector<float>(fits.size() * kRecord),
                      std::vector<float>(fits.size() * 4)};
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) continue;
@@ -131,7 +131,7 @@ FitRecords make_records(const ParticleFits& fits, const std::vector<double>& tru
   return records;
 }
 
-DeviceRecords upload_records(Device& device, const FitRecords& records) {
+DeviceRecords upload_records(Device& device, const BlendRecords& records) {
   return {upload(device, records.record), upload(device, records.foot)};
 }
 
@@ -146,7 +146,7 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
   return list_boxes(boxes, wanted, grid);
 }
 
-FitTiles list_fits(Device& device, const View& view, const FitRecords& records,
+FitTiles list_fits(Device& device, const View& view, const BlendRecords& records,
                    const SampleGrid& grid) {
   const std::size_t n = records.size();
   std::vector<Box> boxes(n);

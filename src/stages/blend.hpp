@@ -11,7 +11,7 @@
 namespace meniscus {
 
 /// Fits as kernel blend_groups takes them, see blend.cl.
-struct FitRecords {
+struct BlendRecords {
   std::vector<float> record;  // [fits][16]
   std::vector<float> foot;  // [fits][4] eye space; reach of the weight, particle radii; 0: does not
                             // count
@@ -36,10 +36,10 @@ inline constexpr double kSeen = 1e-3;
 ///
 ///   trust   [fits] 0 .. 1
 ///   radius  particle radii
-FitRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
+BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
                         const FitParams& fit, double radius);
 
-DeviceRecords upload_records(Device& device, const FitRecords& records);
+DeviceRecords upload_records(Device& device, const BlendRecords& records);
 
 /// The radius of a fit's weight: `radius` times its share of the full support.
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius);
@@ -69,7 +69,7 @@ struct FitTiles {
   Buffer<cl_int> met_start, met, rim_start, rim;
 };
 
-FitTiles list_fits(Device& device, const View& view, const FitRecords& records,
+FitTiles list_fits(Device& device, const View& view, const BlendRecords& records,
                    const SampleGrid& grid);
 
 /// Blends the groups at the listed samples, whose reference depths are finite (kernel

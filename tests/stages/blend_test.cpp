@@ -41,7 +41,7 @@ Samples samples_of(Device& device, const SurfaceBuffers& surface) {
 Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
                 const std::vector<float>& reference, int width) {
   device.state().vector_width = width;
-  const FitRecords records =
+  const BlendRecords records =
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const auto depth = upload(device, reference);
@@ -409,7 +409,7 @@ TEST_P(Blend, PointsGiveTheBitsOfSamples) {
     points[n + s] = static_cast<float>(v_of(grid, s));
   }
   const Samples expected = blended(device_, view, grid, scene, reference);
-  const FitRecords records =
+  const BlendRecords records =
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SurfaceBuffers list = empty_surface(device_, {static_cast<int>(n), 1, 0, 1});
   blend_points(device_, view, upload_records(device_, records),
@@ -433,7 +433,7 @@ TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatTurnsAway) {
               {random(-1, 1), random(-1, 1), random(-1, 1)}, k % 3 == 0 ? 0 : 1, random(-0.1, 0.1));
     scene.fits.support.back() = random(3, 10);
   }
-  const FitRecords records =
+  const BlendRecords records =
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SampleGrid grid{70, 50, 0.5f, 1};
   const FitTiles tiles = list_fits(device_, view, records, grid);

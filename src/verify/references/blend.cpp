@@ -21,7 +21,7 @@ ReferenceErrors blend_case(Device& device, int size) {
   for (float& t : reference) t = static_cast<float>(random(19, 21));
   for (std::size_t s = 8; s < reference.size(); s += 9) reference[s] = kNoSurface;
 
-  const FitRecords records =
+  const BlendRecords records =
       make_records(scene.fits, scene.trust, fit, kBlendReach * params.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> depth = upload(device, reference);
