@@ -150,7 +150,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 
   clock.start("split");
   const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);  // now, when no work is to be waited for
+  const DeviceCells cells = upload_cells(device, host_cells);  // now: uploads wait for all work
   const SplashSplit split = split_splash(projected, host_cells, params.splash);
   clock.start("visible");
   const SplatParticles body = upload_splats(device, projected, split.body);
