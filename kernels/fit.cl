@@ -129,13 +129,19 @@ inline floatv solve(floatv* A, floatv* b) {
   return least;
 }
 
+// 0 for -0, by its bits: some runtimes take x + 0 for x.
+inline floatv plain_zero(const floatv x) {
+  const intv bits = AS_INTV(x);
+  return AS_FLOATV(SELECT(bits, (intv)(0), bits == (intv)(INT_MIN)));
+}
+
 // The quadric a (in: its right-hand side) of the sums in m. Returns the smallest pivot, see solve.
 inline floatv quadric_of(const floatv* m, floatv* a, const float ridge) {
   floatv A[55];
 #pragma unroll
-  for (int k = 0; k < 55; ++k) A[k] = m[kProduct[k]] + 0.0f;  // no -0, see add_point
+  for (int k = 0; k < 55; ++k) A[k] = plain_zero(m[kProduct[k]]);  // see add_point
 #pragma unroll
-  for (int k = 0; k < 10; ++k) a[k] += 0.0f;
+  for (int k = 0; k < 10; ++k) a[k] = plain_zero(a[k]);
   // The ridge pulls the quadric towards a plane. The cross terms count half, which makes it the
   // squared norm of the quadratic form's matrix and independent of the axes.
   const floatv total = m[M_1] * (1.0f / 3.0f);
