@@ -5,8 +5,8 @@
 
 namespace meniscus {
 
-/// What the pipeline made, on the host and in world units. `surface` has camera, particle radius and
-/// warnings. Waits.
+/// What the pipeline made, on the host and in world units. `surface` has camera, particle radius
+/// and warnings. Waits.
 Surface to_world(Device& device, const View& view, Extraction extraction, Surface surface,
                  const Parameters& params, std::vector<StageTime>* timings);
 

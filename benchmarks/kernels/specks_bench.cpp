@@ -101,8 +101,7 @@ struct Closing {
 }  // namespace
 
 Case prepare_specks(Frame& frame) {
-  const auto closing =
-      std::make_shared<Closing>(damaged_surface(frame.frames(Method::fit).image));
+  const auto closing = std::make_shared<Closing>(damaged_surface(frame.frames(Method::fit).image));
   const Maps& given = closing->given;
   Case result;
   result.unit = "pixels";

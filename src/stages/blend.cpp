@@ -94,9 +94,9 @@ double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, d
 }
 
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
-                        const FitParams& fit, double radius) {
+                          const FitParams& fit, double radius) {
   BlendRecords records{std::vector<float>(fits.size() * kRecord),
-                     std::vector<float>(fits.size() * 4)};
+                       std::vector<float>(fits.size() * 4)};
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) continue;
     const Vec3d& foot = fits.foot[k];

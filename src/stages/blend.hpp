@@ -37,7 +37,7 @@ inline constexpr double kSeen = 1e-3;
 ///   trust   [fits] 0 .. 1
 ///   radius  particle radii
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
-                        const FitParams& fit, double radius);
+                          const FitParams& fit, double radius);
 
 DeviceRecords upload_records(Device& device, const BlendRecords& records);
 

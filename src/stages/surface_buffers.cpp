@@ -51,12 +51,8 @@ SurfaceBuffers upload(Device& device, const SurfaceMap& map) {
     normal[2 * n + s] = map.normal[s].z;
     kind[s] = static_cast<cl_uchar>(map.kind[s]);
   }
-  return {map.grid,
-          upload(device, map.depth),
-          upload(device, normal),
-          upload(device, map.group),
-          {},
-          upload(device, kind)};
+  return {map.grid, upload(device, map.depth), upload(device, normal), upload(device, map.group),
+          {},       upload(device, kind)};
 }
 
 cl_float16 kernel_rays(const View& view) {

@@ -46,9 +46,9 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
     EXPECT_TRUE(std::isfinite(share.value)) << name;
   }
   for (const char* hot :
-       {"project_particles", "measure_gradients", "fit_particles",
-        "draw_triangles", "smooth_columns", "smooth_rows", "depth_normals", "blend_groups",
-        "settle_samples", "follow_field", "splat_depth", "cast_spheres", "motion_of_samples"})
+       {"project_particles", "measure_gradients", "fit_particles", "draw_triangles",
+        "smooth_columns", "smooth_rows", "depth_normals", "blend_groups", "settle_samples",
+        "follow_field", "splat_depth", "cast_spheres", "motion_of_samples"})
     EXPECT_EQ(session.find(hot, kNative, 700, 91, 67) != nullptr, cpu) << hot;
 }
 

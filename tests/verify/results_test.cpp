@@ -38,7 +38,8 @@ VerifyRun two_devices() {
   good.rows[1].reason = "hash 0123456789abcdef";
   good.seconds = 12;
   bad.device = {"Other", "Else", "1", "OpenCL 1.2"};
-  bad.rows = {row("kernel", "fit_particles", Result::fail, 3), row("frame", "fit", Result::fail, -1),
+  bad.rows = {row("kernel", "fit_particles", Result::fail, 3),
+              row("frame", "fit", Result::fail, -1),
               row("probe", "64-bit atomics", Result::skip, -1)};
   bad.rows[0].reason = "stage fit, argument quadric";
   bad.rows[1].reason = "hash ffff456789abcdef, wanted 0123456789abcdef";

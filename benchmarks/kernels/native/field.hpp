@@ -148,7 +148,8 @@ void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
     const float wide = std::sqrt(std::fmax(b.reach * b.reach - dz * dz, 0.0f));
     for (int j = cell_of(y0 - wide, c), j1 = cell_of(y1 + wide, c); j <= j1; ++j) {
       const float dy = std::fmax(
-          std::fmax(static_cast<float>(j) * side - y1, y0 - static_cast<float>(j + 1) * side), 0.0f);
+          std::fmax(static_cast<float>(j) * side - y1, y0 - static_cast<float>(j + 1) * side),
+          0.0f);
       const float half_row = std::sqrt(std::fmax(wide * wide - dy * dy, 0.0f));
       const int i0 = cell_of(x0 - half_row, c), i1 = cell_of(x1 + half_row, c);
       for (int i = i0; i <= i1; i += kRowCells) {
