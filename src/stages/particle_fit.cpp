@@ -33,16 +33,18 @@ FitLists list_block(const Projected& projected, const std::vector<std::int32_t>&
                     const std::vector<std::int32_t>& place, const Cells& cells, float reach,
                     std::size_t begin, std::size_t end) {
   const cl_int nobody = static_cast<cl_int>(cells.item.size());
-  std::vector<std::int32_t> near(cells.item.size());  // 1 for those of a range that are
+  std::vector<std::int32_t> near;  // 1 for those of a range that are
   std::vector<cl_int> all;
   std::vector<std::size_t> start{0};
   for (std::size_t k = begin; k < end; ++k) {
     const std::int32_t i = centre[k];
     const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
     std::size_t count = start.back();
-    all.resize(std::max(all.size(), count + cells.item.size() + 1));
     visit_ranges_near(
         cells, x, y, z, [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+          const std::size_t most = static_cast<std::size_t>(last - first);
+          if (near.size() < most) near.resize(most);
+          if (all.size() < count + most) all.resize(2 * (count + most));
           // A loop that becomes vectors, and one without branches, which would be foretold badly.
           for (std::int32_t p = first; p < last; ++p) {
             const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
