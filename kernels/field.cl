@@ -189,7 +189,7 @@ inline float sum_of_lanes(const floatv v) {
 }
 
 // The beam of the wanted rays between two depths: an axis from (x, y, z) along (ex, ey, ez), and how
-// far from it particles reach a ray.
+// far from it particles reach a ray. (Copies of rays in beam_of make rusticl crash at width 8.)
 typedef struct {
   float x, y, z, ex, ey, ez, per_length, reach;
 } Beam;
@@ -199,11 +199,11 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
   const floatv none = (floatv)(0.0f);
   floatv x0 = none, y0 = none, x1 = none, y1 = none, lanes = none;
   for (int v = 0; v < vectors; ++v) {
-    const Rays r = rays[v];
-    x0 += SELECT(none, r.ox + low * r.dx, wanted[v]);
-    y0 += SELECT(none, r.oy + low * r.dy, wanted[v]);
-    x1 += SELECT(none, r.ox + high * r.dx, wanted[v]);
-    y1 += SELECT(none, r.oy + high * r.dy, wanted[v]);
+    const Rays* r = rays + v;
+    x0 += SELECT(none, r->ox + low * r->dx, wanted[v]);
+    y0 += SELECT(none, r->oy + low * r->dy, wanted[v]);
+    x1 += SELECT(none, r->ox + high * r->dx, wanted[v]);
+    y1 += SELECT(none, r->oy + high * r->dy, wanted[v]);
     lanes += SELECT(none, (floatv)(1.0f), wanted[v]);
   }
   const float share = 1.0f / sum_of_lanes(lanes);
@@ -211,9 +211,9 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
   const float bx = share * sum_of_lanes(x1), by = share * sum_of_lanes(y1);
   floatv wide = none;
   for (int v = 0; v < vectors; ++v) {
-    const Rays r = rays[v];
-    const floatv px = r.ox + low * r.dx - ax, py = r.oy + low * r.dy - ay;
-    const floatv qx = r.ox + high * r.dx - bx, qy = r.oy + high * r.dy - by;
+    const Rays* r = rays + v;
+    const floatv px = r->ox + low * r->dx - ax, py = r->oy + low * r->dy - ay;
+    const floatv qx = r->ox + high * r->dx - bx, qy = r->oy + high * r->dy - by;
     wide = SELECT(wide, fmax(wide, fmax(px * px + py * py, qx * qx + qy * qy)), wanted[v]);
   }
   Beam b = {ax, ay, -low, bx - ax, by - ay, low - high, 0.0f, 0.0f};
