@@ -114,20 +114,7 @@ SurfaceMap plain(int nx, int ny) {
 }
 
 SurfaceMap closed(Device& device, const SurfaceMap& map) {
-  const std::size_t n = map.grid.size();
-  std::vector<float> normal(3 * n);
-  std::vector<cl_uchar> kind(n);
-  for (std::size_t s = 0; s < n; ++s) {
-    normal[s] = map.normal[s].x;
-    normal[n + s] = map.normal[s].y;
-    normal[2 * n + s] = map.normal[s].z;
-    kind[s] = static_cast<cl_uchar>(map.kind[s]);
-  }
-  SurfaceBuffers surface = empty_surface(device, map.grid);
-  surface.depth = upload(device, map.depth);
-  surface.normal = upload(device, normal);
-  surface.group = upload(device, map.group);
-  surface.kind = upload(device, kind);
+  const SurfaceBuffers surface = upload(device, map);
   close_specks(device, surface, blocks_of(device, map.grid, true));
   return download(device, surface);
 }
