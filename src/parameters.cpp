@@ -1,12 +1,27 @@
 #include "meniscus/parameters.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <sstream>
 
 #include "meniscus/error.hpp"
 #include "parameter_list.hpp"
 
 namespace meniscus {
+namespace {
+
+struct AovEntry {
+  const char* name;  // its channels in EXR files
+  bool Aovs::*made;
+};
+
+constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::position},
+                              {"id", &Aovs::group},          {"kind", &Aovs::kind},
+                              {"residual", &Aovs::residual}, {"V", &Aovs::velocity}};
+
+}  // namespace
 
 const std::vector<MethodEntry>& method_list() {
   static const std::vector<MethodEntry> all{
@@ -38,8 +53,42 @@ Method method_named(const std::string& name) {
   throw InvalidArgument("--method is " + name + ", must be one of " + names);
 }
 
+Aovs aovs_named(const std::string& list) {
+  Aovs aovs;
+  std::string names;
+  for (const AovEntry& entry : kAovs) {
+    aovs.*entry.made = false;
+    names += std::string(", ") + entry.name;
+  }
+  std::istringstream words(list);
+  for (std::string word; std::getline(words, word, ',');) {
+    const auto* const entry =
+        std::find_if(std::begin(kAovs), std::end(kAovs),
+                     [&](const AovEntry& candidate) { return candidate.name == word; });
+    if (entry == std::end(kAovs)) {
+      names.erase(0, 2);
+      throw InvalidArgument("--aov has \"" + word + "\", must be a list of " + names +
+                            ", e.g. --aov N,id");
+    }
+    aovs.*entry->made = true;
+  }
+  return aovs;
+}
+
+std::string to_string(const Aovs& aovs) {
+  std::string names;
+  for (const AovEntry& entry : kAovs) {
+    if (!(aovs.*entry.made)) continue;
+    if (!names.empty()) names += ',';
+    names += entry.name;
+  }
+  return names;
+}
+
 std::string describe(const Parameters& parameters) {
   std::string text = "method=" + to_string(parameters.method) + "\n";
+  const std::string aovs = to_string(parameters.aovs);
+  if (aovs != to_string(Aovs{})) text += "aov=" + aovs + "\n";
   Parameters copy = parameters;
   for (const ParameterEntry& entry : parameter_list(copy)) {
     char line[96];

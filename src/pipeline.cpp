@@ -37,12 +37,13 @@ Extraction run_method(Device& device, const View& view, const WorldParticles& pa
 Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
                         const Parameters& params, std::vector<StageTime>* timings) {
   Extraction made = run_method(device, view, particles, params, timings);
-  if (!particles.moving) return made;
+  const bool on_image = params.image && params.aovs.velocity;
+  if (!particles.moving || !(on_image || params.mesh)) return made;
   StageClock clock(device, timings);
   clock.start("motion");
   const MovingParticles moving = upload_moving(
       device, project_particles(device, view, particles, kMotionMargin), particles.velocity);
-  if (params.image)
+  if (on_image)
     made.velocity = motion_of_samples(device, view, moving, made.image.grid,
                                       download(device, made.image.depth));
   if (params.mesh) {

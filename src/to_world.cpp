@@ -12,21 +12,21 @@ namespace {
 
 // Makes the maps of `image` and returns how many of its pixels show something.
 std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& image,
-                       const std::vector<float>& residuals, Surface& surface) {
+                       const std::vector<float>& residuals, const Aovs& aovs, Surface& surface) {
   const std::size_t pixels = image.grid.size(), nx = static_cast<std::size_t>(image.grid.nx);
   const HostView depth(device, image.depth), normal(device, image.normal);
   const HostView group(device, image.group);
   const HostView kind(device, image.kind);
   parallel_both(
       [&] {
-        surface.position.resize(pixels);
         surface.depth.resize(pixels, kNoSurface);
-        surface.kind.resize(pixels);
+        if (aovs.position) surface.position.resize(pixels);
+        if (aovs.kind) surface.kind.resize(pixels);
       },
       [&] {
-        surface.normal.resize(pixels);
-        surface.group.resize(pixels);
-        surface.residual.resize(pixels);
+        if (aovs.normal) surface.normal.resize(pixels);
+        if (aovs.group) surface.group.resize(pixels);
+        if (aovs.residual) surface.residual.resize(pixels);
       });
   std::atomic<std::int64_t> covered{0};
   constexpr std::size_t kRows = 32;  // that are worth a thread
@@ -48,15 +48,19 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
         ++here;
         const double u = static_cast<double>(i) + 0.5;
         surface.depth[s] = static_cast<float>(t * view.radius);
-        surface.position[s] =
-            static_cast<Vec3>((start + start_step * u) + (along + along_step * u) * double{t});
-        surface.normal[s] = static_cast<Vec3>(world_direction(
-            view, Vec3d(Vec3{normal[s], normal[pixels + s], normal[2 * pixels + s]})));
-        surface.kind[s] = kind.size() > 0 ? static_cast<Kind>(kind[s]) : Kind::surface;
+        if (aovs.position)
+          surface.position[s] =
+              static_cast<Vec3>((start + start_step * u) + (along + along_step * u) * double{t});
+        if (aovs.normal)
+          surface.normal[s] = static_cast<Vec3>(world_direction(
+              view, Vec3d(Vec3{normal[s], normal[pixels + s], normal[2 * pixels + s]})));
+        if (aovs.kind)
+          surface.kind[s] = kind.size() > 0 ? static_cast<Kind>(kind[s]) : Kind::surface;
         const std::int32_t g = group.size() > 0 ? group[s] : -1;
         if (g < 0) continue;
-        surface.group[s] = static_cast<std::uint32_t>(g) + 1;
-        surface.residual[s] = std::max(0.0f, residuals[static_cast<std::size_t>(g)]);
+        if (aovs.group) surface.group[s] = static_cast<std::uint32_t>(g) + 1;
+        if (aovs.residual)
+          surface.residual[s] = std::max(0.0f, residuals[static_cast<std::size_t>(g)]);
       }
     }
     covered += here;
@@ -71,7 +75,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   StageClock clock(device, timings);
   clock.start("download");
   const std::int64_t covered =
-      fill_maps(device, view, extraction.image, extraction.residual, surface);
+      fill_maps(device, view, extraction.image, extraction.residual, params.aovs, surface);
   clock.stop();
   surface.velocity = std::move(extraction.velocity);  // in world units already
   surface.mesh = std::move(extraction.mesh);

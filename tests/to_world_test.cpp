@@ -117,6 +117,34 @@ TEST_P(ToWorld, SaysHowManyPixelsThereAreAndWhenNothingIsInView) {
               ElementsAre("there are no particles: the surface is empty"));
 }
 
+TEST_P(ToWorld, MakesTheMapsThatAreAskedForAndNoOthers) {
+  const Camera camera = perspective_camera(37, 81);
+  const Extraction made = extraction(37, 81);
+  const Surface all = returned(camera, made);
+  const auto some = [&](const std::string& list) {
+    Parameters params;
+    params.aovs = aovs_named(list);
+    const Surface surface = returned(camera, made, params);
+    EXPECT_EQ(surface.depth, all.depth);
+    EXPECT_EQ(surface.counts, all.counts);
+    return surface;
+  };
+  const Surface normals = some("N"), ids = some("id,P"), rest = some("residual,kind"),
+                none = some("");
+  EXPECT_EQ(normals.normal, all.normal);
+  EXPECT_THAT(normals.position, IsEmpty());
+  EXPECT_THAT(normals.group, IsEmpty());
+  EXPECT_THAT(normals.kind, IsEmpty());
+  EXPECT_THAT(normals.residual, IsEmpty());
+  EXPECT_EQ(ids.group, all.group);
+  EXPECT_EQ(ids.position, all.position);
+  EXPECT_THAT(ids.normal, IsEmpty());
+  EXPECT_EQ(rest.residual, all.residual);
+  EXPECT_EQ(rest.kind, all.kind);
+  EXPECT_THAT(rest.position, IsEmpty());
+  EXPECT_THAT(none.normal, IsEmpty());
+}
+
 TEST_P(ToWorld, WithoutAnImageThereAreNoMaps) {
   Extraction made;
   made.mesh.position = {{1, 2, 3}};

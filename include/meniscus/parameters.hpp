@@ -143,11 +143,18 @@ struct AnisotropicParams {
   double level = 0.33;  // of the field at the surface
 };
 
+/// Which maps a surface has beside depth (arbitrary output variables); see Surface.
+struct Aovs {
+  bool normal = true, position = true, group = true, kind = true, residual = true;
+  bool velocity = true;  // where Parameters::motion asks for motion
+};
+
 struct Parameters {
   Method method = Method::fit;
   double particle_radius = 0;  // world units; 0: the file's, else estimated
   bool strict = false;         // NaN and infinite coordinates and velocities are an error
   bool image = true;           // make the maps
+  Aovs aovs;                   // which maps beside depth
   bool mesh = true;            // make the mesh
   bool motion = true;          // make velocities where the particles carry them
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
@@ -168,6 +175,13 @@ struct Parameters {
   CurvatureFlowParams curvature_flow;
   AnisotropicParams anisotropic;
 };
+
+/// The maps of a list of names, e.g. "N,id": those of their channels in EXR files. Throws
+/// InvalidArgument, with the names there are.
+Aovs aovs_named(const std::string& list);
+
+/// The list of the maps that are made, as aovs_named() takes it.
+std::string to_string(const Aovs& aovs);
 
 /// A method's name on the command line, and what it is in one line.
 struct MethodEntry {

@@ -24,6 +24,7 @@ struct BenchFrameOptions {
   std::vector<Method> methods;
   std::vector<std::array<int, 2>> sizes;  // pixels
   std::vector<std::int64_t> particles;    // of synthetic frames
+  Aovs aovs = aovs_named("N");
   bool sweep = false, mesh = false, motion = false;
   int threads = 0;  // 0: all
   FrameBenchOptions measure;
@@ -101,6 +102,7 @@ void run_bench_frame(BenchFrameOptions options) {
     for (const Method method : options.methods) {
       Parameters parameters;
       parameters.method = method;
+      parameters.aovs = options.aovs;
       parameters.mesh = options.mesh;
       parameters.motion = options.motion;
       parameters.particle_radius = options.particle_radius.value_or(0);
@@ -173,6 +175,12 @@ void add_bench_frame_command(CLI::App& bench) {
                 "measure synthetic dam breaks of growing size: first more particles, then more "
                 "pixels")
       ->excludes(input);
+  command
+      .add_option_function<std::string>(
+          "--aov",
+          [&o](const std::string& list) { o.aovs = as_usage([&] { return aovs_named(list); }); },
+          "maps beside depth, as for extract (default N)")
+      ->type_name("LIST");
   command.add_flag("--mesh", o.mesh, "make the mesh, too");
   command.add_flag("--motion", o.motion,
                    "follow the surface's motion, too, where the particles carry velocities");

@@ -110,6 +110,12 @@ int run_extract(ExtractOptions options) {
       (kind_of(path) == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) =
           true;
   });
+  for (const std::string& path : options.outputs)
+    if (kind_of(path) == OutputKind::png) {
+      Aovs& aovs = options.parameters.aovs;
+      aovs.normal = true;
+      if (options.writing.preview == Preview::groups) aovs.group = aovs.kind = true;
+    }
   use_threads(options.threads);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
   if (const char* const option = sequence_option(options))

@@ -148,6 +148,15 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
           },
           "frames per second of the simulation's files, for motion on the screen (default 24)")
       ->type_name("RATE");
+  command
+      .add_option_function<std::string>(
+          "--aov",
+          [&o](const std::string& list) {
+            o.parameters.aovs = as_usage([&] { return aovs_named(list); });
+          },
+          "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
+          "forward comes with (default: all); what a PNG shows is made, too")
+      ->type_name("LIST");
   command.add_flag_callback(
       "--no-motion", [&o] { o.parameters.motion = false; },
       "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");

@@ -141,13 +141,13 @@ void check_maps(const Surface& surface) {
   require(camera.width > 0 && camera.height > 0, "write_exr: the surface's camera has no pixels");
   const auto pixels =
       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+  require(surface.depth.size() == pixels,
+          "write_exr: depth has " + std::to_string(surface.depth.size()) + " pixels, wanted " +
+              std::to_string(pixels) + " (extract with Parameters::image set)");
   for (const std::size_t size :
-       {surface.depth.size(), surface.normal.size(), surface.position.size(), surface.group.size(),
-        surface.kind.size(), surface.residual.size()})
-    require(size == pixels, "write_exr: a map has " + std::to_string(size) + " pixels, wanted " +
-                                std::to_string(pixels) + " (extract with Parameters::image set)");
-  for (const std::size_t size : {surface.velocity.size(), surface.forward.pixels.size()})
-    require(size == 0 || size == pixels, "write_exr: motion has " + std::to_string(size) +
+       {surface.normal.size(), surface.position.size(), surface.group.size(), surface.kind.size(),
+        surface.residual.size(), surface.velocity.size(), surface.forward.pixels.size()})
+    require(size == 0 || size == pixels, "write_exr: a map has " + std::to_string(size) +
                                              " pixels, wanted " + std::to_string(pixels) +
                                              " or none");
 }
@@ -157,12 +157,12 @@ void check_maps(const Surface& surface) {
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
                Compression compression, const std::string& job) {
   check_maps(surface);
-  std::vector<float> alpha(surface.kind.size());
+  std::vector<float> alpha(surface.depth.size());
+  for (std::size_t k = 0; k < alpha.size(); ++k)
+    alpha[k] = std::isfinite(surface.depth[k]) ? 1.0f : 0.0f;
   std::vector<std::uint32_t> kind(surface.kind.size());
-  for (std::size_t k = 0; k < kind.size(); ++k) {
+  for (std::size_t k = 0; k < kind.size(); ++k)
     kind[k] = static_cast<std::uint32_t>(surface.kind[k]);
-    alpha[k] = surface.kind[k] == Kind::none ? 0.0f : 1.0f;
-  }
 
   Imf::FrameBuffer frame;
   const auto slice = [&](const char* name, Imf::PixelType type, const void* first,

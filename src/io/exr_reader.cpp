@@ -112,13 +112,20 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
       attribute<Imf::DoubleAttribute>(file, header, "meniscus.particleRadius").value();
   const auto width = static_cast<std::size_t>(surface.camera.width);
   const std::size_t pixels = width * static_cast<std::size_t>(surface.camera.height);
-  std::vector<std::uint32_t> kind(pixels);
+  std::vector<std::uint32_t> kind;
   surface.depth.resize(pixels);
-  surface.normal.resize(pixels);
-  surface.position.resize(pixels);
-  surface.group.resize(pixels);
-  surface.kind.resize(pixels);
-  surface.residual.resize(pixels);
+  // Not all maps need have been asked for.
+  const auto make_if = [&](const char* channel, auto& map) {
+    if (header.channels().findChannel(channel) != nullptr) map.resize(pixels);
+  };
+  make_if("N.X", surface.normal);
+  make_if("P.X", surface.position);
+  make_if("id", surface.group);
+  make_if("kind", kind);
+  make_if("kind", surface.kind);
+  make_if("residual", surface.residual);
+  make_if("V.X", surface.velocity);
+  make_if("forward.u", surface.forward.pixels);
 
   Imf::FrameBuffer frame;
   const auto slice = [&](const char* name, Imf::PixelType type, auto* first, std::size_t stride) {
@@ -131,16 +138,13 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
                " in all pixels, wanted an EXR of Meniscus");
     frame.insert(name, Imf::Slice(type, reinterpret_cast<char*>(first), stride, stride * width));
   };
-  if (header.channels().findChannel("V.X") != nullptr) surface.velocity.resize(pixels);
-  if (header.channels().findChannel("forward.u") != nullptr) {
+  if (!surface.forward.pixels.empty())
     surface.forward.frames_per_second =
         attribute<Imf::RationalAttribute>(file, header, "framesPerSecond").value();
-    surface.forward.pixels.resize(pixels);
-  }
   for_each_channel(surface, kind, slice);
   read_rows(file, *image, frame, surface.camera.height);
 
-  for (std::size_t k = 0; k < pixels; ++k) {
+  for (std::size_t k = 0; k < kind.size(); ++k) {
     if (kind[k] > static_cast<std::uint32_t>(Kind::splash))
       fail(file, "row " + std::to_string(k / width) + ", column " + std::to_string(k % width),
            "kind is " + std::to_string(kind[k]) + ", wanted 0, 1 or 2");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -39,7 +40,7 @@ struct Scene {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
            static_cast<std::size_t>(column);
   }
-  bool covered(std::size_t pixel) const { return surface.kind[pixel] != Kind::none; }
+  bool covered(std::size_t pixel) const { return std::isfinite(surface.depth[pixel]); }
   float depth(std::size_t pixel) const { return -point[pixel].z; }
   /// Unit vector from the surface point at a pixel to the eye.
   Vec3 to_eye(int column, int row) const;

@@ -102,21 +102,24 @@ std::vector<std::uint8_t> srgb_table() {
   return table;
 }
 
-void check_maps(const Surface& surface) {
+void check_maps(const Surface& surface, Preview preview) {
   const Camera& camera = surface.camera;
   require(camera.width > 0 && camera.height > 0, "write_png: the surface's camera has no pixels");
   const auto pixels =
       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-  for (const std::size_t size :
-       {surface.depth.size(), surface.normal.size(), surface.group.size(), surface.kind.size()})
-    require(size == pixels, "write_png: a map has " + std::to_string(size) + " pixels, wanted " +
-                                std::to_string(pixels) + " (extract with Parameters::image set)");
+  const bool has_groups = preview != Preview::groups ||
+                          (surface.group.size() == pixels && surface.kind.size() == pixels);
+  for (const std::size_t size : {surface.depth.size(), surface.normal.size()})
+    require(size == pixels && has_groups,
+            "write_png: a map has not the camera's " + std::to_string(pixels) +
+                " pixels (extract with Parameters::image set, and normals, and for the preview of "
+                "groups with these and kinds)");
 }
 
 }  // namespace
 
 std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) {
-  check_maps(surface);
+  check_maps(surface, preview);
   const Scene scene(surface);
   const auto draw = [&] {
     switch (preview) {

@@ -125,6 +125,42 @@ TEST_F(ProgramOutput, HasMotionWhereParticlesCarryVelocities) {
   EXPECT_EQ(read("a.exr"), without) << "particles without velocities give what they gave";
 }
 
+TEST_F(ProgramOutput, HasTheMapsThatAreNamed) {
+  write_particles("in.ply", block(5), 0.1, "1.5 -0.5 2");
+  const auto extract = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--size", "64x48"});
+    extract_all("in.ply", more);
+    return read_exr(path("a.exr"));
+  };
+  const Surface all = extract({});
+  EXPECT_EQ(all.group.size(), all.depth.size());
+  const std::string mesh = read("a.ply"), picture = read("a.png");
+
+  // Of the normals a picture is made.
+  const Surface ids = extract({"--aov", "id"});
+  EXPECT_EQ(ids.depth, all.depth);
+  EXPECT_EQ(ids.normal, all.normal);
+  EXPECT_EQ(ids.group, all.group);
+  EXPECT_THAT(ids.position, IsEmpty());
+  EXPECT_THAT(ids.kind, IsEmpty());
+  EXPECT_THAT(ids.residual, IsEmpty());
+  EXPECT_THAT(ids.velocity, IsEmpty());
+  EXPECT_THAT(ids.forward.pixels, IsEmpty());
+  EXPECT_EQ(read("a.ply"), mesh) << "the mesh keeps its velocities";
+  EXPECT_EQ(read("a.png"), picture);
+
+  const Surface moving = extract({"--aov", "V", "--preview", "groups"});
+  EXPECT_EQ(moving.velocity, all.velocity);
+  EXPECT_EQ(moving.forward.pixels, all.forward.pixels);
+  EXPECT_EQ(moving.kind, all.kind);
+  EXPECT_THAT(moving.position, IsEmpty());
+
+  const Outcome wrong = run({"extract", "in.ply", "-o", "b.exr", "--aov", "N,normals"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--aov has \"normals\", must be a list of N, P, id, kind, "
+                                   "residual, V"));
+}
+
 TEST_F(ProgramOutput, NothingInViewIsAValidEmptyResultAndAWarning) {
   write_particles("in.ply", block(4));
   for (const std::string& method : kMethods) {

@@ -108,6 +108,31 @@ INSTANTIATE_TEST_SUITE_P(All, ExrCompression,
                          testing::Values(Compression::none, Compression::rle, Compression::zips,
                                          Compression::zip, Compression::piz, Compression::pxr24));
 
+TEST(Exr, MapsThatAreNotThereAreLeftOut) {
+  const TemporaryFolder folder;
+  const Surface all = sample_surface(sample_camera());
+  Surface some = all;
+  some.normal.clear();
+  some.kind.clear();
+  some.residual.clear();
+  write_exr(folder / "a.exr", some, {});
+  Imf::InputFile file((folder / "a.exr").c_str());
+  std::vector<std::string> names;
+  for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c)
+    names.push_back(c.name());
+  EXPECT_THAT(names, testing::UnorderedElementsAre("Z", "A", "P.X", "P.Y", "P.Z", "id"));
+  const auto alpha = read_channel<float>(file, "A", Imf::FLOAT);
+  for (std::size_t k = 0; k < alpha.size(); ++k)
+    ASSERT_EQ(alpha[k], all.kind[k] == Kind::none ? 0.0f : 1.0f);
+  const Surface read = read_exr(folder / "a.exr");
+  EXPECT_EQ(read.depth, all.depth);
+  EXPECT_EQ(read.position, all.position);
+  EXPECT_EQ(read.group, all.group);
+  EXPECT_TRUE(read.normal.empty());
+  EXPECT_TRUE(read.kind.empty());
+  EXPECT_TRUE(read.residual.empty());
+}
+
 TEST(Exr, MotionIsAddedAndChangesNothingElse) {
   const TemporaryFolder folder;
   const Surface moving = moving_surface();
