@@ -11,6 +11,7 @@
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "origin.hpp"
+#include "parallel.hpp"
 #include "pipeline.hpp"
 #include "to_world.hpp"
 #include "velocities.hpp"
@@ -151,8 +152,10 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
     origin = origin_of(low, high, sample);
   }
   const View view = make_view(camera, surface.particle_radius, origin);
-  return to_world(device, view, run_pipeline(device, view, world, params, timings),
-                  std::move(surface), params, timings);
+  return on_threads(host_threads(device.info()), [&] {
+    return to_world(device, view, run_pipeline(device, view, world, params, timings),
+                    std::move(surface), params, timings);
+  });
 }
 
 }  // namespace meniscus

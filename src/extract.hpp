@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 
@@ -19,5 +20,10 @@ inline constexpr std::int64_t kStreamed = std::int64_t{1} << 18;
 ///   order  of the particles with finite coordinates, canonical
 double choose_radius(const Particles& particles, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings);
+
+/// How many threads the host's loops of a frame may use on a device; 0: all there are.
+inline unsigned host_threads(const DeviceInfo& device) {
+  return device.is_part ? device.compute_units : 0;
+}
 
 }  // namespace meniscus

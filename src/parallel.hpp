@@ -4,6 +4,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <cstddef>
 
@@ -29,6 +30,13 @@ void parallel_both(const First& first, const Second& second) {
     if (begin == 0) first();
     if (end == 2) second();
   });
+}
+
+/// work(), whose loops keep to so many threads, the calling one among them. 0: no limit.
+template <class Work>
+auto on_threads(unsigned threads, const Work& work) {
+  if (threads == 0) return work();
+  return tbb::task_arena(static_cast<int>(threads)).execute(work);
 }
 
 /// Limits parallel_for to so many threads from now on, the calling one among them.

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <mutex>
+#include <set>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace meniscus {
@@ -36,6 +39,24 @@ TEST(ParallelFor, PassesOnWhatIsThrown) {
                             [](std::size_t begin, std::size_t) {
                               if (begin == 0) throw std::runtime_error("first");
                             }),
+               std::runtime_error);
+}
+
+TEST(OnThreads, LoopsKeepToTheNumberOfThreads) {
+  const auto threads_in = [](unsigned threads) {
+    return on_threads(threads, [] {
+      std::set<std::thread::id> seen;
+      std::mutex adding;
+      parallel_for(2000, 1, [&](std::size_t, std::size_t) {
+        const std::scoped_lock lock(adding);
+        seen.insert(std::this_thread::get_id());
+      });
+      return seen;
+    });
+  };
+  EXPECT_EQ(threads_in(1), std::set{std::this_thread::get_id()});
+  EXPECT_LE(threads_in(2).size(), 2u);
+  EXPECT_THROW(on_threads(1, []() -> int { throw std::runtime_error("in there"); }),
                std::runtime_error);
 }
 

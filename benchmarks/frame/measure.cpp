@@ -44,14 +44,15 @@ void repeat(const FrameBenchOptions& options, const Frame& frame) {
   for (int k = 0; k < options.least_frames || all.wall_ms() < 1e3 * options.seconds; ++k) frame();
 }
 
-// Frames overlapped: each thread has a Device of its own on the same OpenCL device.
+// Frames overlapped: each thread has a Device of its own, a part of the OpenCL device where that
+// can be divided.
 void measure_overlapped(const DeviceInfo& info, const FrameInput& input,
                         const Parameters& parameters, const FrameBenchOptions& options,
                         FrameFigures& figures) {
   const int threads = std::max(1, options.in_flight);
   std::vector<std::unique_ptr<Device>> devices;
-  for (int k = 0; k < threads; ++k) {
-    devices.push_back(std::make_unique<Device>(info));
+  for (const DeviceInfo& part : divided(info, threads)) {
+    devices.push_back(std::make_unique<Device>(part));
     extract_frame(*devices.back(), input, parameters, options);  // builds its kernels
   }
   const int frames =

@@ -31,6 +31,7 @@ struct DeviceInfo {
   std::uint64_t largest_group = 0;   // work-items
   bool usable = false;               // can run the kernels
   std::string problem;               // why it is not usable
+  bool is_part = false;              // has processors of its own, see divided()
   cl::Device handle;
 };
 
@@ -46,6 +47,12 @@ std::vector<DeviceInfo> list_devices(std::vector<std::string>* problems = nullpt
 /// units, then the lower index. `why`, when given, receives the reason in words.
 /// Throws DeviceError naming the devices there are.
 DeviceInfo select_device(const std::string& selector = "", std::string* why = nullptr);
+
+/// Devices for so many frames that are extracted at the same time: parts of a CPU with about as
+/// many compute units each, to which the host's loops of such a frame keep, too, so that no frame
+/// waits for another one's threads; or, where `info` cannot be divided so (few compute units,
+/// GPUs), as many times `info` itself. What is computed is the same.
+std::vector<DeviceInfo> divided(const DeviceInfo& info, int parts);
 
 /// An opened device: context, queue, built kernels. Not for use by two threads at once.
 class Device {

@@ -79,11 +79,13 @@ class Batch {
 
   BatchOutcome run() {
     // PoCL and drivers take their time to open a device, so all open at once.
+    const int in_flight = static_cast<int>(std::min(static_cast<std::size_t>(settings_.in_flight),
+                                                    std::max<std::size_t>(1, jobs_.size())));
     std::vector<std::future<Worker>> opening;
     for (std::size_t which = 0; which < settings_.devices.size(); ++which)
-      for (int k = 0; k < settings_.in_flight; ++k)
-        opening.push_back(std::async(std::launch::async, [this, which] {
-          return Worker{Device(settings_.devices[which]), which};
+      for (DeviceInfo& part : divided(settings_.devices[which], in_flight))
+        opening.push_back(std::async(std::launch::async, [part = std::move(part), which] {
+          return Worker{Device(part), which};
         }));
     for (std::future<Worker>& worker : opening) workers_.push_back(worker.get());
 

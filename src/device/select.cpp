@@ -234,4 +234,27 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
   return *best;
 }
 
+std::vector<DeviceInfo> divided(const DeviceInfo& info, int frames) {
+  std::vector<DeviceInfo> devices(static_cast<std::size_t>(frames), info);
+  const unsigned units = info.compute_units;
+  const unsigned parts = std::min(static_cast<unsigned>(frames), units);
+  if (info.kind != DeviceKind::cpu || parts < 2) return devices;
+  std::vector<cl_device_partition_property> wanted{CL_DEVICE_PARTITION_BY_COUNTS};
+  for (unsigned k = 0; k < parts; ++k) wanted.push_back(units / parts + (k < units % parts));
+  wanted.insert(wanted.end(), {CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0});
+  std::vector<cl::Device> handles;
+  try {
+    cl::Device(info.handle).createSubDevices(wanted.data(), &handles);
+  } catch (const cl::Error&) {
+    return devices;  // few drivers can
+  }
+  if (handles.size() != parts) return devices;
+  for (std::size_t k = 0; k < devices.size(); ++k) {
+    devices[k].handle = handles[k % parts];
+    devices[k].compute_units = devices[k].handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+    devices[k].is_part = true;
+  }
+  return devices;
+}
+
 }  // namespace meniscus

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include "device/device.hpp"
 
 namespace meniscus {
@@ -66,6 +68,40 @@ TEST(SelectDevice, NamesTheDevicesThereAreWhenNoneMatches) {
   EXPECT_THAT(error_of("99"), HasSubstr("matches \"99\""));
   // Too long for a number: looked for among the names.
   EXPECT_THAT(error_of("99999999999999999999"), HasSubstr("no usable OpenCL device matches"));
+}
+
+TEST(DividedDevice, HasPartsThatTogetherAreItOrIsItself) {
+  const DeviceInfo whole = select_device("cpu");
+  for (const int frames : {1, 2, 3, 5}) {
+    const std::vector<DeviceInfo> parts = divided(whole, frames);
+    ASSERT_EQ(parts.size(), static_cast<std::size_t>(frames));
+    unsigned units = 0, own = 0;
+    for (const DeviceInfo& part : parts) {
+      EXPECT_EQ(part.name, whole.name);
+      EXPECT_EQ(part.is_part, parts[0].is_part);
+      if (!part.is_part) {
+        EXPECT_EQ(part.handle(), whole.handle());
+      } else if (own++ < whole.compute_units) {  // further frames share parts
+        EXPECT_NE(part.handle(), whole.handle());
+        units += part.compute_units;
+      }
+    }
+    EXPECT_EQ(parts[0].is_part ? units : whole.compute_units, whole.compute_units);
+    if (whole.platform == "Portable Computing Language" && whole.compute_units > 1) {
+      EXPECT_EQ(parts[0].is_part, frames > 1) << "PoCL can be divided";
+    }
+  }
+}
+
+TEST(DividedDevice, PartsOfDifferentFramesComputeAtTheSameTime) {
+  const std::vector<float> values(100'000, 2.5f);
+  std::vector<std::future<std::vector<float>>> copies;
+  for (const DeviceInfo& part : divided(select_device("cpu"), 3))
+    copies.push_back(std::async(std::launch::async, [&values, part] {
+      Device device(part);
+      return download(device, upload(device, values));
+    }));
+  for (auto& copy : copies) EXPECT_EQ(copy.get(), values);
 }
 
 class OpenDevice : public testing::Test {
