@@ -14,9 +14,10 @@ namespace {
 std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& image,
                        const std::vector<float>& residuals, const Aovs& aovs, Surface& surface) {
   const std::size_t pixels = image.grid.size(), nx = static_cast<std::size_t>(image.grid.nx);
-  const HostView depth(device, image.depth), normal(device, image.normal);
-  const HostView group(device, image.group);
-  const HostView kind(device, image.kind);
+  const HostView depth(device, image.depth);
+  const HostView normal(device, aovs.normal ? image.normal : Buffer<float>{});
+  const HostView group(device, aovs.group || aovs.residual ? image.group : Buffer<cl_int>{});
+  const HostView kind(device, aovs.kind ? image.kind : Buffer<cl_uchar>{});
   parallel_both(
       [&] {
         surface.depth.resize(pixels, kNoSurface);
