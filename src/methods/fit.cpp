@@ -173,9 +173,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       [&] {
         triangulated = triangulate_without_pits(
             view, projected, more_visible(fitted, params.visible.owned), params.triangle);
-        normals = first_normals(
-            view, projected, fitted, triangulated.mesh,
-            smooth_normals(triangulated.mesh, params.merge.smoothing_rounds));
+        normals = first_normals(view, projected, fitted, triangulated.mesh,
+                                smooth_normals(triangulated.mesh, params.merge.smoothing_rounds));
       },
       [&] {
         found = find_surface(fitted, host_cells, download(device, field));

@@ -239,8 +239,9 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
   FitNeighbours neighbours;
   for (FitLists& lists :
        list_neighbours(projected, centre, around, params.support, most_slots(device))) {
-    const auto particle = upload(device, lists.particle), neighbour = upload(device, lists.neighbour),
-               first = upload(device, lists.first), length = upload(device, lists.length);
+    const auto particle = upload(device, lists.particle),
+               neighbour = upload(device, lists.neighbour), first = upload(device, lists.first),
+               length = upload(device, lists.length);
     neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
   }
   return neighbours;
@@ -261,8 +262,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     const std::size_t lanes = part.lists.fit.size();
     parts.push_back({part.lists, part.particle, part.neighbour, part.first, part.length,
                      supports(device, part.lists, rho), allocate<float>(device, 10 * lanes),
-                     allocate<float>(device, lanes),
-                     allocate<float>(device, part.neighbour.size)});
+                     allocate<float>(device, lanes), allocate<float>(device, part.neighbour.size)});
   }
   const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
   const cl_float4 weighing{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}};

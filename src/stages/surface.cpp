@@ -105,8 +105,12 @@ FieldSurface find_surface(const Visible& seen, const Cells& cells,
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       std::int32_t& own = position[cells.item[p]];
-      const double steep = 2 * length(descent_at(p));                          // 1/s
-      if (own != kSeen && !(steep > 0.1 && openness(p, steep) > 0.01)) continue;  // most of them
+      if (own != kSeen) {
+        const Vec3d descent = descent_at(p);
+        if (!(dot(descent, descent) > 0.002)) continue;  // most of them; decides but near 0.0025
+        const double steep = 2 * length(descent);        // 1/s
+        if (!(steep > 0.1 && openness(p, steep) > 0.01)) continue;
+      }
       own = static_cast<std::int32_t>(p);
     }
   });
@@ -119,8 +123,7 @@ FieldSurface find_surface(const Visible& seen, const Cells& cells,
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t p = static_cast<std::size_t>(position[surface.index[k]]);
       surface.descent[k] = descent_at(p);
-      surface.weight[k] =
-          std::max(openness(p, 2 * length(surface.descent[k])), kLeastVisibility);
+      surface.weight[k] = std::max(openness(p, 2 * length(surface.descent[k])), kLeastVisibility);
     }
   });
   return surface;
@@ -156,8 +159,9 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      if (around.weight[k] < kOpen) continue;
       const std::int32_t i = around.index[k];
+      if (around.weight[k] < kOpen || std::binary_search(seen.index.begin(), seen.index.end(), i))
+        continue;
       const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
       visit_near(cells, x, y, z, [&](std::int32_t p) {
         const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;

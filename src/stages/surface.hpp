@@ -60,16 +60,16 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 /// All particles on the surface: with the density C and its gradient at the particle, in s,
 ///   u = smoothstep(.22, .42, hypot(|grad C|, 1.5 max(0, .97 - C))),
 /// 0 inside the fluid, 1 on a face (|grad C| = .51, C = .85) and in a single layer (0, .70). Hidden
-/// particles with u below .01, or whose normal the field does not tell (|grad C| below .1), are left
-/// out.
+/// particles with u below .01, or whose normal the field does not tell (|grad C| below .1), are
+/// left out.
 ///
 ///   cells      of all projected particles, side kDensitySupport
 ///   gradients  [4][n] of measure_gradients over these cells
 FieldSurface find_surface(const Visible& seen, const Cells& cells,
                           const std::vector<float>& gradients);
 
-/// Gives them normals: the descent of C, where that is flat (.15 .. .35) and the particle is seen its
-/// normal in the triangulation.
+/// Gives them normals: the descent of C, where that is flat (.15 .. .35) and the particle is seen
+/// its normal in the triangulation.
 ///
 ///   normals  [seen] first_normals of the seen particles
 SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,

@@ -5,8 +5,8 @@
 
 #include "stages/density.hpp"
 #include "stages/stage_test_support.hpp"
-#include "verify/references/mesh_by_hand.hpp"
 #include "stages/surface.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "verify/reference/surface.hpp"
 #include "stages/surface_by_hand.hpp"
+#include "verify/reference/surface.hpp"
 
 namespace meniscus {
 namespace {

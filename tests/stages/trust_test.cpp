@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
-#include "verify/reference/density.hpp"
 #include "stages/surface_by_hand.hpp"
+#include "verify/reference/density.hpp"
 
 namespace meniscus {
 namespace {
