@@ -129,9 +129,11 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
     low[k] = least;
     high[k] = most;
   };
-  gather(particles.x, world.x, 0);
-  gather(particles.y, world.y, 1);
-  gather(particles.z, world.z, 2);
+  const std::array axes{std::pair{&particles.x, &world.x}, std::pair{&particles.y, &world.y},
+                        std::pair{&particles.z, &world.z}};
+  parallel_for(axes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) gather(*axes[k].first, *axes[k].second, k);
+  });
   if (!particles.radius.empty())
     for (const std::size_t i : order)
       world.scale.push_back(static_cast<float>(particles.radius[i] / surface.particle_radius));

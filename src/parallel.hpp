@@ -23,12 +23,13 @@ void parallel_for(std::size_t n, std::size_t grain, const Work& work) {
                     [&](const auto& range) { work(range.begin(), range.end()); });
 }
 
-/// Calls first() and second(), at the same time where there is a thread for it.
+/// Calls first() and second(), at the same time where there is a thread for it. A thread that waits
+/// for loops of the one does not take up the other.
 template <class First, class Second>
 void parallel_both(const First& first, const Second& second) {
   parallel_for(2, 1, [&](std::size_t begin, std::size_t end) {
-    if (begin == 0) first();
-    if (end == 2) second();
+    if (begin == 0) tbb::this_task_arena::isolate(first);
+    if (end == 2) tbb::this_task_arena::isolate(second);
   });
 }
 

@@ -60,6 +60,35 @@ TEST(OnThreads, LoopsKeepToTheNumberOfThreads) {
                std::runtime_error);
 }
 
+TEST(ParallelBoth, CallsEachOnceAndNeverTheOneWithinTheOther) {
+  static thread_local bool within = false;  // a thread is in first()
+  for (int run = 0; run < 200; ++run) {
+    std::atomic<int> first{0}, second{0}, nested{0}, inner{0};
+    parallel_both(
+        [&] {
+          within = true;
+          ++first;
+          parallel_for(64, 1, [&](std::size_t begin, std::size_t end) {
+            inner += static_cast<int>(end - begin);
+          });
+          within = false;
+        },
+        [&] {
+          nested += within;
+          ++second;
+        });
+    EXPECT_EQ(first, 1);
+    EXPECT_EQ(second, 1);
+    EXPECT_EQ(inner, 64);
+    EXPECT_EQ(nested, 0);
+  }
+}
+
+TEST(ParallelBoth, PassesOnWhatIsThrown) {
+  EXPECT_THROW(parallel_both([] {}, [] { throw std::runtime_error("second"); }),
+               std::runtime_error);
+}
+
 TEST(ParallelFor, KeepsToTheLimitOfThreads) {
   limit_threads(1);
   std::atomic<int> inside{0}, most{0};

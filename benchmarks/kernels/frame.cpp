@@ -80,17 +80,22 @@ const Cells& Frame::cells() {
   return *cells_;
 }
 
-const SurfaceParticles& Frame::surface() {
-  if (!surface_) {
+const FieldSurface& Frame::found() {
+  if (!found_) {
     const Buffer<float> field =
         measure_gradients(device, upload_cells(device, cells()), Measured::near_air);
-    surface_ = find_surface(projected(), seen(), normals(), cells(), download(device, field));
+    found_ = find_surface(seen(), cells(), download(device, field));
   }
+  return *found_;
+}
+
+const SurfaceParticles& Frame::surface() {
+  if (!surface_) surface_ = with_normals(found(), seen(), normals());
   return *surface_;
 }
 
 const Visible& Frame::rim() {
-  if (!rim_) rim_ = with_rim(projected(), seen(), surface());
+  if (!rim_) rim_ = with_rim(projected(), seen(), found());
   return *rim_;
 }
 

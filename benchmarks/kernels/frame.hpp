@@ -38,6 +38,7 @@ class Frame {
   const Triangulation& mesh();
   const std::vector<Vec3d>& normals();  // first normals of the seen particles
   const Cells& cells();                 // of the projected particles
+  const FieldSurface& found();
   const SurfaceParticles& surface();
   const Visible& rim();  // the particles that are fitted
   const ParticleFits& fits();
@@ -66,6 +67,7 @@ class Frame {
   std::optional<Triangulation> mesh_;
   std::optional<std::vector<Vec3d>> normals_;
   std::optional<Cells> cells_;
+  std::optional<FieldSurface> found_;
   std::optional<SurfaceParticles> surface_;
   std::optional<ParticleFits> fits_;
   std::map<Method, Frames> frames_;

@@ -1,6 +1,9 @@
 // Method fit: a quadric around every particle of the surface near the visible ones, blended in
 // sheets; the density field where no fit can be trusted.
+#include <utility>
+
 #include "methods/methods.hpp"
+#include "parallel.hpp"
 #include "stage_clock.hpp"
 #include "stages/behind.hpp"
 #include "stages/blend.hpp"
@@ -156,21 +159,32 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const SplatParticles body = upload_splats(device, projected, split.body);
   const Visible fitted = find_visible(device, view, projected, split.body, body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
-  // The device measures the field while the host triangulates.
-  clock.start("field");
+  clock.start("surface");
   const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
   const DeviceCells levelled = level_cells(device, cells, field, params.region);
-  clock.start("triangulate");
-  const auto [visible, mesh] = triangulate_without_pits(
-      view, projected, more_visible(fitted, params.visible.owned), params.triangle);
-  clock.start("surface");
-  const std::vector<Vec3d> normals = first_normals(
-      view, projected, fitted, mesh, smooth_normals(mesh, params.merge.smoothing_rounds));
-  const SurfaceParticles around =
-      find_surface(projected, fitted, normals, host_cells, download(device, field));
-  const Visible rim = with_rim(projected, fitted, around);
+  // Triangles keep one processor busy; meanwhile the field is measured, and the surface's
+  // particles and their neighbours are found. That side alone has the device.
+  SeenMesh triangulated;
+  std::vector<Vec3d> normals;
+  FieldSurface found;
+  Visible rim;
+  FitNeighbours neighbours;
+  parallel_both(
+      [&] {
+        triangulated = triangulate_without_pits(
+            view, projected, more_visible(fitted, params.visible.owned), params.triangle);
+        normals = first_normals(view, projected, fitted, triangulated.mesh,
+                                smooth_normals(triangulated.mesh, params.merge.smoothing_rounds));
+      },
+      [&] {
+        found = find_surface(fitted, host_cells, download(device, field));
+        rim = with_rim(projected, fitted, found);
+        neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit);
+      });
+  const auto& [visible, mesh] = triangulated;
   clock.start("fit");
-  const ParticleFits fits = fit_particles(device, projected, rim, around, params.fit);
+  const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
+  const ParticleFits fits = fit_particles(device, projected, rim, around, neighbours, params.fit);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
   const BlendRecords records =

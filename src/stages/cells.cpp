@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "parallel.hpp"
+
 namespace meniscus {
 
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
@@ -12,31 +14,39 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
   const std::uint32_t buckets =
       std::max(std::bit_ceil(static_cast<std::uint32_t>(n / 2 + 1)), kFewestBuckets);
   cells.mask = buckets - 1;
-  cells.start.assign(buckets + 1, 0);
+  constexpr std::size_t kGrain = 4096;  // points that are worth a thread
   std::vector<std::uint32_t> bucket(n), tag(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::int32_t cx = cell_of(x[i], cells.inverse_cell),
-                       cy = cell_of(y[i], cells.inverse_cell),
-                       cz = cell_of(z[i], cells.inverse_cell);
-    bucket[i] = bucket_of(cx, cy, cz, cells.mask);
-    tag[i] = tag_of(cx, cy, cz);
-    ++cells.start[bucket[i] + 1];
-  }
-  for (std::size_t b = 0; b < buckets; ++b) cells.start[b + 1] += cells.start[b];
-  std::vector<std::int32_t> next(cells.start.begin(), cells.start.end() - 1);
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::int32_t cx = cell_of(x[i], cells.inverse_cell),
+                         cy = cell_of(y[i], cells.inverse_cell),
+                         cz = cell_of(z[i], cells.inverse_cell);
+      bucket[i] = bucket_of(cx, cy, cz, cells.mask);
+      tag[i] = tag_of(cx, cy, cz);
+    }
+  });
+  // Where bucket b begins stands at b + 1, until the points that go there have moved it to b's end.
+  cells.start.assign(buckets + 2, 0);
+  for (const std::uint32_t b : bucket) ++cells.start[b + 2];
+  for (std::size_t b = 0; b < buckets; ++b) cells.start[b + 2] += cells.start[b + 1];
+  cells.item.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    cells.item[static_cast<std::size_t>(cells.start[bucket[i] + 1]++)] =
+        static_cast<std::int32_t>(i);
+  cells.start.pop_back();
   cells.x.resize(n);
   cells.y.resize(n);
   cells.z.resize(n);
   cells.tag.resize(n);
-  cells.item.resize(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t place = static_cast<std::size_t>(next[bucket[i]]++);
-    cells.x[place] = x[i];
-    cells.y[place] = y[i];
-    cells.z[place] = z[i];
-    cells.tag[place] = tag[i];
-    cells.item[place] = static_cast<std::int32_t>(i);
-  }
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::size_t i = static_cast<std::size_t>(cells.item[p]);
+      cells.x[p] = x[i];
+      cells.y[p] = y[i];
+      cells.z[p] = z[i];
+      cells.tag[p] = tag[i];
+    }
+  });
   return cells;
 }
 

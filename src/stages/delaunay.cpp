@@ -4,6 +4,8 @@
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "stages/triangulate.hpp"
 
@@ -15,31 +17,45 @@ using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Ker
 using Structure = CGAL::Triangulation_data_structure_2<VertexBase>;
 using Delaunay = CGAL::Delaunay_triangulation_2<Kernel, Structure>;
 
-// A point on its way into the triangulation: along boustrophedon rows of the screen.
-struct Place {
-  long row;
-  double u, v;
-  std::int32_t index;
-};
-
-std::vector<Place> rows_of(const std::vector<ScreenPoint>& points) {
-  double low = 0, high = 1;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    low = i ? std::min(low, points[i].v) : points[i].v;
-    high = i ? std::max(high, points[i].v) : points[i].v;
+// Where a cell of a square of 2^bits cells lies along Hilbert's curve through all of them.
+std::uint32_t along_curve(std::uint32_t x, std::uint32_t y, int bits) {
+  std::uint32_t place = 0;
+  for (std::uint32_t side = 1u << (bits - 1); side > 0; side /= 2) {
+    const bool right = (x & side) != 0, low = (y & side) != 0;
+    place = 4 * place + ((right ? 3 : 0) ^ (low ? 1 : 0));
+    if (low) continue;
+    if (right) {
+      x = ~x;
+      y = ~y;
+    }
+    std::swap(x, y);
   }
-  const double rows = std::max(1.0, std::sqrt(static_cast<double>(points.size()) / 2));
-  const double per_row = std::max((high - low) / rows, 1e-9);
-  std::vector<Place> order(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
-    order[i] = {static_cast<long>((points[i].v - low) / per_row), points[i].u, points[i].v,
-                static_cast<std::int32_t>(i)};
-  std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) {
-    if (a.row != b.row) return a.row < b.row;
-    if (a.u != b.u) return (a.u < b.u) == (a.row % 2 == 0);
-    if (a.v != b.v) return a.v < b.v;
-    return a.index < b.index;  // of equal points the first stays
-  });
+  return place;
+}
+
+// The order in which points go into the triangulation: every 64th, every 16th, every fourth, then
+// all others, each time along a curve. Few triangles are made in vain, and the walk to each is
+// short.
+std::vector<std::int32_t> insertion_order(const std::vector<ScreenPoint>& points) {
+  constexpr int kBits = 8;
+  ScreenPoint low{INFINITY, INFINITY}, high{-INFINITY, -INFINITY};
+  for (const ScreenPoint& p : points) {
+    low = {std::min(low.u, p.u), std::min(low.v, p.v)};
+    high = {std::max(high.u, p.u), std::max(high.v, p.v)};
+  }
+  const double scale = ((1 << kBits) - 1) / std::max({high.u - low.u, high.v - low.v, 1e-9});
+  std::vector<std::uint64_t> keys(points.size());  // round, place on the curve, index
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint64_t round = i % 64 == 0 ? 0 : i % 16 == 0 ? 1 : i % 4 == 0 ? 2 : 3;
+    const std::uint64_t place =
+        along_curve(static_cast<std::uint32_t>((points[i].u - low.u) * scale),
+                    static_cast<std::uint32_t>((points[i].v - low.v) * scale), kBits);
+    keys[i] = round << 62 | place << 32 | i;
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::int32_t> order(points.size());
+  for (std::size_t k = 0; k < order.size(); ++k)
+    order[k] = static_cast<std::int32_t>(keys[k] & 0xffffffffu);
   return order;
 }
 
@@ -60,14 +76,16 @@ void ScreenDelaunay::Net::insert_all() {
   triangulation.clear();
   vertex.assign(points.size(), nullptr);
   Delaunay::Face_handle hint;
-  for (const Place& place : rows_of(points)) {
+  for (const std::int32_t index : insertion_order(points)) {
     const std::size_t before = triangulation.number_of_vertices();
-    const auto at = triangulation.insert({place.u, place.v}, hint);
-    if (triangulation.number_of_vertices() > before) {
-      at->info() = place.index;
-      vertex[place.index] = at;
-    }
+    const auto at = triangulation.insert({points[index].u, points[index].v}, hint);
     hint = at->face();
+    if (triangulation.number_of_vertices() == before) {  // of equal points the first stays
+      if (at->info() < index) continue;
+      vertex[at->info()] = nullptr;
+    }
+    at->info() = index;
+    vertex[index] = at;
   }
 }
 
@@ -79,18 +97,29 @@ ScreenDelaunay::ScreenDelaunay(const std::vector<ScreenPoint>& points)
 
 ScreenDelaunay::~ScreenDelaunay() = default;
 
-void ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
+std::vector<std::int32_t> ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
   Net& net = *net_;
   // A point at the place of one that goes would have to come in.
   const bool again = net.triangulation.dimension() < 2 ||
                      std::count(net.vertex.begin(), net.vertex.end(), nullptr) > 0;
+  std::vector<char> touched(net.points.size(), again ? 1 : 0);
+  if (!again)
+    for (const std::int32_t i : indices) {
+      auto around = net.triangulation.incident_vertices(net.vertex[i]);
+      for (const auto first = around; around != nullptr;) {
+        if (!net.triangulation.is_infinite(around)) touched[around->info()] = 1;
+        if (++around == first) break;
+      }
+      net.triangulation.remove(net.vertex[i]);
+    }
+  std::vector<std::int32_t> changed;
   std::size_t kept = 0, next = 0;
   for (std::size_t i = 0; i < net.points.size(); ++i) {
     if (next < indices.size() && indices[next] == static_cast<std::int32_t>(i)) {
       ++next;
-      if (!again) net.triangulation.remove(net.vertex[i]);
       continue;
     }
+    if (touched[i]) changed.push_back(static_cast<std::int32_t>(kept));
     net.points[kept] = net.points[i];
     net.vertex[kept] = net.vertex[i];
     if (!again) net.vertex[kept]->info() = static_cast<std::int32_t>(kept);
@@ -99,6 +128,7 @@ void ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
   net.points.resize(kept);
   net.vertex.resize(kept);
   if (again) net.insert_all();
+  return changed;
 }
 
 std::vector<std::array<std::int32_t, 3>> ScreenDelaunay::triangles() const {

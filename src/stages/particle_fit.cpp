@@ -122,7 +122,7 @@ std::size_t most_slots(Device& device) {
 // Lists on the device, and the fits of their lanes.
 struct Lanes {
   const FitLists& lists;
-  Buffer<cl_int> particle, neighbour, first, length;
+  const Buffer<cl_int>&particle, &neighbour, &first, &length;
   Buffer<float> support;   // [lanes] rho, particle radii
   Buffer<float> quadric;   // [10][lanes] through the particles
   Buffer<float> residual;  // [lanes] particle radii; negative: no fit
@@ -233,25 +233,36 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
   return parts;
 }
 
+FitNeighbours find_neighbours(Device& device, const Projected& projected,
+                              const std::vector<std::int32_t>& centre,
+                              const std::vector<std::int32_t>& around, const FitParams& params) {
+  FitNeighbours neighbours;
+  for (FitLists& lists :
+       list_neighbours(projected, centre, around, params.support, most_slots(device))) {
+    const auto particle = upload(device, lists.particle),
+               neighbour = upload(device, lists.neighbour), first = upload(device, lists.first),
+               length = upload(device, lists.length);
+    neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
+  }
+  return neighbours;
+}
+
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                           const SurfaceParticles& around, const FitParams& params) {
+                           const SurfaceParticles& around, const FitNeighbours& neighbours,
+                           const FitParams& params) {
   const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
   const FitRecords records = fit_records(projected, around);
   const auto places = upload(device, records.place);
   Buffer<float> normals = upload(device, records.normal), turned = upload(device, records.normal);
-  const std::vector<FitLists> lists =
-      list_neighbours(projected, seen.index, around.index, params.support, most_slots(device));
   std::vector<float> rho(count, static_cast<float>(params.support));
   std::vector<Lanes> parts;
-  for (const FitLists& part : lists) {
-    const std::size_t lanes = part.fit.size();
-    parts.push_back({part, upload(device, part.particle), upload(device, part.neighbour),
-                     upload(device, part.first), upload(device, part.length),
-                     supports(device, part, rho), allocate<float>(device, 10 * lanes),
-                     allocate<float>(device, lanes),
-                     allocate<float>(device, part.neighbour.size())});
+  for (const FitNeighbours::Part& part : neighbours.parts) {
+    const std::size_t lanes = part.lists.fit.size();
+    parts.push_back({part.lists, part.particle, part.neighbour, part.first, part.length,
+                     supports(device, part.lists, rho), allocate<float>(device, 10 * lanes),
+                     allocate<float>(device, lanes), allocate<float>(device, part.neighbour.size)});
   }
   const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
   const cl_float4 weighing{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}};
@@ -300,8 +311,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     const std::size_t lanes = parts[part].residual.size;
     const HostView c(device, parts[part].quadric), row(device, rows[part]);
     for (std::size_t l = 0; l < lanes; ++l) {
-      if (lists[part].fit[l] < 0) continue;
-      const std::size_t k = static_cast<std::size_t>(lists[part].fit[l]);
+      if (parts[part].lists.fit[l] < 0) continue;
+      const std::size_t k = static_cast<std::size_t>(parts[part].lists.fit[l]);
       fits.edge[k] = row[l];
       fits.spread[k] = row[lanes + l];
       fits.supporters[k] = row[2 * lanes + l];

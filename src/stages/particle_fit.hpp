@@ -52,6 +52,21 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
                                       const std::vector<std::int32_t>& around, double reach,
                                       std::size_t most_slots);
 
+/// Lists of neighbours on the device, and the fits of their lanes.
+struct FitNeighbours {
+  struct Part {
+    FitLists lists;
+    Buffer<cl_int> particle, neighbour, first, length;
+  };
+  std::vector<Part> parts;
+};
+
+/// What fit_particles needs of places alone: the neighbours within params.support of each of
+/// `centre` among the surface's particles `around`. Waits. Throws DeviceError.
+FitNeighbours find_neighbours(Device& device, const Projected& projected,
+                              const std::vector<std::int32_t>& centre,
+                              const std::vector<std::int32_t>& around, const FitParams& params);
+
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
 /// (kernel fit_particles), each with the normals and the one-sided robust weights of the pass
 /// before. The last pass narrows the support where one quadric cannot follow the surface:
@@ -61,11 +76,21 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
 /// with r the mean residual of the fits on the same sheet within six radii, particle radii, and
 /// r_05 the 5th percentile of all residuals, which noise alone explains.
 ///
-///   seen    particles to fit, ascending
-///   around  the surface, `seen` among it
+///   seen        particles to fit, ascending
+///   around      the surface, `seen` among it
+///   neighbours  of `seen` around
 ///
 /// Waits. Throws DeviceError.
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                           const SurfaceParticles& around, const FitParams& params);
+                           const SurfaceParticles& around, const FitNeighbours& neighbours,
+                           const FitParams& params);
+
+/// The same, with a search for the neighbours.
+inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
+                                  const SurfaceParticles& around, const FitParams& params) {
+  return fit_particles(device, projected, seen, around,
+                       find_neighbours(device, projected, seen.index, around.index, params),
+                       params);
+}
 
 }  // namespace meniscus

@@ -1,6 +1,10 @@
 #include "stages/project.hpp"
 
 #include <algorithm>
+#include <array>
+#include <utility>
+
+#include "parallel.hpp"
 
 namespace meniscus {
 namespace {
@@ -47,27 +51,29 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
            from_world, row(view.u_row), row(view.v_row), row(view.w_row), extent, size);
     const HostView e(device, eye), on_screen(device, screen);
     const float *u = on_screen.data(), *v = u + stride, *ku = v + stride, *kv = ku + stride;
-    std::vector<std::uint32_t> index;  // of those in view, in this chunk
-    index.reserve(count);
+    const std::size_t had = kept.index.size();
+    kept.index.reserve(had + count);
     for (std::size_t i = 0; i < count; ++i)
-      if (ku[i] > 0) index.push_back(static_cast<std::uint32_t>(i));
-    const auto keep = [&](std::vector<float>& to, const float* from) {
-      const std::size_t had = to.size();
-      to.resize(had + index.size());
-      for (std::size_t k = 0; k < index.size(); ++k) to[had + k] = from[index[k]];
-    };
-    keep(kept.x, e.data());
-    keep(kept.y, e.data() + stride);
-    keep(kept.z, e.data() + 2 * stride);
-    keep(kept.u, u);
-    keep(kept.v, v);
-    keep(kept.ku, ku);
-    keep(kept.kv, kv);
-    for (const std::uint32_t i : index) kept.index.push_back(static_cast<std::uint32_t>(first + i));
-    if (particles.scale.empty())
-      kept.scale.resize(kept.x.size(), 1.0f);
-    else
-      keep(kept.scale, particles.scale.data() + first);
+      if (ku[i] > 0) kept.index.push_back(static_cast<std::uint32_t>(first + i));
+    const float* const scale_of =
+        particles.scale.empty() ? nullptr : particles.scale.data() + first;
+    const std::array<std::pair<std::vector<float>*, const float*>, 8> rows{
+        {{&kept.x, e.data()},
+         {&kept.y, e.data() + stride},
+         {&kept.z, e.data() + 2 * stride},
+         {&kept.u, u},
+         {&kept.v, v},
+         {&kept.ku, ku},
+         {&kept.kv, kv},
+         {&kept.scale, scale_of}}};
+    parallel_for(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        const auto [to, from] = rows[row];
+        to->resize(kept.index.size(), 1.0f);
+        if (!from) continue;
+        for (std::size_t k = had; k < to->size(); ++k) (*to)[k] = from[kept.index[k] - first];
+      }
+    });
   }
   return kept;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "parallel.hpp"
 
@@ -40,9 +41,12 @@ Visible more_visible(const Visible& visible, double least_owned) {
 std::vector<std::int32_t> places_in(const std::vector<std::int32_t>& index,
                                     const std::vector<std::int32_t>& particles) {
   std::vector<std::int32_t> places;
-  for (const std::int32_t i : particles)
-    places.push_back(
-        static_cast<std::int32_t>(std::lower_bound(index.begin(), index.end(), i) - index.begin()));
+  places.reserve(particles.size());
+  auto place = index.begin();
+  for (const std::int32_t i : particles) {
+    while (*place != i) ++place;
+    places.push_back(static_cast<std::int32_t>(place - index.begin()));
+  }
   return places;
 }
 
@@ -84,36 +88,70 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
   return surface;
 }
 
-SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
-                              const std::vector<Vec3d>& normals, const Cells& cells,
-                              const std::vector<float>& gradients) {
-  const std::size_t n = projected.size();
-  std::vector<std::int32_t> bucket(n), place(n, -1);
-  for (std::size_t p = 0; p < n; ++p) bucket[cells.item[p]] = static_cast<std::int32_t>(p);
-  for (std::size_t k = 0; k < seen.index.size(); ++k)
-    place[seen.index[k]] = static_cast<std::int32_t>(k);
-  SurfaceParticles surface;
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t p = static_cast<std::size_t>(bucket[i]);
-    const Vec3d g{gradients[p], gradients[n + p], gradients[2 * n + p]};
-    const double steep = 2 * length(g);            // 1/s
-    if (place[i] < 0 && !(steep > 0.1)) continue;  // most of them
+FieldSurface find_surface(const Visible& seen, const Cells& cells,
+                          const std::vector<float>& gradients) {
+  const std::size_t n = cells.item.size();
+  const auto descent_at = [&](std::size_t p) {
+    return -Vec3d{gradients[p], gradients[n + p], gradients[2 * n + p]};
+  };
+  const auto openness = [&](std::size_t p, double steep) {
     const double sparse = 1.5 * std::max(0.0, 0.97 - double{gradients[3 * n + p]});
-    const double open = smooth_step(0.22, 0.42, std::sqrt(steep * steep + sparse * sparse));
-    if (place[i] < 0 && !(open > 0.01)) continue;
-    Vec3d normal = g * (-1 / std::max(length(g), 1e-12));
-    if (place[i] >= 0) {
-      const double sure = smooth_step(0.15, 0.35, steep);
-      normal = normalized(normal * sure + normals[place[i]] * (1 - sure), normals[place[i]]);
+    return smooth_step(0.22, 0.42, std::sqrt(steep * steep + sparse * sparse));
+  };
+  constexpr std::int32_t kInside = -1, kSeen = -2;
+  std::vector<std::int32_t> position(n, kInside);  // in bucket order, of those that are taken
+  for (const std::int32_t i : seen.index) position[i] = kSeen;
+  constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      std::int32_t& own = position[cells.item[p]];
+      if (own != kSeen) {
+        const Vec3d descent = descent_at(p);
+        if (!(dot(descent, descent) > 0.002)) continue;  // most of them; decides but near 0.0025
+        const double steep = 2 * length(descent);        // 1/s
+        if (!(steep > 0.1 && openness(p, steep) > 0.01)) continue;
+      }
+      own = static_cast<std::int32_t>(p);
     }
-    surface.index.push_back(static_cast<std::int32_t>(i));
-    surface.weight.push_back(std::max(open, kLeastVisibility));
-    surface.normal.push_back(normal);
-  }
+  });
+  FieldSurface surface;
+  for (std::size_t i = 0; i < n; ++i)
+    if (position[i] >= 0) surface.index.push_back(static_cast<std::int32_t>(i));
+  surface.weight.resize(surface.index.size());
+  surface.descent.resize(surface.index.size());
+  parallel_for(surface.index.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t p = static_cast<std::size_t>(position[surface.index[k]]);
+      surface.descent[k] = descent_at(p);
+      surface.weight[k] = std::max(openness(p, 2 * length(surface.descent[k])), kLeastVisibility);
+    }
+  });
   return surface;
 }
 
-Visible with_rim(const Projected& projected, const Visible& seen, const SurfaceParticles& around) {
+SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
+                              const std::vector<Vec3d>& normals) {
+  SurfaceParticles result{std::move(surface.index), std::move(surface.weight),
+                          std::move(surface.descent)};
+  constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
+  parallel_for(result.index.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::size_t next = static_cast<std::size_t>(
+        std::lower_bound(seen.index.begin(), seen.index.end(), result.index[begin]) -
+        seen.index.begin());
+    for (std::size_t k = begin; k < end; ++k) {
+      Vec3d& normal = result.normal[k];
+      const double slope = length(normal);
+      normal = normal * (1 / std::max(slope, 1e-12));
+      if (next == seen.index.size() || seen.index[next] != result.index[k]) continue;
+      const Vec3d& own = normals[next++];
+      const double sure = smooth_step(0.15, 0.35, 2 * slope);
+      normal = normalized(normal * sure + own * (1 - sure), own);
+    }
+  });
+  return result;
+}
+
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around) {
   constexpr double kReach = 6, kOpen = 0.5;
   const Cells cells = cells_of(projected, seen.index, kReach);
   const std::size_t n = around.index.size();
@@ -121,8 +159,9 @@ Visible with_rim(const Projected& projected, const Visible& seen, const SurfaceP
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      if (around.weight[k] < kOpen) continue;
       const std::int32_t i = around.index[k];
+      if (around.weight[k] < kOpen || std::binary_search(seen.index.begin(), seen.index.end(), i))
+        continue;
       const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
       visit_near(cells, x, y, z, [&](std::int32_t p) {
         const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;

@@ -27,7 +27,7 @@ Cells cells_of(const Projected& projected, const std::vector<std::int32_t>& inde
 /// The particles of `visible` that own at least `least_owned` of their footprint.
 Visible more_visible(const Visible& visible, double least_owned);
 
-/// The place of each of `particles` in `index`, which is ascending and holds them all.
+/// The place of each of `particles` in `index`, which holds them all; both are ascending.
 std::vector<std::int32_t> places_in(const std::vector<std::int32_t>& index,
                                     const std::vector<std::int32_t>& particles);
 
@@ -47,25 +47,36 @@ struct SurfaceParticles {
   std::vector<Vec3d> normal;        // [n] unit, outward
 };
 
+/// The same before the normals of the seen ones are known.
+struct FieldSurface {
+  std::vector<std::int32_t> index;  // [n] places in Projected, ascending
+  std::vector<double> weight;       // [n] u, (0, 1]
+  std::vector<Vec3d> descent;       // [n] - grad C, 1 / particle radii
+};
+
 /// The seen particles alone, weighted by how far they are seen (method stable).
 SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& normals);
 
 /// All particles on the surface: with the density C and its gradient at the particle, in s,
 ///   u = smoothstep(.22, .42, hypot(|grad C|, 1.5 max(0, .97 - C))),
-/// 0 inside the fluid, 1 on a face (|grad C| = .51, C = .85) and in a single layer (0, .70). The
-/// normal is the descent of C, where that is flat (.15 .. .35) and the particle is seen its normal
-/// in the triangulation. Hidden particles with u below .01, or whose normal the field does not tell
-/// (|grad C| below .1), are left out.
+/// 0 inside the fluid, 1 on a face (|grad C| = .51, C = .85) and in a single layer (0, .70). Hidden
+/// particles with u below .01, or whose normal the field does not tell (|grad C| below .1), are
+/// left out.
 ///
-///   normals    [seen] first_normals of the seen particles
 ///   cells      of all projected particles, side kDensitySupport
 ///   gradients  [4][n] of measure_gradients over these cells
-SurfaceParticles find_surface(const Projected& projected, const Visible& seen,
-                              const std::vector<Vec3d>& normals, const Cells& cells,
-                              const std::vector<float>& gradients);
+FieldSurface find_surface(const Visible& seen, const Cells& cells,
+                          const std::vector<float>& gradients);
+
+/// Gives them normals: the descent of C, where that is flat (.15 .. .35) and the particle is seen
+/// its normal in the triangulation.
+///
+///   normals  [seen] first_normals of the seen particles
+SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
+                              const std::vector<Vec3d>& normals);
 
 /// The particles to fit: the seen ones and, with an owned share of 0, those of the surface (u at
 /// least 1/2) within six radii of one, which tell where the fluid turns away from the camera.
-Visible with_rim(const Projected& projected, const Visible& seen, const SurfaceParticles& surface);
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface);
 
 }  // namespace meniscus

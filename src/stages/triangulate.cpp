@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "parallel.hpp"
@@ -9,17 +10,21 @@
 namespace meniscus {
 namespace {
 
+// Pixels that a common radius spans at each vertex: a particle's own size does not stretch its
+// neighbourhood.
+std::vector<ScreenPoint> spans_of(const Projected& projected, const Triangulation& mesh) {
+  std::vector<ScreenPoint> spans;
+  spans.reserve(mesh.particle.size());
+  for (const std::int32_t i : mesh.particle)
+    spans.push_back({projected.ku[i] / projected.scale[i], projected.kv[i] / projected.scale[i]});
+  return spans;
+}
+
 // Whether the screen edge a-b is longer than `most` particle radii, at the edge's mean scale.
-bool is_longer(const Projected& projected, const Triangulation& mesh, std::int32_t a,
-               std::int32_t b, double most) {
-  const std::size_t pa = mesh.particle[a], pb = mesh.particle[b];
-  // Pixels per common radius: a particle's own size does not stretch its neighbourhood.
-  const double ku =
-      0.5 * (projected.ku[pa] / projected.scale[pa] + projected.ku[pb] / projected.scale[pb]);
-  const double kv =
-      0.5 * (projected.kv[pa] / projected.scale[pa] + projected.kv[pb] / projected.scale[pb]);
-  const double du = (mesh.screen[a].u - mesh.screen[b].u) / ku;
-  const double dv = (mesh.screen[a].v - mesh.screen[b].v) / kv;
+bool is_longer(const std::vector<ScreenPoint>& screen, const std::vector<ScreenPoint>& spans,
+               std::int32_t a, std::int32_t b, double most) {
+  const double ku = 0.5 * (spans[a].u + spans[b].u), kv = 0.5 * (spans[a].v + spans[b].v);
+  const double du = (screen[a].u - screen[b].u) / ku, dv = (screen[a].v - screen[b].v) / kv;
   const double squared = du * du + dv * dv;  // decides but for edges within rounding of the limit
   if (squared < 0.999 * most * most) return false;
   if (squared > 1.001 * most * most) return true;
@@ -74,12 +79,13 @@ void take_triangles(const Projected& projected,
   mesh.kind.clear();
   mesh.triangle.reserve(triangles.size());
   mesh.kind.reserve(triangles.size());
+  const std::vector<ScreenPoint> spans = spans_of(projected, mesh);
+  const auto is_long = [&](std::int32_t a, std::int32_t b) {
+    return is_longer(mesh.screen, spans, a, b, params.max_edge);
+  };
   for (const auto& t : triangles) {
     const Vec3d &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
-    if (is_longer(projected, mesh, t[0], t[1], params.max_edge) ||
-        is_longer(projected, mesh, t[1], t[2], params.max_edge) ||
-        is_longer(projected, mesh, t[2], t[0], params.max_edge))
-      continue;
+    if (is_long(t[0], t[1]) || is_long(t[1], t[2]) || is_long(t[2], t[0])) continue;
     const double range = std::max({-a.z, -b.z, -c.z}) - std::min({-a.z, -b.z, -c.z});
     mesh.triangle.push_back(t);
     mesh.kind.push_back(range > params.d_max ? TriangleKind::ghost : TriangleKind::kept);
@@ -120,6 +126,47 @@ void measure_triangles(const View& view, Triangulation& mesh) {
   });
 }
 
+// Those of some vertices, ascending, that lie in a pit.
+std::vector<std::int32_t> pits_among(const View& view, const Triangulation& mesh,
+                                     const std::vector<std::int32_t>& vertices) {
+  std::vector<char> pit(vertices.size(), 0);
+  constexpr std::size_t kGrain = 256;  // vertices that are worth a thread
+  parallel_for(vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> ring;
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::int32_t v = vertices[k];
+      ring.clear();
+      for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
+        for (const std::int32_t w : mesh.triangle[mesh.fan[f]])
+          if (w != v) ring.push_back(w);
+      std::sort(ring.begin(), ring.end());
+      ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+      pit[k] = ring.size() >= 4 && is_pit(view, mesh, static_cast<std::size_t>(v), ring);
+    }
+  });
+  std::vector<std::int32_t> found;
+  for (std::size_t k = 0; k < vertices.size(); ++k)
+    if (pit[k]) found.push_back(vertices[k]);
+  return found;
+}
+
+// What is left of the visible particles without those at some places, ascending.
+Visible without(const Visible& visible, const std::vector<std::int32_t>& gone) {
+  Visible rest;
+  rest.index.reserve(visible.index.size());
+  rest.owned.reserve(visible.index.size());
+  std::size_t next = 0;
+  for (std::size_t v = 0; v < visible.index.size(); ++v) {
+    if (next < gone.size() && gone[next] == static_cast<std::int32_t>(v)) {
+      ++next;
+      continue;
+    }
+    rest.index.push_back(visible.index[v]);
+    rest.owned.push_back(visible.owned[v]);
+  }
+  return rest;
+}
+
 }  // namespace
 
 Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
@@ -131,28 +178,9 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
 }
 
 Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible) {
-  const std::size_t n = mesh.position.size();
-  std::vector<char> pit(n, 0);
-  constexpr std::size_t kGrain = 256;  // vertices that are worth a thread
-  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::int32_t> ring;
-    for (std::size_t v = begin; v < end; ++v) {
-      ring.clear();
-      for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
-        for (const std::int32_t w : mesh.triangle[mesh.fan[f]])
-          if (w != static_cast<std::int32_t>(v)) ring.push_back(w);
-      std::sort(ring.begin(), ring.end());
-      ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-      pit[v] = ring.size() >= 4 && is_pit(view, mesh, v, ring);
-    }
-  });
-  Visible kept;
-  for (std::size_t v = 0; v < n; ++v) {
-    if (pit[v]) continue;
-    kept.index.push_back(visible.index[v]);
-    kept.owned.push_back(visible.owned[v]);
-  }
-  return kept;
+  std::vector<std::int32_t> all(mesh.position.size());
+  std::iota(all.begin(), all.end(), 0);
+  return without(visible, pits_among(view, mesh, all));
 }
 
 SeenMesh triangulate_without_pits(const View& view, const Projected& projected, Visible visible,
@@ -161,17 +189,13 @@ SeenMesh triangulate_without_pits(const View& view, const Projected& projected, 
   Triangulation mesh = vertices_of(projected, visible);
   ScreenDelaunay net(mesh.screen);
   take_triangles(projected, net.triangles(), params, mesh);
+  std::vector<std::int32_t> changed(visible.index.size());  // vertices with other rings than before
+  std::iota(changed.begin(), changed.end(), 0);
   for (int round = 0; round < kRounds; ++round) {
-    Visible rest = without_pits(view, mesh, visible);
-    if (rest.index.size() == visible.index.size()) break;
-    std::vector<std::int32_t> gone;
-    for (std::size_t v = 0, kept = 0; v < visible.index.size(); ++v)
-      if (kept < rest.index.size() && rest.index[kept] == visible.index[v])
-        ++kept;
-      else
-        gone.push_back(static_cast<std::int32_t>(v));
-    net.remove(gone);
-    visible = std::move(rest);
+    const std::vector<std::int32_t> gone = pits_among(view, mesh, changed);
+    if (gone.empty()) break;
+    changed = net.remove(gone);
+    visible = without(visible, gone);
     mesh = vertices_of(projected, visible);
     take_triangles(projected, net.triangles(), params, mesh);
   }

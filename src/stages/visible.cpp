@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "parallel.hpp"
 #include "stages/bins.hpp"
 
 namespace meniscus {
@@ -92,14 +93,17 @@ SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices) {
   const std::size_t n = indices.size(), stride = (n + 63) / 64 * 64;
   std::vector<float> values(6 * stride, 0.0f);
+  constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = static_cast<std::size_t>(indices[k]);
+      const float row[6] = {-projected.z[i], projected.u[i],  projected.v[i],
+                            projected.ku[i], projected.kv[i], projected.scale[i]};
+      for (std::size_t r = 0; r < 6; ++r) values[r * stride + k] = row[r];
+    }
+  });
   double pixels = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = static_cast<std::size_t>(indices[k]);
-    pixels += std::min(projected.ku[i], projected.kv[i]);
-    const float row[6] = {-projected.z[i], projected.u[i],  projected.v[i],
-                          projected.ku[i], projected.kv[i], projected.scale[i]};
-    for (std::size_t r = 0; r < 6; ++r) values[r * stride + k] = row[r];
-  }
+  for (const std::int32_t i : indices) pixels += std::min(projected.ku[i], projected.kv[i]);
   return {upload(device, values), static_cast<int>(n), static_cast<int>(stride),
           n > 0 ? pixels / static_cast<double>(n) : 0};
 }

@@ -5,8 +5,8 @@
 
 #include "stages/density.hpp"
 #include "stages/stage_test_support.hpp"
-#include "verify/references/mesh_by_hand.hpp"
 #include "stages/surface.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 
@@ -30,6 +30,7 @@ struct FoundSurface {
   std::vector<Vec3d> normals;  // [seen]
   Cells cells;
   std::vector<float> gradients;
+  FieldSurface field;
   SurfaceParticles surface;
 };
 
@@ -43,7 +44,8 @@ inline FoundSurface surface_of(Device& device, const Projected& projected, std::
   found.normals = first_normals(plain_view(), projected, found.seen, mesh, mesh.normal);
   found.cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
   found.gradients = download(device, measure_gradients(device, upload_cells(device, found.cells)));
-  found.surface = find_surface(projected, found.seen, found.normals, found.cells, found.gradients);
+  found.field = find_surface(found.seen, found.cells, found.gradients);
+  found.surface = with_normals(found.field, found.seen, found.normals);
   return found;
 }
 

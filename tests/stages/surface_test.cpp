@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "verify/reference/surface.hpp"
 #include "stages/surface_by_hand.hpp"
+#include "verify/reference/surface.hpp"
 
 namespace meniscus {
 namespace {
@@ -62,9 +62,10 @@ TEST_P(OnSurface, WeightsAndNormalsMatchTheirFormulas) {
       normals.push_back(normalized({random(-0.5, 0.5), random(-0.5, 0.5), 1}));
     }
     const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const SurfaceParticles surface =
-        find_surface(p, seen, normals, cells,
-                     download(device_, measure_gradients(device_, upload_cells(device_, cells))));
+    const SurfaceParticles surface = with_normals(
+        find_surface(seen, cells,
+                     download(device_, measure_gradients(device_, upload_cells(device_, cells)))),
+        seen, normals);
     ASSERT_TRUE(std::is_sorted(surface.index.begin(), surface.index.end()));
     std::size_t next = 0;
     for (std::int32_t i = 0; i < 900; ++i) {
@@ -188,7 +189,7 @@ TEST_P(OnSurface, TheRimIsTheHiddenSurfaceNearSeenParticles) {
   for (std::size_t i = 0; i < n; ++i) uvt.push_back({p.u[i] + 50, p.v[i], -p.z[i]});
   p = place(uvt);
   const FoundSurface found = surface_of(device_, p, 120);
-  const Visible rim = with_rim(p, found.seen, found.surface);
+  const Visible rim = with_rim(p, found.seen, found.field);
   ASSERT_TRUE(std::is_sorted(rim.index.begin(), rim.index.end()));
   std::size_t next = 0, hidden = 0, far = 0, inner = 0;
   for (std::size_t k = 0; k < found.surface.index.size(); ++k) {
@@ -213,7 +214,7 @@ TEST_P(OnSurface, TheRimIsTheHiddenSurfaceNearSeenParticles) {
   EXPECT_GT(hidden, 20u);
   EXPECT_GT(far, 100u);
   EXPECT_GT(inner, 0u);
-  EXPECT_TRUE(with_rim(p, {}, found.surface).index.empty());
+  EXPECT_TRUE(with_rim(p, {}, found.field).index.empty());
 }
 
 TEST(Visibility, FadesInBetweenTheTwoShares) {
@@ -233,7 +234,7 @@ TEST(SeenSurface, WeighsTheSeenByHowFarTheyAre) {
   EXPECT_EQ(surface.normal[1], (Vec3d{0, 1, 0}));
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(surface.weight[k], visibility(seen.owned[k]));
   EXPECT_EQ(more_visible(seen, 0.06f).index, (std::vector<std::int32_t>{5, 9}));
-  EXPECT_EQ(places_in(seen.index, {9, 2}), (std::vector<std::int32_t>{2, 0}));
+  EXPECT_EQ(places_in(seen.index, {2, 9}), (std::vector<std::int32_t>{0, 2}));
 }
 
 TEST(FirstNormals, AreTheTrianglesOrTheNeighboursOrTowardsTheCamera) {

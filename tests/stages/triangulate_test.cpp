@@ -5,6 +5,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
+#include <map>
 #include <set>
 
 #include "stages/stage_test_support.hpp"
@@ -146,6 +148,19 @@ std::vector<std::int32_t> some_of(std::size_t n, double share, unsigned seed) {
   return some;
 }
 
+// The triangles at each point, by their points.
+std::map<Whole, std::set<std::array<Whole, 3>>> around_each(
+    const std::vector<Whole>& points, const std::vector<std::array<std::int32_t, 3>>& triangles) {
+  std::map<Whole, std::set<std::array<Whole, 3>>> around;
+  for (const Whole& p : points) around[p];
+  for (const auto& t : triangles) {
+    std::array<Whole, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
+    std::sort(corners.begin(), corners.end());
+    for (const Whole& p : corners) around[p].insert(corners);
+  }
+  return around;
+}
+
 // Points go in two steps, and what is left is as if they had never been there: at random places, on
 // lattices (every square is cocircular), on a circle, and with several points at one place.
 TEST(Delaunay, ForgetsPointsThatAreRemoved) {
@@ -156,20 +171,34 @@ TEST(Delaunay, ForgetsPointsThatAreRemoved) {
   circle.emplace_back(65, 65);
   auto doubled = random_points(60, 40, 3);
   doubled.insert(doubled.end(), doubled.begin(), doubled.begin() + 20);
+  std::size_t others = 0;
   for (const auto& points : {random_points(300, 1000, 1), random_points(300, 30, 2),
-                             lattice(15, 15, 4), lattice(40, 4, 1), circle, doubled})
+                             lattice(15, 15, 4), lattice(40, 4, 1), circle, doubled}) {
+    const bool distinct = std::set(points.begin(), points.end()).size() == points.size();
     for (const double share : {0.02, 0.1, 0.5, 0.95})
       for (unsigned seed = 1; seed <= 8; ++seed) {
         ScreenDelaunay net(points_of(points));
         auto left = points;
         for (unsigned step = 0; step < 2; ++step) {
           const auto gone = some_of(left.size(), share, 10 * seed + step);
-          net.remove(gone);
+          const auto before = around_each(left, net.triangles());
+          const std::vector<std::int32_t> changed = net.remove(gone);
           for (auto k = gone.rbegin(); k != gone.rend(); ++k) left.erase(left.begin() + *k);
           ASSERT_EQ(net.triangles(), delaunay(points_of(left)))
               << points.size() << " points, share " << share << ", seed " << seed;
+          // Whose triangles are others now is told, and not everybody where few went.
+          ASSERT_TRUE(std::is_sorted(changed.begin(), changed.end()));
+          if (distinct && share < 0.05) others += left.size() - changed.size();
+          if (!distinct) continue;
+          const auto after = around_each(left, net.triangles());
+          for (std::size_t k = 0; k < left.size(); ++k)
+            if (!std::binary_search(changed.begin(), changed.end(), static_cast<std::int32_t>(k))) {
+              ASSERT_EQ(after.at(left[k]), before.at(left[k])) << k;
+            }
         }
       }
+  }
+  EXPECT_GT(others, 1000u);
 }
 
 TEST(Delaunay, FewOrCollinearPointsGiveNoTriangle) {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <numbers>
 
-#include "verify/reference/density.hpp"
 #include "stages/surface_by_hand.hpp"
+#include "verify/reference/density.hpp"
 
 namespace meniscus {
 namespace {
@@ -92,7 +92,7 @@ struct Trusted {
 Trusted trust_of(Device& device, const Projected& p, std::size_t seen) {
   const FoundSurface found = surface_of(device, p, seen);
   Trusted result;
-  result.fits = fit_particles(device, p, with_rim(p, found.seen, found.surface), found.surface, {});
+  result.fits = fit_particles(device, p, with_rim(p, found.seen, found.field), found.surface, {});
   result.trust = measure_trust(device, result.fits, cells_of(device, p));
   return result;
 }
