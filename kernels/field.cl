@@ -301,7 +301,7 @@ inline void look_around(const Cells cells, Around* around) {
 inline void list_near(const Cells cells, Around* around, const Rays r, const intv wanted,
                       const float low, const float high, Near* near) {
   const Beam b = beam_of(&r, &wanted, 1, low, high);
-  if (around->count == -2 && around->vectors > 1) look_around(cells, around);
+  if (around->count == -2 && (WIDTH > 1 || around->vectors > 1)) look_around(cells, around);
   if (around->count < 0 || low < around->low || high > around->high) {
     near->count = search_cells(cells, b, near->item, NEAR);
     return;

@@ -58,11 +58,12 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   floatv t = from, low = from;         // the last point below the level
   floatv short_of = (floatv)(-level);  // how far below
   intv going = wanted & (t <= to), fresh = going, steps = (intv)(0);
+  // A crossing lies up to one step, at most a particle radius, before the point that shows it.
+  const float first = least_lane(SELECT((floatv)(INFINITY), t, going));
   while (ANY(going)) {
     const float window = least_lane(SELECT((floatv)(INFINITY), t, going));
     const float end = window_end(window, to, going);
-    // A crossing lies up to one step, at most a particle radius, before the point that shows it.
-    if (!listed) list_near(cells, around, r, going, window - 1.0f, end, near);
+    if (!listed) list_near(cells, around, r, going, fmax(window - 1.0f, first), end, near);
     listed = 0;
     intv here = going & (t <= end), found = (intv)(0);
     floatv over = none;
@@ -234,9 +235,9 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   if (ANY(reaches)) {
     const float window = least_lane(SELECT(nowhere, from, reaches));
     const float end = window_end(window, to, reaches);
-    list_near(cells, around, r, listed, window - 1.0f, end, &near);
+    list_near(cells, around, r, listed, window, end, &near);
     listed_near = 1;
-    const intv here = left & (t >= window - 1.0f) & (t <= end);
+    const intv here = left & (t >= window) & (t <= end);
     if (ANY(here))
       density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
     left &= !here;
@@ -327,7 +328,7 @@ kernel void follow_field(
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
       const intv reaches = lanes[v].used & (gather_float(core, lanes[v].at) < INFINITY);
-      ask_for(search_from(t, t0, limits) - 1.0f, search_to(t, t0, beyond), reaches, &around);
+      ask_for(search_from(t, t0, limits), search_to(t, t0, beyond), reaches, &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
@@ -389,7 +390,7 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
       const floatv end = fmin(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
-      ask_for(start - 1.0f, end, lanes[v].used & (start < end), &around);
+      ask_for(start, end, lanes[v].used & (start < end), &around);
     }
     for (int v = 0; v < vectors; ++v) {
       const Lanes l = lanes[v];
