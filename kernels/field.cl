@@ -234,6 +234,14 @@ inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv
 // Cells of a row that never share a bucket (kFewestBuckets).
 #define ROW_CELLS 32
 
+// cell_of with vectors.
+inline intv cells_of(const floatv coordinate, const float inverse_cell) {
+  const floatv scaled =
+      fmin(fmax(coordinate * inverse_cell, (floatv)(-1e9f)), (floatv)(1e9f));
+  const intv cut = TO_INTV(scaled);
+  return cut - SELECT((intv)(0), (intv)(1), scaled < TO_FLOATV(cut));
+}
+
 // Lists the particles near a beam; -1 where they are more than `most`. Layer by layer, the stretch
 // of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
 // a row the row's cells: hardly a cell is visited in vain.
@@ -244,6 +252,7 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
   const float rise = b.reach * sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
   const float per_depth = 1.0f / fmax(-b.ez, 1e-6f);
   const int k1 = cell_of(b.z + b.reach, c);
+  const floatv none = (floatv)(0.0f);
   int count = 0;
   for (int k = cell_of(end - b.reach, c); k <= k1; ++k) {
     const float z0 = (float)k * side, z1 = z0 + side;
@@ -255,25 +264,30 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
     const float dz = fmax(fmax(z0 - b.z, end - z1), 0.0f);
     const float wide = sqrt(fmax(b.reach * b.reach - dz * dz, 0.0f));
     const int j1 = cell_of(y1 + wide, c);
-    for (int j = cell_of(y0 - wide, c); j <= j1; ++j) {
-      const float dy = fmax(fmax((float)j * side - y1, y0 - (float)(j + 1) * side), 0.0f);
-      const float half_row = sqrt(fmax(wide * wide - dy * dy, 0.0f));
-      const int i1 = cell_of(x1 + half_row, c);
-      for (int i = cell_of(x0 - half_row, c); i <= i1; i += ROW_CELLS) {
-        const int row_cells = min(i1 - i + 1, ROW_CELLS), tag = (int)tag_of(i, j, k);
-        Row row = row_of(i, j, k, row_cells, cells.mask);
-        while (next_range(&row, cells.start, cells.mask))
-          for (int p = row.begin; p < row.end; p += WIDTH) {
-            const intv tags_here = LOADI(tags + p);
-            const intv take =
-                near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
-                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
-                (LANES < (float)(row.end - p));
-            if (!ANY(take)) continue;
-            count = append(take, p, item, count);
-            if (count > most) return -1;
-          }
-      }
+    for (int j = cell_of(y0 - wide, c); j <= j1; j += WIDTH) {  // the bounds of WIDTH rows at once
+      const floatv row_y = ((float)j + LANES) * side;
+      const floatv dy = fmax(fmax(row_y - y1, y0 - (row_y + side)), none);
+      const floatv half_row = sqrt(fmax(wide * wide - dy * dy, none));
+      int first[WIDTH], last[WIDTH];
+      STOREI(cells_of(x0 - half_row, c), first);
+      STOREI(cells_of(x1 + half_row, c), last);
+      for (int row_at = 0; row_at < WIDTH && j + row_at <= j1; ++row_at)
+        for (int i = first[row_at]; i <= last[row_at]; i += ROW_CELLS) {
+          const int row_cells = min(last[row_at] - i + 1, ROW_CELLS);
+          const int tag = (int)tag_of(i, j + row_at, k);
+          Row row = row_of(i, j + row_at, k, row_cells, cells.mask);
+          while (next_range(&row, cells.start, cells.mask))
+            for (int p = row.begin; p < row.end; p += WIDTH) {
+              const intv tags_here = LOADI(tags + p);
+              const intv take =
+                  near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
+                  SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
+                  (TO_INTV(LANES) < row.end - p);
+              if (!ANY(take)) continue;
+              count = append(take, p, item, count);
+              if (count > most) return -1;
+            }
+        }
     }
   }
   return count;
