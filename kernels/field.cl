@@ -226,9 +226,11 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
 inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv z,
                       const float reach) {
   const floatv dx = x - b.x, dy = y - b.y, dz = z - b.z;
-  const floatv s = clamp((dx * b.ex + dy * b.ey + dz * b.ez) * b.per_length, 0.0f, 1.0f);
-  const floatv qx = dx - s * b.ex, qy = dy - s * b.ey, qz = dz - s * b.ez;
-  return qx * qx + qy * qy + qz * qz <= reach * reach;
+  const floatv along = fma(dx, (floatv)(b.ex), fma(dy, (floatv)(b.ey), dz * b.ez));
+  const floatv s = -clamp(along * b.per_length, 0.0f, 1.0f);
+  const floatv qx = fma(s, (floatv)(b.ex), dx), qy = fma(s, (floatv)(b.ey), dy),
+               qz = fma(s, (floatv)(b.ez), dz);
+  return fma(qx, qx, fma(qy, qy, qz * qz)) <= reach * reach;
 }
 
 // Cells of a row that never share a bucket (kFewestBuckets).

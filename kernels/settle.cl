@@ -3,7 +3,7 @@
 // A work-item takes TAKES samples of a tile's list (samples.cl) at a time.
 
 // Rays are followed in windows of this depth, so that one search serves several steps.
-#define WINDOW 5.0f  // particle radii
+#define WINDOW 8.0f  // particle radii
 
 #define TAKES (VECTORS * WIDTH)
 
