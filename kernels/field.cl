@@ -164,7 +164,7 @@ typedef struct {
 #if WIDTH == 1
 #define VECTORS 1
 #else
-#define VECTORS 4
+#define VECTORS 6
 #endif
 
 #define AROUND 384
@@ -235,14 +235,6 @@ inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv
 
 // Cells of a row that never share a bucket (kFewestBuckets).
 #define ROW_CELLS 32
-
-// cell_of with vectors.
-inline intv cells_of(const floatv coordinate, const float inverse_cell) {
-  const floatv scaled =
-      fmin(fmax(coordinate * inverse_cell, (floatv)(-1e9f)), (floatv)(1e9f));
-  const intv cut = TO_INTV(scaled);
-  return cut - SELECT((intv)(0), (intv)(1), scaled < TO_FLOATV(cut));
-}
 
 // Lists the particles near a beam; -1 where they are more than `most`. Layer by layer, the stretch
 // of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
