@@ -181,11 +181,17 @@ typedef struct {
 } Around;
 
 inline float sum_of_lanes(const floatv v) {
-  float lane[WIDTH], sum = 0.0f;
-  STOREF(v, lane);
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) sum += lane[k];
-  return sum;
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const float4 four = v.lo + v.hi;
+#else
+  const float4 four = v;
+#endif
+  const float2 two = four.lo + four.hi;
+  return two.x + two.y;
+#endif
 }
 
 // The beam of the wanted rays between two depths: an axis from (x, y, z) along (ex, ey, ez), and how
