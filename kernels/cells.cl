@@ -7,6 +7,12 @@ inline int cell_of(const float coordinate, const float inverse_cell) {
   return cut - (scaled < (float)cut ? 1 : 0);
 }
 
+inline intv cells_of(const floatv coordinate, const float inverse_cell) {
+  const floatv scaled = fmin(fmax(coordinate * inverse_cell, (floatv)(-1e9f)), (floatv)(1e9f));
+  const intv cut = TO_INTV(scaled);
+  return cut - SELECT((intv)(0), (intv)(1), scaled < TO_FLOATV(cut));
+}
+
 inline uint bucket_of(const int cx, const int cy, const int cz, const uint mask) {
   return ((uint)cx + ((uint)cy * 19349663u ^ (uint)cz * 83492791u)) & mask;
 }
@@ -70,19 +76,16 @@ typedef struct {
 // The particle at `first` and those that follow it in the same cell, before `end`.
 inline Together particles_together(const Cells cells, const int first, const int end, const int n) {
   const float c = cells.inverse_cell;
+  const intv lane = TO_INTV(LANES);
+  const intv x = cells_of(LOADF(cells.x + first), c), y = cells_of(LOADF(cells.y + first), c),
+             z = cells_of(LOADF(cells.z + first), c);
   Together t;
-  int used[WIDTH];
   t.cx = cell_of(cells.x[first], c);
   t.cy = cell_of(cells.y[first], c);
   t.cz = cell_of(cells.z[first], c);
-  t.count = 0;
-  for (int k = 0; k < WIDTH; ++k) {
-    const int p = t.at[k] = min(first + k, n - 1);
-    if (t.count == k && first + k < end && cell_of(cells.x[p], c) == t.cx &&
-        cell_of(cells.y[p], c) == t.cy && cell_of(cells.z[p], c) == t.cz)
-      ++t.count;
-    used[k] = t.count > k ? -1 : 0;
-  }
-  t.used = LOADI(used);
+  const int same = BITS((x == t.cx) & (y == t.cy) & (z == t.cz) & (lane < end - first));
+  t.count = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
+  STOREI(min(first + lane, (intv)(n - 1)), t.at);
+  t.used = lane < t.count;
   return t;
 }

@@ -15,47 +15,58 @@ kernel void measure_density(global const float* x, global const float* y, global
   STOREF(f.c * NORM, density + p);
 }
 
-// Whether there is fluid all around a cell: it and each of the 26 about it hold `least` particles
-// or more, and half of their mean number.
-inline int is_inside(const Cells cells, const int cx, const int cy, const int cz, const int least) {
+// The cells (cx, cy - 1 .. cy + 1, cz - 1 .. cz + 1): how many particles one of them holds at least,
+// and all of them; not counted to the end where one has fewer than `least`.
+typedef struct {
+  int fewest, sum;
+} Slice;
+
+inline Slice slice_of(const Cells cells, const int cx, const int cy, const int cz,
+                      const int least) {
   global const int* tags = (global const int*)cells.tag;
-  int sum = 0, fewest = INT_MAX;
+  Slice s = {INT_MAX, 0};
   for (int k = -1; k <= 1; ++k)
-    for (int j = -1; j <= 1; ++j)
-      for (int i = -1; i <= 1; ++i) {
-        const uint bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
-        const int tag = (int)tag_of(cx + i, cy + j, cz + k);
-        const int end = cells.start[bucket + 1];
-        int count = 0;
-        for (int p = cells.start[bucket]; p < end; p += WIDTH)
-          count += popcount(BITS((LOADI(tags + p) == tag) & (LANES < (float)(end - p))));
-        if (count < least) return 0;
-        fewest = min(fewest, count);
-        sum += count;
-      }
-  return 2 * 27 * fewest >= sum;
+    for (int j = -1; j <= 1; ++j) {
+      const uint bucket = bucket_of(cx, cy + j, cz + k, cells.mask);
+      const int tag = (int)tag_of(cx, cy + j, cz + k);
+      const int begin = cells.start[bucket], end = cells.start[bucket + 1];
+      int count = 0;
+      for (int p = begin; p < end; p += WIDTH)
+        count += popcount(BITS((LOADI(tags + p) == tag) & (TO_INTV(LANES) < end - p)));
+      s.fewest = min(s.fewest, count);
+      s.sum += count;
+      if (count < least) return s;
+    }
+  return s;
 }
 
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time. Those inside the
-// fluid (is_inside) are not measured: 0 and 1.
+// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time. Those inside the fluid
+// are not measured: 0 and 1. There is fluid all around a cell where it and each of the 26 about it
+// hold `least` particles or more, and half of their mean number.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,
                               global const uint* cell_tag, global const int* cell_start,
                               const float inverse_cell, const uint mask, const int n,
-                              const int least) {  // in a cell, see is_inside; 0: measure everywhere
+                              const int least) {  // 0: measure everywhere
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
-  int x = INT_MAX, y = 0, z = 0, inside = 0;  // the cell before
+  int x = INT_MIN, y = 0, z = 0, inside = 0;  // the cell before
+  Slice before, here, after;                  // and what is around it
   for (int first = begin; first < end;) {
     const Together own = particles_together(cells, first, end, n);
     if (least > 0 && (own.cx != x || own.cy != y || own.cz != z)) {
+      const int next = own.cx - 1 == x && own.cy == y && own.cz == z;  // two slices are the same
       x = own.cx;
       y = own.cy;
       z = own.cz;
-      inside = is_inside(cells, x, y, z, least);
+      before = next ? here : slice_of(cells, x - 1, y, z, least);
+      here = next ? after : slice_of(cells, x, y, z, least);
+      after = slice_of(cells, x + 1, y, z, least);
+      const int fewest = min(before.fewest, min(here.fewest, after.fewest));
+      inside = fewest >= least && 2 * 27 * fewest >= before.sum + here.sum + after.sum;
     }
     Field f = {none, none, none, none};
     if (inside)

@@ -164,7 +164,7 @@ typedef struct {
 #if WIDTH == 1
 #define VECTORS 1
 #else
-#define VECTORS 4
+#define VECTORS 6
 #endif
 
 #define AROUND 384
@@ -181,11 +181,17 @@ typedef struct {
 } Around;
 
 inline float sum_of_lanes(const floatv v) {
-  float lane[WIDTH], sum = 0.0f;
-  STOREF(v, lane);
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) sum += lane[k];
-  return sum;
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const float4 four = v.lo + v.hi;
+#else
+  const float4 four = v;
+#endif
+  const float2 two = four.lo + four.hi;
+  return two.x + two.y;
+#endif
 }
 
 // The beam of the wanted rays between two depths: an axis from (x, y, z) along (ex, ey, ez), and how
@@ -226,9 +232,11 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
 inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv z,
                       const float reach) {
   const floatv dx = x - b.x, dy = y - b.y, dz = z - b.z;
-  const floatv s = clamp((dx * b.ex + dy * b.ey + dz * b.ez) * b.per_length, 0.0f, 1.0f);
-  const floatv qx = dx - s * b.ex, qy = dy - s * b.ey, qz = dz - s * b.ez;
-  return qx * qx + qy * qy + qz * qz <= reach * reach;
+  const floatv along = fma(dx, (floatv)(b.ex), fma(dy, (floatv)(b.ey), dz * b.ez));
+  const floatv s = -clamp(along * b.per_length, 0.0f, 1.0f);
+  const floatv qx = fma(s, (floatv)(b.ex), dx), qy = fma(s, (floatv)(b.ey), dy),
+               qz = fma(s, (floatv)(b.ez), dz);
+  return fma(qx, qx, fma(qy, qy, qz * qz)) <= reach * reach;
 }
 
 // Cells of a row that never share a bucket (kFewestBuckets).
@@ -244,6 +252,7 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
   const float rise = b.reach * sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
   const float per_depth = 1.0f / fmax(-b.ez, 1e-6f);
   const int k1 = cell_of(b.z + b.reach, c);
+  const floatv none = (floatv)(0.0f);
   int count = 0;
   for (int k = cell_of(end - b.reach, c); k <= k1; ++k) {
     const float z0 = (float)k * side, z1 = z0 + side;
@@ -255,25 +264,30 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
     const float dz = fmax(fmax(z0 - b.z, end - z1), 0.0f);
     const float wide = sqrt(fmax(b.reach * b.reach - dz * dz, 0.0f));
     const int j1 = cell_of(y1 + wide, c);
-    for (int j = cell_of(y0 - wide, c); j <= j1; ++j) {
-      const float dy = fmax(fmax((float)j * side - y1, y0 - (float)(j + 1) * side), 0.0f);
-      const float half_row = sqrt(fmax(wide * wide - dy * dy, 0.0f));
-      const int i1 = cell_of(x1 + half_row, c);
-      for (int i = cell_of(x0 - half_row, c); i <= i1; i += ROW_CELLS) {
-        const int row_cells = min(i1 - i + 1, ROW_CELLS), tag = (int)tag_of(i, j, k);
-        Row row = row_of(i, j, k, row_cells, cells.mask);
-        while (next_range(&row, cells.start, cells.mask))
-          for (int p = row.begin; p < row.end; p += WIDTH) {
-            const intv tags_here = LOADI(tags + p);
-            const intv take =
-                near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
-                SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
-                (LANES < (float)(row.end - p));
-            if (!ANY(take)) continue;
-            count = append(take, p, item, count);
-            if (count > most) return -1;
-          }
-      }
+    for (int j = cell_of(y0 - wide, c); j <= j1; j += WIDTH) {  // the bounds of WIDTH rows at once
+      const floatv row_y = ((float)j + LANES) * side;
+      const floatv dy = fmax(fmax(row_y - y1, y0 - (row_y + side)), none);
+      const floatv half_row = sqrt(fmax(wide * wide - dy * dy, none));
+      int first[WIDTH], last[WIDTH];
+      STOREI(cells_of(x0 - half_row, c), first);
+      STOREI(cells_of(x1 + half_row, c), last);
+      for (int row_at = 0; row_at < WIDTH && j + row_at <= j1; ++row_at)
+        for (int i = first[row_at]; i <= last[row_at]; i += ROW_CELLS) {
+          const int row_cells = min(last[row_at] - i + 1, ROW_CELLS);
+          const int tag = (int)tag_of(i, j + row_at, k);
+          Row row = row_of(i, j + row_at, k, row_cells, cells.mask);
+          while (next_range(&row, cells.start, cells.mask))
+            for (int p = row.begin; p < row.end; p += WIDTH) {
+              const intv tags_here = LOADI(tags + p);
+              const intv take =
+                  near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
+                  SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
+                  (TO_INTV(LANES) < row.end - p);
+              if (!ANY(take)) continue;
+              count = append(take, p, item, count);
+              if (count > most) return -1;
+            }
+        }
     }
   }
   return count;
@@ -301,7 +315,7 @@ inline void look_around(const Cells cells, Around* around) {
 inline void list_near(const Cells cells, Around* around, const Rays r, const intv wanted,
                       const float low, const float high, Near* near) {
   const Beam b = beam_of(&r, &wanted, 1, low, high);
-  if (around->count == -2 && around->vectors > 1) look_around(cells, around);
+  if (around->count == -2 && (WIDTH > 1 || around->vectors > 1)) look_around(cells, around);
   if (around->count < 0 || low < around->low || high > around->high) {
     near->count = search_cells(cells, b, near->item, NEAR);
     return;

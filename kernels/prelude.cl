@@ -114,13 +114,19 @@ inline void scatter_float(const floatv v, global float* values, const int* at, c
     if (want[k]) values[at[k]] = lane[k];
 }
 
+// None of the lanes may be NaN. By halves: a chain of fmin() over all lanes is long.
 inline float least_lane(const floatv v) {
-  float lane[WIDTH];
-  STOREF(v, lane);
-  float least = lane[0];
-#pragma unroll
-  for (int k = 1; k < WIDTH; ++k) least = fmin(least, lane[k]);
-  return least;
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const float4 four = SELECT(v.lo, v.hi, v.hi < v.lo);
+#else
+  const float4 four = v;
+#endif
+  const float2 two = SELECT(four.lo, four.hi, four.hi < four.lo);
+  return two.y < two.x ? two.y : two.x;
+#endif
 }
 
 // exp(x) for x <= 0, the same bits on every device: 2^(x/ln 2) split into an integer part, set as

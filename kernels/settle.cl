@@ -3,7 +3,7 @@
 // A work-item takes TAKES samples of a tile's list (samples.cl) at a time.
 
 // Rays are followed in windows of this depth, so that one search serves several steps.
-#define WINDOW 5.0f  // particle radii
+#define WINDOW 8.0f  // particle radii
 
 #define TAKES (VECTORS * WIDTH)
 
@@ -58,11 +58,12 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   floatv t = from, low = from;         // the last point below the level
   floatv short_of = (floatv)(-level);  // how far below
   intv going = wanted & (t <= to), fresh = going, steps = (intv)(0);
+  // A crossing lies up to one step, at most a particle radius, before the point that shows it.
+  const float first = least_lane(SELECT((floatv)(INFINITY), t, going));
   while (ANY(going)) {
     const float window = least_lane(SELECT((floatv)(INFINITY), t, going));
     const float end = window_end(window, to, going);
-    // A crossing lies up to one step, at most a particle radius, before the point that shows it.
-    if (!listed) list_near(cells, around, r, going, window - 1.0f, end, near);
+    if (!listed) list_near(cells, around, r, going, fmax(window - 1.0f, first), end, near);
     listed = 0;
     intv here = going & (t <= end), found = (intv)(0);
     floatv over = none;
@@ -163,40 +164,58 @@ inline void mark_splash(const int* at, const intv wanted, global int* group, glo
   }
 }
 
-// Decides what the samples `at` of a layer, on rays r, show.
+// What samples of a layer show as far as no density tells.
+typedef struct {
+  floatv t0, t;    // depths of the reference and of the blend
+  floatv contour;  // the density that doubted samples need
+  intv gone, doubted, mixed;
+} Verdict;
+
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
-// its point reaches the contour's. Where they are not, or no group was met, the density field is
-// followed near by (`follow` is finite): in between the two are mixed by the trust, without it the
+// its point, which is in doubt, reaches the contour's. Where they are not, or no group was met, the
+// density field is followed near by: in between the two are mixed by the trust, without it the
 // blend goes. A ray that met no group and comes near no particle (`core` is infinite) shows nothing.
-// `behind` receives the depth beyond which a sample that shows nothing may look again (its
-// reference), and infinity elsewhere.
-inline void settle(const int* at, const intv listed, const Rays r, global const float* triangle,
-                   global const float* reference, global const float* core,
-                   global const float* trust, global float* depth, global float* behind,
-                   global float* follow, const Cells cells, global const float* weight,
-                   const float4 limits, const int only_gaps, Around* around) {
+inline Verdict judge(const int* at, const intv listed, global const float* triangle,
+                     global const float* reference, global const float* core,
+                     global const float* trust, global const float* depth, const float4 limits,
+                     const int only_gaps) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
-  const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
-  const intv met = t < INFINITY;
-  intv live = listed & (t0 < INFINITY);
+  Verdict v;
+  v.t0 = gather_float(reference, at);
+  v.t = gather_float(depth, at);
+  const intv met = v.t < INFINITY;
+  intv live = listed & (v.t0 < INFINITY);
   if (only_gaps) live &= !met;
-  const intv on_triangle = fabs(t - gather_float(triangle, at)) < limits.z;
+  // Maps are read only where they tell: they are large, and a CPU waits for them.
+  const intv blended = live & met, gap = live & !met;
+  floatv carried = none;
+  if (ANY(blended)) carried = SELECT(none, gather_float(trust, at), blended);
   intv on_edge, ended;
-  const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
-  intv gone = live & ended & !on_triangle;
+  const floatv trusted = trust_of(carried, &on_edge, &ended);
+  v.contour = contour_of(on_edge, limits);
+  const intv sure = live & (ended | (trusted >= 1.0f));
+  intv alone = sure;
+  if (ANY(sure)) alone &= !(fabs(v.t - gather_float(triangle, at)) < limits.z);
+  v.gone = alone & ended;
+  v.doubted = alone & !ended;
+  if (ANY(gap)) v.gone |= gap & !(gather_float(core, at) < INFINITY);
+  v.mixed = live & !v.gone & (trusted < 1.0f);
+  return v;
+}
 
-  // A trusted surface that has ended lets what lies behind it be seen.
-  const intv doubted = live & !gone & (trusted >= 1.0f) & !on_triangle;
-  if (ANY(doubted))
-    gone |= doubted & (density_on(cells, weight, r, t, doubted, around) < contour_of(on_edge, limits));
-
-  gone |= live & !met & !(gather_float(core, at) < INFINITY);
-
-  // The rest is for follow_field.
-  const intv mixed = live & !gone & (trusted < 1.0f);
+// Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
+// behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
+// again (its reference), and infinity elsewhere; `follow` is finite where the field is followed.
+inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
+                   global float* depth, global float* behind, global float* follow,
+                   const Cells cells, global const float* weight, Around* around) {
+  const floatv nowhere = (floatv)(INFINITY);
+  intv gone = v.gone;
+  if (ANY(v.doubted))
+    gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
-  scatter_float(SELECT(nowhere, t0, gone), behind, at, listed);
-  scatter_float(SELECT(nowhere, t0, mixed), follow, at, listed);
+  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed);
+  scatter_float(SELECT(nowhere, v.t0, v.mixed), follow, at, listed);
 }
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
@@ -234,9 +253,9 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   if (ANY(reaches)) {
     const float window = least_lane(SELECT(nowhere, from, reaches));
     const float end = window_end(window, to, reaches);
-    list_near(cells, around, r, listed, window - 1.0f, end, &near);
+    list_near(cells, around, r, listed, window, end, &near);
     listed_near = 1;
-    const intv here = left & (t >= window - 1.0f) & (t <= end);
+    const intv here = left & (t >= window) & (t <= end);
     if (ANY(here))
       density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
     left &= !here;
@@ -291,13 +310,16 @@ kernel void settle_samples(
     const int vectors =
         load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
     if (!vectors) return;
+    Verdict verdict[VECTORS];
     for (int v = 0; v < vectors; ++v) {
-      const floatv t = gather_float(depth, lanes[v].at);
-      ask_for(t, t + 1.0f, lanes[v].used & (t < INFINITY), &around);
+      verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, core, trust, depth,
+                         limits, only_gaps);
+      around.wanted[v] = verdict[v].doubted;
+      ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
     for (int v = 0; v < vectors; ++v)
-      settle(lanes[v].at, lanes[v].used, lanes[v].rays, triangle, reference, core, trust, depth,
-             behind, follow, cells, weight, limits, only_gaps, &around);
+      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, depth, behind, follow, cells,
+             weight, &around);
   }
 }
 
@@ -327,7 +349,7 @@ kernel void follow_field(
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
       const intv reaches = lanes[v].used & (gather_float(core, lanes[v].at) < INFINITY);
-      ask_for(search_from(t, t0, limits) - 1.0f, search_to(t, t0, beyond), reaches, &around);
+      ask_for(search_from(t, t0, limits), search_to(t, t0, beyond), reaches, &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
@@ -355,8 +377,8 @@ kernel void settle_points(
   Around around;
   around.vectors = 1;
   around.count = -2;
-  settle(&p, 1, r, triangle, reference, core, trust, depth, behind, to_follow, cells, weight, limits,
-         0, &around);
+  const Verdict verdict = judge(&p, 1, triangle, reference, core, trust, depth, limits, 0);
+  settle(verdict, &p, 1, r, depth, behind, to_follow, cells, weight, &around);
   if (to_follow[p] < INFINITY)
     follow(&p, 1, n, r, reference, core, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, limits, beyond, &around);
@@ -389,7 +411,7 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
       const floatv end = fmin(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
-      ask_for(start - 1.0f, end, lanes[v].used & (start < end), &around);
+      ask_for(start, end, lanes[v].used & (start < end), &around);
     }
     for (int v = 0; v < vectors; ++v) {
       const Lanes l = lanes[v];

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <limits>
+
 #include "kernels/native/field.hpp"
 #include "kernels/native/lanes.hpp"
 
@@ -34,22 +37,24 @@ struct Around27 {
   }
 };
 
-// As is_inside in density.cl.
-bool is_inside(const Cells& in, int cx, int cy, int cz, int least) {
-  int sum = 0, fewest = 1 << 30;
+// As slice_of in density.cl.
+struct Slice {
+  int fewest, sum;
+};
+Slice slice_of(const Cells& in, int cx, int cy, int cz, int least) {
+  Slice s{1 << 30, 0};
   for (int k = cz - 1; k <= cz + 1; ++k)
-    for (int j = cy - 1; j <= cy + 1; ++j)
-      for (int i = cx - 1; i <= cx + 1; ++i) {
-        const Bucket bucket = bucket_of(in, i, j, k);
-        int count = 0;
-        for (int p = bucket.begin; p < bucket.end; p += 8)
-          count += __builtin_popcount(
-              bits_of((load(in.tag + p) == bucket.tag) & (kPlaces < bucket.end - p)));
-        if (count < least) return false;
-        fewest = count < fewest ? count : fewest;
-        sum += count;
-      }
-  return 2 * 27 * fewest >= sum;
+    for (int j = cy - 1; j <= cy + 1; ++j) {
+      const Bucket bucket = bucket_of(in, cx, j, k);
+      int count = 0;
+      for (int p = bucket.begin; p < bucket.end; p += 8)
+        count += __builtin_popcount(
+            bits_of((load(in.tag + p) == bucket.tag) & (kPlaces < bucket.end - p)));
+      s.fewest = std::min(s.fewest, count);
+      s.sum += count;
+      if (count < least) return s;
+    }
+  return s;
 }
 
 }  // namespace
@@ -57,17 +62,22 @@ bool is_inside(const Cells& in, int cx, int cy, int cz, int least) {
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
   const Cells& in = input.cells;
   Around27 near;
-  int cx = 0, cy = 0, cz = 0;
-  bool known = false, inside = false;
+  int cx = std::numeric_limits<int>::min(), cy = 0, cz = 0;
+  bool inside = false;
+  Slice before{}, here{}, after{};
   for (std::size_t a = begin; a < end;) {
     const int own_x = cell_of(in.x[a], in.inverse_cell), own_y = cell_of(in.y[a], in.inverse_cell),
               own_z = cell_of(in.z[a], in.inverse_cell);
-    if (!known || own_x != cx || own_y != cy || own_z != cz) {
+    if (own_x != cx || own_y != cy || own_z != cz) {
+      const bool next = own_x - 1 == cx && own_y == cy && own_z == cz;  // two slices are the same
       cx = own_x;
       cy = own_y;
       cz = own_z;
-      known = true;
-      inside = is_inside(in, cx, cy, cz, input.least);
+      before = next ? here : slice_of(in, cx - 1, cy, cz, input.least);
+      here = next ? after : slice_of(in, cx, cy, cz, input.least);
+      after = slice_of(in, cx + 1, cy, cz, input.least);
+      const int fewest = std::min({before.fewest, here.fewest, after.fewest});
+      inside = fewest >= input.least && 2 * 27 * fewest >= before.sum + here.sum + after.sum;
     }
     // Up to eight particles of the cell side by side; lanes that are left repeat the first.
     Floats x = all(in.x[a]), y = all(in.y[a]), z = all(in.z[a]);

@@ -1,4 +1,4 @@
-// The density field along rays, as field.cl has it: one search of the cells for up to 32 rays, of
+// The density field along rays, as field.cl has it: one search of the cells for up to 48 rays, of
 // which eight take what is near them. Everything has internal linkage.
 #pragma once
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
 constexpr float kW0 = 0.243067f, kW1 = 0.456322f, kW2 = -0.842290f, kW3 = 1.142901f;
-constexpr int kVectors = 4, kRowCells = 32;
+constexpr int kVectors = 6, kRowCells = 32;
 
 /// pi C and its gradient, see field.cl.
 struct FieldAt {
@@ -125,10 +125,11 @@ inline Axis axis_of(const Rays* rays, const Ints* wanted, int vectors, float low
 inline Ints near_axis(const Axis& b, const Floats& x, const Floats& y, const Floats& z,
                       float reach) {
   const Floats dx = x - b.x, dy = y - b.y, dz = z - b.z;
-  const Floats s =
-      smaller(larger((dx * b.ex + dy * b.ey + dz * b.ez) * b.per_length, Floats{}), all(1.0f));
-  const Floats qx = dx - s * b.ex, qy = dy - s * b.ey, qz = dz - s * b.ez;
-  return qx * qx + qy * qy + qz * qz <= reach * reach;
+  const Floats along = fused(dx, all(b.ex), fused(dy, all(b.ey), dz * b.ez));
+  const Floats s = -smaller(larger(along * b.per_length, Floats{}), all(1.0f));
+  const Floats qx = fused(s, all(b.ex), dx), qy = fused(s, all(b.ey), dy),
+               qz = fused(s, all(b.ez), dz);
+  return fused(qx, qx, fused(qy, qy, qz * qz)) <= reach * reach;
 }
 
 template <int Most>
@@ -206,10 +207,9 @@ inline void look_around(const Cells& cells, Around& around) {
 inline void list_near(const Cells& cells, Around& around, const Rays& r, const Ints& wanted,
                       float low, float high, Near& near) {
   const Axis b = axis_of(&r, &wanted, 1, low, high);
-  if (!around.searched && around.vectors > 1) look_around(cells, around);
+  if (!around.searched) look_around(cells, around);
   const auto& found = around.found;
-  if (!around.searched || !found.whole() || low < around.low || high > around.high)
-    return search_cells(cells, b, near);
+  if (!found.whole() || low < around.low || high > around.high) return search_cells(cells, b, near);
   near.count = 0;
   for (int k = 0; k < found.count && near.whole(); k += 8) {
     const Floats x = load(found.x + k), y = load(found.y + k), z = load(found.z + k);

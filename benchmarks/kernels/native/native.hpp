@@ -47,7 +47,7 @@ struct Field {
   Cells cells;
   float* result;  // [4][count]
   std::size_t count;
-  int least;  // in a cell, see is_inside in density.cl
+  int least;  // in a cell, see measure_gradients in density.cl
 };
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end);
 

@@ -5,7 +5,7 @@
 namespace meniscus::bench::native {
 namespace {
 
-constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 5.0f;
+constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 8.0f;
 constexpr float kNewton = 1.0f / 2048.0f;
 constexpr int kTakes = 8 * kVectors, kRefine = 8;
 
@@ -49,9 +49,10 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
   const float per_level = 1.5f / level;
   Floats t = from, low = from, short_of = all(-level);
   Ints going = wanted & (t <= to), fresh = going, steps{};
+  const float first = least_wanted(t, going);
   while (any(going)) {
     const float window = least_wanted(t, going), end = window_end(window, to, going);
-    if (!listed) list_near(cells, around, r, going, window - 1.0f, end, near);
+    if (!listed) list_near(cells, around, r, going, std::fmax(window - 1.0f, first), end, near);
     listed = false;
     Ints here = going & (t <= end), found{};
     Floats over{};
@@ -132,24 +133,41 @@ struct Trust {
   Floats contour(float density) const { return (on_edge ? all(0.3f) : all(1.0f)) * density; }
 };
 
-void settle(const Settle& in, const Lanes& lanes, Around& around) {
+// What samples show as far as no density tells.
+struct Verdict {
+  Floats t0, t, contour;
+  Ints gone, doubted, mixed;
+};
+
+Verdict judge(const Settle& in, const Lanes& lanes) {
   const std::int32_t* const at = lanes.at;
-  const Floats t0 = gather(in.reference, at), t = gather(in.depth, at);
-  const Ints met = t < kNowhere;
-  Ints live = lanes.used & (t0 < kNowhere);
+  Verdict v;
+  v.t0 = gather(in.reference, at);
+  v.t = gather(in.depth, at);
+  const Ints met = v.t < kNowhere;
+  Ints live = lanes.used & (v.t0 < kNowhere);
   if (in.only_gaps) live &= ~met;
-  const Ints on_triangle = magnitude(t - gather(in.triangle, at)) < in.triangle_reach;
-  const Trust trust(met ? gather(in.trust, at) : Floats{});
-  Ints gone = live & trust.ended & ~on_triangle;
-  const Ints doubted = live & ~gone & (trust.share >= 1.0f) & ~on_triangle;
-  if (any(doubted))
-    gone |= doubted & (density_on(in.cells, in.weight, lanes.rays, t, doubted, around) <
-                       trust.contour(in.contour));
-  gone |= live & ~met & ~(gather(in.core, at) < kNowhere);
-  const Ints mixed = live & ~gone & (trust.share < 1.0f);
-  scatter(all(kNowhere), in.depth, at, gone);
-  scatter(gone ? t0 : all(kNowhere), in.behind, at, lanes.used);
-  scatter(mixed ? t0 : all(kNowhere), in.follow, at, lanes.used);
+  const Ints blended = live & met, gap = live & ~met;
+  const Trust trust(any(blended) ? (blended ? gather(in.trust, at) : Floats{}) : Floats{});
+  v.contour = trust.contour(in.contour);
+  const Ints sure = live & (trust.ended | (trust.share >= 1.0f));
+  Ints alone = sure;
+  if (any(sure)) alone &= ~(magnitude(v.t - gather(in.triangle, at)) < in.triangle_reach);
+  v.gone = alone & trust.ended;
+  v.doubted = alone & ~trust.ended;
+  if (any(gap)) v.gone |= gap & ~(gather(in.core, at) < kNowhere);
+  v.mixed = live & ~v.gone & (trust.share < 1.0f);
+  return v;
+}
+
+void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& around) {
+  Ints gone = v.gone;
+  if (any(v.doubted))
+    gone |= v.doubted &
+            (density_on(in.cells, in.weight, lanes.rays, v.t, v.doubted, around) < v.contour);
+  scatter(all(kNowhere), in.depth, lanes.at, gone);
+  scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used);
+  scatter(v.mixed ? v.t0 : all(kNowhere), in.follow, lanes.at, lanes.used);
 }
 
 void follow(const Follow& in, const Lanes& lanes, Around& around) {
@@ -168,9 +186,9 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
   Ints left = lanes.used & met;
   if (any(reaches)) {
     const float window = least_wanted(from, reaches), end = window_end(window, to, reaches);
-    list_near(in.cells, around, r, lanes.used, window - 1.0f, end, near);
+    list_near(in.cells, around, r, lanes.used, window, end, near);
     listed = true;
-    const Ints here = left & (t >= window - 1.0f) & (t <= end);
+    const Ints here = left & (t >= window) & (t <= end);
     if (any(here))
       density = here ? field_near<false>(in.cells, in.weight, near, r, t).c * kFieldNorm : none;
     left &= ~here;
@@ -210,11 +228,13 @@ void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
   for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile)
     for (int place = 0; place < in.lists.count[tile]; place += kTakes) {
       const int vectors = load_work(in.lists, tile, place, lanes, around);
+      Verdict verdict[kVectors];
       for (int v = 0; v < vectors; ++v) {
-        const Floats t = gather(in.depth, lanes[v].at);
-        ask_for(t, t + 1.0f, lanes[v].used & (t < kNowhere), around);
+        verdict[v] = judge(in, lanes[v]);
+        around.wanted[v] = verdict[v].doubted;
+        ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, around);
       }
-      for (int v = 0; v < vectors; ++v) settle(in, lanes[v], around);
+      for (int v = 0; v < vectors; ++v) settle(in, verdict[v], lanes[v], around);
     }
 }
 
@@ -227,8 +247,8 @@ void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
       for (int v = 0; v < vectors; ++v) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
         const Ints reaches = lanes[v].used & (gather(in.core, lanes[v].at) < kNowhere);
-        ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)) - 1.0f,
-                (t < kNowhere ? t : t0) + in.beyond, reaches, around);
+        ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)), (t < kNowhere ? t : t0) + in.beyond,
+                reaches, around);
         ask_for(t, t, lanes[v].used & (t < kNowhere), around);
       }
       for (int v = 0; v < vectors; ++v) follow(in, lanes[v], around);
