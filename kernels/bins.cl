@@ -37,49 +37,85 @@ kernel void bound_bins(global const float* cell,  // [cells]
   bound[j * bins.x + i] = deepest;
 }
 
-// How many particles may show in each bin: those whose key is at most the bin's bound. One work-item
-// per particle.
+// Particles are listed in chunks, one to a work-item. A GPU's (WIDTH 1) are single particles, which
+// share their counts; elsewhere each chunk has counts of its own, and nothing is atomic.
+#if WIDTH == 1
+#define TAKE_NEXT(count) atomic_inc(count)
+#else
+#define TAKE_NEXT(count) (*(count))++
+#endif
+
+// How many particles of each chunk may show in each bin: those whose key is at most the bin's bound.
 kernel void count_bins(global const int* box,      // [4][stride]
                        global const float* key,    // [stride]
                        global const float* bound,  // [bins]
-                       global int* count,          // [bins] 0 before
+                       global int* count,          // [chunks][own] or [bins], out
                        global uchar* shown,        // [n] out: 1 where a particle shows in any bin
-                       const int n, const int stride, const int bins_x) {
-  const int p = get_global_id(0);
-  if (p >= n) return;
-  const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
-  const float own = key[p];
-  int any = 0;
-  if (i1 >= i0 && j1 >= j0)
-    for (int j = j0 / BIN; j <= j1 / BIN; ++j)
-      for (int i = i0 / BIN; i <= i1 / BIN; ++i)
-        if (!(own > bound[j * bins_x + i])) {
-          atomic_inc(count + j * bins_x + i);
-          any = 1;
-        }
-  shown[p] = any;
+                       const int n, const int stride, const int bins_x,
+                       const int chunk,  // particles
+                       const int own) {  // counts of a chunk, bins and some more; 0: shared ones,
+                                         // which are 0 before
+  const int first = get_global_id(0) * chunk;
+  global int* counts = count + get_global_id(0) * own;
+  for (int bin = 0; bin < own; ++bin) counts[bin] = 0;
+  for (int p = first; p < min(first + chunk, n); ++p) {
+    const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
+    const float nearest = key[p];
+    int any = 0;
+    if (i1 >= i0 && j1 >= j0)
+      for (int j = j0 / BIN; j <= j1 / BIN; ++j)
+        for (int i = i0 / BIN; i <= i1 / BIN; ++i)
+          if (!(nearest > bound[j * bins_x + i])) {
+            TAKE_NEXT(counts + j * bins_x + i);
+            any = 1;
+          }
+    shown[p] = any;
+  }
+}
+
+// The sum of a bin's counts, and each chunk's place among its entries. One work-item per WIDTH bins
+// of `own`.
+kernel void sum_counts(global int* count,  // [chunks][own] how many there are; out: how many in the
+                                           // chunks before
+                       global int* total,  // [own] out
+                       const int chunks, const int own) {
+  const int bin = get_global_id(0) * WIDTH;
+  if (bin >= own) return;
+  intv sum = (intv)(0);
+  for (int c = 0; c < chunks; ++c) {
+    const intv here = LOADI(count + c * own + bin);
+    STOREI(sum, count + c * own + bin);
+    sum += here;
+  }
+  STOREI(sum, total + bin);
 }
 
 // Lists them, in any order: a particle's index, and the part of its box that lies in the bin.
-// One work-item per particle.
+// Chunks as in count_bins.
 kernel void fill_bins(global const int* box, global const float* key, global const float* bound,
                       global const uchar* shown,  // [n]
-                      global int* end,            // [bins] each bin's first entry before, its end
-                                                  // after
+                      global const int* end,      // [bins] end of each bin's entries, which begin at
+                                                  // the one before
+                      global int* place,          // [chunks][own] or [bins] the next within a bin
                       global int2* entry,         // [entries]
                       const int n, const int stride, const int bins_x,
-                      const int2 range) {  // first bin and end of those to list
-  const int p = get_global_id(0);
-  if (p >= n || !shown[p]) return;
-  const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
-  const float own = key[p];
-  for (int j = j0 / BIN; j <= j1 / BIN; ++j) {
-    const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
-    for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
-      const int bin = j * bins_x + i;
-      if (bin < range.x || bin >= range.y || own > bound[bin]) continue;
-      const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
-      entry[atomic_inc(end + bin)] = (int2)(p, columns | rows);
+                      const int2 range,  // first bin and end of those to list
+                      const int chunk, const int own) {
+  const int first = get_global_id(0) * chunk;
+  global int* places = place + get_global_id(0) * own;
+  for (int p = first; p < min(first + chunk, n); ++p) {
+    if (!shown[p]) continue;
+    const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
+    const float nearest = key[p];
+    for (int j = j0 / BIN; j <= j1 / BIN; ++j) {
+      const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
+      for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
+        const int bin = j * bins_x + i;
+        if (bin < range.x || bin >= range.y || nearest > bound[bin]) continue;
+        const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
+        const int begin = bin > range.x ? end[bin - 1] : 0;
+        entry[begin + TAKE_NEXT(places + bin)] = (int2)(p, columns | rows);
+      }
     }
   }
 }
