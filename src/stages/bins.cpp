@@ -7,22 +7,24 @@ namespace {
 
 // How particles are counted and listed (bins.cl).
 struct Chunks {
-  Range range;      // a work-item takes a chunk
-  int counted;      // chunks that have counts of their own, or one set of counts for all
-  cl_int size;      // particles of a chunk
-  cl_int own;       // counts of a chunk; 0: shared ones
+  Range range;  // a work-item takes a chunk
+  int counted;  // chunks that have counts of their own, or one set of counts for all
+  cl_int size;  // particles of a chunk
+  cl_int own;   // counts of a chunk; 0: shared ones
 };
 
 Chunks chunks_of(std::size_t particles, std::size_t counts, int width) {
   if (width == 1) return {{particles}, 1, 1, 0};
   // A chunk's counts should be no more work than its particles.
-  constexpr std::size_t kMost = 8, kParticles = 1024;
+  constexpr std::size_t kMost = 8, kParticles = 512;
   const std::size_t number = std::clamp<std::size_t>(particles / kParticles, 1, kMost);
   return {{number, 1, 1, 1},
           static_cast<int>(number),
           static_cast<cl_int>((particles + number - 1) / number),
           static_cast<cl_int>(counts)};
 }
+
+std::size_t padded_to_vectors(std::size_t n) { return (n + 3 + 63) / 64 * 64; }
 
 }  // namespace
 
@@ -36,12 +38,20 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
   const int side = 1 << shift;
   const BinGrid bins = bins_of(grid);
   const cl_int2 cells{{(grid.nx + side - 1) / side, (grid.ny + side - 1) / side}};
-  const auto cell = filled<float>(
-      device, static_cast<std::size_t>(cells.s[0]) * static_cast<std::size_t>(cells.s[1]),
-      kNoSurface);
+  const int width = device.state().vector_width;
+  const std::string options = width_option(width);
+  const std::size_t padded = padded_to_vectors(static_cast<std::size_t>(cells.s[0]) *
+                                               static_cast<std::size_t>(cells.s[1]));
+  const Chunks chunks = chunks_of(static_cast<std::size_t>(covers.count), padded, width);
+  const std::size_t all = static_cast<std::size_t>(chunks.counted) * padded;
+  const auto cell =
+      chunks.own > 0 ? allocate<float>(device, all) : filled<float>(device, all, kNoSurface);
   const auto bound = allocate<float>(device, bins.size());
-  launch(device, "bins.cl", "bound_cells", {static_cast<std::size_t>(covers.count)}, "",
-         covers.cells, covers.deepest, cell, covers.count, covers.stride, cells.s[0]);
+  launch(device, "bins.cl", "bound_cells", chunks.range, options, covers.cells, covers.deepest,
+         cell, covers.count, covers.stride, cells.s[0], chunks.size, chunks.own);
+  if (chunks.counted > 1)
+    launch(device, "bins.cl", "least_bounds", {padded / static_cast<std::size_t>(width)}, options,
+           cell, cl_int{chunks.counted}, chunks.own);
   launch(device, "bins.cl", "bound_bins",
          {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, "", cell,
          bound, cells, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide / side});
@@ -54,11 +64,11 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
   const BinGrid bins = bins_of(grid);
   const int width = device.state().vector_width;
   const std::string options = width_option(width);
-  const std::size_t counts = (bins.size() + 63) / 64 * 64;
+  const std::size_t counts = padded_to_vectors(bins.size());
   const Chunks chunks = chunks_of(static_cast<std::size_t>(outlines.count), counts, width);
   const std::size_t all_counts = static_cast<std::size_t>(chunks.counted) * counts;
-  const auto count = chunks.own > 0 ? allocate<cl_int>(device, all_counts)
-                                    : filled<cl_int>(device, all_counts, 0);
+  const auto count =
+      chunks.own > 0 ? allocate<cl_int>(device, all_counts) : filled<cl_int>(device, all_counts, 0);
   const auto total = allocate<cl_int>(device, counts);
   const auto shown = allocate<cl_uchar>(device, static_cast<std::size_t>(outlines.stride));
   launch(device, "bins.cl", "count_bins", chunks.range, options, outlines.box, outlines.key, bound,
