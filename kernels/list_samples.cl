@@ -92,8 +92,7 @@ kernel void keep_samples(global const int* sample, global const int* count,
   for (int k = 0; k < count[tile]; ++k) {
     const int at = sample[tile * TILE_SAMPLES + k];
     const int less = nearer[at] < (where == NEARER ? depth[at] : INFINITY);
-    kept[tile * TILE_SAMPLES + used] = at;  // without branches, as above
-    used += less != (where == INFINITE);
+    if (less != (where == INFINITE)) kept[tile * TILE_SAMPLES + used++] = at;
   }
   kept_count[tile] = used;
 }
