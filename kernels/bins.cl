@@ -17,7 +17,7 @@ inline int count_row(global const float* bound, global int* counts, const int nu
                      const float nearest) {
   int any_shown = 0;
   for (int i = 0; i < number; ++i) {
-    if (nearest > bound[i]) continue;
+    if (!(nearest <= bound[i])) continue;
     atomic_inc(counts + i);
     any_shown = 1;
   }
@@ -36,7 +36,7 @@ inline int count_row(global const float* bound, global int* counts, const int nu
                      const float nearest) {
   int4 shown = (int4)(0);
   for (int i = 0; i < number; i += 4) {
-    const int4 here = (i + (int4)(0, 1, 2, 3) < number) & ~(nearest > vload4(0, bound + i));
+    const int4 here = (i + (int4)(0, 1, 2, 3) < number) & (nearest <= vload4(0, bound + i));
     vstore4(vload4(0, counts + i) - here, 0, counts + i);
     shown |= here;
   }
@@ -118,10 +118,10 @@ kernel void count_bins(global const int* box,      // [4][stride]
     const int corner = top * bins_x + left;
 #if WIDTH > 1
     if (number <= 4 && down < 3) {  // most are, and wholly behind
-      const int4 behind = (nearest > vload4(0, bound + corner)) &
-                          (nearest > vload4(0, bound + corner + min(1, down) * bins_x)) &
-                          (nearest > vload4(0, bound + corner + down * bins_x));
-      if (!any_of_four(~behind & ((int4)(0, 1, 2, 3) < number))) continue;
+      const int4 before = (nearest <= vload4(0, bound + corner)) |
+                          (nearest <= vload4(0, bound + corner + min(1, down) * bins_x)) |
+                          (nearest <= vload4(0, bound + corner + down * bins_x));
+      if (!any_of_four(before & ((int4)(0, 1, 2, 3) < number))) continue;
     }
 #endif
     int any_shown = 0;
@@ -170,7 +170,7 @@ kernel void fill_bins(global const int* box, global const float* key, global con
       const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
       for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
         const int bin = j * bins_x + i;
-        if (bin < range.x || bin >= range.y || nearest > bound[bin]) continue;
+        if (bin < range.x || bin >= range.y || !(nearest <= bound[bin])) continue;
         const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
         const int begin = bin > range.x ? end[bin - 1] : 0;
         entry[begin + TAKE_NEXT(places + bin)] = (int2)(p, columns | rows);

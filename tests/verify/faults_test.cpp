@@ -77,8 +77,8 @@ std::vector<Fault> faults() {
        "entry[begin + next] = (int2)(p, columns | rows)",
        "fill_bins", ""},
       // Rows of four: chunks' own counts and cells.
-      {"TheFourthBinOfARow", "bins.cl", "#else\n#define TAKE_NEXT", "< number) & ~(nearest",
-       "< min(number, i + 3)) & ~(nearest", "count_bins", ""},
+      {"TheFourthBinOfARow", "bins.cl", "#else\n#define TAKE_NEXT", "< number) & (nearest",
+       "< min(number, i + 3)) & (nearest", "count_bins", ""},
       {"TheFourthCellOfARow", "bins.cl", "#else\n#define TAKE_NEXT", "(0, 1, 2, 3) < number;",
        "(0, 1, 2, 3) < min(number, i + 3);", "bound_cells", ""},
       {"TheLastChunk", "bins.cl", "kernel void sum_counts", "c < chunks", "c < chunks - 1",
