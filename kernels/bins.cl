@@ -8,18 +8,76 @@
 // box: [4][stride] first and last sample of a particle along i, first and last along j, all
 // included; none where a last is below its first.
 
-// The least bound of each cell of CELL x CELL samples. One work-item per particle.
+// Particles are taken in chunks, one to a work-item. A GPU's (WIDTH 1) are single particles, which
+// share what they write; elsewhere each chunk has its own, and nothing is atomic. Loops of CPUs
+// take rows of four, most of what a particle covers: loops that end sooner or later cost more.
+#if WIDTH == 1
+#define TAKE_NEXT(count) atomic_inc(count)
+inline int count_row(global const float* bound, global int* counts, const int number,
+                     const float nearest) {
+  int any_shown = 0;
+  for (int i = 0; i < number; ++i) {
+    if (!(nearest <= bound[i])) continue;
+    atomic_inc(counts + i);
+    any_shown = 1;
+  }
+  return any_shown;
+}
+inline void lower_cells(global uint* row, const int number, const uint bits) {
+  for (int i = 0; i < number; ++i) atomic_min(row + i, bits);
+}
+#else
+#define TAKE_NEXT(count) (*(count))++
+inline int any_of_four(const int4 test) {  // see any_lane
+  const long2 pair = as_long2(test);
+  return (pair.x | pair.y) != 0;
+}
+inline int count_row(global const float* bound, global int* counts, const int number,
+                     const float nearest) {
+  int4 shown = (int4)(0);
+  for (int i = 0; i < number; i += 4) {
+    const int4 here = (i + (int4)(0, 1, 2, 3) < number) & (nearest <= vload4(0, bound + i));
+    vstore4(vload4(0, counts + i) - here, 0, counts + i);
+    shown |= here;
+  }
+  return any_of_four(shown);
+}
+inline void lower_cells(global uint* row, const int number, const uint bits) {
+  for (int i = 0; i < number; i += 4) {
+    const uint4 before = vload4(0, row + i);
+    const int4 within = i + (int4)(0, 1, 2, 3) < number;
+    vstore4(select(before, min(before, bits), within), 0, row + i);
+  }
+}
+#endif
+
+// The least bound of each cell of CELL x CELL samples.
 kernel void bound_cells(global const int* cover,      // [4][stride] first and last cell along i, j
                         global const float* deepest,  // [stride] depth in these cells, at most
-                        global uint* cell,            // [cells] bits of the depth; +inf before
-                        const int n, const int stride, const int cells_x) {
-  const int p = get_global_id(0);
-  if (p >= n) return;  // the range is rounded up to whole work-groups
-  const int i0 = cover[p], i1 = cover[stride + p];
-  const int j0 = cover[2 * stride + p], j1 = cover[3 * stride + p];
-  const uint bits = as_uint(deepest[p]);
-  for (int j = j0; j <= j1; ++j)
-    for (int i = i0; i <= i1; ++i) atomic_min(cell + j * cells_x + i, bits);
+                        global uint* cell,  // [chunks][own] or [cells], out: bits of the depth
+                        const int n, const int stride, const int cells_x,
+                        const int chunk,  // particles
+                        const int own) {  // cells of a chunk and some more; 0: shared ones, which
+                                          // are +inf before
+  const int first = get_global_id(0) * chunk;
+  global uint* cells = cell + get_global_id(0) * own;
+  for (int k = 0; k < own; ++k) cells[k] = as_uint(INFINITY);
+  for (int p = first; p < min(first + chunk, n); ++p) {
+    const int i0 = cover[p], number = cover[stride + p] - i0 + 1;
+    const int j0 = cover[2 * stride + p], j1 = cover[3 * stride + p];
+    const uint bits = as_uint(deepest[p]);
+    for (int j = j0; j <= j1; ++j) lower_cells(cells + j * cells_x + i0, number, bits);
+  }
+}
+
+// The least of the chunks' bounds, in place of the first's. One work-item per WIDTH cells of `own`.
+kernel void least_bounds(global float* cell,  // [chunks][own]
+                         const int chunks, const int own) {
+  const int at = get_global_id(0) * WIDTH;
+  if (at >= own) return;  // the range is rounded up to whole work-groups
+  floatv least = LOADF(cell + at);
+  for (int c = 1; c < chunks; ++c) least = fmin(least, LOADF(cell + c * own + at));
+  STOREF(least, cell + at);
 }
 
 // The deepest bound of a bin's cells. One work-item per bin.
@@ -37,49 +95,86 @@ kernel void bound_bins(global const float* cell,  // [cells]
   bound[j * bins.x + i] = deepest;
 }
 
-// How many particles may show in each bin: those whose key is at most the bin's bound. One work-item
-// per particle.
+// How many particles of each chunk may show in each bin: those whose key is at most the bin's
+// bound.
 kernel void count_bins(global const int* box,      // [4][stride]
                        global const float* key,    // [stride]
                        global const float* bound,  // [bins]
-                       global int* count,          // [bins] 0 before
+                       global int* count,          // [chunks][own] or [bins], out
                        global uchar* shown,        // [n] out: 1 where a particle shows in any bin
-                       const int n, const int stride, const int bins_x) {
-  const int p = get_global_id(0);
-  if (p >= n) return;
-  const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
-  const float own = key[p];
-  int any = 0;
-  if (i1 >= i0 && j1 >= j0)
-    for (int j = j0 / BIN; j <= j1 / BIN; ++j)
-      for (int i = i0 / BIN; i <= i1 / BIN; ++i)
-        if (!(own > bound[j * bins_x + i])) {
-          atomic_inc(count + j * bins_x + i);
-          any = 1;
-        }
-  shown[p] = any;
+                       const int n, const int stride, const int bins_x,
+                       const int chunk,  // particles
+                       const int own) {  // counts of a chunk, bins and some more; 0: shared ones,
+                                         // which are 0 before
+  const int first = get_global_id(0) * chunk;
+  global int* counts = count + get_global_id(0) * own;
+  for (int bin = 0; bin < own; ++bin) counts[bin] = 0;
+  for (int p = first; p < min(first + chunk, n); ++p) {
+    const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
+    shown[p] = 0;
+    if (i1 < i0 || j1 < j0) continue;
+    const float nearest = key[p];
+    const int left = i0 / BIN, number = i1 / BIN - left + 1, top = j0 / BIN, down = j1 / BIN - top;
+    const int corner = top * bins_x + left;
+#if WIDTH > 1
+    if (number <= 4 && down < 3) {  // most are, and wholly behind
+      const int4 before = (nearest <= vload4(0, bound + corner)) |
+                          (nearest <= vload4(0, bound + corner + min(1, down) * bins_x)) |
+                          (nearest <= vload4(0, bound + corner + down * bins_x));
+      if (!any_of_four(before & ((int4)(0, 1, 2, 3) < number))) continue;
+    }
+#endif
+    int any_shown = 0;
+    for (int j = 0; j <= down; ++j)
+      any_shown |=
+          count_row(bound + corner + j * bins_x, counts + corner + j * bins_x, number, nearest);
+    shown[p] = any_shown;
+  }
+}
+
+// The sum of a bin's counts, and each chunk's place among its entries. One work-item per WIDTH bins
+// of `own`.
+kernel void sum_counts(global int* count,  // [chunks][own] how many there are; out: how many in the
+                                           // chunks before
+                       global int* total,  // [own] out
+                       const int chunks, const int own) {
+  const int bin = get_global_id(0) * WIDTH;
+  if (bin >= own) return;
+  intv sum = (intv)(0);
+  for (int c = 0; c < chunks; ++c) {
+    const intv here = LOADI(count + c * own + bin);
+    STOREI(sum, count + c * own + bin);
+    sum += here;
+  }
+  STOREI(sum, total + bin);
 }
 
 // Lists them, in any order: a particle's index, and the part of its box that lies in the bin.
-// One work-item per particle.
+// Chunks as in count_bins.
 kernel void fill_bins(global const int* box, global const float* key, global const float* bound,
                       global const uchar* shown,  // [n]
-                      global int* end,            // [bins] each bin's first entry before, its end
-                                                  // after
-                      global int2* entry,         // [entries]
+                      global const int* end,  // [bins] end of each bin's entries, which begin at
+                                              // the one before
+                      global int* place,      // [chunks][own] or [bins] the next within a bin
+                      global int2* entry,     // [entries]
                       const int n, const int stride, const int bins_x,
-                      const int2 range) {  // first bin and end of those to list
-  const int p = get_global_id(0);
-  if (p >= n || !shown[p]) return;
-  const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
-  const float own = key[p];
-  for (int j = j0 / BIN; j <= j1 / BIN; ++j) {
-    const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
-    for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
-      const int bin = j * bins_x + i;
-      if (bin < range.x || bin >= range.y || own > bound[bin]) continue;
-      const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
-      entry[atomic_inc(end + bin)] = (int2)(p, columns | rows);
+                      const int2 range,  // first bin and end of those to list
+                      const int chunk, const int own) {
+  const int first = get_global_id(0) * chunk;
+  global int* places = place + get_global_id(0) * own;
+  for (int p = first; p < min(first + chunk, n); ++p) {
+    if (!shown[p]) continue;
+    const int i0 = box[p], i1 = box[stride + p], j0 = box[2 * stride + p], j1 = box[3 * stride + p];
+    const float nearest = key[p];
+    for (int j = j0 / BIN; j <= j1 / BIN; ++j) {
+      const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
+      for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
+        const int bin = j * bins_x + i;
+        if (bin < range.x || bin >= range.y || !(nearest <= bound[bin])) continue;
+        const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
+        const int begin = bin > range.x ? end[bin - 1] : 0;
+        entry[begin + TAKE_NEXT(places + bin)] = (int2)(p, columns | rows);
+      }
     }
   }
 }

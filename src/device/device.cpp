@@ -244,7 +244,11 @@ Memory Device::State::allocate_bytes(std::size_t bytes) {
     Memory buffer = pool->take(padded);
     const cl_uint zero = 0;
     const std::size_t tail = observer ? 0 : bytes / 4 * 4;
-    queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
+    // Most buffers of a frame get the memory that they had in the frame before.
+    const Memory::Zeros kept = buffer.zeros();
+    const bool are_zero = kept.begin <= tail && padded <= kept.end && !observer;
+    if (!are_zero) queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
+    buffer.set_zeros({tail, are_zero ? kept.end : padded});
     return buffer;
   } catch (const cl::Error& error) {
     fail("allocating " + std::to_string(bytes) + " bytes", error);
@@ -285,21 +289,32 @@ void Device::State::unmap(const cl::Buffer& buffer, void* mapped) noexcept {
 
 void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
                                std::size_t pattern_bytes, std::size_t bytes) {
+  if (pattern_bytes != 1 && pattern_bytes != 4)
+    throw DeviceError("fill patterns are one or four bytes");
+  // From this many bytes on all processors fill: PoCL's command is left to one.
+  constexpr std::size_t kLarge = std::size_t{1} << 18;
   try {
-    if (pattern_bytes == 4) {
-      // Sixteen words at a time: PoCL stores a pattern at a time.
-      cl_uint16 words;
-      for (cl_uint& word : words.s)
-        std::copy_n(static_cast<const char*>(pattern), 4, reinterpret_cast<char*>(&word));
-      const std::size_t whole = bytes / sizeof(words) * sizeof(words);
-      if (whole > 0) queue.enqueueFillBuffer(buffer, words, 0, whole);
-      if (whole < bytes) queue.enqueueFillBuffer(buffer, words.s[0], whole, bytes - whole);
-    } else {
-      cl_uchar byte;
-      std::copy_n(static_cast<const char*>(pattern), 1, reinterpret_cast<char*>(&byte));
-      if (pattern_bytes != 1) throw DeviceError("fill patterns are one or four bytes");
-      queue.enqueueFillBuffer(buffer, byte, 0, bytes);
+    // Sixteen words at a time: PoCL stores a pattern at a time.
+    cl_uint16 words;
+    for (std::size_t k = 0; k < sizeof words; k += pattern_bytes)
+      std::copy_n(static_cast<const char*>(pattern), pattern_bytes,
+                  reinterpret_cast<char*>(&words) + k);
+    const std::size_t number = bytes / sizeof words, whole = number * sizeof words;
+    if (info.kind == DeviceKind::cpu && bytes >= kLarge) {
+      cl::Kernel& fill_words = kernel("fill.cl", "fill_words", "");
+      fill_words.setArg(0, buffer);
+      fill_words.setArg(1, words.s[0]);
+      fill_words.setArg(2, static_cast<cl_int>(number));
+      enqueue(fill_words, "fill_words", {number});
+    } else if (whole > 0) {
+      queue.enqueueFillBuffer(buffer, words, 0, whole);
     }
+    if (whole == bytes) return;
+    if (pattern_bytes == 4)
+      queue.enqueueFillBuffer(buffer, words.s[0], whole, bytes - whole);
+    else
+      queue.enqueueFillBuffer(buffer, static_cast<cl_uchar>(words.s[0] & 255), whole,
+                              bytes - whole);
   } catch (const cl::Error& error) {
     fail("filling " + std::to_string(bytes) + " bytes", error);
   }

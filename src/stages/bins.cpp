@@ -3,6 +3,30 @@
 #include <algorithm>
 
 namespace meniscus {
+namespace {
+
+// How particles are counted and listed (bins.cl).
+struct Chunks {
+  Range range;  // a work-item takes a chunk
+  int counted;  // chunks that have counts of their own, or one set of counts for all
+  cl_int size;  // particles of a chunk
+  cl_int own;   // counts of a chunk; 0: shared ones
+};
+
+Chunks chunks_of(std::size_t particles, std::size_t counts, int width) {
+  if (width == 1) return {{particles}, 1, 1, 0};
+  // A chunk's counts should be no more work than its particles.
+  constexpr std::size_t kMost = 8, kParticles = 512;
+  const std::size_t number = std::clamp<std::size_t>(particles / kParticles, 1, kMost);
+  return {{number, 1, 1, 1},
+          static_cast<int>(number),
+          static_cast<cl_int>((particles + number - 1) / number),
+          static_cast<cl_int>(counts)};
+}
+
+std::size_t padded_to_vectors(std::size_t n) { return (n + 3 + 63) / 64 * 64; }
+
+}  // namespace
 
 BinGrid bins_of(const SampleGrid& grid) {
   return {(grid.nx + kBinSide - 1) / kBinSide, (grid.ny + kBinSide - 1) / kBinSide};
@@ -14,12 +38,20 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
   const int side = 1 << shift;
   const BinGrid bins = bins_of(grid);
   const cl_int2 cells{{(grid.nx + side - 1) / side, (grid.ny + side - 1) / side}};
-  const auto cell = filled<float>(
-      device, static_cast<std::size_t>(cells.s[0]) * static_cast<std::size_t>(cells.s[1]),
-      kNoSurface);
+  const int width = device.state().vector_width;
+  const std::string options = width_option(width);
+  const std::size_t padded = padded_to_vectors(static_cast<std::size_t>(cells.s[0]) *
+                                               static_cast<std::size_t>(cells.s[1]));
+  const Chunks chunks = chunks_of(static_cast<std::size_t>(covers.count), padded, width);
+  const std::size_t all = static_cast<std::size_t>(chunks.counted) * padded;
+  const auto cell =
+      chunks.own > 0 ? allocate<float>(device, all) : filled<float>(device, all, kNoSurface);
   const auto bound = allocate<float>(device, bins.size());
-  launch(device, "bins.cl", "bound_cells", {static_cast<std::size_t>(covers.count)}, "",
-         covers.cells, covers.deepest, cell, covers.count, covers.stride, cells.s[0]);
+  launch(device, "bins.cl", "bound_cells", chunks.range, options, covers.cells, covers.deepest,
+         cell, covers.count, covers.stride, cells.s[0], chunks.size, chunks.own);
+  if (chunks.counted > 1)
+    launch(device, "bins.cl", "least_bounds", {padded / static_cast<std::size_t>(width)}, options,
+           cell, cl_int{chunks.counted}, chunks.own);
   launch(device, "bins.cl", "bound_bins",
          {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, "", cell,
          bound, cells, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide / side});
@@ -30,29 +62,37 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
                const SampleGrid& grid, const std::function<void(const BinLists&)>& draw,
                std::size_t most_entries) {
   const BinGrid bins = bins_of(grid);
-  const Range particles{static_cast<std::size_t>(outlines.count)};
-  const auto count = filled<cl_int>(device, bins.size(), 0);
+  const int width = device.state().vector_width;
+  const std::string options = width_option(width);
+  const std::size_t counts = padded_to_vectors(bins.size());
+  const Chunks chunks = chunks_of(static_cast<std::size_t>(outlines.count), counts, width);
+  const std::size_t all_counts = static_cast<std::size_t>(chunks.counted) * counts;
+  const auto count =
+      chunks.own > 0 ? allocate<cl_int>(device, all_counts) : filled<cl_int>(device, all_counts, 0);
+  const auto total = allocate<cl_int>(device, counts);
   const auto shown = allocate<cl_uchar>(device, static_cast<std::size_t>(outlines.stride));
-  launch(device, "bins.cl", "count_bins", particles, "", outlines.box, outlines.key, bound, count,
-         shown, outlines.count, outlines.stride, bins.nx);
-  const std::vector<cl_int> counts = download(device, count);
+  launch(device, "bins.cl", "count_bins", chunks.range, options, outlines.box, outlines.key, bound,
+         count, shown, outlines.count, outlines.stride, bins.nx, chunks.size, chunks.own);
+  launch(device, "bins.cl", "sum_counts", {counts / static_cast<std::size_t>(width)}, options,
+         count, total, cl_int{chunks.counted}, static_cast<cl_int>(counts));
+  const std::vector<cl_int> totals = download(device, total);
 
-  std::vector<cl_int> begin(bins.size());
+  std::vector<cl_int> end(bins.size());
   most_entries = std::min(most_entries, most_values<cl_int2>(device));
   for (std::size_t first = 0, last = 0; first < bins.size(); first = last) {
     std::size_t entries = 0;
     while (last < bins.size() &&
-           (last == first || entries + static_cast<std::size_t>(counts[last]) <= most_entries)) {
-      begin[last] = static_cast<cl_int>(entries);
-      entries += static_cast<std::size_t>(counts[last++]);
+           (last == first || entries + static_cast<std::size_t>(totals[last]) <= most_entries)) {
+      entries += static_cast<std::size_t>(totals[last]);
+      end[last++] = static_cast<cl_int>(entries);
     }
-    const BinLists lists{upload(device, begin),
+    const BinLists lists{upload(device, end),
                          allocate<cl_int2>(device, std::max<std::size_t>(entries, 1)),
                          static_cast<int>(first), static_cast<int>(last)};
     if (entries > 0)
-      launch(device, "bins.cl", "fill_bins", particles, "", outlines.box, outlines.key, bound,
-             shown, lists.end, lists.entry, outlines.count, outlines.stride, bins.nx,
-             cl_int2{{lists.first, lists.last}});
+      launch(device, "bins.cl", "fill_bins", chunks.range, options, outlines.box, outlines.key,
+             bound, shown, lists.end, count, lists.entry, outlines.count, outlines.stride, bins.nx,
+             cl_int2{{lists.first, lists.last}}, chunks.size, chunks.own);
     draw(lists);
   }
 }

@@ -32,6 +32,21 @@ TEST_F(DeviceBuffer, ViewsOfOtherKindsOfDevicesAreCopies) {
             (std::vector<float>{1, 2, 3}));
 }
 
+TEST_F(DeviceBuffer, AreFilledToTheLastValue) {
+  for (const std::size_t size : {1u, 15u, 16u, 100u, 65535u, 65536u, 65537u, 300001u}) {
+    const auto words = filled<cl_int>(device_, size, -1234567);
+    EXPECT_EQ(download(device_, words), std::vector<cl_int>(size, -1234567)) << size;
+    const auto bytes = filled<cl_uchar>(device_, 4 * size + 1, 7);
+    EXPECT_EQ(download(device_, bytes), std::vector<cl_uchar>(4 * size + 1, 7)) << size;
+    for (const cl::Buffer& buffer : {cl::Buffer(words.memory), cl::Buffer(bytes.memory)}) {
+      cl_uchar next = 1;
+      const std::size_t end = buffer() == cl::Buffer(words.memory)() ? 4 * size : 4 * size + 4;
+      device_.state().queue.enqueueReadBuffer(buffer, CL_TRUE, end, 1, &next);
+      EXPECT_EQ(next, 0) << "nothing behind the values is filled, " << size;
+    }
+  }
+}
+
 TEST_F(DeviceBuffer, ViewsOfNothingAreEmpty) {
   const auto buffer = upload(device_, std::vector<float>{});
   EXPECT_EQ(HostView(device_, buffer).size(), 0u);

@@ -6,11 +6,13 @@
 #include <cstring>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "device/device.hpp"
 #include "device/kernel_sources.hpp"
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
+#include "stages/bins.hpp"
 #include "stream/gather.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/scenes.hpp"
@@ -91,6 +93,15 @@ int main() try {
     const View view = make_view(scene.camera, 0.5, {0, 0, 0});
     const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
     select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
+    // What only larger frames need: large fills, particles in several chunks.
+    const DeviceKind kind = std::exchange(device.state().info.kind, DeviceKind::cpu);
+    filled(device, std::size_t{1} << 16, 1.0f);
+    device.state().info.kind = kind;
+    constexpr int kCovers = 1024;
+    bound_bins(
+        device,
+        {filled<cl_int>(device, 4 * kCovers, 0), filled(device, kCovers, 1.0f), kCovers, kCovers},
+        {9, 9, 0, 1}, 1);
     measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
     verify::probe_arithmetic(device, [&](const verify::Row& row) {
       if (row.result != verify::Result::fail || !row.required) return;

@@ -29,7 +29,7 @@ Buffer<cl_int> count(Device& device, int box_end) {
   const auto bound = upload(device, std::vector<float>{5});
   const auto counts = filled<cl_int>(device, 1, 0);
   launch(device, "bins.cl", "count_bins", {2}, "", box, key, bound, counts,
-         filled<cl_uchar>(device, 2, 0), cl_int{2}, cl_int{2}, cl_int{1});
+         filled<cl_uchar>(device, 2, 0), cl_int{2}, cl_int{2}, cl_int{1}, cl_int{1}, cl_int{0});
   return counts;
 }
 
@@ -61,7 +61,7 @@ TEST_P(Traces, SayWhatDiffersAndPutItRight) {
   device_.state().programs.clear();
   device_.state().kernel_text = [](const std::string&, const std::string& text) {
     std::string wrong = text;
-    if (const auto at = wrong.find("atomic_inc(count"); at != std::string::npos)
+    if (const auto at = wrong.find("atomic_inc(counts"); at != std::string::npos)
       wrong.replace(at, 10, "atomic_dec");
     return wrong;
   };
