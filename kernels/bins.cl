@@ -46,7 +46,7 @@ inline void lower_cells(global uint* row, const int number, const uint bits) {
   for (int i = 0; i < number; i += 4) {
     const uint4 before = vload4(0, row + i);
     const int4 within = i + (int4)(0, 1, 2, 3) < number;
-    vstore4(select(before, min(before, bits), within), 0, row + i);
+    vstore4(select(before, min(before, (uint4)(bits)), within), 0, row + i);
   }
 }
 #endif
