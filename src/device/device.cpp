@@ -244,11 +244,7 @@ Memory Device::State::allocate_bytes(std::size_t bytes) {
     Memory buffer = pool->take(padded);
     const cl_uint zero = 0;
     const std::size_t tail = observer ? 0 : bytes / 4 * 4;
-    // Most buffers of a frame get the memory that they had in the frame before.
-    const Memory::Zeros kept = buffer.zeros();
-    const bool are_zero = kept.begin <= tail && padded <= kept.end && !observer;
-    if (!are_zero) queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
-    buffer.set_zeros({tail, are_zero ? kept.end : padded});
+    queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
     return buffer;
   } catch (const cl::Error& error) {
     fail("allocating " + std::to_string(bytes) + " bytes", error);

@@ -37,14 +37,14 @@ void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffe
 }  // namespace
 
 struct Memory::Block {
-  Block(MemoryPool::Idle&& memory, std::size_t bytes, std::shared_ptr<MemoryPool::Shelf> from)
-      : memory(std::move(memory)), size(bytes), shelf(std::move(from)) {}
+  Block(cl::Buffer&& memory, std::size_t bytes, std::shared_ptr<MemoryPool::Shelf> from)
+      : buffer(std::move(memory)), size(bytes), shelf(std::move(from)) {}
   ~Block() {
     const std::lock_guard lock(shelf->mutex);
     shelf->used -= size;
     if (!shelf->reuse) return;
     try {
-      shelf->blocks[size].emplace(shelf->given_back++, std::move(memory));
+      shelf->blocks[size].emplace(shelf->given_back++, std::move(buffer));
       shelf->idle += size;
       shelf->shrink(shelf->most());
     } catch (const std::bad_alloc&) {
@@ -54,18 +54,15 @@ struct Memory::Block {
   Block(const Block&) = delete;
   Block& operator=(const Block&) = delete;
 
-  MemoryPool::Idle memory;
+  cl::Buffer buffer;
   std::size_t size;  // bytes
   std::shared_ptr<MemoryPool::Shelf> shelf;
 };
 
 Memory::operator const cl::Buffer&() const {
   static const cl::Buffer kNone;
-  return block_ ? block_->memory.buffer : kNone;
+  return block_ ? block_->buffer : kNone;
 }
-
-Memory::Zeros Memory::zeros() const { return block_->memory.zeros; }
-void Memory::set_zeros(const Zeros& zeros) { block_->memory.zeros = zeros; }
 
 std::uint64_t MemoryPool::Shelf::most() const {
   constexpr std::uint64_t kAlways = 64 << 20;
@@ -90,29 +87,29 @@ MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count,
 Memory MemoryPool::take(std::size_t bytes) {
   const std::size_t size = block_size(bytes, largest_);
   const std::lock_guard lock(shelf_->mutex);
-  Idle idle;
+  cl::Buffer buffer;
   if (const auto found = shelf_->blocks.find(size); found != shelf_->blocks.end()) {
     // The latest one given back: its pages are most likely in a cache.
     const auto latest = std::prev(found->second.end());
-    idle = std::move(latest->second);
+    buffer = std::move(latest->second);
     found->second.erase(latest);
     if (found->second.empty()) shelf_->blocks.erase(found);
     shelf_->idle -= size;
   } else {
     shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
     try {
-      idle.buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
+      buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
     } catch (const cl::Error&) {
       if (shelf_->idle == 0) throw;
       shelf_->shrink(0);
-      idle.buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
+      buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
     }
-    count_while_it_lives(count_, idle.buffer, size);
+    count_while_it_lives(count_, buffer, size);
   }
   shelf_->used += size;
   shelf_->most_used = std::max(shelf_->most_used, shelf_->used);
   Memory memory;
-  memory.block_ = std::make_shared<Memory::Block>(std::move(idle), size, shelf_);
+  memory.block_ = std::make_shared<Memory::Block>(std::move(buffer), size, shelf_);
   return memory;
 }
 

@@ -19,18 +19,10 @@ class Memory {
   Memory() = default;
   operator const cl::Buffer&() const;
 
-  /// Bytes [begin, end) that are zero: they stay so for later users of the memory, up to the first
-  /// whose values come as far.
-  struct Zeros {
-    std::size_t begin = 0, end = 0;
-  };
-  Zeros zeros() const;
-  void set_zeros(const Zeros& zeros);
-
  private:
   friend class MemoryPool;
   struct Block;
-  std::shared_ptr<Block> block_;
+  std::shared_ptr<const Block> block_;
 };
 
 /// The memory of one device and its queue. Fresh memory costs a page fault for every 4 KB, in every
@@ -56,18 +48,13 @@ class MemoryPool {
  private:
   friend struct Memory::Block;
 
-  struct Idle {
-    cl::Buffer buffer;
-    Memory::Zeros zeros;
-  };
-
   // What handles share, so that the last can give its block back.
   struct Shelf {
     std::mutex mutex;
     bool reuse = true;
     std::uint64_t used = 0, most_used = 0, idle = 0;  // bytes
     std::uint64_t given_back = 0;                     // blocks so far: the age of idle ones
-    std::map<std::size_t, std::map<std::uint64_t, Idle>> blocks;  // by size, by age
+    std::map<std::size_t, std::map<std::uint64_t, cl::Buffer>> blocks;  // idle: by size, by age
 
     void shrink(std::uint64_t most);  // drops the oldest until used + idle <= most
     std::uint64_t most() const;

@@ -107,19 +107,5 @@ TEST(MemoryPool, TailsAreZeroAgain) {
   EXPECT_EQ(tail, std::vector<float>(tail.size(), 0.0f));
 }
 
-// Also after users with more and with fewer values, of which some leave the zeros as they were.
-TEST(MemoryPool, TailsAreZeroWhoeverCameBefore) {
-  Device device;
-  const auto first = handle_of(filled(device, 1024, -1.0f));
-  for (const std::size_t size : {1000u, 1000u, 1010u, 990u, 990u, 1024u, 1000u, 965u, 1024u}) {
-    const auto buffer = filled(device, size, -1.0f);
-    ASSERT_EQ(handle_of(buffer), first) << size;
-    std::vector<float> tail(64);
-    device.state().queue.enqueueReadBuffer(buffer.memory, CL_TRUE, 4 * size, 4 * tail.size(),
-                                           tail.data());
-    EXPECT_EQ(tail, std::vector<float>(tail.size(), 0.0f)) << size;
-  }
-}
-
 }  // namespace
 }  // namespace meniscus
