@@ -47,7 +47,6 @@ typedef JOIN(int, WIDTH) intv;
 #define STOREI(v, p) JOIN(vstore, WIDTH)((v), 0, (p))
 #define LOAD_BYTES(p) JOIN(convert_int, WIDTH)(JOIN(vload, WIDTH)(0, (p)))
 #define STORE_BYTES(v, p) JOIN(vstore, WIDTH)(JOIN(convert_uchar, WIDTH)(v), 0, (p))
-#define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f))
 #define SELECT(no, yes, test) select((no), (yes), (test))
 #define ANY(test) any_lane(test)
 #define ALL(test) all_lanes(test)
@@ -60,8 +59,10 @@ typedef JOIN(int, WIDTH) intv;
 // Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
 #if WIDTH == 8
 #define FOUR(test, op) ((test).lo op (test).hi)
+#define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f))
 #else
 #define FOUR(test, op) (test)  // WIDTH is 4
+#define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f))
 #endif
 inline int any_lane(const intv test) {
   const long2 pair = as_long2(FOUR(test, |));
