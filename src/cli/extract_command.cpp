@@ -106,16 +106,15 @@ int run_extract(ExtractOptions options) {
   options.parameters.image = options.parameters.mesh = false;
   as_usage([&] {
     check(options.parameters);
-    for (const std::string& path : options.outputs)
-      (kind_of(path) == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) =
-          true;
-  });
-  for (const std::string& path : options.outputs)
-    if (kind_of(path) == OutputKind::png) {
+    for (const std::string& path : options.outputs) {
+      const OutputKind kind = kind_of(path);
+      (kind == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
+      if (kind != OutputKind::png) continue;
       Aovs& aovs = options.parameters.aovs;
       aovs.normal = true;
       if (options.writing.preview == Preview::groups) aovs.group = aovs.kind = true;
     }
+  });
   use_threads(options.threads);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
   if (const char* const option = sequence_option(options))

@@ -107,13 +107,17 @@ void check_maps(const Surface& surface, Preview preview) {
   require(camera.width > 0 && camera.height > 0, "write_png: the surface's camera has no pixels");
   const auto pixels =
       static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
-  const bool has_groups = preview != Preview::groups ||
-                          (surface.group.size() == pixels && surface.kind.size() == pixels);
-  for (const std::size_t size : {surface.depth.size(), surface.normal.size()})
-    require(size == pixels && has_groups,
-            "write_png: a map has not the camera's " + std::to_string(pixels) +
-                " pixels (extract with Parameters::image set, and normals, and for the preview of "
-                "groups with these and kinds)");
+  const auto check_map = [&](const char* name, std::size_t size) {
+    require(size == pixels, std::string("write_png: map ") + name + " has " + std::to_string(size) +
+                                " pixels, wanted " + std::to_string(pixels) +
+                                " (extract with it among Parameters::aovs, and Parameters::image "
+                                "set)");
+  };
+  check_map("Z", surface.depth.size());
+  check_map("N", surface.normal.size());
+  if (preview != Preview::groups) return;
+  check_map("id", surface.group.size());
+  check_map("kind", surface.kind.size());
 }
 
 }  // namespace
