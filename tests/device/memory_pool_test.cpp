@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "device/device.hpp"
+#include "device/memory_left.hpp"
 
 namespace meniscus {
 namespace {
@@ -68,11 +69,12 @@ TEST(MemoryPool, HoldsNoMoreThanWasUsedAtATime) {
     const auto a = allocate<char>(device, 4 * kHalf + frame * 8 * kMany);
     const auto b = allocate<char>(device, 4 * kHalf);
     device.state().queue.finish();
-    EXPECT_LE(memory.now(), (8 * kHalf + frame * 8 * kMany) * 17 / 16 + 4096) << frame;
+    const std::uint64_t most = (8 * kHalf + frame * 8 * kMany) * 17 / 16 + 4096;
+    EXPECT_LE(memory_left(memory, most), most) << frame;
   }
   device.state().pool->reuse(false);
   device.state().queue.finish();
-  EXPECT_EQ(memory.now(), 0u);
+  EXPECT_EQ(memory_left(memory), 0u);
 }
 
 TEST(MemoryPool, HandlesMayOutliveTheDevice) {
@@ -87,7 +89,7 @@ TEST(MemoryPool, HandlesMayOutliveTheDevice) {
   }
   EXPECT_GE(memory->now(), 4 * kMany);
   left = {};
-  EXPECT_EQ(memory->now(), 0u) << "nothing is left behind";
+  EXPECT_EQ(memory_left(*memory), 0u) << "nothing is left behind";
 }
 
 // What lies beyond a buffer's values is zero in memory that others have used, too.
