@@ -34,52 +34,71 @@ constant int kProduct[55] = {
 
 #define AT(r, s) ((r) * ((r) + 1) / 2 + (s))
 
-// Adds a point q = (x, y, z) of weight w with its rows, f(q) = 0 and f(q +- d) = +- delta, to the
-// moments and to b. The product of two coordinates of q +- d is e +- o; so no row is taken by
-// itself. Where all that is added to a sum is zero, its sign is one runtime's and another's own:
-// -0 + 0 is -0 in rusticl's fma.
-inline void add_point(floatv* m, floatv* b, const floatv w, const floatv delta, const floatv x,
-                      const floatv y, const floatv z, const floatv dx, const floatv dy,
-                      const floatv dz) {
-  const floatv xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;
-  const floatv exx = fma(dx, dx, xx), eyy = fma(dy, dy, yy), ezz = fma(dz, dz, zz);
-  const floatv exy = fma(dx, dy, xy), eyz = fma(dy, dz, yz), ezx = fma(dz, dx, zx);
-  const floatv oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;
-  const floatv oxy = fma(x, dy, dx * y), oyz = fma(y, dz, dy * z), ozx = fma(z, dx, dz * x);
-  // Weighted: of q, of the pair, and of all three.
-  const floatv twice = w + w, thrice = twice + w;
-  const floatv wxx = w * xx, wyy = w * yy, wzz = w * zz;
-  const floatv pxx = twice * exx, pyy = twice * eyy, pzz = twice * ezz;
-  const floatv qxx = twice * oxx, qyy = twice * oyy, qzz = twice * ozz;
+// A weighted point for the fit.
+typedef struct {
+  floatv w;           // weight
+  floatv x, y, z;     // q
+  floatv dx, dy, dz;  // d = delta n
+} Point;
+
+// A point and its rows, f(q) = 0 and f(q +- d) = +- delta, are added to the moments and to b in two
+// halves, whose sums stay in registers when many points are added to one and then to the other. The
+// product of two coordinates of q +- d is e +- o; so no row is taken by itself. Weighted are w of q, p
+// and q of the pair, s of all three. Where all that is added to a sum is zero, its sign is one
+// runtime's and another's own: -0 + 0 is -0 in rusticl's fma.
+#define PRODUCTS                                                                             \
+  const floatv w = p->w, x = p->x, y = p->y, z = p->z, dx = p->dx, dy = p->dy, dz = p->dz;   \
+  const floatv xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;       \
+  const floatv exx = fma(dx, dx, xx), eyy = fma(dy, dy, yy), ezz = fma(dz, dz, zz);          \
+  const floatv exy = fma(dx, dy, xy), eyz = fma(dy, dz, yz), ezx = fma(dz, dx, zx);          \
+  const floatv oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;                   \
+  const floatv oxy = fma(x, dy, dx * y), oyz = fma(y, dz, dy * z), ozx = fma(z, dx, dz * x); \
+  const floatv twice = w + w
+#define ADD(k, a, b) m[k] = fma(a, b, m[k])
+#define CUBIC(k, s, q, c) m[k] = fma(s, c, fma(q, d##c, m[k]))
+#define QUARTIC(k, A, B) m[k] = fma(w##A, B, fma(p##A, e##B, fma(q##A, o##B, m[k])))
+#define ADD_VALUE(k, a, c) b[k] = fma(a, c, b[k])
+
+// The moments whose first factor is xx or yy.
+inline void add_first(floatv* m, floatv* b, const Point* p, const floatv delta) {
+  PRODUCTS;
+  const floatv wxx = w * xx, wyy = w * yy, pxx = twice * exx, pyy = twice * eyy;
+  const floatv qxx = twice * oxx, qyy = twice * oyy, sxx = wxx + pxx, syy = wyy + pyy;
+  m[M_XX] += sxx;  m[M_YY] += syy;
+  CUBIC(M_XXX, sxx, qxx, x);  CUBIC(M_YYY, syy, qyy, y);
+  CUBIC(M_XXY, sxx, qxx, y);  CUBIC(M_XXZ, sxx, qxx, z);
+  CUBIC(M_YYX, syy, qyy, x);  CUBIC(M_YYZ, syy, qyy, z);
+  QUARTIC(M_XXXX, xx, xx);  QUARTIC(M_YYYY, yy, yy);
+  QUARTIC(M_XXXY, xx, xy);  QUARTIC(M_XXXZ, xx, zx);
+  QUARTIC(M_YYYX, yy, xy);  QUARTIC(M_YYYZ, yy, yz);
+  QUARTIC(M_XXYY, xx, yy);  QUARTIC(M_YYZZ, yy, zz);
+  QUARTIC(M_XXYZ, xx, yz);  QUARTIC(M_YYZX, yy, zx);
+  ADD_VALUE(4, delta, qxx);
+  ADD_VALUE(5, delta, qyy);
+}
+
+// The others.
+inline void add_second(floatv* m, floatv* b, const Point* p, const floatv delta) {
+  PRODUCTS;
+  const floatv thrice = twice + w, pair = twice * delta;
+  const floatv wzz = w * zz, pzz = twice * ezz, qzz = twice * ozz, szz = wzz + pzz;
   const floatv qxy = twice * oxy, qyz = twice * oyz, qzx = twice * ozx;
-  const floatv sxx = wxx + pxx, syy = wyy + pyy, szz = wzz + pzz;
   const floatv sxy = fma(w, xy, twice * exy), syz = fma(w, yz, twice * eyz),
                szx = fma(w, zx, twice * ezx);
   m[M_1] += thrice;
-#define ADD(k, a, b) m[k] = fma(a, b, m[k])
   ADD(M_X, thrice, x);
   ADD(M_Y, thrice, y);
   ADD(M_Z, thrice, z);
-  m[M_XX] += sxx;  m[M_YY] += syy;  m[M_ZZ] += szz;
+  m[M_ZZ] += szz;
   m[M_XY] += sxy;  m[M_YZ] += syz;  m[M_ZX] += szx;
-#define CUBIC(k, s, q, c) m[k] = fma(s, c, fma(q, d##c, m[k]))
-  CUBIC(M_XXX, sxx, qxx, x);  CUBIC(M_YYY, syy, qyy, y);  CUBIC(M_ZZZ, szz, qzz, z);
-  CUBIC(M_XXY, sxx, qxx, y);  CUBIC(M_XXZ, sxx, qxx, z);  CUBIC(M_YYX, syy, qyy, x);
-  CUBIC(M_YYZ, syy, qyy, z);  CUBIC(M_ZZX, szz, qzz, x);  CUBIC(M_ZZY, szz, qzz, y);
-  CUBIC(M_XYZ, sxy, qxy, z);
-#define QUARTIC(k, A, B) m[k] = fma(w##A, B, fma(p##A, e##B, fma(q##A, o##B, m[k])))
-  QUARTIC(M_XXXX, xx, xx);  QUARTIC(M_YYYY, yy, yy);  QUARTIC(M_ZZZZ, zz, zz);
-  QUARTIC(M_XXXY, xx, xy);  QUARTIC(M_XXXZ, xx, zx);  QUARTIC(M_YYYX, yy, xy);
-  QUARTIC(M_YYYZ, yy, yz);  QUARTIC(M_ZZZX, zz, zx);  QUARTIC(M_ZZZY, zz, yz);
-  QUARTIC(M_XXYY, xx, yy);  QUARTIC(M_YYZZ, yy, zz);  QUARTIC(M_ZZXX, zz, xx);
-  QUARTIC(M_XXYZ, xx, yz);  QUARTIC(M_YYZX, yy, zx);  QUARTIC(M_ZZXY, zz, xy);
-  const floatv pair = twice * delta;
-#define ADD_VALUE(k, a, c) b[k] = fma(a, c, b[k])
+  CUBIC(M_ZZZ, szz, qzz, z);  CUBIC(M_XYZ, sxy, qxy, z);
+  CUBIC(M_ZZX, szz, qzz, x);  CUBIC(M_ZZY, szz, qzz, y);
+  QUARTIC(M_ZZZZ, zz, zz);
+  QUARTIC(M_ZZZX, zz, zx);  QUARTIC(M_ZZZY, zz, yz);
+  QUARTIC(M_ZZXX, zz, xx);  QUARTIC(M_ZZXY, zz, xy);
   ADD_VALUE(1, pair, dx);
   ADD_VALUE(2, pair, dy);
   ADD_VALUE(3, pair, dz);
-  ADD_VALUE(4, delta, qxx);
-  ADD_VALUE(5, delta, qyy);
   ADD_VALUE(6, delta, qzz);
   ADD_VALUE(7, delta, qxy);
   ADD_VALUE(8, delta, qyz);

@@ -2,10 +2,19 @@
 // radius instead of a merged group, so that nothing changes abruptly from frame to frame;
 // docs/method.md).
 //
-// A fit is a lane of a batch of eight: slot k of lane l of batch b lies at first[b] + 8 k + l. The
-// slots name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
+// A fit is a lane of a batch: slot k of lane l of batch b lies at first[b] + BATCH k + l. The slots
+// name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
 // batch. Particles are records of four values: x, y, z (particle radii), u; and the unit normal.
 // Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
+
+#define BATCH 16  // lanes
+// Neighbours whose weights are computed before any is added: a weight takes long, one step after
+// another, and the sums leave no register for it. A work-item with one fit has no room for them.
+#if WIDTH == 1
+#define CHUNK 1
+#else
+#define CHUNK 32
+#endif
 
 // The quadratic B-spline on [0, 1).
 inline floatv spline(const floatv x) {
@@ -13,13 +22,13 @@ inline floatv spline(const floatv x) {
   return SELECT(0.5f * (1.5f - y) * (1.5f - y), 0.75f - y * y, y < 0.5f);
 }
 
-// Loads WIDTH records of four values, row by row.
-inline void load_records(global const float4* record, global const int* at, floatv* row) {
-#if WIDTH == 8
+#if WIDTH >= 8
+// Eight records of four values, row by row. Both halves are transposed at once, in two steps.
+__attribute__((always_inline)) inline void load_eight(global const float4* record,
+                                                      global const int* at, float8* row) {
   float8 r[4];
 #pragma unroll
   for (int k = 0; k < 4; ++k) r[k] = (float8)(record[at[k]], record[at[k + 4]]);
-  // Both halves are transposed at once, in two steps.
   const float8 xy0 = (float8)(r[0].s0, r[1].s0, r[0].s1, r[1].s1, r[0].s4, r[1].s4, r[0].s5, r[1].s5);
   const float8 zw0 = (float8)(r[0].s2, r[1].s2, r[0].s3, r[1].s3, r[0].s6, r[1].s6, r[0].s7, r[1].s7);
   const float8 xy1 = (float8)(r[2].s0, r[3].s0, r[2].s1, r[3].s1, r[2].s4, r[3].s4, r[2].s5, r[3].s5);
@@ -28,6 +37,20 @@ inline void load_records(global const float4* record, global const int* at, floa
   row[1] = (float8)(xy0.s23, xy1.s23, xy0.s67, xy1.s67);
   row[2] = (float8)(zw0.s01, zw1.s01, zw0.s45, zw1.s45);
   row[3] = (float8)(zw0.s23, zw1.s23, zw0.s67, zw1.s67);
+}
+#endif
+
+// Loads WIDTH records of four values, row by row. Inlined: loops would wait for a call.
+__attribute__((always_inline)) inline void load_records(global const float4* record,
+                                                        global const int* at, floatv* row) {
+#if WIDTH == 16
+  float8 low[4], high[4];
+  load_eight(record, at, low);
+  load_eight(record, at + 8, high);
+#pragma unroll
+  for (int v = 0; v < 4; ++v) row[v] = (float16)(low[v], high[v]);
+#elif WIDTH == 8
+  load_eight(record, at, row);
 #else
   float lane[4][WIDTH];
   for (int k = 0; k < WIDTH; ++k) {
@@ -45,8 +68,9 @@ typedef struct {
   floatv x, y, z, u, nx, ny, nz;
 } Particles;
 
-inline Particles load_particles(global const float4* place, global const float4* normal,
-                                global const int* at) {
+__attribute__((always_inline)) inline Particles load_particles(global const float4* place,
+                                                               global const float4* normal,
+                                                               global const int* at) {
   floatv p[4], n[4];
   load_records(place, at, p);
   load_records(normal, at, n);
@@ -104,45 +128,55 @@ kernel void fit_particles(
   const floatv rho = LOADF(support + lane), inverse_rho = 1.0f / rho;
   const floatv delta = fitting.x / rho;
   const float inverse_tau = 1.0f / weighing.y;
-  const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
+  const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   floatv m[MOMENTS], a[10];
 #pragma unroll
   for (int k = 0; k < MOMENTS; ++k) m[k] = none;
 #pragma unroll
   for (int k = 0; k < 10; ++k) a[k] = none;
   intv used = (intv)(0);
-  // A point's weight takes long to compute, one step after another, and adding a point keeps the
-  // processor busy: each is added while the next one's weight is computed.
-  floatv w = none, x = none, y = none, z = none, nx = none, ny = none, nz = none;
-  for (int k = 0; k <= count; ++k) {
-    const int slot = begin + 8 * min(k, count - 1);
-    const Particles p = load_particles(place, normal, neighbour + slot);
-    const floatv next_x = p.x - own.x, next_y = p.y - own.y, next_z = p.z - own.z;
-    const floatv squared = fma(next_x, next_x, fma(next_y, next_y, next_z * next_z));
-    const floatv same = fma(own.nx, p.nx, fma(own.ny, p.ny, own.nz * p.nz));
-    const floatv near = p.u * spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
-    floatv off = none;
-    if (ANY(!refit)) {
-      const floatv h = fma(next_x, own.nx, fma(next_y, own.ny, next_z * own.nz)) /
-                       fma(weighing.w, squared, (floatv)(weighing.z));
-      off = fmin(h * h, (floatv)(11.5129255f));  // 1e-5
+  Point point[CHUNK];
+  for (int from = 0; from < count; from += CHUNK) {
+    const int points = min(CHUNK, count - from);
+    // Gathered in a loop of their own: what lies anywhere is loaded while little is stored.
+    for (int k = 0; k < points; ++k) {
+      const Particles p = load_particles(place, normal, neighbour + begin + BATCH * (from + k));
+      const Point raw = {p.u, p.x, p.y, p.z, p.nx, p.ny, p.nz};
+      point[k] = raw;
     }
-    if (ANY(refit)) {
-      const floatv behind = fmax(-evaluate(c, next_x, next_y, next_z), none) * inverse_tau;
-      off = SELECT(off, fmin(behind * behind, (floatv)(9.21034037f)), refit);  // 1e-4
+    for (int k = 0; k < points; ++k) {
+      const int slot = begin + BATCH * (from + k);
+      const Point p = point[k];
+      const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
+      const floatv squared = fma(x, x, fma(y, y, z * z));
+      const floatv same = fma(own.nx, p.dx, fma(own.ny, p.dy, own.nz * p.dz));
+      const floatv near = p.w * spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
+      floatv off = none;
+      if (ANY(!refit)) {
+        const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
+                         fma(weighing.w, squared, (floatv)(weighing.z));
+        off = fmin(h * h, (floatv)(11.5129255f));  // 1e-5
+      }
+      if (ANY(refit)) {
+        const floatv behind = fmax(-evaluate(c, x, y, z), none) * inverse_tau;
+        off = SELECT(off, fmin(behind * behind, (floatv)(9.21034037f)), refit);  // 1e-4
+      }
+      const intv counts = (near >= 1e-6f) & (same >= -0.5f);
+      const floatv w = SELECT(
+          none, near * exp_negative(fma(weighing.x, fmin(same - 1.0f, none), -off)), counts);
+      const Point weighed = {w,
+                             x * inverse_rho,
+                             y * inverse_rho,
+                             z * inverse_rho,
+                             delta * p.dx,
+                             delta * p.dy,
+                             delta * p.dz};
+      point[k] = weighed;
+      used += SELECT((intv)(0), (intv)(1), counts);
+      if (left <= 1) STOREF(w, weight + slot);
     }
-    const floatv next = near * exp_negative(fma(weighing.x, fmin(same - 1.0f, none), -off));
-    const intv counts = (near >= 1e-6f) & (same >= -0.5f);
-    add_point(m, a, w, delta, x, y, z, nx, ny, nz);
-    x = next_x * inverse_rho;
-    y = next_y * inverse_rho;
-    z = next_z * inverse_rho;
-    nx = delta * p.nx;
-    ny = delta * p.ny;
-    nz = delta * p.nz;
-    w = SELECT(none, next, counts);
-    if (k < count) used += SELECT((intv)(0), (intv)(1), counts);
-    if (left <= 1) STOREF(w, weight + slot);
+    for (int k = 0; k < points; ++k) add_first(m, a, point + k, delta);
+    for (int k = 0; k < points; ++k) add_second(m, a, point + k, delta);
   }
   const intv few = used < 3;
   if (ANY(few)) {
@@ -158,7 +192,7 @@ kernel void fit_particles(
     const floatv steep = rho / slope;
     floatv squares = none, total = (floatv)(1e-30f);
     for (int k = 0; k < count; ++k) {
-      const int slot = begin + 8 * k;
+      const int slot = begin + BATCH * k;
       floatv p[4];
       load_records(place, neighbour + slot, p);
       const floatv f = evaluate(a, (p[0] - own.x) * inverse_rho, (p[1] - own.y) * inverse_rho,
@@ -216,7 +250,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const Particles own = load_particles(place, normal, particle + lane);
-  const int begin = first[lane / 8] + lane % 8, count = length[lane / 8];
+  const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   const floatv inverse_rho = 1.0f / LOADF(support + lane);
   floatv c[10];
 #pragma unroll
@@ -224,12 +258,12 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   floatv near = none, agree = none, weight = none, squares = none, number = none;
   floatv distances = none, total = (floatv)(1e-30f);
   for (int k = 0; k < count; ++k) {
-    const Particles p = load_particles(place, normal, neighbour + begin + 8 * k);
+    const Particles p = load_particles(place, normal, neighbour + begin + BATCH * k);
     const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
     const floatv l = sqrt(x * x + y * y + z * z);
     const floatv same = own.nx * p.nx + own.ny * p.ny + own.nz * p.nz;
     const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
-    add_distance(f, LOADF(kept + begin + 8 * k), 1.0f / tau, &distances, &total);
+    add_distance(f, LOADF(kept + begin + BATCH * k), 1.0f / tau, &distances, &total);
     const floatv w =
         p.u * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
     weight += w;

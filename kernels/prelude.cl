@@ -1,5 +1,6 @@
 // prelude.cl: goes before every kernel file. WIDTH is how many pixels or groups a work-item of a
-// loop-heavy kernel takes: 8 on CPUs, 1 on GPUs. Each lane does the same arithmetic in the same
+// loop-heavy kernel takes: 8 on CPUs, some kernels 16 where the processor's own vectors are as long,
+// 1 on GPUs. Each lane does the same arithmetic in the same
 // order, so that every width gives the same bits.
 #pragma OPENCL FP_CONTRACT OFF
 
@@ -57,7 +58,12 @@ typedef JOIN(int, WIDTH) intv;
 #define TO_INTV(x) JOIN(convert_int, WIDTH)(x)
 
 // Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
-#if WIDTH == 8
+#if WIDTH == 16
+#define FOUR(test, op) (((test).lo op (test).hi).lo op ((test).lo op (test).hi).hi)
+#define LANES                                                                                  \
+  ((floatv)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f, 8.0f, 9.0f, 10.0f, 11.0f, 12.0f, \
+            13.0f, 14.0f, 15.0f))
+#elif WIDTH == 8
 #define FOUR(test, op) ((test).lo op (test).hi)
 #define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f))
 #else
@@ -73,7 +79,10 @@ inline int all_lanes(const intv test) {
   return (pair.x & pair.y) == -1;
 }
 inline int bits_of_lanes(const intv test) {
-#if WIDTH == 8
+#if WIDTH == 16
+  const intv bits = test & (intv)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192,
+                                  16384, 32768);
+#elif WIDTH == 8
   const intv bits = test & (intv)(1, 2, 4, 8, 16, 32, 64, 128);
 #else
   const intv bits = test & (intv)(1, 2, 4, 8);
@@ -120,7 +129,10 @@ inline float least_lane(const floatv v) {
 #if WIDTH == 1
   return v;
 #else
-#if WIDTH == 8
+#if WIDTH == 16
+  const float8 eight = SELECT(v.lo, v.hi, v.hi < v.lo);
+  const float4 four = SELECT(eight.lo, eight.hi, eight.hi < eight.lo);
+#elif WIDTH == 8
   const float4 four = SELECT(v.lo, v.hi, v.hi < v.lo);
 #else
   const float4 four = v;

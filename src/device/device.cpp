@@ -340,6 +340,8 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   try {
     state_->context = cl::Context(info.handle);
     state_->queue = cl::CommandQueue(state_->context, info.handle, CL_QUEUE_PROFILING_ENABLE);
+    state_->wide = info.kind == DeviceKind::cpu &&
+                   info.handle.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() >= 16;
     state_->pool =
         std::make_unique<MemoryPool>(state_->context, state_->memory, info.largest_buffer);
   } catch (const cl::Error& error) {

@@ -81,6 +81,7 @@ struct Device::State {
   cl::Context context;
   cl::CommandQueue queue;
   int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
+  bool wide = false;     // the device's own vectors have 16 floats
   std::size_t row_group = kRowGroup;  // work-items in groups where a launch leaves it open
   std::shared_ptr<DeviceMemory> memory = std::make_shared<DeviceMemory>();
   std::unique_ptr<MemoryPool> pool;
@@ -101,6 +102,8 @@ struct Device::State {
 
   cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
   void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
+  /// What kernels take that keep vectors of 16 floats busy, where the device has them.
+  int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;  // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);

@@ -173,7 +173,7 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
          lists.count, reference, records.record, records.foot, tiles.met_start, tiles.met,
          tiles.rim_start, tiles.rim, surface.depth, surface.normal, surface.group, surface.trust,

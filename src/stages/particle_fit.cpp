@@ -25,7 +25,7 @@ constexpr double kNoise = 0.14, kOverLeast = 1.5;
 constexpr SheetWeights kSheet{6, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 4;   // values of a particle's records, see particle_fit.cl
-constexpr std::size_t kLanes = 8;    // fits of a batch, whatever the device's WIDTH
+constexpr std::size_t kLanes = 16;   // fits of a batch, whatever the device's WIDTH
 constexpr std::size_t kBlock = 256;  // fits that a processor takes at a time: whole batches
 
 // The lists of fits [begin, end) by themselves.
@@ -268,7 +268,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const cl_float4 weighing{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}};
   const cl_float2 fitting{
       {static_cast<float>(params.off_surface), static_cast<float>(params.ridge)}};
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   // Few items of much work: small work-groups spread them over the compute units.
   const auto items = [width](const Lanes& part) {
     return Range{part.residual.size / static_cast<std::size_t>(width), 1, 8, 1};

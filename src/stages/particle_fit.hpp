@@ -35,9 +35,9 @@ struct FitRecords {
 };
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around);
 
-/// The neighbours of fits, as kernel fit_particles takes them: fits in batches of eight lanes,
-/// those with about as many neighbours together. Neighbour k of lane l is in slot first[l / 8] + l
-/// % 8 + 8 k.
+/// The neighbours of fits, as kernel fit_particles takes them: fits in batches of 16 lanes,
+/// those with about as many neighbours together. Neighbour k of lane l is in slot first[l / 16] + l
+/// % 16 + 16 k.
 struct FitLists {
   std::vector<std::int32_t> fit;      // [lanes] -1: the lane is not in use
   std::vector<cl_int> particle;       // [lanes] the fit's place in the surface, else nobody's

@@ -13,7 +13,7 @@ struct Row {
   std::string group;    // "probe", "limit", "kernel", "reference" or "frame"
   std::string device;   // its name; filled in by who runs the checks
   std::string kernel;   // the kernel, the probe's name, or the method
-  std::string variant;  // "width 8", "width 1, groups of 16"; empty: there is but one
+  std::string variant;  // "width 8", "width 1, groups of 32"; empty: there is but one
   std::string size;     // what it ran on
   Result result = Result::pass;
   double ulp = -1;       // largest error in units in the last place; -1: none to tell

@@ -32,15 +32,16 @@ double ms_since(Clock::time_point begin) {
 struct Variant {
   std::string name;
   int width;
+  bool wide;                  // vectors of 16 where they are kept busy (Device::State::wide_width)
   std::size_t group;          // of rows of work-items
   std::size_t largest_group;  // that the device is taken to allow; 0: its own
 };
 
 const std::vector<Variant>& variants() {
-  static const std::vector<Variant> all{{"width 8", 8, kRowGroup, 0},
-                                        {"width 1", 1, kRowGroup, 0},
-                                        {"width 8, groups of 16", 8, 16, 64},
-                                        {"width 1, groups of 32", 1, 32, 64}};
+  static const std::vector<Variant> all{{"width 8", 8, false, kRowGroup, 0},
+                                        {"width 1", 1, false, kRowGroup, 0},
+                                        {"width 8 or 16, groups of 16", 8, true, 16, 64},
+                                        {"width 1, groups of 32", 1, false, 32, 64}};
   return all;
 }
 
@@ -50,15 +51,18 @@ class AsVariant {
   AsVariant(Device& device, const Variant& variant)
       : state_(device.state()),
         width_(state_.vector_width),
+        wide_(state_.wide),
         row_group_(state_.row_group),
         largest_group_(state_.info.largest_group) {
     state_.vector_width = variant.width;
+    state_.wide = variant.wide;
     state_.row_group = variant.group;
     if (variant.largest_group > 0)
       state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
   }
   ~AsVariant() {
     state_.vector_width = width_;
+    state_.wide = wide_;
     state_.row_group = row_group_;
     state_.info.largest_group = largest_group_;
   }
@@ -68,6 +72,7 @@ class AsVariant {
  private:
   Device::State& state_;
   int width_;
+  bool wide_;
   std::size_t row_group_;
   std::uint64_t largest_group_;
 };
@@ -374,7 +379,7 @@ Canonical record_canonical(Device& device, const std::function<void(const std::s
   constexpr std::size_t kMost = 16384;  // bytes of a buffer whose values are kept
   const auto record = [&](const std::string& key, int width, bool values, const auto& run) {
     say(key);
-    const AsVariant as(device, {"", width, kRowGroup, 0});
+    const AsVariant as(device, {"", width, false, kRowGroup, 0});
     std::map<std::uint64_t, std::vector<std::uint8_t>> written;
     Tracer tracer(device, values ? &written : nullptr);
     run();

@@ -1,6 +1,7 @@
 // Runs every kernel of every method on a tiny frame, in every vector width, in buffers that hold
 // nonsense at first: what oclgrind is set to watch. Exits with 1 when a kernel was not run, a frame
 // came out empty, or a result depends on the width or on the nonsense.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -70,10 +71,11 @@ int main() try {
   std::set<std::string> missing = embedded_kernels();
   bool good = true;
   std::map<Method, Surface> first;
-  for (const int width : {1, 8}) {
+  for (const int width : {1, 8, 16}) {  // 16 where vectors of 16 are kept busy, else 8
     nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
     Device device;
-    device.state().vector_width = width;
+    device.state().vector_width = std::min(width, 8);
+    device.state().wide = width == 16;
     device.state().pool->reuse(false);  // every buffer is new, and full of nonsense
     for (const auto& [method, name, what] : method_list()) {
       const Surface surface =

@@ -54,14 +54,16 @@ Samples blended(Device& device, const View& view, const SampleGrid& grid, const 
 Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
                 const std::vector<float>& reference) {
   const Samples one = blended(device, view, grid, scene, reference, 1);
-  const Samples eight = blended(device, view, grid, scene, reference, 8);
   const std::size_t bytes = grid.size() * sizeof(float);
-  EXPECT_EQ(std::memcmp(one.map.depth.data(), eight.map.depth.data(), bytes), 0);
-  EXPECT_EQ(std::memcmp(one.map.normal.data(), eight.map.normal.data(), 3 * bytes), 0);
-  EXPECT_EQ(std::memcmp(one.trust.data(), eight.trust.data(), bytes), 0);
-  EXPECT_EQ(one.map.group, eight.map.group);
-  EXPECT_EQ(one.on_edge, eight.on_edge);
-  EXPECT_EQ(one.ended, eight.ended);
+  for (const int width : {8, 16}) {
+    const Samples wide = blended(device, view, grid, scene, reference, width);
+    EXPECT_EQ(std::memcmp(one.map.depth.data(), wide.map.depth.data(), bytes), 0) << width;
+    EXPECT_EQ(std::memcmp(one.map.normal.data(), wide.map.normal.data(), 3 * bytes), 0) << width;
+    EXPECT_EQ(std::memcmp(one.trust.data(), wide.trust.data(), bytes), 0) << width;
+    EXPECT_EQ(one.map.group, wide.map.group) << width;
+    EXPECT_EQ(one.on_edge, wide.on_edge) << width;
+    EXPECT_EQ(one.ended, wide.ended) << width;
+  }
   return one;
 }
 

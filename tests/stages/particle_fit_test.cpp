@@ -62,12 +62,12 @@ TEST(FitLists, HoldEveryNeighbourOnce) {
     for (const FitLists& lists : parts) {
       EXPECT_LE(lists.neighbour.size(), most);
       slots += lists.neighbour.size();
-      ASSERT_EQ(lists.fit.size(), 8 * lists.first.size());
+      ASSERT_EQ(lists.fit.size(), 16 * lists.first.size());
       for (std::size_t l = 0; l < lists.fit.size(); ++l) {
         std::vector<std::int32_t> found, expected;
-        for (int k = 0; k < lists.length[l / 8]; ++k) {
-          const cl_int j = lists.neighbour[static_cast<std::size_t>(lists.first[l / 8]) + l % 8 +
-                                           8 * static_cast<std::size_t>(k)];
+        for (int k = 0; k < lists.length[l / 16]; ++k) {
+          const cl_int j = lists.neighbour[static_cast<std::size_t>(lists.first[l / 16]) + l % 16 +
+                                           16 * static_cast<std::size_t>(k)];
           if (j != nobody) found.push_back(j);
         }
         if (lists.fit[l] < 0) {
@@ -253,7 +253,7 @@ TEST_P(ParticleFit, VectorsOfAnyWidthGiveTheSameBits) {
   const Scene scene = fitted_surface(field(13, 9, half_wave));
   use_width(1);
   const ParticleFits one = fit(device_, scene, {});
-  for (const int width : {4, 8}) {
+  for (const int width : {4, 8, 16}) {
     use_width(width);
     const ParticleFits wide = fit(device_, scene, {});
     EXPECT_EQ(one.quadric, wide.quadric);

@@ -1,3 +1,4 @@
+#define MENISCUS_WIDE
 #include <limits>
 
 #include "kernels/native/samples.hpp"
@@ -82,11 +83,11 @@ struct Beam {
 inline Beam beam_of(const Sample& s) {
   const Floats x = s.sx - s.t * s.dx, y = s.sy - s.t * s.dy;
   Beam b;
-  for (int k = 0; k < 8; ++k) {
-    b.ox += x[k] * 0.125f;
-    b.oy += y[k] * 0.125f;
-    b.dx += s.dx[k] * 0.125f;
-    b.dy += s.dy[k] * 0.125f;
+  for (int k = 0; k < kWidth; ++k) {
+    b.ox += x[k] * (1.0f / kWidth);
+    b.oy += y[k] * (1.0f / kWidth);
+    b.dx += s.dx[k] * (1.0f / kWidth);
+    b.dy += s.dy[k] * (1.0f / kWidth);
   }
   const Floats px = x - b.ox, py = y - b.oy, pu = s.dx - b.dx, pv = s.dy - b.dy;
   b.wide = std::sqrt(most_lane(px * px + py * py));
@@ -95,12 +96,12 @@ inline Beam beam_of(const Sample& s) {
   return b;
 }
 
-// Which of the eight fits from place k of a list a ray of the beam may pass within their reach, as
+// Which of the kWidth fits from place k of a list a ray of the beam may pass within their reach, as
 // bits.
 inline unsigned find_near(const std::int32_t* list, int k, int count, const float* feet,
                           const Beam& b, std::int32_t* id) {
-  std::int32_t at[8];
-  for (int l = 0; l < 8; ++l) {
+  std::int32_t at[kWidth];
+  for (int l = 0; l < kWidth; ++l) {
     id[l] = list[k + l < count ? k + l : count - 1];
     at[l] = id[l] * 4;
   }
@@ -162,7 +163,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   };
   const Beam beam = beam_of(s);
   Hit cache[kCached];
-  std::int32_t cached_group[kCached], id[8];
+  std::int32_t cached_group[kCached], id[kWidth];
   int kept = 0, rest = listed.met_count;
   Blended out;
   Floats best{}, ax{}, ay{}, az{}, trust{};
@@ -171,10 +172,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   // first all that rays meet, without a branch, then the weights of those that count.
   for (int from = 0; from < listed.met_count; from += kBlock) {
     const int to = from + kBlock < listed.met_count ? from + kBlock : listed.met_count;
-    std::int32_t place[kBlock + 8];  // in the list
+    std::int32_t place[kBlock + kWidth];  // in the list
     Entry entry[kBlock];
     int near = 0, count = 0;
-    for (int k = from; k < to; k += 8) {
+    for (int k = from; k < to; k += kWidth) {
       const unsigned bits = find_near(listed.met, k, listed.met_count, feet, beam, id);
       pack(bits, k + kPlaces, place + near);
       near += __builtin_popcount(bits);
@@ -280,7 +281,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{};
-  for (int k = 0; k < listed.rim_count; k += 8)
+  for (int k = 0; k < listed.rim_count; k += kWidth)
     for (unsigned near = find_near(listed.rim, k, listed.rim_count, feet, beam, id); near;
          near &= near - 1) {
       const int fit = id[__builtin_ctz(near)];
@@ -330,7 +331,7 @@ void blend_groups(const Blend& in, std::size_t begin, std::size_t end) {
     const Listed listed = {in.met + in.met_start[k], in.rim + in.rim_start[k],
                            in.met_start[k + 1] - in.met_start[k],
                            in.rim_start[k + 1] - in.rim_start[k]};
-    for (int place = 0; place < in.lists.count[k]; place += 8) {
+    for (int place = 0; place < in.lists.count[k]; place += kWidth) {
       Lanes lanes;
       load_lanes(in.lists, tile, place, lanes);
       const Rays& r = lanes.rays;

@@ -1,5 +1,6 @@
 // Eight floats side by side, as the compiler's own vector type: what explicit vectors are on the
-// device. Everything has internal linkage.
+// device; and sixteen in files that ask for MENISCUS_WIDE, where the processor's own vectors have
+// them. Everything has internal linkage.
 #pragma once
 
 #include <cmath>
@@ -13,11 +14,18 @@
 namespace meniscus::bench::native {
 namespace {
 
+#if defined(MENISCUS_WIDE) && defined(__AVX512F__)
+constexpr int kWidth = 16;
+typedef float Floats __attribute__((vector_size(64)));
+typedef std::int32_t Ints __attribute__((vector_size(64)));
+constexpr Ints kPlaces = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+#else
+constexpr int kWidth = 8;
 typedef float Floats __attribute__((vector_size(32)));
 typedef std::int32_t Ints __attribute__((vector_size(32)));
-
 constexpr Ints kPlaces = {0, 1, 2, 3, 4, 5, 6, 7};
 constexpr Floats kLanes = {0, 1, 2, 3, 4, 5, 6, 7};
+#endif
 
 inline Floats all(float x) { return Floats{} + x; }
 inline Floats load(const float* p) {
@@ -33,26 +41,31 @@ inline Ints load(const std::int32_t* p) {
 inline void store(const Floats& v, float* p) { std::memcpy(p, &v, sizeof v); }
 /// The first `count` lanes, all of them if there are fewer.
 inline void store_first(const Floats& v, float* p, int count) {
-  if (count >= 8) return store(v, p);
+  if (count >= kWidth) return store(v, p);
   for (int k = 0; k < count; ++k) p[k] = v[k];
 }
 /// Whether a lane of a comparison holds.
 inline bool any(const Ints& test) {
-#ifdef __AVX__
+#if defined(MENISCUS_WIDE) && defined(__AVX512F__)
+  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(test),
+                                reinterpret_cast<__m512i>(test)) != 0;
+#elif defined(__AVX__)
   return _mm256_movemask_ps(_mm256_castsi256_ps(reinterpret_cast<__m256i>(test))) != 0;
 #endif
   int found = 0;
-  for (int k = 0; k < 8; ++k) found |= test[k];
+  for (int k = 0; k < kWidth; ++k) found |= test[k];
   return found != 0;
 }
 /// The lanes in which a comparison holds, lane k as bit k.
 inline unsigned bits_of(const Ints& test) {
-#ifdef __AVX__
+#if defined(MENISCUS_WIDE) && defined(__AVX512F__)
+  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(test), reinterpret_cast<__m512i>(test));
+#elif defined(__AVX__)
   return static_cast<unsigned>(
       _mm256_movemask_ps(_mm256_castsi256_ps(reinterpret_cast<__m256i>(test))));
 #endif
   unsigned bits = 0;
-  for (int k = 0; k < 8; ++k) bits |= test[k] ? 1u << k : 0u;
+  for (int k = 0; k < kWidth; ++k) bits |= test[k] ? 1u << k : 0u;
   return bits;
 }
 inline Floats magnitude(const Floats& a) {
@@ -67,37 +80,46 @@ inline Floats smaller(const Floats& a, const Floats& b) { return a < b ? a : b; 
 inline Floats larger(const Floats& a, const Floats& b) { return a > b ? a : b; }
 inline float most_lane(const Floats& a) {
   float most = a[0];
-  for (int k = 1; k < 8; ++k) most = most > a[k] ? most : a[k];
+  for (int k = 1; k < kWidth; ++k) most = most > a[k] ? most : a[k];
   return most;
 }
+#ifndef MENISCUS_WIDE
 inline float sum_of(const Floats& a) {
   return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
 }
-/// Stores the lanes that are set in `bits` one after the other, and anything in the rest of eight.
+#endif
+/// Stores the lanes that are set in `bits` one after the other, and anything in the rest of kWidth.
 template <class Vector, class T>
 inline void pack(unsigned bits, const Vector& v, T* to) {
-#ifdef __AVX512VL__
+#if defined(MENISCUS_WIDE) && defined(__AVX512F__)
+  const __m512i packed =
+      _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), reinterpret_cast<__m512i>(v));
+  std::memcpy(to, &packed, sizeof packed);
+  return;
+#elif defined(__AVX512VL__)
   const __m256i packed =
       _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), reinterpret_cast<__m256i>(v));
   std::memcpy(to, &packed, sizeof packed);
   return;
 #endif
-  for (int k = 0; k < 8; ++k) {
+  for (int k = 0; k < kWidth; ++k) {
     *to = v[k];
     to += bits >> k & 1;
   }
 }
 inline Floats root(const Floats& a) {
   Floats r;
-  for (int k = 0; k < 8; ++k) r[k] = __builtin_sqrtf(a[k]);
+  for (int k = 0; k < kWidth; ++k) r[k] = __builtin_sqrtf(a[k]);
   return r;
 }
 inline Floats fused(const Floats& a, const Floats& b, const Floats& c) {
-#ifdef __FMA__
+#if defined(MENISCUS_WIDE) && defined(__AVX512F__)
+  return _mm512_fmadd_ps(a, b, c);
+#elif defined(__FMA__)
   return _mm256_fmadd_ps(a, b, c);  // the loop below becomes eight scalar ones
 #endif
   Floats r;
-  for (int k = 0; k < 8; ++k) r[k] = __builtin_fmaf(a[k], b[k], c[k]);
+  for (int k = 0; k < kWidth; ++k) r[k] = __builtin_fmaf(a[k], b[k], c[k]);
   return r;
 }
 

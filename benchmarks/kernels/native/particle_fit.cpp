@@ -1,3 +1,4 @@
+#define MENISCUS_WIDE
 #include "kernels/native/lanes.hpp"
 #include "kernels/native/native.hpp"
 
@@ -53,76 +54,86 @@ constexpr int kProduct[55] = {
 
 constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
 
-// A point with its three rows.
-[[gnu::always_inline]] inline void add_point(Floats* m, Floats* b, const Floats& w,
-                                             const Floats& delta, const Floats& x, const Floats& y,
-                                             const Floats& z, const Floats& dx, const Floats& dy,
-                                             const Floats& dz) {
-  const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;
-  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);
-  const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);
-  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;
-  const Floats oxy = fused(x, dy, dx * y), oyz = fused(y, dz, dy * z), ozx = fused(z, dx, dz * x);
-  const Floats twice = w + w, thrice = twice + w;
-  const Floats wxx = w * xx, wyy = w * yy, wzz = w * zz;
-  const Floats pxx = twice * exx, pyy = twice * eyy, pzz = twice * ezz;
-  const Floats qxx = twice * oxx, qyy = twice * oyy, qzz = twice * ozz;
-  const Floats qxy = twice * oxy, qyz = twice * oyz, qzx = twice * ozx;
-  const Floats sxx = wxx + pxx, syy = wyy + pyy, szz = wzz + pzz;
-  const Floats sxy = fused(w, xy, twice * exy), syz = fused(w, yz, twice * eyz),
-               szx = fused(w, zx, twice * ezx);
-  m[M_1] += thrice;
-  m[M_X] = fused(thrice, x, m[M_X]);
-  m[M_Y] = fused(thrice, y, m[M_Y]);
-  m[M_Z] = fused(thrice, z, m[M_Z]);
+constexpr int kBatch = 16, kChunk = 32;  // lanes; neighbours, see particle_fit.cl
+
+struct Point {
+  Floats w, x, y, z, dx, dy, dz;
+};
+
+// What a point with its three rows adds to either half of the sums.
+#define MENISCUS_PRODUCTS                                                                        \
+  const Floats &w = p.w, &x = p.x, &y = p.y, &z = p.z, &dx = p.dx, &dy = p.dy, &dz = p.dz;        \
+  const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;            \
+  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);         \
+  const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);         \
+  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;                        \
+  const Floats oxy = fused(x, dy, dx * y), oyz = fused(y, dz, dy * z), ozx = fused(z, dx, dz * x); \
+  const Floats twice = w + w
+#define CUBIC(k, s, q, c) m[k] = fused(s, c, fused(q, d##c, m[k]))
+#define QUARTIC(k, A, B) m[k] = fused(w##A, B, fused(p##A, e##B, fused(q##A, o##B, m[k])))
+
+[[gnu::always_inline]] inline void add_first(Floats* m, Floats* b, const Point& p,
+                                             const Floats& delta) {
+  MENISCUS_PRODUCTS;
+  const Floats wxx = w * xx, wyy = w * yy, pxx = twice * exx, pyy = twice * eyy;
+  const Floats qxx = twice * oxx, qyy = twice * oyy, sxx = wxx + pxx, syy = wyy + pyy;
   m[M_XX] += sxx;
   m[M_YY] += syy;
-  m[M_ZZ] += szz;
-  m[M_XY] += sxy;
-  m[M_YZ] += syz;
-  m[M_ZX] += szx;
-  const auto cubic = [m](int k, const Floats& sum, const Floats& odd, const Floats& c,
-                         const Floats& d) __attribute__((always_inline)) {
-    m[k] = fused(sum, c, fused(odd, d, m[k]));
-  };
-  cubic(M_XXX, sxx, qxx, x, dx);
-  cubic(M_YYY, syy, qyy, y, dy);
-  cubic(M_ZZZ, szz, qzz, z, dz);
-  cubic(M_XXY, sxx, qxx, y, dy);
-  cubic(M_XXZ, sxx, qxx, z, dz);
-  cubic(M_YYX, syy, qyy, x, dx);
-  cubic(M_YYZ, syy, qyy, z, dz);
-  cubic(M_ZZX, szz, qzz, x, dx);
-  cubic(M_ZZY, szz, qzz, y, dy);
-  cubic(M_XYZ, sxy, qxy, z, dz);
-#define QUARTIC(k, A, B) m[k] = fused(w##A, B, fused(p##A, e##B, fused(q##A, o##B, m[k])))
+  CUBIC(M_XXX, sxx, qxx, x);
+  CUBIC(M_YYY, syy, qyy, y);
+  CUBIC(M_XXY, sxx, qxx, y);
+  CUBIC(M_XXZ, sxx, qxx, z);
+  CUBIC(M_YYX, syy, qyy, x);
+  CUBIC(M_YYZ, syy, qyy, z);
   QUARTIC(M_XXXX, xx, xx);
   QUARTIC(M_YYYY, yy, yy);
-  QUARTIC(M_ZZZZ, zz, zz);
   QUARTIC(M_XXXY, xx, xy);
   QUARTIC(M_XXXZ, xx, zx);
   QUARTIC(M_YYYX, yy, xy);
   QUARTIC(M_YYYZ, yy, yz);
-  QUARTIC(M_ZZZX, zz, zx);
-  QUARTIC(M_ZZZY, zz, yz);
   QUARTIC(M_XXYY, xx, yy);
   QUARTIC(M_YYZZ, yy, zz);
-  QUARTIC(M_ZZXX, zz, xx);
   QUARTIC(M_XXYZ, xx, yz);
   QUARTIC(M_YYZX, yy, zx);
+  b[4] = fused(delta, qxx, b[4]);
+  b[5] = fused(delta, qyy, b[5]);
+}
+
+[[gnu::always_inline]] inline void add_second(Floats* m, Floats* b, const Point& p,
+                                              const Floats& delta) {
+  MENISCUS_PRODUCTS;
+  const Floats thrice = twice + w, pair = twice * delta;
+  const Floats wzz = w * zz, pzz = twice * ezz, qzz = twice * ozz, szz = wzz + pzz;
+  const Floats qxy = twice * oxy, qyz = twice * oyz, qzx = twice * ozx;
+  const Floats sxy = fused(w, xy, twice * exy);
+  m[M_1] += thrice;
+  m[M_X] = fused(thrice, x, m[M_X]);
+  m[M_Y] = fused(thrice, y, m[M_Y]);
+  m[M_Z] = fused(thrice, z, m[M_Z]);
+  m[M_ZZ] += szz;
+  m[M_XY] += sxy;
+  m[M_YZ] += fused(w, yz, twice * eyz);
+  m[M_ZX] += fused(w, zx, twice * ezx);
+  CUBIC(M_ZZZ, szz, qzz, z);
+  CUBIC(M_ZZX, szz, qzz, x);
+  CUBIC(M_ZZY, szz, qzz, y);
+  CUBIC(M_XYZ, sxy, qxy, z);
+  QUARTIC(M_ZZZZ, zz, zz);
+  QUARTIC(M_ZZZX, zz, zx);
+  QUARTIC(M_ZZZY, zz, yz);
+  QUARTIC(M_ZZXX, zz, xx);
   QUARTIC(M_ZZXY, zz, xy);
-#undef QUARTIC
-  const Floats pair = twice * delta;
   b[1] = fused(pair, dx, b[1]);
   b[2] = fused(pair, dy, b[2]);
   b[3] = fused(pair, dz, b[3]);
-  b[4] = fused(delta, qxx, b[4]);
-  b[5] = fused(delta, qyy, b[5]);
   b[6] = fused(delta, qzz, b[6]);
   b[7] = fused(delta, qxy, b[7]);
   b[8] = fused(delta, qyz, b[8]);
   b[9] = fused(delta, qzx, b[9]);
 }
+#undef MENISCUS_PRODUCTS
+#undef CUBIC
+#undef QUARTIC
 
 // Cholesky; returns the smallest pivot.
 [[gnu::always_inline]] inline Floats solve(Floats* A, Floats* b) {
@@ -172,35 +183,40 @@ inline Floats spline(const Floats& x) {
   return y < 0.5f ? 0.75f - y * y : 0.5f * (1.5f - y) * (1.5f - y);
 }
 
-// Eight records of four values, row by row, see particle_fit.cl.
+// kWidth records of four values, row by row, see particle_fit.cl.
 inline void load_records(const float* record, const std::int32_t* at, Floats* row) {
   typedef float Four __attribute__((vector_size(16)));
-  Floats r[4];
-  for (int k = 0; k < 4; ++k) {
-    Four low, high;
-    std::memcpy(&low, record + 4 * static_cast<std::ptrdiff_t>(at[k]), sizeof low);
-    std::memcpy(&high, record + 4 * static_cast<std::ptrdiff_t>(at[k + 4]), sizeof high);
-    r[k] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
-  }
-  // Both halves are transposed at once, in two steps.
-  const auto fronts = [](const Floats& a, const Floats& b) {
+  typedef float Eight __attribute__((vector_size(32)));
+  const auto fronts = [](const Eight& a, const Eight& b) {
     return __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
   };
-  const auto backs = [](const Floats& a, const Floats& b) {
+  const auto backs = [](const Eight& a, const Eight& b) {
     return __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
   };
-  const auto first_pairs = [](const Floats& a, const Floats& b) {
+  const auto first_pairs = [](const Eight& a, const Eight& b) {
     return __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
   };
-  const auto second_pairs = [](const Floats& a, const Floats& b) {
+  const auto second_pairs = [](const Eight& a, const Eight& b) {
     return __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
   };
-  const Floats xy0 = fronts(r[0], r[1]), xy1 = fronts(r[2], r[3]);
-  const Floats zw0 = backs(r[0], r[1]), zw1 = backs(r[2], r[3]);
-  row[0] = first_pairs(xy0, xy1);
-  row[1] = second_pairs(xy0, xy1);
-  row[2] = first_pairs(zw0, zw1);
-  row[3] = second_pairs(zw0, zw1);
+  Eight part[4][kWidth / 8];
+  for (int eight = 0; eight < kWidth / 8; ++eight, at += 8) {
+    Eight r[4];
+    for (int k = 0; k < 4; ++k) {
+      Four low, high;
+      std::memcpy(&low, record + 4 * static_cast<std::ptrdiff_t>(at[k]), sizeof low);
+      std::memcpy(&high, record + 4 * static_cast<std::ptrdiff_t>(at[k + 4]), sizeof high);
+      r[k] = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    // Both halves are transposed at once, in two steps.
+    const Eight xy0 = fronts(r[0], r[1]), xy1 = fronts(r[2], r[3]);
+    const Eight zw0 = backs(r[0], r[1]), zw1 = backs(r[2], r[3]);
+    part[0][eight] = first_pairs(xy0, xy1);
+    part[1][eight] = second_pairs(xy0, xy1);
+    part[2][eight] = first_pairs(zw0, zw1);
+    part[3][eight] = second_pairs(zw0, zw1);
+  }
+  for (int v = 0; v < 4; ++v) std::memcpy(&row[v], part[v], sizeof row[v]);
 }
 
 struct Particles {
@@ -214,43 +230,46 @@ inline Particles load_particles(const Fits& in, const std::int32_t* at) {
   return {p[0], p[1], p[2], p[3], n[0], n[1], n[2]};
 }
 
-void fit_batch(const Fits& in, std::size_t batch) {
-  const std::size_t lane = 8 * batch, lanes = in.lanes;
+void fit_lanes(const Fits& in, std::size_t lane) {
+  const std::size_t batch = lane / kBatch, lanes = in.lanes;
   const Particles own = load_particles(in, in.particle + lane);
   const Floats rho = load(in.support + lane), inverse_rho = 1.0f / rho;
   const Floats delta = in.off_surface / rho;
-  const std::int32_t* const neighbour = in.neighbour + in.first[batch];
-  float* const weight = in.weight + in.first[batch];
+  const std::size_t begin = static_cast<std::size_t>(in.first[batch]) + lane % kBatch;
+  const std::int32_t* const neighbour = in.neighbour + begin;
+  float* const weight = in.weight + begin;
   const int count = in.length[batch];
   Floats m[kMoments], a[10];
   unrolled<0, kMoments>(MENISCUS_STEP(k) { m[k] = Floats{}; });
   unrolled<0, 10>(MENISCUS_STEP(k) { a[k] = Floats{}; });
   Ints used{};
-  // Each point is added while the next one's weight is computed.
-  Floats w{}, x{}, y{}, z{}, nx{}, ny{}, nz{};
-  for (int k = 0; k <= count; ++k) {
-    const std::ptrdiff_t slot = 8 * (k < count ? k : count - 1);
-    const Particles p = load_particles(in, neighbour + slot);
-    const Floats next_x = p.x - own.x, next_y = p.y - own.y, next_z = p.z - own.z;
-    const Floats squared = fused(next_x, next_x, fused(next_y, next_y, next_z * next_z));
-    const Floats same = fused(own.nx, p.nx, fused(own.ny, p.ny, own.nz * p.nz));
-    const Floats near = p.u * spline(smaller(root(squared) * inverse_rho, all(1.0f)));
-    const Floats h = fused(next_x, own.nx, fused(next_y, own.ny, next_z * own.nz)) /
-                     fused(all(in.height_growth), squared, all(in.height));
-    const Floats off = smaller(h * h, all(11.5129255f));
-    const Floats next =
-        near * exp_negative(fused(all(in.falloff), smaller(same - 1.0f, Floats{}), -off));
-    const Ints counts = (near >= 1e-6f) & (same >= -0.5f);
-    add_point(m, a, w, delta, x, y, z, nx, ny, nz);
-    x = next_x * inverse_rho;
-    y = next_y * inverse_rho;
-    z = next_z * inverse_rho;
-    nx = delta * p.nx;
-    ny = delta * p.ny;
-    nz = delta * p.nz;
-    w = counts ? next : Floats{};
-    if (k < count) used -= counts;
-    store(w, weight + slot);
+  Point point[kChunk];
+  for (int from = 0; from < count; from += kChunk) {
+    const int points = count - from < kChunk ? count - from : kChunk;
+    for (int k = 0; k < points; ++k) {
+      const Particles p = load_particles(in, neighbour + kBatch * (from + k));
+      point[k] = {p.u, p.x, p.y, p.z, p.nx, p.ny, p.nz};
+    }
+    for (int k = 0; k < points; ++k) {
+      const Point p = point[k];
+      const Floats x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
+      const Floats squared = fused(x, x, fused(y, y, z * z));
+      const Floats same = fused(own.nx, p.dx, fused(own.ny, p.dy, own.nz * p.dz));
+      const Floats near = p.w * spline(smaller(root(squared) * inverse_rho, all(1.0f)));
+      const Floats h = fused(x, own.nx, fused(y, own.ny, z * own.nz)) /
+                       fused(all(in.height_growth), squared, all(in.height));
+      const Floats off = smaller(h * h, all(11.5129255f));
+      const Floats next =
+          near * exp_negative(fused(all(in.falloff), smaller(same - 1.0f, Floats{}), -off));
+      const Ints counts = (near >= 1e-6f) & (same >= -0.5f);
+      const Floats w = counts ? next : Floats{};
+      point[k] = {w,           x * inverse_rho, y * inverse_rho, z * inverse_rho,
+                  delta * p.dx, delta * p.dy,    delta * p.dz};
+      used -= counts;
+      store(w, weight + kBatch * (from + k));
+    }
+    for (int k = 0; k < points; ++k) add_first(m, a, point[k], delta);
+    for (int k = 0; k < points; ++k) add_second(m, a, point[k], delta);
   }
   const Ints few = used < 3;
   if (any(few)) {
@@ -271,10 +290,10 @@ void fit_batch(const Fits& in, std::size_t batch) {
   const Floats side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
   const Floats size = root(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
   const Floats scale = (side < 0.0f ? all(-1.0f) : all(1.0f)) / size;
-  nx = good ? a[1] * scale : own.nx;
-  ny = good ? a[2] * scale : own.ny;
-  nz = good ? a[3] * scale : own.nz;
-  for (std::size_t k = 0; k < 8; ++k) {
+  const Floats nx = good ? a[1] * scale : own.nx;
+  const Floats ny = good ? a[2] * scale : own.ny;
+  const Floats nz = good ? a[3] * scale : own.nz;
+  for (std::size_t k = 0; k < kWidth; ++k) {
     const std::int32_t i = in.particle[lane + k];
     if (i == in.nobody) continue;
     float* const turned = in.turned + 4 * static_cast<std::ptrdiff_t>(i);
@@ -287,7 +306,8 @@ void fit_batch(const Fits& in, std::size_t batch) {
 }  // namespace
 
 void fit_particles(const Fits& input, std::size_t begin, std::size_t end) {
-  for (std::size_t batch = begin; batch < end; ++batch) fit_batch(input, batch);
+  for (std::size_t lane = begin * kBatch; lane < end * kBatch; lane += kWidth)
+    fit_lanes(input, lane);
 }
 
 }  // namespace meniscus::bench::native

@@ -1,4 +1,4 @@
-// Samples of a tile's list, eight at a time, as samples.cl takes them, and their rays. Everything
+// Samples of a tile's list, kWidth at a time, as samples.cl takes them, and their rays. Everything
 // has internal linkage.
 #pragma once
 
@@ -19,7 +19,7 @@ inline Rays rays_at(const float* ray, const Floats& u, const Floats& v) {
 }
 
 struct Lanes {
-  std::int32_t at[8];  // lanes that are not in use repeat the first
+  std::int32_t at[kWidth];  // lanes that are not in use repeat the first
   Ints used;
   Rays rays;
 };
@@ -28,7 +28,7 @@ struct Lanes {
 inline void load_lanes(const Lists& lists, int tile, int place, Lanes& lanes) {
   const std::int32_t* const list = lists.sample + std::ptrdiff_t{tile} * kTile * kTile;
   const int left = lists.count[tile] - place;
-  for (int k = 0; k < 8; ++k) lanes.at[k] = list[k < left ? place + k : place];
+  for (int k = 0; k < kWidth; ++k) lanes.at[k] = list[k < left ? place + k : place];
   lanes.used = kPlaces < left;
   const int tiles_x = (lists.nx + kTile - 1) / kTile;
   const int top = tile / tiles_x * kTile, corner = top * lists.nx + tile % tiles_x * kTile;
@@ -45,13 +45,14 @@ inline void load_lanes(const Lists& lists, int tile, int place, Lanes& lanes) {
 }
 
 inline Floats gather(const float* values, const std::int32_t* at) {
-  return Floats{values[at[0]], values[at[1]], values[at[2]], values[at[3]],
-                values[at[4]], values[at[5]], values[at[6]], values[at[7]]};
+  Floats v;
+  for (int k = 0; k < kWidth; ++k) v[k] = values[at[k]];
+  return v;
 }
 
 template <class Vector, class T>
 inline void scatter(const Vector& v, T* values, const std::int32_t* at, const Ints& wanted) {
-  for (int k = 0; k < 8; ++k)
+  for (int k = 0; k < kWidth; ++k)
     if (wanted[k]) values[at[k]] = v[k];
 }
 
