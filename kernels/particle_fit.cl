@@ -78,6 +78,17 @@ __attribute__((always_inline)) inline Particles load_particles(global const floa
   return particles;
 }
 
+// Neighbours as points: weight u, position, normal. In a loop of its own: what lies anywhere is loaded
+// while little is stored.
+inline void gather_points(global const float4* place, global const float4* normal,
+                          global const int* at, const int count, Point* point) {
+  for (int k = 0; k < count; ++k) {
+    const Particles p = load_particles(place, normal, at + BATCH * k);
+    const Point one = {p.u, p.x, p.y, p.z, p.nx, p.ny, p.nz};
+    point[k] = one;
+  }
+}
+
 // Adds the square of a distance to those a residual is made of. Weights are one-sided: particles of
 // the layer below do not count.
 inline void add_distance(const floatv f, const floatv weight, const float inverse_tau,
@@ -138,12 +149,7 @@ kernel void fit_particles(
   Point point[CHUNK];
   for (int from = 0; from < count; from += CHUNK) {
     const int points = min(CHUNK, count - from);
-    // Gathered in a loop of their own: what lies anywhere is loaded while little is stored.
-    for (int k = 0; k < points; ++k) {
-      const Particles p = load_particles(place, normal, neighbour + begin + BATCH * (from + k));
-      const Point raw = {p.u, p.x, p.y, p.z, p.nx, p.ny, p.nz};
-      point[k] = raw;
-    }
+    gather_points(place, normal, neighbour + begin + BATCH * from, points, point);
     for (int k = 0; k < points; ++k) {
       const int slot = begin + BATCH * (from + k);
       const Point p = point[k];
@@ -257,23 +263,28 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   for (int k = 0; k < 10; ++k) c[k] = LOADF(quadric + k * lanes + lane);
   floatv near = none, agree = none, weight = none, squares = none, number = none;
   floatv distances = none, total = (floatv)(1e-30f);
-  for (int k = 0; k < count; ++k) {
-    const Particles p = load_particles(place, normal, neighbour + begin + BATCH * k);
-    const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-    const floatv l = sqrt(x * x + y * y + z * z);
-    const floatv same = own.nx * p.nx + own.ny * p.ny + own.nz * p.nz;
-    const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
-    add_distance(f, LOADF(kept + begin + BATCH * k), 1.0f / tau, &distances, &total);
-    const floatv w =
-        p.u * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
-    weight += w;
-    squares += w * apart * apart;
-    number += p.u;
-    const floatv d = l / reach;
-    const floatv r = (1.0f - d) * (1.0f - d);
-    const floatv q = SELECT(none, p.u * r * r * (4.0f * d + 1.0f), d < 1.0f);
-    near += q;
-    agree += q * smooth_step(0.85f, 0.95f, same);
+  Point point[CHUNK];
+  for (int from = 0; from < count; from += CHUNK) {
+    const int points = min(CHUNK, count - from);
+    gather_points(place, normal, neighbour + begin + BATCH * from, points, point);
+    for (int k = 0; k < points; ++k) {
+      const Point p = point[k];
+      const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
+      const floatv l = sqrt(x * x + y * y + z * z);
+      const floatv same = own.nx * p.dx + own.ny * p.dy + own.nz * p.dz;
+      const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
+      add_distance(f, LOADF(kept + begin + BATCH * (from + k)), 1.0f / tau, &distances, &total);
+      const floatv w =
+          p.w * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
+      weight += w;
+      squares += w * apart * apart;
+      number += p.w;
+      const floatv d = l / reach;
+      const floatv r = (1.0f - d) * (1.0f - d);
+      const floatv q = SELECT(none, p.w * r * r * (4.0f * d + 1.0f), d < 1.0f);
+      near += q;
+      agree += q * smooth_step(0.85f, 0.95f, same);
+    }
   }
   STOREF(SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, agree / near)), near > 0.0f),
          rows + lane);
