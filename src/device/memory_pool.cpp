@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
+#include <new>
 #include <utility>
 
 #include "device/device.hpp"
@@ -16,10 +18,17 @@ std::size_t block_size(std::size_t bytes, std::size_t largest) {
   return std::max(bytes, std::min((bytes + step - 1) / step * step, largest));
 }
 
-// Counts a buffer until the driver frees it, which may be after the Device is gone.
+struct FreeBytes {
+  void operator()(void* bytes) const { std::free(bytes); }
+};
+using HostBytes = std::unique_ptr<void, FreeBytes>;
+
+// Counts a buffer until the driver frees it, which may be after the Device is gone, and keeps the
+// host's memory under it, if any, so long.
 struct CountedBytes {
   std::shared_ptr<DeviceMemory> memory;
   std::uint64_t bytes;
+  HostBytes host;
 };
 
 void CL_CALLBACK count_freed(cl_mem, void* counted) {
@@ -28,8 +37,8 @@ void CL_CALLBACK count_freed(cl_mem, void* counted) {
 }
 
 void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffer& buffer,
-                          std::uint64_t bytes) {
-  auto counted = std::make_unique<CountedBytes>(CountedBytes{memory, bytes});
+                          std::uint64_t bytes, HostBytes host = {}) {
+  auto counted = std::make_unique<CountedBytes>(memory, bytes, std::move(host));
   buffer.setDestructorCallback(count_freed, counted.get());
   memory->add(counted.release()->bytes);
 }
@@ -37,12 +46,13 @@ void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffe
 }  // namespace
 
 struct Memory::Block {
-  Block(cl::Buffer&& memory, std::size_t bytes, std::shared_ptr<MemoryPool::Shelf> from)
-      : buffer(std::move(memory)), size(bytes), shelf(std::move(from)) {}
+  Block(cl::Buffer&& memory, std::size_t bytes, bool use_again,
+        std::shared_ptr<MemoryPool::Shelf> from)
+      : buffer(std::move(memory)), size(bytes), again(use_again), shelf(std::move(from)) {}
   ~Block() {
     const std::lock_guard lock(shelf->mutex);
     shelf->used -= size;
-    if (!shelf->reuse) return;
+    if (!shelf->reuse || !again) return;
     try {
       shelf->blocks[size].emplace(shelf->given_back++, std::move(buffer));
       shelf->idle += size;
@@ -56,6 +66,7 @@ struct Memory::Block {
 
   cl::Buffer buffer;
   std::size_t size;  // bytes
+  bool again;        // goes back to the shelf
   std::shared_ptr<MemoryPool::Shelf> shelf;
 };
 
@@ -84,6 +95,27 @@ MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count,
                        std::size_t largest)
     : context_(std::move(context)), count_(std::move(count)), largest_(largest) {}
 
+// What make_buffer() makes; where that fails, once more without what lies idle.
+template <class Make>
+cl::Buffer MemoryPool::make(std::size_t size, const Make& make_buffer) {
+  shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
+  try {
+    return make_buffer();
+  } catch (const cl::Error&) {
+    if (shelf_->idle == 0) throw;
+    shelf_->shrink(0);
+    return make_buffer();
+  }
+}
+
+Memory MemoryPool::hand_out(cl::Buffer&& buffer, std::size_t size, bool again) {
+  shelf_->used += size;
+  shelf_->most_used = std::max(shelf_->most_used, shelf_->used);
+  Memory memory;
+  memory.block_ = std::make_shared<Memory::Block>(std::move(buffer), size, again, shelf_);
+  return memory;
+}
+
 Memory MemoryPool::take(std::size_t bytes) {
   const std::size_t size = block_size(bytes, largest_);
   const std::lock_guard lock(shelf_->mutex);
@@ -96,21 +128,24 @@ Memory MemoryPool::take(std::size_t bytes) {
     if (found->second.empty()) shelf_->blocks.erase(found);
     shelf_->idle -= size;
   } else {
-    shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
-    try {
-      buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
-    } catch (const cl::Error&) {
-      if (shelf_->idle == 0) throw;
-      shelf_->shrink(0);
-      buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
-    }
+    buffer = make(size, [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, size); });
     count_while_it_lives(count_, buffer, size);
   }
-  shelf_->used += size;
-  shelf_->most_used = std::max(shelf_->most_used, shelf_->used);
-  Memory memory;
-  memory.block_ = std::make_shared<Memory::Block>(std::move(buffer), size, shelf_);
-  return memory;
+  return hand_out(std::move(buffer), size, true);
+}
+
+Memory MemoryPool::share(std::size_t bytes, void*& host) {
+  constexpr std::size_t kAlignment = 128;  // of the widest vectors
+  const std::size_t size = (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  HostBytes memory(std::aligned_alloc(kAlignment, size));
+  if (!memory) throw std::bad_alloc();
+  host = memory.get();
+  const std::lock_guard lock(shelf_->mutex);
+  cl::Buffer buffer = make(size, [&] {
+    return cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, host);
+  });
+  count_while_it_lives(count_, buffer, size, std::move(memory));
+  return hand_out(std::move(buffer), size, false);
 }
 
 void MemoryPool::reuse(bool on) {

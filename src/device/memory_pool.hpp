@@ -39,6 +39,10 @@ class MemoryPool {
   /// At least `bytes`, with any content. Throws cl::Error.
   Memory take(std::size_t bytes);
 
+  /// Memory of the host that the device uses, `bytes` with any content at `host`, to be written
+  /// before the first command on it. It is never used again: that needs no word of the queue.
+  Memory share(std::size_t bytes, void*& host);
+
   /// Whether memory is used again (default). When not, what is given back goes to the driver.
   void reuse(bool on);
 
@@ -59,6 +63,10 @@ class MemoryPool {
     void shrink(std::uint64_t most);  // drops the oldest until used + idle <= most
     std::uint64_t most() const;
   };
+
+  template <class Make>
+  cl::Buffer make(std::size_t size, const Make& make_buffer);
+  Memory hand_out(cl::Buffer&& buffer, std::size_t size, bool again);
 
   cl::Context context_;
   std::shared_ptr<DeviceMemory> count_;
