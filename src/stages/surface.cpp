@@ -89,7 +89,7 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 }
 
 FieldSurface find_surface(const Visible& seen, const Cells& cells,
-                          const std::vector<float>& gradients) {
+                          std::span<const float> gradients) {
   const std::size_t n = cells.item.size();
   const auto descent_at = [&](std::size_t p) {
     return -Vec3d{gradients[p], gradients[n + p], gradients[2 * n + p]};
