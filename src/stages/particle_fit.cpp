@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "parallel.hpp"
 #include "stages/sheet.hpp"
@@ -89,15 +90,47 @@ FitLists list_block(const Projected& projected, const std::vector<std::int32_t>&
   return lists;
 }
 
-// Some blocks' lists as one.
-FitLists joined(std::vector<FitLists>::const_iterator begin,
-                std::vector<FitLists>::const_iterator end, std::size_t slots) {
-  require(slots < kMostSlots, "fit: too many points for 32-bit indices (use a smaller --support)");
+// The lists of blocks of fits.
+std::vector<FitLists> list_blocks(const Projected& projected,
+                                  const std::vector<std::int32_t>& centre,
+                                  const std::vector<std::int32_t>& around, double reach) {
+  const Cells cells = cells_of(projected, around, reach);
+  const std::vector<std::int32_t> place = places_in(around, centre);
+  const std::size_t n = centre.size();
+  std::vector<FitLists> blocks((n + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t block = begin; block < end; ++block)
+      blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
+                                 block * kBlock, std::min(n, (block + 1) * kBlock));
+  });
+  return blocks;
+}
+
+using Blocks = std::span<const FitLists>;
+
+std::size_t slots_of(Blocks blocks) {
+  std::size_t slots = 0;
+  for (const FitLists& block : blocks) slots += block.neighbour.size();
+  return slots;
+}
+
+// Calls make(part) for as many blocks at a time as make at most so many slots, or for one.
+template <class Make>
+void in_parts(Blocks blocks, std::size_t most_slots, const Make& make) {
+  while (!blocks.empty()) {
+    std::size_t count = 1;
+    while (count < blocks.size() && slots_of(blocks.first(count + 1)) <= most_slots) ++count;
+    make(blocks.first(count));
+    blocks = blocks.subspan(count);
+  }
+}
+
+// Some blocks' lists as one; the neighbours go to `neighbour`, which has room for their slots.
+FitLists joined(Blocks blocks, cl_int* neighbour) {
   FitLists all;
   std::vector<std::size_t> from;  // first slot of each block
-  all.neighbour.resize(slots);
-  slots = 0;
-  for (auto block = begin; block != end; ++block) {
+  std::size_t slots = 0;
+  for (auto block = blocks.begin(); block != blocks.end(); ++block) {
     all.fit.insert(all.fit.end(), block->fit.begin(), block->fit.end());
     all.particle.insert(all.particle.end(), block->particle.begin(), block->particle.end());
     all.length.insert(all.length.end(), block->length.begin(), block->length.end());
@@ -107,9 +140,8 @@ FitLists joined(std::vector<FitLists>::const_iterator begin,
   }
   parallel_for(from.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
-      const std::vector<cl_int>& own = begin[static_cast<std::ptrdiff_t>(k)].neighbour;
-      std::copy(own.begin(), own.end(),
-                all.neighbour.begin() + static_cast<std::ptrdiff_t>(from[k]));
+      const std::vector<cl_int>& own = blocks[k].neighbour;
+      std::copy(own.begin(), own.end(), neighbour + from[k]);
     }
   });
   return all;
@@ -212,24 +244,12 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
                                       const std::vector<std::int32_t>& centre,
                                       const std::vector<std::int32_t>& around, double reach,
                                       std::size_t most_slots) {
-  const Cells cells = cells_of(projected, around, reach);
-  const std::vector<std::int32_t> place = places_in(around, centre);
-  const std::size_t n = centre.size();
-  std::vector<FitLists> blocks((n + kBlock - 1) / kBlock);
-  parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t block = begin; block < end; ++block)
-      blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
-                                 block * kBlock, std::min(n, (block + 1) * kBlock));
-  });
   std::vector<FitLists> parts;
-  for (auto begin = blocks.begin(); begin != blocks.end();) {
-    std::size_t slots = 0;
-    auto end = begin;
-    while (end != blocks.end() && (end == begin || slots + end->neighbour.size() <= most_slots))
-      slots += end++->neighbour.size();
-    parts.push_back(joined(begin, end, slots));
-    begin = end;
-  }
+  in_parts(list_blocks(projected, centre, around, reach), most_slots, [&](Blocks blocks) {
+    std::vector<cl_int> neighbour(slots_of(blocks));
+    parts.push_back(joined(blocks, neighbour.data()));
+    parts.back().neighbour = std::move(neighbour);
+  });
   return parts;
 }
 
@@ -237,13 +257,17 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, const FitParams& params) {
   FitNeighbours neighbours;
-  for (FitLists& lists :
-       list_neighbours(projected, centre, around, params.support, most_slots(device))) {
-    const auto particle = upload(device, lists.particle),
-               neighbour = upload(device, lists.neighbour), first = upload(device, lists.first),
+  const std::vector<FitLists> blocks = list_blocks(projected, centre, around, params.support);
+  in_parts(blocks, most_slots(device), [&](Blocks part) {
+    const std::size_t slots = slots_of(part);
+    require(slots < kMostSlots,
+            "fit: too many points for 32-bit indices (use a smaller --support)");
+    Upload<cl_int> neighbour(device, slots);
+    FitLists lists = joined(part, neighbour.data());
+    const auto particle = upload(device, lists.particle), first = upload(device, lists.first),
                length = upload(device, lists.length);
-    neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
-  }
+    neighbours.parts.push_back({std::move(lists), particle, neighbour.done(), first, length});
+  });
   return neighbours;
 }
 
