@@ -100,6 +100,20 @@ TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
   }
 }
 
+TEST(MemoryPool, SharedMemoryIsUsedAgainWhenNobodyReadsItAnyMore) {
+  Device device;
+  const auto& memory = *device.state().memory;
+  void *first = nullptr, *other = nullptr, *again = nullptr;
+  {
+    const Memory shared = device.state().share_bytes(4 * kMany, first);
+    const Memory more = device.state().share_bytes(4 * kMany, other);
+    EXPECT_NE(first, other);
+  }
+  EXPECT_EQ(memory_left(memory), 0u);
+  const Memory shared = device.state().share_bytes(4 * kMany, again);
+  EXPECT_TRUE(again == first || again == other);
+}
+
 TEST(MemoryPool, HandlesMayOutliveTheDevice) {
   std::shared_ptr<DeviceMemory> memory;
   Buffer<float> left;
