@@ -1,6 +1,5 @@
 #include "stages/sheet.hpp"
 
-#include "stages/cells.hpp"
 #include "stages/density.hpp"
 
 namespace meniscus {
@@ -11,10 +10,18 @@ std::array<std::vector<float>, 2> average_on_sheets(Device& device,
                                                     const std::vector<float>& share,
                                                     const std::array<std::vector<float>, 2>& values,
                                                     const SheetWeights& weights) {
-  const std::size_t n = position.size();
+  return average_in_cells(device, make_cells(position, weights.reach), normal, share, values,
+                          weights);
+}
+
+std::array<std::vector<float>, 2> average_in_cells(Device& device, const Cells& cells,
+                                                   const std::vector<Vec3d>& normal,
+                                                   const std::vector<float>& share,
+                                                   const std::array<std::vector<float>, 2>& values,
+                                                   const SheetWeights& weights) {
+  const std::size_t n = cells.item.size();
   std::array<std::vector<float>, 2> result{std::vector<float>(n), std::vector<float>(n)};
   if (n == 0) return result;
-  const Cells cells = make_cells(position, weights.reach);
   Upload<float> normals(device, 3 * n), shares(device, n), both(device, 2 * n);  // in bucket order
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);
