@@ -22,18 +22,33 @@ std::uint32_t ordered_bits(float value) {
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-// Sorts by x, equal ones in their order: three passes of counting, eleven bits each.
-void sort_by_x(std::vector<Key>& keys) {
-  constexpr int kBits = 11;
+// Sorts by the leading 24 bits in which x differ, those with equal ones in their order: two passes
+// of counting. Returns how many bits of x were left out.
+int sort_by_leading_bits(std::vector<Key>& keys) {
+  constexpr int kBits = 12;
   constexpr std::uint32_t kDigits = 1u << kBits;
+  std::uint32_t least = 0xffffffffu, most = 0;
+  for (const Key& key : keys) {
+    least = std::min(least, key.x);
+    most = std::max(most, key.x);
+  }
+  int left_out = 0;
+  while (least < most && (most >> left_out) - (least >> left_out) >= kDigits * kDigits) ++left_out;
+  const std::uint32_t first = least >> left_out;
+  const auto digit = [&](const Key& key, int pass) {
+    return (((key.x >> left_out) - first) >> (pass * kBits)) & (kDigits - 1);
+  };
+  std::array<std::vector<std::uint32_t>, 2> start;
+  for (auto& of_pass : start) of_pass.assign(kDigits + 1, 0);
+  for (const Key& key : keys)
+    for (int pass = 0; pass < 2; ++pass) ++start[pass][digit(key, pass) + 1];
   std::vector<Key> sorted(keys.size());
-  for (int shift = 0; shift < 32; shift += kBits) {
-    std::array<std::uint32_t, kDigits + 1> start{};
-    for (const Key& key : keys) ++start[((key.x >> shift) & (kDigits - 1)) + 1];
-    for (std::uint32_t d = 0; d < kDigits; ++d) start[d + 1] += start[d];
-    for (const Key& key : keys) sorted[start[(key.x >> shift) & (kDigits - 1)]++] = key;
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::uint32_t d = 0; d < kDigits; ++d) start[pass][d + 1] += start[pass][d];
+    for (const Key& key : keys) sorted[start[pass][digit(key, pass)]++] = key;
     keys.swap(sorted);
   }
+  return left_out;
 }
 
 }  // namespace
@@ -58,8 +73,9 @@ std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& p
     warnings.push_back(what + " and were dropped");
   }
 
-  sort_by_x(keys);
+  const int left_out = sort_by_leading_bits(keys);
   const auto before = [&](const Key& a, const Key& b) {
+    if (a.x != b.x) return a.x < b.x;
     if (p.y[a.index] != p.y[b.index]) return p.y[a.index] < p.y[b.index];
     if (p.z[a.index] != p.z[b.index]) return p.z[a.index] < p.z[b.index];
     if (!p.radius.empty() && p.radius[a.index] != p.radius[b.index])
@@ -73,7 +89,7 @@ std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& p
   };
   for (auto first = keys.begin(); first != keys.end();) {
     auto last = first + 1;
-    while (last != keys.end() && last->x == first->x) ++last;
+    while (last != keys.end() && last->x >> left_out == first->x >> left_out) ++last;
     if (last - first > 1) std::sort(first, last, before);
     first = last;
   }

@@ -14,11 +14,7 @@ namespace {
 std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& image,
                        const std::vector<float>& residuals, const Aovs& aovs, Surface& surface) {
   const std::size_t pixels = image.grid.size(), nx = static_cast<std::size_t>(image.grid.nx);
-  const HostView depth(device, image.depth);
-  const HostView normal(device, aovs.normal ? image.normal : Buffer<float>{});
-  const HostView group(device, aovs.group || aovs.residual ? image.group : Buffer<cl_int>{});
-  const HostView kind(device, aovs.kind ? image.kind : Buffer<cl_uchar>{});
-  parallel_both(
+  parallel_both(  // while the device still works
       [&] {
         surface.depth.resize(pixels, kNoSurface);
         if (aovs.position) surface.position.resize(pixels);
@@ -29,6 +25,10 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
         if (aovs.group) surface.group.resize(pixels);
         if (aovs.residual) surface.residual.resize(pixels);
       });
+  const HostView depth(device, image.depth);
+  const HostView normal(device, aovs.normal ? image.normal : Buffer<float>{});
+  const HostView group(device, aovs.group || aovs.residual ? image.group : Buffer<cl_int>{});
+  const HostView kind(device, aovs.kind ? image.kind : Buffer<cl_uchar>{});
   std::atomic<std::int64_t> covered{0};
   constexpr std::size_t kRows = 32;  // that are worth a thread
   parallel_for(pixels > 0 ? pixels / nx : 0, kRows, [&](std::size_t begin, std::size_t end) {

@@ -91,6 +91,26 @@ TEST(CanonicalOrder, GivesTheSameSequenceForEveryOrderOfInput) {
   }
 }
 
+// Ranges of x of which the leading bits tell all, some and next to nothing.
+TEST(CanonicalOrder, IsByAllOfXHoweverFarItReaches) {
+  std::mt19937 random(6);
+  for (const double reach : {1e-6, 1.0, 1e30}) {
+    std::vector<std::array<float, 3>> points;
+    for (int k = 0; k < 3000; ++k) {
+      const double x = std::uniform_real_distribution(-0.5, 1.0)(random);
+      const double at = k % 3 == 0 ? 4 + 1e-6 * x : 4 + reach * x;
+      points.push_back({static_cast<float>(at), static_cast<float>(random() % 5), 0});
+    }
+    auto wanted = points;
+    std::sort(wanted.begin(), wanted.end());
+    std::vector<std::string> warnings;
+    std::vector<std::array<float, 3>> sorted;
+    for (const std::size_t i : canonical_order(particles_at(points), {}, warnings))
+      sorted.push_back(points[i]);
+    EXPECT_EQ(sorted, wanted) << reach;
+  }
+}
+
 TEST(CanonicalOrder, DropsWhatIsNotFiniteAndSaysSo) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();

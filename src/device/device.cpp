@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 #include "content_hash.hpp"
@@ -234,17 +235,32 @@ std::size_t Device::State::most_bytes() const {
   return info.largest_buffer < 2 * kPadding ? 0 : (info.largest_buffer - kPadding) / 64 * 64;
 }
 
-Memory Device::State::allocate_bytes(std::size_t bytes) {
+std::size_t Device::State::padded(std::size_t bytes) const {
   if (bytes > most_bytes())
     throw OutOfDeviceMemory("a buffer of " + std::to_string(bytes) + " bytes is needed but \"" +
                             info.name + "\" allows " + std::to_string(most_bytes()) +
                             " (use a smaller image or another --device)");
+  return (bytes + 63) / 64 * 64 + kPadding;
+}
+
+Memory Device::State::share_bytes(std::size_t bytes, void*& host) {
+  const std::size_t size = padded(bytes);
   try {
-    const std::size_t padded = (bytes + 63) / 64 * 64 + kPadding;
-    Memory buffer = pool->take(padded);
+    Memory memory = pool->share(size, host);
+    std::memset(static_cast<char*>(host) + bytes, 0, size - bytes);
+    return memory;
+  } catch (const cl::Error& error) {
+    fail("sharing " + std::to_string(bytes) + " bytes", error);
+  }
+}
+
+Memory Device::State::allocate_bytes(std::size_t bytes) {
+  const std::size_t size = padded(bytes);
+  try {
+    Memory buffer = pool->take(size);
     const cl_uint zero = 0;
     const std::size_t tail = observer ? 0 : bytes / 4 * 4;
-    queue.enqueueFillBuffer(buffer, zero, tail, padded - tail);
+    queue.enqueueFillBuffer(buffer, zero, tail, size - tail);
     return buffer;
   } catch (const cl::Error& error) {
     fail("allocating " + std::to_string(bytes) + " bytes", error);

@@ -1,6 +1,7 @@
 // Buffers, launches and timings on an opened device. What stages use.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -106,6 +107,7 @@ struct Device::State {
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;  // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes);
+  Memory share_bytes(std::size_t bytes, void*& host);  // on CPUs, see MemoryPool::share
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
   void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);  // for reading; waits
@@ -120,6 +122,7 @@ struct Device::State {
   std::vector<std::pair<std::string, double>> take_times();
 
  private:
+  std::size_t padded(std::size_t bytes) const;  // of a buffer; throws where it would be too large
   std::string place() const;  // " on "the device" in stage fit"
   cl::Program build(const std::string& file, const std::string& source, const std::string& options);
   cl::Program build_kept(const std::string& binary, const std::string& options);
@@ -156,13 +159,49 @@ Buffer<T> filled(Device& device, std::size_t size, const T& value) {
   return buffer;
 }
 
+/// Values that the host writes, all of them, for a buffer that done() makes of them: in place where
+/// the device shares the host's memory, which waits for nothing, else copied when they are done.
+template <class T>
+class Upload {
+ public:
+  Upload(Device& device, std::size_t size) : device_(device), size_(size) {
+    if (device.state().info.kind == DeviceKind::cpu) {
+      void* host = nullptr;
+      memory_ = device.state().share_bytes(size * sizeof(T), host);
+      values_ = static_cast<T*>(host);
+    } else {
+      copied_.resize(size);
+      values_ = copied_.data();
+    }
+  }
+  Upload(const Upload&) = delete;
+  Upload& operator=(const Upload&) = delete;
+
+  std::size_t size() const { return size_; }
+  T* data() { return values_; }
+  T& operator[](std::size_t i) { return values_[i]; }
+
+  Buffer<T> done() {
+    if (device_.state().info.kind == DeviceKind::cpu) return {std::move(memory_), size_};
+    Buffer<T> buffer = allocate<T>(device_, size_);
+    if (size_) device_.state().write_bytes(buffer.memory, values_, size_ * sizeof(T));
+    return buffer;
+  }
+
+ private:
+  Device& device_;
+  std::size_t size_;
+  Memory memory_;
+  std::vector<T> copied_;
+  T* values_ = nullptr;
+};
+
 /// Copies host values into a new buffer. Returns when the host values are no longer needed.
 template <class T>
 Buffer<T> upload(Device& device, const std::vector<T>& values) {
-  Buffer<T> buffer = allocate<T>(device, values.size());
-  if (!values.empty())
-    device.state().write_bytes(buffer.memory, values.data(), values.size() * sizeof(T));
-  return buffer;
+  Upload<T> copy(device, values.size());
+  std::copy(values.begin(), values.end(), copy.data());
+  return copy.done();
 }
 
 /// Waits for all work and copies a buffer to the host.

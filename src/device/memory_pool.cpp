@@ -2,11 +2,40 @@
 
 #include <algorithm>
 #include <bit>
+#include <new>
 #include <utility>
 
 #include "device/device.hpp"
 
 namespace meniscus {
+
+// Memory of the host under a buffer; goes back to the shelf with it.
+struct SharedBytes {
+  SharedBytes(HostBytes memory, std::size_t bytes, std::shared_ptr<MemoryPool::Shelf> from)
+      : host(std::move(memory)), size(bytes), shelf(std::move(from)) {
+    const std::lock_guard lock(shelf->mutex);
+    shelf->shared += size;
+    shelf->most_shared = std::max(shelf->most_shared, shelf->shared);
+  }
+  ~SharedBytes() {
+    const std::lock_guard lock(shelf->mutex);
+    shelf->shared -= size;
+    if (!shelf->reuse || shelf->shared + shelf->idle_shared + size > shelf->most_shared) return;
+    try {
+      shelf->host.emplace(size, std::move(host));
+      shelf->idle_shared += size;
+    } catch (const std::bad_alloc&) {
+      // Then the host has it back.
+    }
+  }
+  SharedBytes(const SharedBytes&) = delete;
+  SharedBytes& operator=(const SharedBytes&) = delete;
+
+  HostBytes host;
+  std::size_t size;  // bytes
+  std::shared_ptr<MemoryPool::Shelf> shelf;
+};
+
 namespace {
 
 // Sizes that blocks have: sixteen between one power of two and the next, so that at most a
@@ -16,10 +45,12 @@ std::size_t block_size(std::size_t bytes, std::size_t largest) {
   return std::max(bytes, std::min((bytes + step - 1) / step * step, largest));
 }
 
-// Counts a buffer until the driver frees it, which may be after the Device is gone.
+// Counts a buffer until the driver frees it, which may be after the Device is gone, and keeps what
+// is under it so long.
 struct CountedBytes {
   std::shared_ptr<DeviceMemory> memory;
   std::uint64_t bytes;
+  std::unique_ptr<SharedBytes> host;
 };
 
 void CL_CALLBACK count_freed(cl_mem, void* counted) {
@@ -28,8 +59,8 @@ void CL_CALLBACK count_freed(cl_mem, void* counted) {
 }
 
 void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffer& buffer,
-                          std::uint64_t bytes) {
-  auto counted = std::make_unique<CountedBytes>(CountedBytes{memory, bytes});
+                          std::uint64_t bytes, std::unique_ptr<SharedBytes> host = nullptr) {
+  auto counted = std::make_unique<CountedBytes>(memory, bytes, std::move(host));
   buffer.setDestructorCallback(count_freed, counted.get());
   memory->add(counted.release()->bytes);
 }
@@ -37,12 +68,13 @@ void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffe
 }  // namespace
 
 struct Memory::Block {
-  Block(cl::Buffer&& memory, std::size_t bytes, std::shared_ptr<MemoryPool::Shelf> from)
-      : buffer(std::move(memory)), size(bytes), shelf(std::move(from)) {}
+  Block(cl::Buffer&& memory, std::size_t bytes, bool use_again,
+        std::shared_ptr<MemoryPool::Shelf> from)
+      : buffer(std::move(memory)), size(bytes), again(use_again), shelf(std::move(from)) {}
   ~Block() {
     const std::lock_guard lock(shelf->mutex);
     shelf->used -= size;
-    if (!shelf->reuse) return;
+    if (!shelf->reuse || !again) return;
     try {
       shelf->blocks[size].emplace(shelf->given_back++, std::move(buffer));
       shelf->idle += size;
@@ -56,6 +88,7 @@ struct Memory::Block {
 
   cl::Buffer buffer;
   std::size_t size;  // bytes
+  bool again;        // goes back to the shelf
   std::shared_ptr<MemoryPool::Shelf> shelf;
 };
 
@@ -84,44 +117,88 @@ MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count,
                        std::size_t largest)
     : context_(std::move(context)), count_(std::move(count)), largest_(largest) {}
 
-Memory MemoryPool::take(std::size_t bytes) {
-  const std::size_t size = block_size(bytes, largest_);
-  const std::lock_guard lock(shelf_->mutex);
-  cl::Buffer buffer;
-  if (const auto found = shelf_->blocks.find(size); found != shelf_->blocks.end()) {
-    // The latest one given back: its pages are most likely in a cache.
-    const auto latest = std::prev(found->second.end());
-    buffer = std::move(latest->second);
-    found->second.erase(latest);
-    if (found->second.empty()) shelf_->blocks.erase(found);
-    shelf_->idle -= size;
-  } else {
-    shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
-    try {
-      buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
-    } catch (const cl::Error&) {
-      if (shelf_->idle == 0) throw;
-      shelf_->shrink(0);
-      buffer = cl::Buffer(context_, CL_MEM_READ_WRITE, size);
-    }
-    count_while_it_lives(count_, buffer, size);
+// What make_buffer() makes; where that fails, once more without what lies idle.
+template <class Make>
+cl::Buffer MemoryPool::make(std::size_t size, const Make& make_buffer) {
+  shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
+  try {
+    return make_buffer();
+  } catch (const cl::Error&) {
+    if (shelf_->idle == 0) throw;
+    shelf_->shrink(0);
+    return make_buffer();
   }
+}
+
+Memory MemoryPool::hand_out(cl::Buffer&& buffer, std::size_t size, bool again) {
+  Memory memory;
+  memory.block_ = std::make_shared<Memory::Block>(std::move(buffer), size, again, shelf_);
+  const std::lock_guard lock(shelf_->mutex);
   shelf_->used += size;
   shelf_->most_used = std::max(shelf_->most_used, shelf_->used);
-  Memory memory;
-  memory.block_ = std::make_shared<Memory::Block>(std::move(buffer), size, shelf_);
   return memory;
+}
+
+Memory MemoryPool::take(std::size_t bytes) {
+  const std::size_t size = block_size(bytes, largest_);
+  cl::Buffer buffer;
+  {
+    const std::lock_guard lock(shelf_->mutex);
+    if (const auto found = shelf_->blocks.find(size); found != shelf_->blocks.end()) {
+      // The latest one given back: its pages are most likely in a cache.
+      const auto latest = std::prev(found->second.end());
+      buffer = std::move(latest->second);
+      found->second.erase(latest);
+      if (found->second.empty()) shelf_->blocks.erase(found);
+      shelf_->idle -= size;
+    } else {
+      buffer = make(size, [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, size); });
+      count_while_it_lives(count_, buffer, size);
+    }
+  }
+  return hand_out(std::move(buffer), size, true);
+}
+
+Memory MemoryPool::share(std::size_t bytes, void*& host) {
+  constexpr std::size_t kAlignment = 128;  // of the widest vectors; divides block sizes
+  const std::size_t size = block_size((bytes + kAlignment - 1) / kAlignment * kAlignment, largest_);
+  HostBytes memory;
+  cl::Buffer buffer;
+  {
+    const std::lock_guard lock(shelf_->mutex);
+    if (const auto found = shelf_->host.find(size); found != shelf_->host.end()) {
+      memory = std::move(found->second);
+      shelf_->host.erase(found);
+      shelf_->idle_shared -= size;
+    } else {
+      memory.reset(std::aligned_alloc(kAlignment, size));
+      if (!memory) throw std::bad_alloc();
+    }
+    host = memory.get();
+    buffer = make(size, [&] {
+      return cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, host);
+    });
+  }
+  count_while_it_lives(count_, buffer, size,
+                       std::make_unique<SharedBytes>(std::move(memory), size, shelf_));
+  return hand_out(std::move(buffer), size, false);
 }
 
 void MemoryPool::reuse(bool on) {
   const std::lock_guard lock(shelf_->mutex);
   shelf_->reuse = on;
-  if (!on) shelf_->shrink(0);
+  if (on) return;
+  shelf_->shrink(0);
+  shelf_->host.clear();
+  shelf_->idle_shared = 0;
 }
 
 void MemoryPool::drop_idle() {
   const std::lock_guard lock(shelf_->mutex);
   shelf_->shrink(0);
+  shelf_->host.clear();
+  shelf_->idle_shared = 0;
+  shelf_->most_shared = shelf_->shared;
 }
 
 }  // namespace meniscus

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,11 @@ namespace meniscus {
 
 class DeviceMemory;
 class MemoryPool;
+
+struct FreeBytes {
+  void operator()(void* bytes) const { std::free(bytes); }
+};
+using HostBytes = std::unique_ptr<void, FreeBytes>;
 
 /// A handle to device memory; the last handle gives it back to the pool.
 class Memory {
@@ -39,6 +45,11 @@ class MemoryPool {
   /// At least `bytes`, with any content. Throws cl::Error.
   Memory take(std::size_t bytes);
 
+  /// Memory of the host that the device uses, `bytes` with any content at `host`, to be written
+  /// before the first command on it. It is used again once the driver has let go of it, so that
+  /// this waits for no command.
+  Memory share(std::size_t bytes, void*& host);
+
   /// Whether memory is used again (default). When not, what is given back goes to the driver.
   void reuse(bool on);
 
@@ -47,6 +58,7 @@ class MemoryPool {
 
  private:
   friend struct Memory::Block;
+  friend struct SharedBytes;
 
   // What handles share, so that the last can give its block back.
   struct Shelf {
@@ -58,7 +70,14 @@ class MemoryPool {
 
     void shrink(std::uint64_t most);  // drops the oldest until used + idle <= most
     std::uint64_t most() const;
+
+    std::uint64_t shared = 0, most_shared = 0, idle_shared = 0;  // bytes of the host
+    std::multimap<std::size_t, HostBytes> host;                  // idle: by size
   };
+
+  template <class Make>  // while the shelf is locked
+  cl::Buffer make(std::size_t size, const Make& make_buffer);
+  Memory hand_out(cl::Buffer&& buffer, std::size_t size, bool again);
 
   cl::Context context_;
   std::shared_ptr<DeviceMemory> count_;

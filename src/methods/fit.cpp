@@ -153,18 +153,22 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 
   clock.start("split");
   const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);  // now: uploads wait for all work
+  const DeviceCells cells = upload_cells(device, host_cells);
+  clock.start("field");  // is measured while the host goes on
+  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
+  const DeviceCells levelled = level_cells(device, cells, field, params.region);
+  clock.start("split");
   const SplashSplit split = split_splash(projected, host_cells, params.splash);
   clock.start("visible");
   const SplatParticles body = upload_splats(device, projected, split.body);
   const Visible fitted = find_visible(device, view, projected, split.body, body, params.visible,
                                       std::min(kLeastFitted, params.visible.owned));
   clock.start("surface");
-  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
-  const DeviceCells levelled = level_cells(device, cells, field, params.region);
-  // Triangles keep one processor busy; meanwhile the field is measured, and the surface's
-  // particles and their neighbours are found. That side alone has the device.
+  // Triangles keep one processor busy; meanwhile the surface's particles and their neighbours are
+  // found. That side alone has the device.
   SeenMesh triangulated;
+  SplatParticles splash;
+  double radius = 0;
   std::vector<Vec3d> normals;
   FieldSurface found;
   Visible rim;
@@ -177,9 +181,14 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
                                 smooth_normals(triangulated.mesh, params.merge.smoothing_rounds));
       },
       [&] {
-        found = find_surface(fitted, host_cells, download(device, field));
+        {
+          const HostView gradients(device, field);
+          found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
+        }
         rim = with_rim(projected, fitted, found);
         neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit);
+        splash = upload_splats(device, projected, split.splash);
+        radius = least_radius(projected);
       });
   const auto& [visible, mesh] = triangulated;
   clock.start("fit");
@@ -192,10 +201,10 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const FittedFrame frame{upload_records(device, records),
                           upload_splats(device, projected, visible.index),
                           body,
-                          upload_splats(device, projected, split.splash),
+                          splash,
                           cells,
                           levelled,
-                          least_radius(projected)};
+                          radius};
 
   if (params.image)
     result.image =

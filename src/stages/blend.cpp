@@ -2,12 +2,15 @@
 
 #include <algorithm>
 
+#include "parallel.hpp"
+
 namespace meniscus {
 namespace {
 
 constexpr std::size_t kRecord = 16;   // floats, as in blend.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
+constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
 // Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
 struct Box {
@@ -97,8 +100,8 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                           const FitParams& fit, double radius) {
   BlendRecords records{std::vector<float>(fits.size() * kRecord),
                        std::vector<float>(fits.size() * 4)};
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) continue;
+  const auto make = [&](std::size_t k) {
+    if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) return;
     const Vec3d& foot = fits.foot[k];
     const double reach = reach_of(fits, k, fit, radius), weight = fits.edge[k] * trust[k];
     const std::array<float, 10>& c = fits.quadric[k];
@@ -127,7 +130,10 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
     const double place[] = {foot.x, foot.y, foot.z, reach};
     std::ranges::transform(place, &records.foot[4 * k],
                            [](double v) { return static_cast<float>(v); });
-  }
+  };
+  parallel_for(fits.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) make(k);
+  });
   return records;
 }
 
@@ -151,13 +157,15 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
   const std::size_t n = records.size();
   std::vector<Box> boxes(n);
   std::vector<char> met(n), rim(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const float *record = &records.record[k * kRecord], *foot = &records.foot[4 * k];
-    if (!(foot[3] > 0)) continue;
-    boxes[k] = box_of(view, {foot[0], foot[1], foot[2]}, foot[3], grid);
-    met[k] = record[11] > 0;
-    rim[k] = record[13] > 0 && may_turn_away(view, records, k, boxes[k], grid);
-  }
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const float *record = &records.record[k * kRecord], *foot = &records.foot[4 * k];
+      if (!(foot[3] > 0)) continue;
+      boxes[k] = box_of(view, {foot[0], foot[1], foot[2]}, foot[3], grid);
+      met[k] = record[11] > 0;
+      rim[k] = record[13] > 0 && may_turn_away(view, records, k, boxes[k], grid);
+    }
+  });
   const TileLists met_lists = list_boxes(boxes, met, grid),
                   rim_lists = list_boxes(boxes, rim, grid);
   return {met_lists.nx,

@@ -22,7 +22,7 @@ Range range_of_blocks(std::size_t n, int width) {
 
 DeviceCells upload_cells(Device& device, const Cells& cells) {
   return {upload(device, cells.x),   upload(device, cells.y),
-          upload(device, cells.z),   upload(device, std::vector<float>(cells.x.size(), 1.0f)),
+          upload(device, cells.z),   filled(device, cells.x.size(), 1.0f),
           upload(device, cells.tag), upload(device, cells.start),
           cells.inverse_cell,        cells.mask};
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "parallel.hpp"
 #include "stages/sheet.hpp"
@@ -70,17 +71,18 @@ FitLists list_block(const Projected& projected, const std::vector<std::int32_t>&
   std::sort(lists.fit.begin(), lists.fit.end(), [&](std::int32_t k, std::int32_t l) {
     return std::pair(size_of(k), k) < std::pair(size_of(l), l);
   });
+  std::size_t slots = 0;
   for (std::size_t lane = 0; lane < lists.fit.size(); lane += kLanes) {
-    const std::size_t last = std::min(lane + kLanes, lists.fit.size());
-    const std::size_t longest = size_of(lists.fit[last - 1]), slots = lists.neighbour.size();
+    const std::size_t longest = size_of(lists.fit[std::min(lane + kLanes, lists.fit.size()) - 1]);
     lists.first.push_back(static_cast<cl_int>(slots));
     lists.length.push_back(static_cast<cl_int>(longest));
-    lists.neighbour.resize(slots + kLanes * longest, nobody);
-    for (std::size_t l = lane; l < last; ++l) {
-      const std::size_t k = static_cast<std::size_t>(lists.fit[l]) - begin;
-      cl_int* slot = &lists.neighbour[slots + l - lane];
-      for (std::size_t p = start[k]; p < start[k + 1]; ++p, slot += kLanes) *slot = all[p];
-    }
+    slots += kLanes * longest;
+  }
+  lists.neighbour.resize(slots, nobody);
+  for (std::size_t l = 0; l < lists.fit.size(); ++l) {
+    const std::size_t k = static_cast<std::size_t>(lists.fit[l]) - begin;
+    cl_int* slot = lists.neighbour.data() + lists.first[l / kLanes] + l % kLanes;
+    for (std::size_t p = start[k]; p < start[k + 1]; ++p, slot += kLanes) *slot = all[p];
   }
   for (const std::int32_t k : lists.fit)
     lists.particle.push_back(place[static_cast<std::size_t>(k)]);
@@ -89,15 +91,47 @@ FitLists list_block(const Projected& projected, const std::vector<std::int32_t>&
   return lists;
 }
 
-// Some blocks' lists as one.
-FitLists joined(std::vector<FitLists>::const_iterator begin,
-                std::vector<FitLists>::const_iterator end, std::size_t slots) {
-  require(slots < kMostSlots, "fit: too many points for 32-bit indices (use a smaller --support)");
+// The lists of blocks of fits.
+std::vector<FitLists> list_blocks(const Projected& projected,
+                                  const std::vector<std::int32_t>& centre,
+                                  const std::vector<std::int32_t>& around, double reach) {
+  const Cells cells = cells_of(projected, around, reach);
+  const std::vector<std::int32_t> place = places_in(around, centre);
+  const std::size_t n = centre.size();
+  std::vector<FitLists> blocks((n + kBlock - 1) / kBlock);
+  parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t block = begin; block < end; ++block)
+      blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
+                                 block * kBlock, std::min(n, (block + 1) * kBlock));
+  });
+  return blocks;
+}
+
+using Blocks = std::span<const FitLists>;
+
+std::size_t slots_of(Blocks blocks) {
+  std::size_t slots = 0;
+  for (const FitLists& block : blocks) slots += block.neighbour.size();
+  return slots;
+}
+
+// Calls make(part) for as many blocks at a time as make at most so many slots, or for one.
+template <class Make>
+void in_parts(Blocks blocks, std::size_t most_slots, const Make& make) {
+  while (!blocks.empty()) {
+    std::size_t count = 1;
+    while (count < blocks.size() && slots_of(blocks.first(count + 1)) <= most_slots) ++count;
+    make(blocks.first(count));
+    blocks = blocks.subspan(count);
+  }
+}
+
+// Some blocks' lists as one; the neighbours go to `neighbour`, which has room for their slots.
+FitLists joined(Blocks blocks, cl_int* neighbour) {
   FitLists all;
   std::vector<std::size_t> from;  // first slot of each block
-  all.neighbour.resize(slots);
-  slots = 0;
-  for (auto block = begin; block != end; ++block) {
+  std::size_t slots = 0;
+  for (auto block = blocks.begin(); block != blocks.end(); ++block) {
     all.fit.insert(all.fit.end(), block->fit.begin(), block->fit.end());
     all.particle.insert(all.particle.end(), block->particle.begin(), block->particle.end());
     all.length.insert(all.length.end(), block->length.begin(), block->length.end());
@@ -107,9 +141,8 @@ FitLists joined(std::vector<FitLists>::const_iterator begin,
   }
   parallel_for(from.size(), 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) {
-      const std::vector<cl_int>& own = begin[static_cast<std::ptrdiff_t>(k)].neighbour;
-      std::copy(own.begin(), own.end(),
-                all.neighbour.begin() + static_cast<std::ptrdiff_t>(from[k]));
+      const std::vector<cl_int>& own = blocks[k].neighbour;
+      std::copy(own.begin(), own.end(), neighbour + from[k]);
     }
   });
   return all;
@@ -212,24 +245,12 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
                                       const std::vector<std::int32_t>& centre,
                                       const std::vector<std::int32_t>& around, double reach,
                                       std::size_t most_slots) {
-  const Cells cells = cells_of(projected, around, reach);
-  const std::vector<std::int32_t> place = places_in(around, centre);
-  const std::size_t n = centre.size();
-  std::vector<FitLists> blocks((n + kBlock - 1) / kBlock);
-  parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t block = begin; block < end; ++block)
-      blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
-                                 block * kBlock, std::min(n, (block + 1) * kBlock));
-  });
   std::vector<FitLists> parts;
-  for (auto begin = blocks.begin(); begin != blocks.end();) {
-    std::size_t slots = 0;
-    auto end = begin;
-    while (end != blocks.end() && (end == begin || slots + end->neighbour.size() <= most_slots))
-      slots += end++->neighbour.size();
-    parts.push_back(joined(begin, end, slots));
-    begin = end;
-  }
+  in_parts(list_blocks(projected, centre, around, reach), most_slots, [&](Blocks blocks) {
+    std::vector<cl_int> neighbour(slots_of(blocks));
+    parts.push_back(joined(blocks, neighbour.data()));
+    parts.back().neighbour = std::move(neighbour);
+  });
   return parts;
 }
 
@@ -237,13 +258,17 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, const FitParams& params) {
   FitNeighbours neighbours;
-  for (FitLists& lists :
-       list_neighbours(projected, centre, around, params.support, most_slots(device))) {
-    const auto particle = upload(device, lists.particle),
-               neighbour = upload(device, lists.neighbour), first = upload(device, lists.first),
+  const std::vector<FitLists> blocks = list_blocks(projected, centre, around, params.support);
+  in_parts(blocks, most_slots(device), [&](Blocks part) {
+    const std::size_t slots = slots_of(part);
+    require(slots < kMostSlots,
+            "fit: too many points for 32-bit indices (use a smaller --support)");
+    Upload<cl_int> neighbour(device, slots);
+    FitLists lists = joined(part, neighbour.data());
+    const auto particle = upload(device, lists.particle), first = upload(device, lists.first),
                length = upload(device, lists.length);
-    neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
-  }
+    neighbours.parts.push_back({std::move(lists), particle, neighbour.done(), first, length});
+  });
   return neighbours;
 }
 
@@ -273,9 +298,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const auto items = [width](const Lanes& part) {
     return Range{part.residual.size / static_cast<std::size_t>(width), 1, 8, 1};
   };
-  for (const std::int32_t i : seen.index)
-    fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
-  const std::vector<std::int32_t> place = places_in(around.index, seen.index);
+  std::vector<std::int32_t> place;
   for (int pass = 0; pass < params.passes; ++pass) {
     const int left = params.passes - 1 - pass;
     if (pass > 0 && left == 0 && params.least_support < 1) {
@@ -290,6 +313,21 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
              static_cast<cl_int>(around.index.size()), cl_int{pass}, cl_int{left}, weighing,
              fitting);
     std::swap(normals, turned);
+    if (pass > 0) continue;
+    // While the device is at the first pass.
+    place = places_in(around.index, seen.index);
+    fits.position.reserve(count);
+    for (const std::int32_t i : seen.index)
+      fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
+    for (std::size_t k = 0; k < count; ++k) {
+      fits.visible.push_back(visibility(seen.owned[k]));
+      fits.surface.push_back(around.weight[static_cast<std::size_t>(place[k])]);
+    }
+    fits.foot = fits.position;
+    fits.edge.resize(count);
+    fits.spread.resize(count);
+    fits.supporters.resize(count);
+    fits.quadric.resize(count);
   }
   std::vector<Buffer<float>> rows;
   for (const Lanes& part : parts) {
@@ -303,32 +341,25 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());
   fits.residual = residuals(device, parts, count);
-  fits.edge.resize(count);
-  fits.spread.resize(count);
-  fits.supporters.resize(count);
-  fits.quadric.resize(count);
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const std::size_t lanes = parts[part].residual.size;
     const HostView c(device, parts[part].quadric), row(device, rows[part]);
-    for (std::size_t l = 0; l < lanes; ++l) {
-      if (parts[part].lists.fit[l] < 0) continue;
-      const std::size_t k = static_cast<std::size_t>(parts[part].lists.fit[l]);
-      fits.edge[k] = row[l];
-      fits.spread[k] = row[lanes + l];
-      fits.supporters[k] = row[2 * lanes + l];
-      for (std::size_t r = 0; r < 10; ++r) fits.quadric[k][r] = c[r * lanes + l];
-    }
-  }
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = static_cast<std::size_t>(place[k]);
-    fits.visible.push_back(visibility(seen.owned[k]));
-    fits.surface.push_back(around.weight[i]);
-    fits.foot.push_back(fits.position[k]);
-    if (fits.residual[k] < 0) continue;
-    std::array<float, 10>& quadric = fits.quadric[k];
-    const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
-    fits.foot[k] += fits.normal[k] * (params.offset + behind);
-    quadric[0] -= static_cast<float>(params.offset);
+    constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
+    parallel_for(lanes, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t l = begin; l < end; ++l) {
+        if (parts[part].lists.fit[l] < 0) continue;
+        const std::size_t k = static_cast<std::size_t>(parts[part].lists.fit[l]);
+        fits.edge[k] = row[l];
+        fits.spread[k] = row[lanes + l];
+        fits.supporters[k] = row[2 * lanes + l];
+        std::array<float, 10>& quadric = fits.quadric[k];
+        for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
+        if (fits.residual[k] < 0) continue;
+        const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
+        fits.foot[k] += fits.normal[k] * (params.offset + behind);
+        quadric[0] -= static_cast<float>(params.offset);
+      }
+    });
   }
   return fits;
 }

@@ -55,7 +55,7 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
 /// Lists of neighbours on the device, and the fits of their lanes.
 struct FitNeighbours {
   struct Part {
-    FitLists lists;
+    FitLists lists;  // but for the neighbours
     Buffer<cl_int> particle, neighbour, first, length;
   };
   std::vector<Part> parts;

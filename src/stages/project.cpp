@@ -36,10 +36,10 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     const std::size_t count = std::min(kChunk, n - first);
     const std::size_t stride = (count + 63) / 64 * 64;
     const auto chunk = [&](const std::vector<float>& values) {
-      const Buffer<float> part = filled(device, stride, 1.0f);
-      if (!values.empty())
-        device.state().write_bytes(part.memory, values.data() + first, count * sizeof(float));
-      return part;
+      Upload<float> part(device, stride);
+      if (!values.empty()) std::copy_n(values.data() + first, count, part.data());
+      std::fill(part.data() + (values.empty() ? 0 : count), part.data() + stride, 1.0f);
+      return part.done();
     };
     const auto x = chunk(particles.x), y = chunk(particles.y), z = chunk(particles.z);
     const auto scale = chunk(particles.scale);
@@ -69,6 +69,10 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     parallel_for(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         const auto [to, from] = rows[row];
+        if (from && kept.index.size() == had + count) {  // all: mostly
+          to->insert(to->end(), from, from + count);
+          continue;
+        }
         to->resize(kept.index.size(), 1.0f);
         if (!from) continue;
         for (std::size_t k = had; k < to->size(); ++k) (*to)[k] = from[kept.index[k] - first];

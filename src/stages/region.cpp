@@ -1,5 +1,7 @@
 #include "stages/region.hpp"
 
+#include <algorithm>
+
 #include "stages/bins.hpp"
 
 namespace meniscus {
@@ -11,7 +13,7 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
     if (mesh.kind[t] == TriangleKind::kept) kept.push_back(t);
   if (kept.empty()) return filled<float>(device, grid.size(), kNoSurface);
   const std::size_t n = kept.size(), stride = (n + 63) / 64 * 64;
-  std::vector<float> corners(9 * stride, 0.0f);
+  Upload<float> corners(device, 9 * stride);
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t v = static_cast<std::size_t>(mesh.triangle[kept[k]][c]);
@@ -19,14 +21,16 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
       corners[(3 * c + 1) * stride + k] = static_cast<float>(mesh.screen[v].v);
       corners[(3 * c + 2) * stride + k] = static_cast<float>(-mesh.position[v].z);
     }
+  for (std::size_t row = 0; row < 9; ++row)
+    std::fill(corners.data() + row * stride + n, corners.data() + (row + 1) * stride, 0.0f);
   const cl_int2 samples{{grid.nx, grid.ny}};
   const cl_int perspective = !view.orthographic;
   const auto records = allocate<float>(device, 16 * stride);
   const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                           static_cast<int>(n), static_cast<int>(stride)};
-  launch(device, "region.cl", "outline_triangles", {n}, "", upload(device, corners), records,
-         outlines.box, outlines.key, outlines.count, outlines.stride, samples, grid.first,
-         grid.step, perspective);
+  launch(device, "region.cl", "outline_triangles", {n}, "", corners.done(), records, outlines.box,
+         outlines.key, outlines.count, outlines.stride, samples, grid.first, grid.step,
+         perspective);
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   draw_bins(device, outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,

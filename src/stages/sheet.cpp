@@ -1,6 +1,5 @@
 #include "stages/sheet.hpp"
 
-#include "stages/cells.hpp"
 #include "stages/density.hpp"
 
 namespace meniscus {
@@ -11,11 +10,19 @@ std::array<std::vector<float>, 2> average_on_sheets(Device& device,
                                                     const std::vector<float>& share,
                                                     const std::array<std::vector<float>, 2>& values,
                                                     const SheetWeights& weights) {
-  const std::size_t n = position.size();
+  return average_in_cells(device, make_cells(position, weights.reach), normal, share, values,
+                          weights);
+}
+
+std::array<std::vector<float>, 2> average_in_cells(Device& device, const Cells& cells,
+                                                   const std::vector<Vec3d>& normal,
+                                                   const std::vector<float>& share,
+                                                   const std::array<std::vector<float>, 2>& values,
+                                                   const SheetWeights& weights) {
+  const std::size_t n = cells.item.size();
   std::array<std::vector<float>, 2> result{std::vector<float>(n), std::vector<float>(n)};
   if (n == 0) return result;
-  const Cells cells = make_cells(position, weights.reach);
-  std::vector<float> normals(3 * n), shares(n), both(2 * n);  // in bucket order
+  Upload<float> normals(device, 3 * n), shares(device, n), both(device, 2 * n);  // in bucket order
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);
     normals[p] = static_cast<float>(normal[k].x);
@@ -30,8 +37,8 @@ std::array<std::vector<float>, 2> average_on_sheets(Device& device,
   launch(device, "cells.cl sheet.cl", "average_on_sheets", range_of_blocks(n, width),
          width_option(width), mean, upload(device, cells.x), upload(device, cells.y),
          upload(device, cells.z), upload(device, cells.tag), upload(device, cells.start),
-         cells.inverse_cell, cells.mask, static_cast<cl_int>(n), upload(device, normals),
-         upload(device, shares), upload(device, both), weights.reach, weights.low, weights.high);
+         cells.inverse_cell, cells.mask, static_cast<cl_int>(n), normals.done(), shares.done(),
+         both.done(), weights.reach, weights.low, weights.high);
   const std::vector<float> found = download(device, mean);
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "stages/cells.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -29,5 +30,12 @@ std::array<std::vector<float>, 2> average_on_sheets(Device& device,
                                                     const std::vector<float>& share,
                                                     const std::array<std::vector<float>, 2>& values,
                                                     const SheetWeights& weights);
+
+/// The same where positions are in cells of side weights.reach already.
+std::array<std::vector<float>, 2> average_in_cells(Device& device, const Cells& cells,
+                                                   const std::vector<Vec3d>& normal,
+                                                   const std::vector<float>& share,
+                                                   const std::array<std::vector<float>, 2>& values,
+                                                   const SheetWeights& weights);
 
 }  // namespace meniscus

@@ -89,7 +89,7 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 }
 
 FieldSurface find_surface(const Visible& seen, const Cells& cells,
-                          const std::vector<float>& gradients) {
+                          std::span<const float> gradients) {
   const std::size_t n = cells.item.size();
   const auto descent_at = [&](std::size_t p) {
     return -Vec3d{gradients[p], gradients[n + p], gradients[2 * n + p]};
@@ -158,16 +158,24 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
   std::vector<char> near(n, 0);
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    auto next = std::lower_bound(seen.index.begin(), seen.index.end(), around.index[begin]);
     for (std::size_t k = begin; k < end; ++k) {
       const std::int32_t i = around.index[k];
-      if (around.weight[k] < kOpen || std::binary_search(seen.index.begin(), seen.index.end(), i))
-        continue;
+      while (next != seen.index.end() && *next < i) ++next;
+      if (around.weight[k] < kOpen || (next != seen.index.end() && *next == i)) continue;
       const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-      visit_near(cells, x, y, z, [&](std::int32_t p) {
+      const auto is_far = [&](std::int32_t p) {
         const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
         near[k] = dx * dx + dy * dy + dz * dz < kReach * kReach;
         return near[k] == 0;
-      });
+      };
+      // Its own cell first: mostly one of that is near.
+      const std::uint32_t own =
+          bucket_of(cell_of(x, cells.inverse_cell), cell_of(y, cells.inverse_cell),
+                    cell_of(z, cells.inverse_cell), cells.mask);
+      std::int32_t p = cells.start[own];
+      while (p < cells.start[own + 1] && is_far(p)) ++p;
+      if (near[k] == 0) visit_near(cells, x, y, z, is_far);
     }
   });
   Visible result;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "stages/cells.hpp"
@@ -66,7 +67,7 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 ///   cells      of all projected particles, side kDensitySupport
 ///   gradients  [4][n] of measure_gradients over these cells
 FieldSurface find_surface(const Visible& seen, const Cells& cells,
-                          const std::vector<float>& gradients);
+                          std::span<const float> gradients);
 
 /// Gives them normals: the descent of C, where that is flat (.15 .. .35) and the particle is seen
 /// its normal in the triangulation.

@@ -1,5 +1,8 @@
 #include "stages/trust.hpp"
 
+#include <utility>
+
+#include "parallel.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
@@ -12,19 +15,26 @@ constexpr SheetWeights kSheet{5, 0.4f, 0.6f};
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells) {
   const std::size_t n = fits.size();
-  std::vector<float> edge(n), spread(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    edge[k] = fits.residual[k] < 0 ? 0 : static_cast<float>(fits.edge[k]);
-    spread[k] = static_cast<float>(fits.spread[k]);
-  }
-  const auto [dense, apart] =
-      average_on_sheets(device, fits.position, fits.normal, edge,
-                        {measure_density(device, cells, fits.foot), spread}, kSheet);
+  std::vector<float> edge(n), spread(n), density;
+  Cells around;
+  parallel_both([&] { density = measure_density(device, cells, fits.foot); },
+                [&] {
+                  around = make_cells(fits.position, kSheet.reach);
+                  for (std::size_t k = 0; k < n; ++k) {
+                    edge[k] = fits.residual[k] < 0 ? 0 : static_cast<float>(fits.edge[k]);
+                    spread[k] = static_cast<float>(fits.spread[k]);
+                  }
+                });
+  const std::array<std::vector<float>, 2> means = average_in_cells(
+      device, around, fits.normal, edge, {std::move(density), std::move(spread)}, kSheet);
   std::vector<double> trust(n, 0.0);
-  for (std::size_t k = 0; k < n; ++k)
-    if (!(fits.residual[k] < 0))
-      trust[k] = smooth_step(0.24, 0.33, dense[k]) * smooth_step(5, 12, fits.supporters[k]) *
-                 (1 - smooth_step(0.45, 0.75, apart[k]));
+  constexpr std::size_t kGrain = 1024;  // fits that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      if (!(fits.residual[k] < 0))
+        trust[k] = smooth_step(0.24, 0.33, means[0][k]) * smooth_step(5, 12, fits.supporters[k]) *
+                   (1 - smooth_step(0.45, 0.75, means[1][k]));
+  });
   return trust;
 }
 

@@ -92,7 +92,7 @@ Discs outline_discs(Device& device, const SplatParticles& particles, const Sampl
 SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices) {
   const std::size_t n = indices.size(), stride = (n + 63) / 64 * 64;
-  std::vector<float> values(6 * stride, 0.0f);
+  Upload<float> values(device, 6 * stride);
   constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -102,9 +102,11 @@ SplatParticles upload_splats(Device& device, const Projected& projected,
       for (std::size_t r = 0; r < 6; ++r) values[r * stride + k] = row[r];
     }
   });
+  for (std::size_t r = 0; r < 6; ++r)
+    std::fill(values.data() + r * stride + n, values.data() + (r + 1) * stride, 0.0f);
   double pixels = 0;
   for (const std::int32_t i : indices) pixels += std::min(projected.ku[i], projected.kv[i]);
-  return {upload(device, values), static_cast<int>(n), static_cast<int>(stride),
+  return {values.done(), static_cast<int>(n), static_cast<int>(stride),
           n > 0 ? pixels / static_cast<double>(n) : 0};
 }
 
@@ -164,9 +166,16 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
       outline_discs(device, splats, grid, sphere_of(params.footprint), Drawn::front);
   draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid), grid, owned);
 
-  const std::vector<cl_int> counts = download(device, owned);
+  const HostView counts(device, owned);
+  // Without branches, which would be foretold badly: few own anything.
+  std::vector<std::size_t> owners(candidates.size());
+  std::size_t number = 0;
   for (std::size_t k = 0; k < candidates.size(); ++k) {
-    if (counts[k] == 0) continue;  // most of them
+    owners[number] = k;
+    number += counts[k] != 0;
+  }
+  owners.resize(number);
+  for (const std::size_t k : owners) {
     const std::size_t i = static_cast<std::size_t>(candidates[k]);
     const double nodes = std::numbers::pi * params.footprint * params.footprint * projected.ku[i] *
                          projected.kv[i] / (grid.step * grid.step);

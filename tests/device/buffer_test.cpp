@@ -32,6 +32,22 @@ TEST_F(DeviceBuffer, ViewsOfOtherKindsOfDevicesAreCopies) {
             (std::vector<float>{1, 2, 3}));
 }
 
+TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWroteAndZerosBehind) {
+  for (const DeviceKind kind : {device_.info().kind, DeviceKind::gpu}) {
+    device_.state().info.kind = kind;
+    for (const std::size_t size : {0u, 1u, 16u, 1000u}) {
+      Upload<int> values(device_, size);
+      for (std::size_t k = 0; k < size; ++k) values[k] = 7 - static_cast<int>(k);
+      const auto buffer = values.done();
+      ASSERT_EQ(buffer.size, size);
+      std::vector<int> all(size + 16, -1);
+      device_.state().read_bytes(buffer.memory, all.data(), all.size() * sizeof(int));
+      for (std::size_t k = 0; k < all.size(); ++k)
+        ASSERT_EQ(all[k], k < size ? 7 - static_cast<int>(k) : 0) << k << " of " << size;
+    }
+  }
+}
+
 TEST_F(DeviceBuffer, AreFilledToTheLastValue) {
   for (const std::size_t size : {1u, 15u, 16u, 100u, 65535u, 65536u, 65537u, 300001u}) {
     const auto words = filled<cl_int>(device_, size, -1234567);

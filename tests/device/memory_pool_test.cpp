@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "device/device.hpp"
@@ -54,7 +55,8 @@ TEST(MemoryPool, WhatIsQueuedIsDoneBeforeMemoryIsUsedAgain) {
     const Buffer<float> copy = allocate<float>(device, kMany);
     device.state().queue.enqueueCopyBuffer(first.memory, copy.memory, 0, 0, 4 * kMany);
     first = {};
-    const Buffer<float> second = upload(device, values);
+    const Buffer<float> second = allocate<float>(device, kMany);
+    device.state().write_bytes(second.memory, values.data(), 4 * kMany);
     EXPECT_EQ(handle_of(second), memory);
     EXPECT_EQ(download(device, copy), std::vector<float>(kMany, 1.0f));
     EXPECT_EQ(download(device, second), values);
@@ -75,6 +77,41 @@ TEST(MemoryPool, HoldsNoMoreThanWasUsedAtATime) {
   device.state().pool->reuse(false);
   device.state().queue.finish();
   EXPECT_EQ(memory_left(memory), 0u);
+}
+
+// What is queued may still read it when its last handle goes; then the driver lets go of it.
+TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
+  Device device;
+  const auto& memory = *device.state().memory;
+  device.state().pool->reuse(false);
+  const Buffer<float> copy = allocate<float>(device, kMany);
+  device.state().queue.finish();
+  const std::uint64_t before = memory.now();
+  for (int frame = 0; frame < 20; ++frame) {
+    void* host = nullptr;
+    Memory shared = device.state().share_bytes(4 * kMany, host);
+    EXPECT_GE(memory.now(), before + 4 * kMany);
+    float* const values = static_cast<float*>(host);
+    std::fill_n(values, kMany, static_cast<float>(frame));
+    device.state().queue.enqueueCopyBuffer(shared, copy.memory, 0, 0, 4 * kMany);
+    shared = {};
+    EXPECT_EQ(download(device, copy), std::vector<float>(kMany, static_cast<float>(frame)));
+    EXPECT_EQ(memory_left(memory, before), before);
+  }
+}
+
+TEST(MemoryPool, SharedMemoryIsUsedAgainWhenNobodyReadsItAnyMore) {
+  Device device;
+  const auto& memory = *device.state().memory;
+  void *first = nullptr, *other = nullptr, *again = nullptr;
+  {
+    const Memory shared = device.state().share_bytes(4 * kMany, first);
+    const Memory more = device.state().share_bytes(4 * kMany, other);
+    EXPECT_NE(first, other);
+  }
+  EXPECT_EQ(memory_left(memory), 0u);
+  const Memory shared = device.state().share_bytes(4 * kMany, again);
+  EXPECT_TRUE(again == first || again == other);
 }
 
 TEST(MemoryPool, HandlesMayOutliveTheDevice) {
