@@ -119,36 +119,26 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
 // The field at any points.
 inline Field field_at(const Cells cells, global const float* weight, const floatv x,
                       const floatv y, const floatv z, const int with_gradient) {
-  float px[WIDTH], py[WIDTH], pz[WIDTH];
-  int mine[WIDTH], left[WIDTH];
-  STOREF(x, px);
-  STOREF(y, py);
-  STOREF(z, pz);
+  const intv cx = cells_of(x, cells.inverse_cell), cy = cells_of(y, cells.inverse_cell),
+             cz = cells_of(z, cells.inverse_cell);
+  int own_x[WIDTH], own_y[WIDTH], own_z[WIDTH];
+  STOREI(cx, own_x);
+  STOREI(cy, own_y);
+  STOREI(cz, own_z);
   const floatv none = (floatv)(0.0f);
   Field field = {none, none, none, none};
-  for (int k = 0; k < WIDTH; ++k) left[k] = 1;
-  for (int first = 0; first < WIDTH; ++first) {  // the lanes of one cell go together
-    if (!left[first]) continue;
-    const int cx = cell_of(px[first], cells.inverse_cell),
-              cy = cell_of(py[first], cells.inverse_cell),
-              cz = cell_of(pz[first], cells.inverse_cell);
-    for (int k = 0; k < WIDTH; ++k) {
-      mine[k] = left[k] && cell_of(px[k], cells.inverse_cell) == cx &&
-                cell_of(py[k], cells.inverse_cell) == cy &&
-                cell_of(pz[k], cells.inverse_cell) == cz;
-      if (mine[k]) left[k] = 0;
-    }
+  intv left = (intv)(-1);
+  while (ANY(left)) {  // the lanes of one cell go together
+    const int lanes = BITS(left), first = popcount((lanes & -lanes) - 1);
+    const int x0 = own_x[first], y0 = own_y[first], z0 = own_z[first];
+    const intv here = left & (cx == x0) & (cy == y0) & (cz == z0);
     Field sum = {none, none, none, none};
-    const intv here = LOADI(mine) != 0;
-    add_cells_around(cells, weight, cx, cy, cz, x, y, z, here, with_gradient, &sum);
-#if WIDTH == 1
-    field = sum;
-#else
+    add_cells_around(cells, weight, x0, y0, z0, x, y, z, here, with_gradient, &sum);
     field.c = SELECT(field.c, sum.c, here);
     field.gx = SELECT(field.gx, sum.gx, here);
     field.gy = SELECT(field.gy, sum.gy, here);
     field.gz = SELECT(field.gz, sum.gz, here);
-#endif
+    left &= !here;
   }
   return field;
 }
@@ -293,37 +283,42 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
   return count;
 }
 
-inline void look_around(const Cells cells, Around* around) {
-  around->low = least_lane(around->from);
-  around->high = -least_lane(-around->to);
-  for (int again = 0; again < 2; ++again) {
-    const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
-                           around->high);
-    around->count = search_cells(cells, b, around->item, AROUND);
-    if (around->count >= 0 || around->high <= around->low + DEEPEST) break;
-    around->high = around->low + DEEPEST;
-  }
-  for (int k = 0; k < around->count; ++k) {
-    const int p = around->item[k];
-    around->x[k] = cells.x[p];
-    around->y[k] = cells.y[p];
-    around->z[k] = cells.z[p];
-  }
-}
-
-// Lists the particles within the support of a wanted ray between depths `low` and `high`.
+// Lists the particles within the support of a wanted ray between depths `low` and `high`. The first
+// call searches for all rays of `around`, as deep as they will ask or, where that finds too many,
+// DEEPEST; where what is found does not serve, a search of its own follows. One place calls for all
+// searches: some devices copy a function to wherever it is called.
 inline void list_near(const Cells cells, Around* around, const Rays r, const intv wanted,
                       const float low, const float high, Near* near) {
-  const Beam b = beam_of(&r, &wanted, 1, low, high);
-  if (around->count == -2 && (WIDTH > 1 || around->vectors > 1)) look_around(cells, around);
-  if (around->count < 0 || low < around->low || high > around->high) {
-    near->count = search_cells(cells, b, near->item, NEAR);
-    return;
+  const Beam own = beam_of(&r, &wanted, 1, low, high);
+  int shared = around->count == -2 && (WIDTH > 1 || around->vectors > 1);
+  if (shared) {
+    around->low = least_lane(around->from);
+    around->high = -least_lane(-around->to);
+  }
+  while (shared || around->count < 0 || low < around->low || high > around->high) {
+    Beam b = own;
+    if (shared)
+      b = beam_of(around->rays, around->wanted, around->vectors, around->low, around->high);
+    const int count = search_cells(cells, b, shared ? around->item : near->item,
+                                   shared ? AROUND : NEAR);
+    if (!shared) {
+      near->count = count;
+      return;
+    }
+    around->count = count;
+    shared = count < 0 && around->high > around->low + DEEPEST;
+    if (shared) around->high = around->low + DEEPEST;
+    for (int k = 0; k < count; ++k) {
+      const int p = around->item[k];
+      around->x[k] = cells.x[p];
+      around->y[k] = cells.y[p];
+      around->z[k] = cells.z[p];
+    }
   }
   int count = 0, place[NEAR + WIDTH];
   for (int k = 0; k < around->count; k += WIDTH) {
-    const intv take = near_beam(b, LOADF(around->x + k), LOADF(around->y + k),
-                                LOADF(around->z + k), b.reach) &
+    const intv take = near_beam(own, LOADF(around->x + k), LOADF(around->y + k),
+                                LOADF(around->z + k), own.reach) &
                       (LANES < (float)(around->count - k));
     if (!ANY(take)) continue;
     count = append(take, k, place, count);
