@@ -11,7 +11,7 @@ kernel void measure_density(global const float* x, global const float* y, global
   const int p = get_global_id(0) * WIDTH;
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  const Field f = field_at(cells, cell_weight, LOADF(x + p), LOADF(y + p), LOADF(z + p), 0);
+  const Field f = field_at(cells, cell_weight, LOADF(x + p), LOADF(y + p), LOADF(z + p), 0, 1);
   STOREF(f.c * NORM, density + p);
 }
 

@@ -116,9 +116,26 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
   add_listed(cells, weight, item, count, x, y, z, with_gradient, sum);
 }
 
-// The field at any points.
+// The same, without a list: a third slower, but little code.
+inline void add_all_around(const Cells cells, global const float* weight, const int cx,
+                           const int cy, const int cz, const floatv x, const floatv y,
+                           const floatv z, const int with_gradient, Field* sum) {
+  for (int row_at = 0; row_at < 9; ++row_at) {
+    const int y_at = cy + row_at % 3 - 1, z_at = cz + row_at / 3 - 1;
+    const uint tag = tag_of(cx, y_at, z_at);
+    Row row = row_of(cx - 1, y_at, z_at, 3, cells.mask);
+    while (next_range(&row, cells.start, cells.mask))
+      for (int p = row.begin; p < row.end; ++p)
+        if (SAME_ROW(cells.tag[p], tag))
+          add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p],
+                       with_gradient);
+  }
+}
+
+// The field at any points; `often`: so often that lists gain more than their code costs (some devices
+// copy it to wherever it is called, lane by lane, and take minutes to compile it).
 inline Field field_at(const Cells cells, global const float* weight, const floatv x,
-                      const floatv y, const floatv z, const int with_gradient) {
+                      const floatv y, const floatv z, const int with_gradient, const int often) {
   const intv cx = cells_of(x, cells.inverse_cell), cy = cells_of(y, cells.inverse_cell),
              cz = cells_of(z, cells.inverse_cell);
   int own_x[WIDTH], own_y[WIDTH], own_z[WIDTH];
@@ -133,7 +150,10 @@ inline Field field_at(const Cells cells, global const float* weight, const float
     const int x0 = own_x[first], y0 = own_y[first], z0 = own_z[first];
     const intv here = left & (cx == x0) & (cy == y0) & (cz == z0);
     Field sum = {none, none, none, none};
-    add_cells_around(cells, weight, x0, y0, z0, x, y, z, here, with_gradient, &sum);
+    if (often)
+      add_cells_around(cells, weight, x0, y0, z0, x, y, z, here, with_gradient, &sum);
+    else
+      add_all_around(cells, weight, x0, y0, z0, x, y, z, with_gradient, &sum);
     field.c = SELECT(field.c, sum.c, here);
     field.gx = SELECT(field.gx, sum.gx, here);
     field.gy = SELECT(field.gy, sum.gy, here);
@@ -332,7 +352,7 @@ inline void list_near(const Cells cells, Around* around, const Rays r, const int
 inline Field field_near(const Cells cells, global const float* weight, const Near* near,
                         const Rays r, const floatv t, const int with_gradient) {
   const floatv x = r.ox + t * r.dx, y = r.oy + t * r.dy, z = -t;
-  if (near->count < 0) return field_at(cells, weight, x, y, z, with_gradient);
+  if (near->count < 0) return field_at(cells, weight, x, y, z, with_gradient, 0);
   const floatv none = (floatv)(0.0f);
   Field field = {none, none, none, none};
   for (int k = 0; k < near->count; ++k) {
