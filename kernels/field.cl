@@ -61,6 +61,9 @@ inline int append(const intv take, const int first, int* item, const int count) 
 #endif
 }
 
+// fmax() of what is no NaN, an instruction instead of three.
+inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
+
 // Adds the listed particles.
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,
@@ -101,10 +104,10 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
           const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
-          const floatv dx = fmax(fmax(x0 - px, px - x1), none);
-          const floatv dy = fmax(fmax(y0 - py, py - y1), none);
-          const floatv dz = fmax(fmax(z0 - pz, pz - z1), none);
-          const floatv apart = dx * dx + dy * dy + dz * dz;
+          const floatv dx = larger(larger(x0 - px, px - x1), none);
+          const floatv dy = larger(larger(y0 - py, py - y1), none);
+          const floatv dz = larger(larger(z0 - pz, pz - z1), none);
+          const floatv apart = fma(dx, dx, fma(dy, dy, dz * dz));
           count = append((apart < SUPPORT * SUPPORT + 0.01f) & SAME_ROW(LOADI(tags + p), tag) &
                              (LANES < (float)(row.end - p)),
                          p, item, count);
@@ -116,7 +119,7 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
   add_listed(cells, weight, item, count, x, y, z, with_gradient, sum);
 }
 
-// The same, without a list: a third slower, but little code.
+// The same for all particles there, without a list: a third slower, but little code.
 inline void add_all_around(const Cells cells, global const float* weight, const int cx,
                            const int cy, const int cz, const floatv x, const floatv y,
                            const floatv z, const int with_gradient, Field* sum) {
@@ -132,33 +135,53 @@ inline void add_all_around(const Cells cells, global const float* weight, const 
   }
 }
 
-// The field at any points; `often`: so often that lists gain more than their code costs (some devices
-// copy it to wherever it is called, lane by lane, and take minutes to compile it).
+// Points by the cells they lie in.
+typedef struct {
+  intv x, y, z;  // their cells
+  intv left;     // those not taken yet
+  int cx, cy, cz;
+} Points;
+
+inline Points points_at(const Cells cells, const floatv x, const floatv y, const floatv z) {
+  const float c = cells.inverse_cell;
+  const Points points = {cells_of(x, c), cells_of(y, c), cells_of(z, c), (intv)(-1), 0, 0, 0};
+  return points;
+}
+
+// Takes those that lie in the cell of the first that is left.
+inline intv take_cell(Points* p) {
+  int x[WIDTH], y[WIDTH], z[WIDTH];
+  STOREI(p->x, x);
+  STOREI(p->y, y);
+  STOREI(p->z, z);
+  const int left = BITS(p->left), first = popcount((left & -left) - 1);
+  p->cx = x[first];
+  p->cy = y[first];
+  p->cz = z[first];
+  const intv here = p->left & (p->x == p->cx) & (p->y == p->cy) & (p->z == p->cz);
+  p->left &= !here;
+  return here;
+}
+
+inline void take_field(Field* field, const Field from, const intv here) {
+  field->c = SELECT(field->c, from.c, here);
+  field->gx = SELECT(field->gx, from.gx, here);
+  field->gy = SELECT(field->gy, from.gy, here);
+  field->gz = SELECT(field->gz, from.gz, here);
+}
+
+// The field at any points, of which few share a place with many particles: some devices copy this to
+// wherever it is called, lane by lane, and take minutes to compile what measure_density does.
 inline Field field_at(const Cells cells, global const float* weight, const floatv x,
-                      const floatv y, const floatv z, const int with_gradient, const int often) {
-  const intv cx = cells_of(x, cells.inverse_cell), cy = cells_of(y, cells.inverse_cell),
-             cz = cells_of(z, cells.inverse_cell);
-  int own_x[WIDTH], own_y[WIDTH], own_z[WIDTH];
-  STOREI(cx, own_x);
-  STOREI(cy, own_y);
-  STOREI(cz, own_z);
+                      const floatv y, const floatv z, const int with_gradient) {
   const floatv none = (floatv)(0.0f);
   Field field = {none, none, none, none};
-  intv left = (intv)(-1);
-  while (ANY(left)) {  // the lanes of one cell go together
-    const int lanes = BITS(left), first = popcount((lanes & -lanes) - 1);
-    const int x0 = own_x[first], y0 = own_y[first], z0 = own_z[first];
-    const intv here = left & (cx == x0) & (cy == y0) & (cz == z0);
+  Points points = points_at(cells, x, y, z);
+  while (ANY(points.left)) {
+    const intv here = take_cell(&points);
     Field sum = {none, none, none, none};
-    if (often)
-      add_cells_around(cells, weight, x0, y0, z0, x, y, z, here, with_gradient, &sum);
-    else
-      add_all_around(cells, weight, x0, y0, z0, x, y, z, with_gradient, &sum);
-    field.c = SELECT(field.c, sum.c, here);
-    field.gx = SELECT(field.gx, sum.gx, here);
-    field.gy = SELECT(field.gy, sum.gy, here);
-    field.gz = SELECT(field.gz, sum.gz, here);
-    left &= !here;
+    add_all_around(cells, weight, points.cx, points.cy, points.cz, x, y, z, with_gradient, &sum);
+    take_field(&field, sum, here);
   }
   return field;
 }
@@ -352,7 +375,7 @@ inline void list_near(const Cells cells, Around* around, const Rays r, const int
 inline Field field_near(const Cells cells, global const float* weight, const Near* near,
                         const Rays r, const floatv t, const int with_gradient) {
   const floatv x = r.ox + t * r.dx, y = r.oy + t * r.dy, z = -t;
-  if (near->count < 0) return field_at(cells, weight, x, y, z, with_gradient, 0);
+  if (near->count < 0) return field_at(cells, weight, x, y, z, with_gradient);
   const floatv none = (floatv)(0.0f);
   Field field = {none, none, none, none};
   for (int k = 0; k < near->count; ++k) {
