@@ -17,13 +17,13 @@ typedef struct {
 
 // VECTORS times WIDTH lanes from place `begin` on, whose rays share a search. Returns how many
 // vectors are in use.
-inline int load_work(const int begin, global const int* sample, global const int* count, const int nx,
-                     const float first, const float step, const float16 rays, Lanes* lanes,
-                     Around* around) {
+inline int load_work(const int tile, const int begin, global const int* sample,
+                     global const int* count, const int nx, const float first, const float step,
+                     const float16 rays, Lanes* lanes, Around* around) {
   int v = 0;
   for (; v < VECTORS; ++v) {
     const int place = begin + v * WIDTH;
-    if (!load_lanes(place, sample, count, nx, first, step, rays, lanes + v)) break;
+    if (!load_lanes(tile, place, sample, count, nx, first, step, rays, lanes + v)) break;
     around->rays[v] = lanes[v].rays;
     around->wanted[v] = lanes[v].used;
   }
@@ -305,7 +305,8 @@ kernel void settle_samples(
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+        load_work(tile_of_group(), place, sample, count, samples.x, first, step, rays, lanes,
+                  &around);
     if (!vectors) return;
     Verdict verdict[VECTORS];
     for (int v = 0; v < vectors; ++v) {
@@ -341,7 +342,8 @@ kernel void follow_field(
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+        load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
+                  &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
@@ -403,7 +405,8 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+        load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
+                  &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
