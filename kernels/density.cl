@@ -11,8 +11,17 @@ kernel void measure_density(global const float* x, global const float* y, global
   const int p = get_global_id(0) * WIDTH;
   if (p >= n) return;
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  const Field f = field_at(cells, cell_weight, LOADF(x + p), LOADF(y + p), LOADF(z + p), 0);
-  STOREF(f.c * NORM, density + p);
+  const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
+  floatv c = none;
+  Points points = points_at(cells, px, py, pz);
+  while (ANY(points.left)) {  // the points of one cell go together
+    const intv here = take_cell(&points);
+    Field sum = {none, none, none, none};
+    add_cells_around(cells, cell_weight, points.cx, points.cy, points.cz, px, py, pz, here, 0,
+                     &sum);
+    c = SELECT(c, sum.c, here);
+  }
+  STOREF(c * NORM, density + p);
 }
 
 // The cells (cx, cy - 1 .. cy + 1, cz - 1 .. cz + 1): how many particles one of them holds at least,

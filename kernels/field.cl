@@ -61,6 +61,9 @@ inline int append(const intv take, const int first, int* item, const int count) 
 #endif
 }
 
+// fmax() of what is no NaN, an instruction instead of three.
+inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
+
 // Adds the listed particles.
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,
@@ -101,10 +104,10 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
           const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
-          const floatv dx = fmax(fmax(x0 - px, px - x1), none);
-          const floatv dy = fmax(fmax(y0 - py, py - y1), none);
-          const floatv dz = fmax(fmax(z0 - pz, pz - z1), none);
-          const floatv apart = dx * dx + dy * dy + dz * dz;
+          const floatv dx = larger(larger(x0 - px, px - x1), none);
+          const floatv dy = larger(larger(y0 - py, py - y1), none);
+          const floatv dz = larger(larger(z0 - pz, pz - z1), none);
+          const floatv apart = fma(dx, dx, fma(dy, dy, dz * dz));
           count = append((apart < SUPPORT * SUPPORT + 0.01f) & SAME_ROW(LOADI(tags + p), tag) &
                              (LANES < (float)(row.end - p)),
                          p, item, count);
@@ -116,39 +119,69 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
   add_listed(cells, weight, item, count, x, y, z, with_gradient, sum);
 }
 
-// The field at any points.
+// The same for all particles there, without a list: a third slower, but little code.
+inline void add_all_around(const Cells cells, global const float* weight, const int cx,
+                           const int cy, const int cz, const floatv x, const floatv y,
+                           const floatv z, const int with_gradient, Field* sum) {
+  for (int row_at = 0; row_at < 9; ++row_at) {
+    const int y_at = cy + row_at % 3 - 1, z_at = cz + row_at / 3 - 1;
+    const uint tag = tag_of(cx, y_at, z_at);
+    Row row = row_of(cx - 1, y_at, z_at, 3, cells.mask);
+    while (next_range(&row, cells.start, cells.mask))
+      for (int p = row.begin; p < row.end; ++p)
+        if (SAME_ROW(cells.tag[p], tag))
+          add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p],
+                       with_gradient);
+  }
+}
+
+// Points by the cells they lie in.
+typedef struct {
+  intv x, y, z;  // their cells
+  intv left;     // those not taken yet
+  int cx, cy, cz;
+} Points;
+
+inline Points points_at(const Cells cells, const floatv x, const floatv y, const floatv z) {
+  const float c = cells.inverse_cell;
+  const Points points = {cells_of(x, c), cells_of(y, c), cells_of(z, c), (intv)(-1), 0, 0, 0};
+  return points;
+}
+
+// Takes those that lie in the cell of the first that is left.
+inline intv take_cell(Points* p) {
+  int x[WIDTH], y[WIDTH], z[WIDTH];
+  STOREI(p->x, x);
+  STOREI(p->y, y);
+  STOREI(p->z, z);
+  const int left = BITS(p->left), first = popcount((left & -left) - 1);
+  p->cx = x[first];
+  p->cy = y[first];
+  p->cz = z[first];
+  const intv here = p->left & (p->x == p->cx) & (p->y == p->cy) & (p->z == p->cz);
+  p->left &= !here;
+  return here;
+}
+
+inline void take_field(Field* field, const Field from, const intv here) {
+  field->c = SELECT(field->c, from.c, here);
+  field->gx = SELECT(field->gx, from.gx, here);
+  field->gy = SELECT(field->gy, from.gy, here);
+  field->gz = SELECT(field->gz, from.gz, here);
+}
+
+// The field at any points, of which few share a place with many particles: some devices copy this to
+// wherever it is called, lane by lane, and take minutes to compile what measure_density does.
 inline Field field_at(const Cells cells, global const float* weight, const floatv x,
                       const floatv y, const floatv z, const int with_gradient) {
-  float px[WIDTH], py[WIDTH], pz[WIDTH];
-  int mine[WIDTH], left[WIDTH];
-  STOREF(x, px);
-  STOREF(y, py);
-  STOREF(z, pz);
   const floatv none = (floatv)(0.0f);
   Field field = {none, none, none, none};
-  for (int k = 0; k < WIDTH; ++k) left[k] = 1;
-  for (int first = 0; first < WIDTH; ++first) {  // the lanes of one cell go together
-    if (!left[first]) continue;
-    const int cx = cell_of(px[first], cells.inverse_cell),
-              cy = cell_of(py[first], cells.inverse_cell),
-              cz = cell_of(pz[first], cells.inverse_cell);
-    for (int k = 0; k < WIDTH; ++k) {
-      mine[k] = left[k] && cell_of(px[k], cells.inverse_cell) == cx &&
-                cell_of(py[k], cells.inverse_cell) == cy &&
-                cell_of(pz[k], cells.inverse_cell) == cz;
-      if (mine[k]) left[k] = 0;
-    }
+  Points points = points_at(cells, x, y, z);
+  while (ANY(points.left)) {
+    const intv here = take_cell(&points);
     Field sum = {none, none, none, none};
-    const intv here = LOADI(mine) != 0;
-    add_cells_around(cells, weight, cx, cy, cz, x, y, z, here, with_gradient, &sum);
-#if WIDTH == 1
-    field = sum;
-#else
-    field.c = SELECT(field.c, sum.c, here);
-    field.gx = SELECT(field.gx, sum.gx, here);
-    field.gy = SELECT(field.gy, sum.gy, here);
-    field.gz = SELECT(field.gz, sum.gz, here);
-#endif
+    add_all_around(cells, weight, points.cx, points.cy, points.cz, x, y, z, with_gradient, &sum);
+    take_field(&field, sum, here);
   }
   return field;
 }
@@ -293,37 +326,42 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
   return count;
 }
 
-inline void look_around(const Cells cells, Around* around) {
-  around->low = least_lane(around->from);
-  around->high = -least_lane(-around->to);
-  for (int again = 0; again < 2; ++again) {
-    const Beam b = beam_of(around->rays, around->wanted, around->vectors, around->low,
-                           around->high);
-    around->count = search_cells(cells, b, around->item, AROUND);
-    if (around->count >= 0 || around->high <= around->low + DEEPEST) break;
-    around->high = around->low + DEEPEST;
-  }
-  for (int k = 0; k < around->count; ++k) {
-    const int p = around->item[k];
-    around->x[k] = cells.x[p];
-    around->y[k] = cells.y[p];
-    around->z[k] = cells.z[p];
-  }
-}
-
-// Lists the particles within the support of a wanted ray between depths `low` and `high`.
+// Lists the particles within the support of a wanted ray between depths `low` and `high`. The first
+// call searches for all rays of `around`, as deep as they will ask or, where that finds too many,
+// DEEPEST; where what is found does not serve, a search of its own follows. One place calls for all
+// searches: some devices copy a function to wherever it is called.
 inline void list_near(const Cells cells, Around* around, const Rays r, const intv wanted,
                       const float low, const float high, Near* near) {
-  const Beam b = beam_of(&r, &wanted, 1, low, high);
-  if (around->count == -2 && (WIDTH > 1 || around->vectors > 1)) look_around(cells, around);
-  if (around->count < 0 || low < around->low || high > around->high) {
-    near->count = search_cells(cells, b, near->item, NEAR);
-    return;
+  const Beam own = beam_of(&r, &wanted, 1, low, high);
+  int shared = around->count == -2 && (WIDTH > 1 || around->vectors > 1);
+  if (shared) {
+    around->low = least_lane(around->from);
+    around->high = -least_lane(-around->to);
+  }
+  while (shared || around->count < 0 || low < around->low || high > around->high) {
+    Beam b = own;
+    if (shared)
+      b = beam_of(around->rays, around->wanted, around->vectors, around->low, around->high);
+    const int count = search_cells(cells, b, shared ? around->item : near->item,
+                                   shared ? AROUND : NEAR);
+    if (!shared) {
+      near->count = count;
+      return;
+    }
+    around->count = count;
+    shared = count < 0 && around->high > around->low + DEEPEST;
+    if (shared) around->high = around->low + DEEPEST;
+    for (int k = 0; k < count; ++k) {
+      const int p = around->item[k];
+      around->x[k] = cells.x[p];
+      around->y[k] = cells.y[p];
+      around->z[k] = cells.z[p];
+    }
   }
   int count = 0, place[NEAR + WIDTH];
   for (int k = 0; k < around->count; k += WIDTH) {
-    const intv take = near_beam(b, LOADF(around->x + k), LOADF(around->y + k),
-                                LOADF(around->z + k), b.reach) &
+    const intv take = near_beam(own, LOADF(around->x + k), LOADF(around->y + k),
+                                LOADF(around->z + k), own.reach) &
                       (LANES < (float)(around->count - k));
     if (!ANY(take)) continue;
     count = append(take, k, place, count);

@@ -14,15 +14,29 @@ typedef struct {
 // The tile of the work-group, from what is the same for all its items: loop bounds depend on it.
 inline int tile_of_group(void) { return (int)(get_group_id(0) * get_local_size(0)) / TILE_ITEMS; }
 
+// The same for work that differs much from part to part of the image: groups of one item are dealt to
+// DEALT parts of it. A CPU's thread takes hundreds of groups that follow each other, and those then
+// have about as much work as any others. What lies close together costs a little less elsewhere.
+#define DEALT 16
+inline int dealt_tile(void) {
+#if TILE_ITEMS == 1
+  const int group = get_group_id(0), tiles = get_num_groups(0), part = group % DEALT;
+  return part * (tiles / DEALT) + min(part, tiles % DEALT) + group / DEALT;
+#else
+  return tile_of_group();
+#endif
+}
+
 // Which of the TILE_ITEMS items of its tile a work-item is.
 inline int item_of_tile(void) { return (int)get_global_id(0) % TILE_ITEMS; }
 
-// The lanes from `place` on of the work-group's tile. Returns whether any is in use.
-inline int load_lanes(const int place, global const int* sample,  // [tiles][256]
+// The lanes from `place` on of a tile. Returns whether any is in use.
+inline int load_lanes(const int tile, const int place,
+                      global const int* sample,  // [tiles][256]
                       global const int* count,   // [tiles]
                       const int nx, const float first, const float step, const float16 rays,
                       Lanes* lanes) {
-  const int tile = tile_of_group(), tiles_x = (nx + TILE - 1) / TILE;
+  const int tiles_x = (nx + TILE - 1) / TILE;
   const int corner = tile / tiles_x * TILE * nx + tile % tiles_x * TILE;
   if (place >= count[tile]) return 0;
   // Loaded whole, which a list has room for: what is put together value by value waits to be read.

@@ -17,13 +17,13 @@ typedef struct {
 
 // VECTORS times WIDTH lanes from place `begin` on, whose rays share a search. Returns how many
 // vectors are in use.
-inline int load_work(const int begin, global const int* sample, global const int* count, const int nx,
-                     const float first, const float step, const float16 rays, Lanes* lanes,
-                     Around* around) {
+inline int load_work(const int tile, const int begin, global const int* sample,
+                     global const int* count, const int nx, const float first, const float step,
+                     const float16 rays, Lanes* lanes, Around* around) {
   int v = 0;
   for (; v < VECTORS; ++v) {
     const int place = begin + v * WIDTH;
-    if (!load_lanes(place, sample, count, nx, first, step, rays, lanes + v)) break;
+    if (!load_lanes(tile, place, sample, count, nx, first, step, rays, lanes + v)) break;
     around->rays[v] = lanes[v].rays;
     around->wanted[v] = lanes[v].used;
   }
@@ -40,35 +40,48 @@ inline void ask_for(const floatv from, const floatv to, const intv wanted, Aroun
   around->to = SELECT(around->to, fmax(around->to, to), wanted);
 }
 
-// Where a window ends that begins at depth `begin`: no wanted ray is followed farther.
-inline float window_end(const float begin, const floatv to, const intv wanted) {
-  return fmin(begin + WINDOW, -least_lane(SELECT((floatv)(INFINITY), -to, wanted)));
-}
+// Depths of rays at which the density is measured, and what it is.
+typedef struct {
+  global const float* weight;
+  floatv at;
+  intv wanted;
+  floatv density;  // 0 where not wanted
+} Probes;
 
-// Where the levelled field first reaches `level` on rays between depths `from` and `to`. With
-// `listed`, `near` holds the particles of the first window already.
+// Where the levelled field first reaches `level` on rays between depths `from` and `to`. A window's
+// particles serve `probes`, too.
 inline Crossing first_crossing(const Cells cells, global const float* weight, const Rays r,
                                const floatv from, const floatv to, const float level,
-                               const intv wanted, Around* around, Near* near, int listed) {
-  const floatv none = (floatv)(0.0f);
-  Crossing crossing = {(floatv)(INFINITY), none, none, none};
+                               const intv wanted, Around* around, Probes* probes) {
+  const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
+  Crossing crossing = {nowhere, none, none, none};
+  Near near;
   // Depth of one particle radius along the ray.
   const floatv unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);
   const float per_level = 1.5f / level;
   floatv t = from, low = from;         // the last point below the level
   floatv short_of = (floatv)(-level);  // how far below
-  intv going = wanted & (t <= to), fresh = going, steps = (intv)(0);
+  intv going = wanted & (t <= to), fresh = going, steps = (intv)(0), left = probes->wanted;
+  probes->density = none;
   // A crossing lies up to one step, at most a particle radius, before the point that shows it.
-  const float first = least_lane(SELECT((floatv)(INFINITY), t, going));
-  while (ANY(going)) {
-    const float window = least_lane(SELECT((floatv)(INFINITY), t, going));
-    const float end = window_end(window, to, going);
-    if (!listed) list_near(cells, around, r, going, fmax(window - 1.0f, first), end, near);
-    listed = 0;
+  float first = INFINITY;
+  while (ANY(going | left)) {
+    const float window = least_lane(SELECT(SELECT(nowhere, probes->at, left),
+                                           SELECT(t, fmin(t, probes->at), left), going));
+    first = fmin(first, window);
+    const floatv ends = fmin(SELECT(nowhere, -probes->at, left), SELECT(nowhere, -to, going));
+    const float end = fmin(window + WINDOW, -least_lane(ends));
+    list_near(cells, around, r, going | left, fmax(window - 1.0f, first), end, &near);
+    const intv probed = left & (probes->at <= end);
+    if (ANY(probed)) {
+      const floatv c = field_near(cells, probes->weight, &near, r, probes->at, 0).c * NORM;
+      probes->density = SELECT(probes->density, c, probed);
+      left &= !probed;
+    }
     intv here = going & (t <= end), found = (intv)(0);
     floatv over = none;
     while (ANY(here)) {
-      const floatv c = field_near(cells, weight, near, r, t, 0).c * NORM;
+      const floatv c = field_near(cells, weight, &near, r, t, 0).c * NORM;
       const intv inside = here & (c >= level), below = here & (c < level);
       over = SELECT(over, c - level, inside);
       found |= inside & !fresh;
@@ -88,7 +101,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
     // mostly once. It comes within 1/1024 particle radii.
     floatv high = t, middle = low + (high - low) * (short_of / (short_of - over));
     for (int round = 1;; ++round) {
-      const Field f = field_near(cells, weight, near, r, middle, 1);
+      const Field f = field_near(cells, weight, &near, r, middle, 1);
       const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM),
                    gz = f.gz * (0.25f * NORM);
       const floatv there = f.c * NORM - level, slope = gx * r.dx + gy * r.dy - gz;
@@ -245,26 +258,10 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
   const floatv from = search_from(t, t0, limits), to = search_to(t, t0, beyond);
   const intv reaches = listed & (front < INFINITY) & (from <= to);
-  // One search serves the density and the way to the crossing, most of the time.
-  Near near;
-  int listed_near = 0;
-  floatv density = none;
-  intv left = listed & met;
-  if (ANY(reaches)) {
-    const float window = least_lane(SELECT(nowhere, from, reaches));
-    const float end = window_end(window, to, reaches);
-    list_near(cells, around, r, listed, window, end, &near);
-    listed_near = 1;
-    const intv here = left & (t >= window) & (t <= end);
-    if (ANY(here))
-      density = SELECT(none, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
-    left &= !here;
-  }
-  if (ANY(left)) density = SELECT(density, density_on(cells, weight, r, t, left, around), left);
-  const floatv inside = density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
+  Probes probes = {weight, t, listed & met, none};
+  const Crossing c = first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &probes);
+  const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
-  const Crossing c =
-      first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &near, listed_near);
   const floatv apart = SELECT(nowhere, fabs(c.depth - t), met);
   const floatv yielding = fmax(share - (1.0f - share) * 2.0f * fmax(apart - 0.5f, none), none);
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
@@ -308,7 +305,8 @@ kernel void settle_samples(
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+        load_work(tile_of_group(), place, sample, count, samples.x, first, step, rays, lanes,
+                  &around);
     if (!vectors) return;
     Verdict verdict[VECTORS];
     for (int v = 0; v < vectors; ++v) {
@@ -344,7 +342,8 @@ kernel void follow_field(
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+        load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
+                  &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
@@ -406,7 +405,8 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(place, sample, count, samples.x, first, step, rays, lanes, &around);
+        load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
+                  &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
@@ -417,9 +417,9 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
       const Lanes l = lanes[v];
       const floatv start = gather_float(from, l.at);
       const floatv end = fmin(gather_float(to, l.at), gather_float(depth, l.at));
-      Near near;
+      Probes none = {level_weight, start, (intv)(0), (floatv)(0.0f)};
       const Crossing c = first_crossing(cells, level_weight, l.rays, start, end, level,
-                                        l.used & (start < end), &around, &near, 0);
+                                        l.used & (start < end), &around, &none);
       const intv drawn = l.used & (c.depth < end);
       store_surface(c.depth, c.nx, c.ny, c.nz, l.at, drawn, samples.x * samples.y, depth, normal);
       mark_splash(l.at, drawn, group, kind);
