@@ -204,15 +204,13 @@ kernel void splat_extent(global const float* disc, global const int* end, global
 
 // The nearest front and the particle that owns it: the lowest index among the nearest.
 inline void draw_owners(const Part part, global const float* disc, global const int2* entry,
-                        int* owner, const float2 grid) {
+                        intv* owner, const float2 grid) {
   floatv map[ROWS];
-  intv owners[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     map[row] = (floatv)(INFINITY);
-    owners[row] = (intv)(INT_MAX);
+    owner[row] = (intv)(INT_MAX);
   }
-  draw_discs(part, disc, entry, map, owners, grid, 1);
-  for (int row = 0; row < ROWS; ++row) STOREI(owners[row], owner + row * WIDTH);
+  draw_discs(part, disc, entry, map, owner, grid, 1);
 }
 
 // The owner of every node; INT_MAX where there is none.
@@ -221,27 +219,65 @@ kernel void splat_owner(global const float* disc, global const int* end, global 
                         const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
-  int own[ROWS * WIDTH];
-  draw_owners(part, disc, entry, own, grid);
-  for (int row = 0; row < ROWS && part.j + row < nodes.y; ++row)
+  intv owners[ROWS];
+  draw_owners(part, disc, entry, owners, grid);
+  for (int row = 0; row < ROWS && part.j + row < nodes.y; ++row) {
+    int own[WIDTH];
+    STOREI(owners[row], own);
     for (int lane = 0; lane < WIDTH && part.i + lane < nodes.x; ++lane)
-      owner[(part.j + row) * nodes.x + part.i + lane] = own[row * WIDTH + lane];
+      owner[(part.j + row) * nodes.x + part.i + lane] = own[lane];
+  }
 }
 
-// How many nodes each particle owns.
+// The least and the sum of a vector's lanes, by halves.
+inline int lowest_lane(const intv v) {
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const int4 four = min(v.lo, v.hi);
+#else
+  const int4 four = v;
+#endif
+  const int2 two = min(four.lo, four.hi);
+  return min(two.x, two.y);
+#endif
+}
+
+inline int total_of_lanes(const intv v) {
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const int4 four = v.lo + v.hi;
+#else
+  const int4 four = v;
+#endif
+  const int2 two = four.lo + four.hi;
+  return two.x + two.y;
+#endif
+}
+
+// How many nodes each particle owns. One addition for each owner in a part.
 kernel void count_owned(global const float* disc, global const int* end, global const int2* entry,
                         global int* owned,  // [n] 0 before
                         const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
-  int own[ROWS * WIDTH];
-  draw_owners(part, disc, entry, own, grid);
-  // One addition for a run of nodes with the same owner.
-  int run = 0;
-  for (int k = 0; k < ROWS * WIDTH; ++k) {
-    ++run;
-    if (k + 1 < ROWS * WIDTH && own[k + 1] == own[k]) continue;
-    if (own[k] < INT_MAX) atomic_add(owned + own[k], run);
-    run = 0;
+  if (part.begin == part.end) return;
+  intv owners[ROWS];
+  draw_owners(part, disc, entry, owners, grid);
+  for (;;) {
+    intv least = owners[0];
+    for (int row = 1; row < ROWS; ++row) least = min(least, owners[row]);
+    const int owner = lowest_lane(least);
+    if (owner == INT_MAX) return;
+    intv counts = (intv)(0);
+    for (int row = 0; row < ROWS; ++row) {
+      const intv own = owners[row] == owner;
+      counts += SELECT((intv)(0), (intv)(1), own);
+      owners[row] = SELECT(owners[row], (intv)(INT_MAX), own);
+    }
+    const int number = total_of_lanes(counts);
+    atomic_add(owned + owner, number);
   }
 }
