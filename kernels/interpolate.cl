@@ -37,6 +37,15 @@ inline intv spread_bytes(global const uchar* row, const int first, const int str
   return LOADI(lane);
 }
 
+// At how many samples of their blocks of 8 x 8 a map is finite: of a row's samples, as above.
+inline intv spread_counts(global const int* row, const int first, const int stride,
+                          const int last) {
+  int lane[WIDTH];
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) lane[k] = row[min(first + k * stride, last) / 8];
+  return LOADI(lane);
+}
+
 // A cell's right corner is the next cell's left one.
 #if WIDTH == 1
 #define SHIFTED(type, v, next) ((type)(next))
@@ -210,6 +219,10 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
                                                                 // be surface
                                 global const float* splash,     // [samples] finite where there may
                                                                 // be splash
+                                global const int* occupied,         // [blocks] at how many samples
+                                                                    // the reference is finite
+                                global const int* splash_occupied,  // [blocks] the same of `splash`;
+                                                                    // a map is not read where 0 are
                                 global float* depth,            // [samples] in and out
                                 global float* normal,           // [3][samples] in and out
                                 global int* group,              // [samples] in and out
@@ -277,7 +290,12 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
       }
     }
     if (!ANY(rest)) continue;
-    const floatv surface = spread_floats(reference + start, i, side, last, 1);
+    // Blocks tell most of it.
+    const int blocks = block_of(0, row, samples.x);
+    const intv finite = spread_counts(occupied + blocks, i, side, last);
+    floatv surface = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
+    if (ANY((finite > 0) & ((finite < 64) | (rest & (says[m] == OPEN)))))
+      surface = SELECT(surface, spread_floats(reference + start, i, side, last, 1), finite > 0);
     const intv opens = rest & (says[m] == OPEN) & (surface < INFINITY);
     if (ANY(opens)) {
       int at[WIDTH];
@@ -286,8 +304,10 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
     }
     rest = rest & !opens;
     wants |= SELECT((intv)(0), (intv)(1 << m), rest & (surface < INFINITY));
-    wants |= SELECT((intv)(0), (intv)(8 << m),
-                    rest & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
+    const intv splashes = rest & (spread_counts(splash_occupied + blocks, i, side, last) > 0);
+    if (ANY(splashes))
+      wants |= SELECT((intv)(0), (intv)(8 << m),
+                      splashes & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
   }
   STORE_BYTES(wants, wanted + b * stride + a);
 }

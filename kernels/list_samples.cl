@@ -7,6 +7,7 @@ inline int row_of(const int k) { return column_of(k >> 1); }
 // The samples of a tile where a map is finite, of every `every`th row and column (a power of two,
 // TILE at most).
 kernel void list_samples(global const float* wanted,  // [samples]
+                         global const int* occupied,  // [blocks] 0: not finite in a block, not read
                          global int* sample,          // [tiles][256] out
                          global int* count,           // [tiles] out
                          global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
@@ -20,7 +21,8 @@ kernel void list_samples(global const float* wanted,  // [samples]
   int used = 0;
   for (int block = 0; block < 4; ++block) {  // of 8 x 8 samples
     const int i1 = i0 + block % 2 * 8, j1 = j0 + block / 2 * 8;
-    if (whole) {  // most show nothing
+    if (!occupied[block_of(i1, j1, samples.x)]) continue;
+    if (whole) {
       float8 least = (float8)(INFINITY);
       for (int j = j1; j < j1 + 8; j += every) {
         const float8 row = vload8(0, wanted + j * samples.x + i1);

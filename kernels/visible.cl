@@ -137,6 +137,45 @@ kernel void splat_depth(global const float* disc,  // [stride][8]
   store_rows(part, map, depth, nodes);
 }
 
+// The least and the sum of a vector's lanes, by halves.
+inline int lowest_lane(const intv v) {
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const int4 four = min(v.lo, v.hi);
+#else
+  const int4 four = v;
+#endif
+  const int2 two = min(four.lo, four.hi);
+  return min(two.x, two.y);
+#endif
+}
+
+inline int total_of_lanes(const intv v) {
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const int4 four = v.lo + v.hi;
+#else
+  const int4 four = v;
+#endif
+  const int2 two = four.lo + four.hi;
+  return two.x + two.y;
+#endif
+}
+
+// Adds how many of a part's nodes have a finite depth to their block's.
+inline void count_finite(const Part part, const floatv* map, global int* occupied,
+                         const int2 nodes) {
+  intv finite = (intv)(0);
+  for (int row = 0; row < ROWS; ++row)
+    finite += SELECT((intv)(0), (intv)(1), map[row] < INFINITY);
+  const int number = total_of_lanes(finite);
+  if (number > 0) atomic_add(occupied + block_of(part.i, part.j, nodes.x), number);
+}
+
 // Draws two maps of a bin at once: the nearest fronts, and with `core` > 0 what lies within `core` of
 // the half axes of any disc (0 there), else the farthest backs, t + bulge sqrt(1 - d^2).
 inline void draw_both(const Part part, global const float* disc, global const int2* entry,
@@ -171,27 +210,37 @@ inline void draw_both(const Part part, global const float* disc, global const in
 }
 
 // The nearest front at every node of the listed bins, INFINITY where there is none, and where a node
-// lies within `core` of any particle's footprint: 0, else INFINITY. The range as above.
+// lies within `core` of any particle's footprint: 0, else INFINITY. Bins without particles are left
+// as they are. The range as above.
 kernel void splat_core(global const float* disc, global const int* end, global const int2* entry,
                        global float* depth,    // [ny*nx] particle radii
                        global float* in_core,  // [ny*nx]
+                       global int* occupied,   // [blocks] out: at how many nodes the depth is finite;
+                                               // 0 before
                        const int2 range, const int bins_x, const int2 nodes, const float2 grid,
                        const float core) {  // > 0
   const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
+  if (part.begin == part.end) return;
   floatv near[ROWS], other[ROWS];
   for (int row = 0; row < ROWS; ++row) near[row] = other[row] = (floatv)(INFINITY);
   draw_both(part, disc, entry, near, other, grid, core);
   store_rows(part, near, depth, nodes);
   store_rows(part, other, in_core, nodes);
+  count_finite(part, near, occupied, nodes);
 }
 
 // The nearest front, INFINITY where there is none, and the farthest back, 0 where there is none.
+// Bins without particles are left as they are, unless `asked` for: then there are no fronts.
 kernel void splat_extent(global const float* disc, global const int* end, global const int2* entry,
-                         global float* from, global float* to, const int2 range, const int bins_x,
+                         global float* from, global float* to,
+                         global int* occupied,     // [blocks] out: as of splat_core
+                         global const int* asked,  // [blocks] not 0: is to be written
+                         const int2 range, const int bins_x,
                          const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
+  const int any_entries = part.begin < part.end;
+  if (!any_entries && !asked[block_of(part.i, part.j, nodes.x)]) return;
   floatv near[ROWS], far[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     near[row] = (floatv)(INFINITY);
@@ -199,7 +248,9 @@ kernel void splat_extent(global const float* disc, global const int* end, global
   }
   draw_both(part, disc, entry, near, far, grid, 0.0f);
   store_rows(part, near, from, nodes);
+  if (!any_entries) return;
   store_rows(part, far, to, nodes);
+  count_finite(part, near, occupied, nodes);
 }
 
 // The nearest front and the particle that owns it: the lowest index among the nearest.
@@ -227,35 +278,6 @@ kernel void splat_owner(global const float* disc, global const int* end, global 
     for (int lane = 0; lane < WIDTH && part.i + lane < nodes.x; ++lane)
       owner[(part.j + row) * nodes.x + part.i + lane] = own[lane];
   }
-}
-
-// The least and the sum of a vector's lanes, by halves.
-inline int lowest_lane(const intv v) {
-#if WIDTH == 1
-  return v;
-#else
-#if WIDTH == 8
-  const int4 four = min(v.lo, v.hi);
-#else
-  const int4 four = v;
-#endif
-  const int2 two = min(four.lo, four.hi);
-  return min(two.x, two.y);
-#endif
-}
-
-inline int total_of_lanes(const intv v) {
-#if WIDTH == 1
-  return v;
-#else
-#if WIDTH == 8
-  const int4 four = v.lo + v.hi;
-#else
-  const int4 four = v;
-#endif
-  const int2 two = four.lo + four.hi;
-  return two.x + two.y;
-#endif
 }
 
 // How many nodes each particle owns. One addition for each owner in a part.

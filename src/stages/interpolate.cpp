@@ -11,7 +11,8 @@ constexpr double kFineCell = 2.0 / 3;
 }  // namespace
 
 LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                 const Buffer<float>& splash, const Buffer<float>& open,
+                                 const OccupiedBlocks& occupied, const Buffer<float>& splash,
+                                 const OccupiedBlocks& splash_occupied, const Buffer<float>& open,
                                  const SurfaceBuffers& surface, double tolerance,
                                  double least_radius, const ListedBlocks& blocks, int every) {
   const SampleGrid& grid = surface.grid;
@@ -36,9 +37,9 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
          kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
          static_cast<cl_int>(side <= kWidestCell));
   launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
-         reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
-         open, samples, cells, stride, grid.first, step, kernel_rays(view), cl_int{every}, spread,
-         static_cast<cl_int>(!view.orthographic));
+         reference, splash, occupied, splash_occupied, surface.depth, surface.normal, surface.group,
+         surface.kind, wanted, open, samples, cells, stride, grid.first, step, kernel_rays(view),
+         cl_int{every}, spread, static_cast<cl_int>(!view.orthographic));
   return {list_between(device, grid, wanted, stride, every, 0, blocks),
           list_between(device, grid, wanted, stride, every, 3, blocks)};
 }

@@ -18,10 +18,26 @@ struct SampleLists {
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
 
+/// Blocks of 8 x 8 samples, four to a tile, row by row: at how many of them a map is finite. Where
+/// none is, the map need not be written, and is not read.
+using OccupiedBlocks = Buffer<cl_int>;
+
+/// Of a map that is written everywhere, finite or not.
+OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid);
+
+/// Of none so far.
+OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid);
+
 /// The samples where a map is finite, of every `every`th row and column (a power of two, kTile at
 /// most). Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         int every = 1);
+                         const OccupiedBlocks& occupied, int every = 1);
+
+/// The same of a map that is written everywhere.
+inline SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                                int every = 1) {
+  return list_samples(device, grid, wanted, any_blocks(device, grid), every);
+}
 
 /// Blocks of 8 x 8 samples, four to a tile, row by row: 1 where one of them has been listed.
 using ListedBlocks = Buffer<cl_uchar>;
@@ -31,7 +47,7 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed);
 
 /// All samples where `wanted` is finite; notes their blocks. Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const ListedBlocks& blocks);
+                         const OccupiedBlocks& occupied, const ListedBlocks& blocks);
 
 /// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
 ///
