@@ -55,7 +55,7 @@ inline int close_row(const int i, const int j, global const float* depth,
                         (empty | (LOAD_BYTES(kind + s) != 2));
   if (!ANY(eligible)) return 0;
 
-  floatv far = none;
+  floatv far = none, near = (floatv)(INFINITY);
   intv covered = zero, joined = zero;
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
@@ -64,9 +64,26 @@ inline int close_row(const int i, const int j, global const float* depth,
     const intv there = d < INFINITY;
     covered += SELECT(zero, one, there);
     far = SELECT(far, fmax(far, d), there);
+    near = fmin(near, d);
     joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
   }
   if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
+  // Within one layer only a normal can stand alone, which is seldom.
+  if (ALL(!eligible | (!empty & (covered == 8) & (joined >= 3) & (far - near <= jump)))) {
+    floatv sx = none, sy = none, sz = none;
+#pragma unroll
+    for (int k = 0; k < 9; ++k) {
+      if (k == 4) continue;
+      const int at = s + (k / 3 - 1) * samples.x + k % 3 - 1;
+      sx += load_from(normal, at);
+      sy += LOADF(normal + n + at);
+      sz += LOADF(normal + 2 * n + at);
+    }
+    const floatv size = sqrt(sx * sx + sy * sy + sz * sz), agreement = size / 8.0f;
+    const floatv along =
+        LOADF(normal + s) * sx + LOADF(normal + n + s) * sy + LOADF(normal + 2 * n + s) * sz;
+    if (!ANY(eligible & (agreement > 0.93f) & (along < (agreement - 0.03f) * size))) return 0;
+  }
   intv around = zero;
   if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
@@ -143,23 +160,21 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
                          const float jump) {  // particle radii
   const int2 block = (int2)(get_global_id(0), get_global_id(1));
   if (block.x >= blocks.x || block.y >= blocks.y) return;
-  int any_change = 0;
+  int changing = 0;  // rows, as bits
   const int looks =
       round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
                  : changed_near(changed, block, blocks);
   if (looks) {
     const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
-    for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j) {
-      const int row_changes =
-          j > 0 && j < samples.y - 1 &&
-          close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
-                    closed_kind, change, samples, jump);
-      any_change |= row_changes;
-      if (row_changes) continue;
-      for (int k = 0; k < WIDTH && i + k < samples.x; ++k) change[j * samples.x + i + k] = 0;
-    }
+    for (int j = max(first, 1); j < min(first + BLOCK_ROWS, samples.y - 1); ++j)
+      if (close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
+                    closed_kind, change, samples, jump))
+        changing |= 1 << (j - first);
+    for (int j = first; changing && j < min(first + BLOCK_ROWS, samples.y); ++j)
+      if (!(changing >> (j - first) & 1))
+        for (int k = 0; k < WIDTH && i + k < samples.x; ++k) change[j * samples.x + i + k] = 0;
   }
-  changes[block.y * blocks.x + block.x] = any_change;
+  changes[block.y * blocks.x + block.x] = changing != 0;
 }
 
 kernel void apply_closed(global const float* closed_depth, global const float* closed_normal,
