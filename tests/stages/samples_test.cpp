@@ -53,6 +53,22 @@ TEST_P(Samples, AreThoseWhereAMapIsFiniteOnTheLattice) {
     }
 }
 
+TEST_P(Samples, AreNotSoughtInBlocksThatAreNotOccupied) {
+  for (const SampleGrid& grid : kGrids) {
+    const std::vector<float> map = random_map(grid.size(), 2);
+    const int across = (grid.nx + 15) / 16 * 2;
+    std::vector<cl_int> occupied(static_cast<std::size_t>(across * ((grid.ny + 15) / 16 * 2)));
+    for (std::size_t k = 0; k < occupied.size(); k += 3) occupied[k] = 1;
+    std::set<int> expected;
+    for (int s = 0; s < static_cast<int>(grid.size()); ++s)
+      if (map[s] < kNoSurface && (s / grid.nx / 8 * across + s % grid.nx / 8) % 3 == 0)
+        expected.insert(s);
+    EXPECT_EQ(listed(device_,
+                     list_samples(device_, grid, upload(device_, map), upload(device_, occupied))),
+              expected);
+  }
+}
+
 TEST_P(Samples, AreThoseThatCellsWant) {
   for (const SampleGrid& grid : kGrids)
     for (const int every : {1, 2, 4, 8})
