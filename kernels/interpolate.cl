@@ -115,11 +115,23 @@ inline void complete_corners(global const float* normal, const int n, const int 
                 corner_ray(rays, a, b, 2, 2, first, step), corner + 2, corner + 3);
 }
 
+// Whether any block is occupied that the samples of row j from `first` to `end` lie in.
+inline int any_occupied(global const int* occupied, const int first, const int end, const int j,
+                        const int2 samples) {
+  global const int* row = occupied + block_of(0, j, samples.x);
+  int any_block = 0;
+  for (int block = first / 8; block <= min(end, samples.x - 1) / 8; ++block)
+    any_block |= row[block];
+  return any_block;
+}
+
 kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
                             global const float* normal,  // [3][samples]
                             global const uchar* kind,    // [samples]
                             global const float* open,    // [samples] finite: it is not known yet what
                                                          // the sample shows
+                            global const int* occupied,  // [blocks] 0: `open` is infinite in all of
+                                                         // a block
                             global uchar* shows,         // [rows][stride] of cells, out
                             const int2 samples, const int2 cells,
                             const int stride,  // cells in a row, and those that pad it
@@ -157,11 +169,14 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   }
   intv found = SELECT((intv)(ROUGH), (intv)(SMOOTH), smooth);
   if (trust_empty && !ALL(covered)) {
-    floatv o[4];
-    pair_of(open + upper, i, side, last, 1, o, o + 1);
-    pair_of(open + lower, i, side, last, 1, o + 2, o + 3);
-    const intv any_open =
-        (o[0] < INFINITY) | (o[1] < INFINITY) | (o[2] < INFINITY) | (o[3] < INFINITY);
+    intv any_open = (intv)(0);
+    if (any_occupied(occupied, i, i + WIDTH * side, upper / samples.x, samples) ||
+        any_occupied(occupied, i, i + WIDTH * side, lower / samples.x, samples)) {
+      floatv o[4];
+      pair_of(open + upper, i, side, last, 1, o, o + 1);
+      pair_of(open + lower, i, side, last, 1, o + 2, o + 3);
+      any_open = (o[0] < INFINITY) | (o[1] < INFINITY) | (o[2] < INFINITY) | (o[3] < INFINITY);
+    }
     found = SELECT(SELECT((intv)(EMPTY), (intv)(OPEN), any_open), found, covered);
   }
   // A cell that ends outside the image has no corner there.
@@ -228,16 +243,21 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
                                 global int* group,              // [samples] in and out
                                 global uchar* kind,             // [samples] in and out
                                 global uchar* wanted,  // [rows][stride] of cells, out: see
-                                                       // list_between; 0 before
+                                                       // list_between
                                 global float* open,    // [samples] out where the front layer shows
                                                        // nothing: its reference depth
-                                const int2 samples, const int2 cells, const int stride,
+                                const int2 samples, const int2 cells,
+                                const int2 padded,  // cells in a row and rows of `wanted`
                                 const float first, const float step, const float16 rays,
                                 const int every,
                                 const float spread,  // of the depths by the corners' planes, at
                                                      // most, particle radii
                                 const int perspective) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
+  const int stride = padded.x;
+  if (a >= stride || b >= padded.y) return;
+  global uchar* wanted_here = wanted + b * stride + a;
+  STORE_BYTES((intv)(0), wanted_here);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y, side = 2 * every, last = samples.x - 1;
   // What each of the three samples' cells say: right of the corner, below it, and between both.
@@ -309,5 +329,5 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
       wants |= SELECT((intv)(0), (intv)(8 << m),
                       splashes & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
   }
-  STORE_BYTES(wants, wanted + b * stride + a);
+  STORE_BYTES(wants, wanted_here);
 }

@@ -169,7 +169,7 @@ native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
                             samples.s[1],
                             cells.s[0],
                             cells.s[1],
-                            launch.scalar<cl_int>(13),
+                            launch.scalar<cl_int2>(13).s[0],
                             launch.scalar<cl_float>(14),
                             launch.scalar<cl_float>(15),
                             {},

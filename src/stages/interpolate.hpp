@@ -11,11 +11,6 @@ namespace meniscus {
 /// least: they are at most sqrt(2) apart.
 inline constexpr double kWidestCell = 4.0 / 3;
 
-/// Samples that may show surface, and those that may show splash.
-struct LayerSamples {
-  SampleLists surface, splash;
-};
-
 /// From the surface at every second of the samples that are asked for, the `every`th ones of each
 /// row and column, the others: written where the corners of the lattice's cell, or of a cell beside
 /// it, show one smooth surface: each within `tolerance` (particle radii) of the planes that touch

@@ -61,12 +61,13 @@ SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<fl
   return list(device, grid, wanted, occupied, 1, blocks);
 }
 
-SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
-                         int stride, int every, int shift, const ListedBlocks& blocks) {
-  const SampleLists lists = no_samples(device, grid);
-  launch(device, "list_samples.cl", "list_between", {lists.tiles()}, "", wanted, lists.sample,
-         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         cl_int{stride}, cl_int{every}, cl_int{shift});
+LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
+                          int stride, int every, const ListedBlocks& blocks) {
+  const LayerSamples lists{no_samples(device, grid), no_samples(device, grid)};
+  const auto& [surface, splash] = lists;
+  launch(device, "list_samples.cl", "list_between", {surface.tiles()}, "", wanted, surface.sample,
+         surface.count, splash.sample, splash.count, blocks, cl_int2{{grid.nx, grid.ny}},
+         cl_int2{{surface.nx, surface.ny}}, cl_int{stride}, cl_int{every});
   return lists;
 }
 

@@ -49,13 +49,19 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed);
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const OccupiedBlocks& occupied, const ListedBlocks& blocks);
 
+/// Samples that may show surface, and those that may show splash.
+struct LayerSamples {
+  SampleLists surface, splash;
+};
+
 /// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
 ///
-///   wanted  [rows][stride] of cells: bits from `shift` on say which of their samples; 0 beyond the
-///           last cells, up to whole tiles of samples
+///   wanted  [rows][stride] of cells: bits say which of their three samples may show surface and,
+///   from
+///           the fourth on, splash; 0 beyond the last cells, up to whole tiles of samples
 ///   stride  a multiple of 8
-SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
-                         int stride, int every, int shift, const ListedBlocks& blocks);
+LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
+                          int stride, int every, const ListedBlocks& blocks);
 
 /// Those of `lists` where `nearer` is less than `depth`. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
