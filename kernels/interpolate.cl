@@ -37,6 +37,15 @@ inline intv spread_bytes(global const uchar* row, const int first, const int str
   return LOADI(lane);
 }
 
+// At how many samples of their blocks of 8 x 8 a map is finite: of a row's samples, as above.
+inline intv spread_counts(global const int* row, const int first, const int stride,
+                          const int last) {
+  int lane[WIDTH];
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) lane[k] = row[min(first + k * stride, last) / 8];
+  return LOADI(lane);
+}
+
 // A cell's right corner is the next cell's left one.
 #if WIDTH == 1
 #define SHIFTED(type, v, next) ((type)(next))
@@ -106,11 +115,23 @@ inline void complete_corners(global const float* normal, const int n, const int 
                 corner_ray(rays, a, b, 2, 2, first, step), corner + 2, corner + 3);
 }
 
+// Whether any block is occupied that the samples of row j from `first` to `end` lie in.
+inline int any_occupied(global const int* occupied, const int first, const int end, const int j,
+                        const int2 samples) {
+  global const int* row = occupied + block_of(0, j, samples.x);
+  int any_block = 0;
+  for (int block = first / 8; block <= min(end, samples.x - 1) / 8; ++block)
+    any_block |= row[block];
+  return any_block;
+}
+
 kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
                             global const float* normal,  // [3][samples]
                             global const uchar* kind,    // [samples]
                             global const float* open,    // [samples] finite: it is not known yet what
                                                          // the sample shows
+                            global const int* occupied,  // [blocks] 0: `open` is infinite in all of
+                                                         // a block
                             global uchar* shows,         // [rows][stride] of cells, out
                             const int2 samples, const int2 cells,
                             const int stride,  // cells in a row, and those that pad it
@@ -148,11 +169,14 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   }
   intv found = SELECT((intv)(ROUGH), (intv)(SMOOTH), smooth);
   if (trust_empty && !ALL(covered)) {
-    floatv o[4];
-    pair_of(open + upper, i, side, last, 1, o, o + 1);
-    pair_of(open + lower, i, side, last, 1, o + 2, o + 3);
-    const intv any_open =
-        (o[0] < INFINITY) | (o[1] < INFINITY) | (o[2] < INFINITY) | (o[3] < INFINITY);
+    intv any_open = (intv)(0);
+    if (any_occupied(occupied, i, i + WIDTH * side, upper / samples.x, samples) ||
+        any_occupied(occupied, i, i + WIDTH * side, lower / samples.x, samples)) {
+      floatv o[4];
+      pair_of(open + upper, i, side, last, 1, o, o + 1);
+      pair_of(open + lower, i, side, last, 1, o + 2, o + 3);
+      any_open = (o[0] < INFINITY) | (o[1] < INFINITY) | (o[2] < INFINITY) | (o[3] < INFINITY);
+    }
     found = SELECT(SELECT((intv)(EMPTY), (intv)(OPEN), any_open), found, covered);
   }
   // A cell that ends outside the image has no corner there.
@@ -210,21 +234,30 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
                                                                 // be surface
                                 global const float* splash,     // [samples] finite where there may
                                                                 // be splash
+                                global const int* occupied,         // [blocks] at how many samples
+                                                                    // the reference is finite
+                                global const int* splash_occupied,  // [blocks] the same of `splash`;
+                                                                    // a map is not read where 0 are
                                 global float* depth,            // [samples] in and out
                                 global float* normal,           // [3][samples] in and out
                                 global int* group,              // [samples] in and out
                                 global uchar* kind,             // [samples] in and out
                                 global uchar* wanted,  // [rows][stride] of cells, out: see
-                                                       // list_between; 0 before
+                                                       // list_between
                                 global float* open,    // [samples] out where the front layer shows
                                                        // nothing: its reference depth
-                                const int2 samples, const int2 cells, const int stride,
+                                const int2 samples, const int2 cells,
+                                const int2 padded,  // cells in a row and rows of `wanted`
                                 const float first, const float step, const float16 rays,
                                 const int every,
                                 const float spread,  // of the depths by the corners' planes, at
                                                      // most, particle radii
                                 const int perspective) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
+  const int stride = padded.x;
+  if (a >= stride || b >= padded.y) return;
+  global uchar* wanted_here = wanted + b * stride + a;
+  STORE_BYTES((intv)(0), wanted_here);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y, side = 2 * every, last = samples.x - 1;
   // What each of the three samples' cells say: right of the corner, below it, and between both.
@@ -277,7 +310,12 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
       }
     }
     if (!ANY(rest)) continue;
-    const floatv surface = spread_floats(reference + start, i, side, last, 1);
+    // Blocks tell most of it.
+    const int blocks = block_of(0, row, samples.x);
+    const intv finite = spread_counts(occupied + blocks, i, side, last);
+    floatv surface = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
+    if (ANY((finite > 0) & ((finite < 64) | (rest & (says[m] == OPEN)))))
+      surface = SELECT(surface, spread_floats(reference + start, i, side, last, 1), finite > 0);
     const intv opens = rest & (says[m] == OPEN) & (surface < INFINITY);
     if (ANY(opens)) {
       int at[WIDTH];
@@ -286,8 +324,10 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
     }
     rest = rest & !opens;
     wants |= SELECT((intv)(0), (intv)(1 << m), rest & (surface < INFINITY));
-    wants |= SELECT((intv)(0), (intv)(8 << m),
-                    rest & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
+    const intv splashes = rest & (spread_counts(splash_occupied + blocks, i, side, last) > 0);
+    if (ANY(splashes))
+      wants |= SELECT((intv)(0), (intv)(8 << m),
+                      splashes & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
   }
-  STORE_BYTES(wants, wanted + b * stride + a);
+  STORE_BYTES(wants, wanted_here);
 }

@@ -7,6 +7,7 @@ inline int row_of(const int k) { return column_of(k >> 1); }
 // The samples of a tile where a map is finite, of every `every`th row and column (a power of two,
 // TILE at most).
 kernel void list_samples(global const float* wanted,  // [samples]
+                         global const int* occupied,  // [blocks] 0: not finite in a block, not read
                          global int* sample,          // [tiles][256] out
                          global int* count,           // [tiles] out
                          global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
@@ -20,7 +21,8 @@ kernel void list_samples(global const float* wanted,  // [samples]
   int used = 0;
   for (int block = 0; block < 4; ++block) {  // of 8 x 8 samples
     const int i1 = i0 + block % 2 * 8, j1 = j0 + block / 2 * 8;
-    if (whole) {  // most show nothing
+    if (!occupied[block_of(i1, j1, samples.x)]) continue;
+    if (whole) {
       float8 least = (float8)(INFINITY);
       for (int j = j1; j < j1 + 8; j += every) {
         const float8 row = vload8(0, wanted + j * samples.x + i1);
@@ -43,36 +45,50 @@ kernel void list_samples(global const float* wanted,  // [samples]
   count[tile] = used;
 }
 
-// The samples of a tile that interpolation leaves. A cell is 2 x 2 of every `every`th row and column;
-// bits of its byte, from `shift` on, say which of three are wanted: right of the first, below it, and
-// between both, which is Morton order.
+// Those of a tile's `side` x `side` cells from cell (a, b) on whose bits from `shift` on say so. A cell
+// is 2 x 2 of every `every`th row and column; the bits say which of three are wanted: right of the
+// first, below it, and between both, which is Morton order. Returns how many there are.
+inline int list_wanted(global const uchar* wanted, global int* sample, global uchar* listed,
+                       const int2 samples, const int stride, const int every, const int side,
+                       const int a, const int b, const int shift) {
+  int used = 0;
+  for (int k = 0; k < side * side; ++k) {
+    const int column = a + column_of(k), row = b + row_of(k);
+    const int which = wanted[row * stride + column] >> shift & 7;
+    if (which == 0) continue;
+#pragma unroll
+    for (int m = 0; m < 3; ++m) {
+      const int i = every * (2 * column + (m != 1)), j = every * (2 * row + (m != 0));
+      sample[used] = j * samples.x + i;  // without branches, as above
+      used += which >> m & 1;
+      listed[block_of(i, j, samples.x)] |= which >> m & 1;
+    }
+  }
+  return used;
+}
+
+// The samples of a tile that interpolation leaves: those that may show surface, and those that may
+// show splash.
 kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells, 0 where there are
                                                       // none; a multiple of 8 in a row
-                         global int* sample, global int* count, global uchar* listed,
-                         const int2 samples, const int2 tiles, const int stride, const int every,
-                         const int shift) {
+                         global int* sample, global int* count, global int* splash_sample,
+                         global int* splash_count, global uchar* listed, const int2 samples,
+                         const int2 tiles, const int stride, const int every) {
   const int tile = get_global_id(0);
   if (tile >= tiles.x * tiles.y) return;
-  const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
-  const int side = TILE / 2 / every, a = i0 / 2 / every, b = j0 / 2 / every;  // of the tile, cells
+  const int side = TILE / 2 / every;  // of the tile, cells
+  const int a = tile % tiles.x * side, b = tile / tiles.x * side;
   uchar8 any_wanted = (uchar8)(0);  // of this tile and perhaps of those beside it
   for (int row = 0; row < side; ++row)
     any_wanted |= vload8(0, wanted + (b + row) * stride + a / 8 * 8);
-  int used = 0;
-  if (as_ulong(any_wanted >> (uchar)(shift) & (uchar)(7)) != 0)
-    for (int k = 0; k < side * side; ++k) {
-      const int column = column_of(k), row = row_of(k);
-      const int which = wanted[(b + row) * stride + a + column] >> shift & 7;
-      if (which == 0) continue;
-#pragma unroll
-      for (int m = 0; m < 3; ++m) {
-        const int i = i0 + every * (2 * column + (m != 1)), j = j0 + every * (2 * row + (m != 0));
-        sample[tile * TILE_SAMPLES + used] = j * samples.x + i;  // without branches, as above
-        used += which >> m & 1;
-        listed[block_of(i, j, samples.x)] |= which >> m & 1;
-      }
-    }
-  count[tile] = used;
+  const int any_surface = as_ulong(any_wanted & (uchar)(7)) != 0;
+  const int any_splash = as_ulong(any_wanted & (uchar)(56)) != 0;
+  count[tile] = any_surface ? list_wanted(wanted, sample + tile * TILE_SAMPLES, listed, samples,
+                                          stride, every, side, a, b, 0)
+                            : 0;
+  splash_count[tile] = any_splash ? list_wanted(wanted, splash_sample + tile * TILE_SAMPLES, listed,
+                                                samples, stride, every, side, a, b, 3)
+                                  : 0;
 }
 
 // Those of a list where `nearer` is less than `depth`, where it is finite, or where it is not.

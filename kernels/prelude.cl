@@ -234,10 +234,7 @@ inline Part part_of(global const int* end, const int2 range, const int bins_x) {
 inline float deepest_of(const floatv* map) {
   floatv deepest = map[0];
   for (int row = 1; row < ROWS; ++row) deepest = SELECT(deepest, map[row], map[row] > deepest);
-  float lanes[WIDTH];
-  STOREF(deepest, lanes);
-  for (int lane = 1; lane < WIDTH; ++lane) lanes[0] = fmax(lanes[0], lanes[lane]);
-  return lanes[0];
+  return -least_lane(-deepest);
 }
 
 // Stores the first `count` lanes, all of them if there are fewer.

@@ -35,7 +35,8 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
            k, record);
 }
 
-// The kept triangles' depth at every sample of the listed bins; INFINITY where there is none. Kept
+// The kept triangles' depth at every sample of the listed bins; INFINITY where there is none. Only
+// bins that are `asked` for are written. Kept
 // triangles of a Delaunay triangulation do not overlap; on a shared edge the nearer one counts.
 // The range: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void draw_triangles(global const float* record,  // [stride][16]
@@ -45,9 +46,11 @@ kernel void draw_triangles(global const float* record,  // [stride][16]
                            const int2 range,            // the bins that are listed
                            const int bins_x, const int2 samples,
                            const float2 grid,  // first sample and step, pixels
-                           const int perspective) {
+                           const int perspective,
+                           global const int* asked) {  // [blocks] 0: no sample of a block is read
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
+  if (!asked[block_of(part.i, part.j, samples.x)]) return;
   const intv column = TO_INTV(LANES) + part.column;
   const floatv x = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
   floatv map[ROWS];

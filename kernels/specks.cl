@@ -9,9 +9,14 @@
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
 // were listed, the next only where something around has changed in the round before. One work-item
-// per block of WIDTH samples of eight rows.
+// per RUN blocks, of WIDTH samples of eight rows each: most blocks are done with at a glance.
 
 #define BLOCK_ROWS 8
+#if WIDTH == 1
+#define RUN 1
+#else
+#define RUN 8
+#endif
 
 // Values from sample `first` on, which may lie before the map where its lanes are not used.
 inline floatv load_from(global const float* map, const int first) {
@@ -25,17 +30,50 @@ inline floatv load_from(global const float* map, const int first) {
   return LOADF(map + max(first, 0));
 }
 
-// Whether a block within two samples of this one has changed.
-inline int changed_near(global const uchar* changed, const int2 block, const int2 blocks) {
+// Whether any of a run of blocks is set.
+inline int any_of_run(global const uchar* blocks) {
+#if RUN == 1
+  return *blocks;
+#else
+  return as_ulong(vload8(0, blocks)) != 0;
+#endif
+}
+
+inline void clear_run(global uchar* blocks) {
+#if RUN == 1
+  *blocks = 0;
+#else
+  vstore8((uchar8)(0), 0, blocks);
+#endif
+}
+
+// Whether a block within two samples of this one has changed, and of any of the run from it on.
+inline int changed_near(global const uchar* changed, const int2 block, const int2 blocks,
+                        const int stride) {
   int any_changed = 0;
   const int reach = WIDTH == 1 ? 2 : 1;
 #pragma unroll
   for (int y = -1; y <= 1; ++y)
 #pragma unroll
     for (int x = -reach; x <= reach; ++x)
-      any_changed |= changed[clamp(block.y + y, 0, blocks.y - 1) * blocks.x +
+      any_changed |= changed[clamp(block.y + y, 0, blocks.y - 1) * stride +
                              clamp(block.x + x, 0, blocks.x - 1)];
   return any_changed;
+}
+inline int changed_near_run(global const uchar* changed, const int2 run, const int2 blocks,
+                            const int stride) {
+#if RUN == 1
+  return 1;
+#else
+  int any_changed = 0;
+#pragma unroll
+  for (int y = -1; y <= 1; ++y) {
+    global const uchar* row = changed + clamp(run.y + y, 0, blocks.y - 1) * stride;
+    any_changed |= any_of_run(row + run.x) | row[max(run.x - 1, 0)] |
+                   row[min(run.x + RUN, blocks.x - 1)];
+  }
+  return any_changed;
+#endif
 }
 
 // Finds what changes among WIDTH samples of row j from column i on; returns whether any does.
@@ -55,7 +93,7 @@ inline int close_row(const int i, const int j, global const float* depth,
                         (empty | (LOAD_BYTES(kind + s) != 2));
   if (!ANY(eligible)) return 0;
 
-  floatv far = none;
+  floatv far = none, near = (floatv)(INFINITY);
   intv covered = zero, joined = zero;
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
@@ -64,9 +102,26 @@ inline int close_row(const int i, const int j, global const float* depth,
     const intv there = d < INFINITY;
     covered += SELECT(zero, one, there);
     far = SELECT(far, fmax(far, d), there);
+    near = fmin(near, d);
     joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
   }
   if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
+  // Within one layer only a normal can stand alone, which is seldom.
+  if (ALL(!eligible | (!empty & (covered == 8) & (joined >= 3) & (far - near <= jump)))) {
+    floatv sx = none, sy = none, sz = none;
+#pragma unroll
+    for (int k = 0; k < 9; ++k) {
+      if (k == 4) continue;
+      const int at = s + (k / 3 - 1) * samples.x + k % 3 - 1;
+      sx += load_from(normal, at);
+      sy += LOADF(normal + n + at);
+      sz += LOADF(normal + 2 * n + at);
+    }
+    const floatv size = sqrt(sx * sx + sy * sy + sz * sz), agreement = size / 8.0f;
+    const floatv along =
+        LOADF(normal + s) * sx + LOADF(normal + n + s) * sy + LOADF(normal + 2 * n + s) * sz;
+    if (!ANY(eligible & (agreement > 0.93f) & (along < (agreement - 0.03f) * size))) return 0;
+  }
   intv around = zero;
   if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
@@ -129,6 +184,24 @@ inline int close_row(const int i, const int j, global const float* depth,
   return 1;
 }
 
+// The same for a block's rows, as bits.
+inline int close_block(const int2 block, global const float* depth, global const float* normal,
+                       global const int* group, global const uchar* kind,
+                       global float* closed_depth, global float* closed_normal,
+                       global int* closed_group, global uchar* closed_kind, global uchar* change,
+                       const int2 samples, const float jump) {
+  const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
+  int changing = 0;
+  for (int j = max(first, 1); j < min(first + BLOCK_ROWS, samples.y - 1); ++j)
+    if (close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
+                  closed_kind, change, samples, jump))
+      changing |= 1 << (j - first);
+  for (int j = first; changing && j < min(first + BLOCK_ROWS, samples.y); ++j)
+    if (!(changing >> (j - first) & 1))
+      for (int k = 0; k < WIDTH && i + k < samples.x; ++k) change[j * samples.x + i + k] = 0;
+  return changing;
+}
+
 kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
                          global const float* normal,  // [3][ny*nx]
                          global const int* group, global const uchar* kind,
@@ -136,49 +209,53 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
                          global float* closed_normal, global int* closed_group,
                          global uchar* closed_kind,
                          global uchar* change,         // [ny*nx] out in changed blocks
-                         global const uchar* changed,  // [blocks] in the round before; in the
+                         global const uchar* changed,  // [rows][stride] in the round before; in the
                                                        // first, the listed blocks (samples.hpp)
-                         global uchar* changes,        // [blocks] out: in this round
-                         const int2 samples, const int2 blocks, const int round,
+                         global uchar* changes,        // [rows][stride] of blocks, out: in this round
+                         const int2 samples, const int2 blocks,
+                         const int stride,  // blocks in a row, and those that pad it to runs
+                         const int round,
                          const float jump) {  // particle radii
-  const int2 block = (int2)(get_global_id(0), get_global_id(1));
-  if (block.x >= blocks.x || block.y >= blocks.y) return;
-  int any_change = 0;
-  const int looks =
-      round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
-                 : changed_near(changed, block, blocks);
-  if (looks) {
-    const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
-    for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j) {
-      const int row_changes =
-          j > 0 && j < samples.y - 1 &&
-          close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
-                    closed_kind, change, samples, jump);
-      any_change |= row_changes;
-      if (row_changes) continue;
-      for (int k = 0; k < WIDTH && i + k < samples.x; ++k) change[j * samples.x + i + k] = 0;
-    }
+  const int2 run = (int2)(get_global_id(0) * RUN, get_global_id(1));
+  if (run.x >= blocks.x || run.y >= blocks.y) return;
+  if (round > 0 && !changed_near_run(changed, run, blocks, stride)) {
+    clear_run(changes + run.y * stride + run.x);
+    return;
   }
-  changes[block.y * blocks.x + block.x] = any_change;
+  for (int k = 0; k < RUN; ++k) {
+    const int2 block = (int2)(run.x + k, run.y);
+    int changing = 0;  // rows, as bits
+    if (block.x < blocks.x &&
+        (round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
+                    : changed_near(changed, block, blocks, stride)))
+      changing = close_block(block, depth, normal, group, kind, closed_depth, closed_normal,
+                             closed_group, closed_kind, change, samples, jump);
+    changes[block.y * stride + block.x] = changing != 0;
+  }
 }
 
 kernel void apply_closed(global const float* closed_depth, global const float* closed_normal,
                          global const int* closed_group, global const uchar* closed_kind,
                          global const uchar* change, global const uchar* changes,
                          global float* depth, global float* normal, global int* group,
-                         global uchar* kind, const int2 samples, const int2 blocks) {
-  const int2 block = (int2)(get_global_id(0), get_global_id(1));
-  if (block.x >= blocks.x || block.y >= blocks.y || !changes[block.y * blocks.x + block.x]) return;
-  const int n = samples.x * samples.y, first = block.y * BLOCK_ROWS;
-  for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j)
-    for (int i = block.x * WIDTH; i < min((block.x + 1) * WIDTH, samples.x); ++i) {
-      const int at = j * samples.x + i;
-      if (!change[at]) continue;
-      depth[at] = closed_depth[at];
-      normal[at] = closed_normal[at];
-      normal[n + at] = closed_normal[n + at];
-      normal[2 * n + at] = closed_normal[2 * n + at];
-      group[at] = closed_group[at];
-      kind[at] = closed_kind[at];
-    }
+                         global uchar* kind, const int2 samples, const int2 blocks,
+                         const int stride) {
+  const int2 run = (int2)(get_global_id(0) * RUN, get_global_id(1));
+  if (run.x >= blocks.x || run.y >= blocks.y || !any_of_run(changes + run.y * stride + run.x))
+    return;
+  const int n = samples.x * samples.y, first = run.y * BLOCK_ROWS;
+  for (int x = run.x; x < min(run.x + RUN, blocks.x); ++x) {
+    if (!changes[run.y * stride + x]) continue;
+    for (int j = first; j < min(first + BLOCK_ROWS, samples.y); ++j)
+      for (int i = x * WIDTH; i < min((x + 1) * WIDTH, samples.x); ++i) {
+        const int at = j * samples.x + i;
+        if (!change[at]) continue;
+        depth[at] = closed_depth[at];
+        normal[at] = closed_normal[at];
+        normal[n + at] = closed_normal[n + at];
+        normal[2 * n + at] = closed_normal[2 * n + at];
+        group[at] = closed_group[at];
+        kind[at] = closed_kind[at];
+      }
+  }
 }

@@ -137,6 +137,45 @@ kernel void splat_depth(global const float* disc,  // [stride][8]
   store_rows(part, map, depth, nodes);
 }
 
+// The least and the sum of a vector's lanes, by halves.
+inline int lowest_lane(const intv v) {
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const int4 four = min(v.lo, v.hi);
+#else
+  const int4 four = v;
+#endif
+  const int2 two = min(four.lo, four.hi);
+  return min(two.x, two.y);
+#endif
+}
+
+inline int total_of_lanes(const intv v) {
+#if WIDTH == 1
+  return v;
+#else
+#if WIDTH == 8
+  const int4 four = v.lo + v.hi;
+#else
+  const int4 four = v;
+#endif
+  const int2 two = four.lo + four.hi;
+  return two.x + two.y;
+#endif
+}
+
+// Adds how many of a part's nodes have a finite depth to their block's.
+inline void count_finite(const Part part, const floatv* map, global int* occupied,
+                         const int2 nodes) {
+  intv finite = (intv)(0);
+  for (int row = 0; row < ROWS; ++row)
+    finite += SELECT((intv)(0), (intv)(1), map[row] < INFINITY);
+  const int number = total_of_lanes(finite);
+  if (number > 0) atomic_add(occupied + block_of(part.i, part.j, nodes.x), number);
+}
+
 // Draws two maps of a bin at once: the nearest fronts, and with `core` > 0 what lies within `core` of
 // the half axes of any disc (0 there), else the farthest backs, t + bulge sqrt(1 - d^2).
 inline void draw_both(const Part part, global const float* disc, global const int2* entry,
@@ -171,27 +210,37 @@ inline void draw_both(const Part part, global const float* disc, global const in
 }
 
 // The nearest front at every node of the listed bins, INFINITY where there is none, and where a node
-// lies within `core` of any particle's footprint: 0, else INFINITY. The range as above.
+// lies within `core` of any particle's footprint: 0, else INFINITY. Bins without particles are left
+// as they are. The range as above.
 kernel void splat_core(global const float* disc, global const int* end, global const int2* entry,
                        global float* depth,    // [ny*nx] particle radii
                        global float* in_core,  // [ny*nx]
+                       global int* occupied,   // [blocks] out: at how many nodes the depth is finite;
+                                               // 0 before
                        const int2 range, const int bins_x, const int2 nodes, const float2 grid,
                        const float core) {  // > 0
   const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
+  if (part.begin == part.end) return;
   floatv near[ROWS], other[ROWS];
   for (int row = 0; row < ROWS; ++row) near[row] = other[row] = (floatv)(INFINITY);
   draw_both(part, disc, entry, near, other, grid, core);
   store_rows(part, near, depth, nodes);
   store_rows(part, other, in_core, nodes);
+  count_finite(part, near, occupied, nodes);
 }
 
 // The nearest front, INFINITY where there is none, and the farthest back, 0 where there is none.
+// Bins without particles are left as they are, unless `asked` for: then there are no fronts.
 kernel void splat_extent(global const float* disc, global const int* end, global const int2* entry,
-                         global float* from, global float* to, const int2 range, const int bins_x,
+                         global float* from, global float* to,
+                         global int* occupied,     // [blocks] out: as of splat_core
+                         global const int* asked,  // [blocks] not 0: is to be written
+                         const int2 range, const int bins_x,
                          const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
+  const int any_entries = part.begin < part.end;
+  if (!any_entries && !asked[block_of(part.i, part.j, nodes.x)]) return;
   floatv near[ROWS], far[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     near[row] = (floatv)(INFINITY);
@@ -199,20 +248,20 @@ kernel void splat_extent(global const float* disc, global const int* end, global
   }
   draw_both(part, disc, entry, near, far, grid, 0.0f);
   store_rows(part, near, from, nodes);
+  if (!any_entries) return;
   store_rows(part, far, to, nodes);
+  count_finite(part, near, occupied, nodes);
 }
 
 // The nearest front and the particle that owns it: the lowest index among the nearest.
 inline void draw_owners(const Part part, global const float* disc, global const int2* entry,
-                        int* owner, const float2 grid) {
+                        intv* owner, const float2 grid) {
   floatv map[ROWS];
-  intv owners[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     map[row] = (floatv)(INFINITY);
-    owners[row] = (intv)(INT_MAX);
+    owner[row] = (intv)(INT_MAX);
   }
-  draw_discs(part, disc, entry, map, owners, grid, 1);
-  for (int row = 0; row < ROWS; ++row) STOREI(owners[row], owner + row * WIDTH);
+  draw_discs(part, disc, entry, map, owner, grid, 1);
 }
 
 // The owner of every node; INT_MAX where there is none.
@@ -221,27 +270,36 @@ kernel void splat_owner(global const float* disc, global const int* end, global 
                         const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
   if (part.bin >= range.y) return;
-  int own[ROWS * WIDTH];
-  draw_owners(part, disc, entry, own, grid);
-  for (int row = 0; row < ROWS && part.j + row < nodes.y; ++row)
+  intv owners[ROWS];
+  draw_owners(part, disc, entry, owners, grid);
+  for (int row = 0; row < ROWS && part.j + row < nodes.y; ++row) {
+    int own[WIDTH];
+    STOREI(owners[row], own);
     for (int lane = 0; lane < WIDTH && part.i + lane < nodes.x; ++lane)
-      owner[(part.j + row) * nodes.x + part.i + lane] = own[row * WIDTH + lane];
+      owner[(part.j + row) * nodes.x + part.i + lane] = own[lane];
+  }
 }
 
-// How many nodes each particle owns.
+// How many nodes each particle owns. One addition for each owner in a part.
 kernel void count_owned(global const float* disc, global const int* end, global const int2* entry,
                         global int* owned,  // [n] 0 before
                         const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
-  int own[ROWS * WIDTH];
-  draw_owners(part, disc, entry, own, grid);
-  // One addition for a run of nodes with the same owner.
-  int run = 0;
-  for (int k = 0; k < ROWS * WIDTH; ++k) {
-    ++run;
-    if (k + 1 < ROWS * WIDTH && own[k + 1] == own[k]) continue;
-    if (own[k] < INT_MAX) atomic_add(owned + own[k], run);
-    run = 0;
+  if (part.begin == part.end) return;
+  intv owners[ROWS];
+  draw_owners(part, disc, entry, owners, grid);
+  for (;;) {
+    intv least = owners[0];
+    for (int row = 1; row < ROWS; ++row) least = min(least, owners[row]);
+    const int owner = lowest_lane(least);
+    if (owner == INT_MAX) return;
+    intv counts = (intv)(0);
+    for (int row = 0; row < ROWS; ++row) {
+      const intv own = owners[row] == owner;
+      counts += SELECT((intv)(0), (intv)(1), own);
+      owners[row] = SELECT(owners[row], (intv)(INT_MAX), own);
+    }
+    const int number = total_of_lanes(counts);
+    atomic_add(owned + owner, number);
   }
 }

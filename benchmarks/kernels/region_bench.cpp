@@ -43,7 +43,9 @@ Case prepare_triangles(Frame& frame) {
   // A sample of the box: place 1, barycentric coordinates 3, 3 and 2. A sample inside: depth 5, its
   // inverse 1, minimum 1.
   result.operations = 9 * counts.tested + 7 * counts.covered;
-  result.launch = [&frame, grid] { draw_triangles(frame.device, frame.view, frame.mesh(), grid); };
+  result.launch = [&frame, grid] {
+    draw_triangles(frame.device, frame.view, frame.mesh(), grid, any_blocks(frame.device, grid));
+  };
   add_native(result, frame.device, "draw_triangles", grid,
              [perspective = !frame.view.orthographic](const native::Bins& bins, std::size_t begin,
                                                       std::size_t end) {

@@ -153,27 +153,29 @@ native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
 }
 
 native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
-  const cl_int2 samples = launch.scalar<cl_int2>(9), cells = launch.scalar<cl_int2>(10);
+  const cl_int2 samples = launch.scalar<cl_int2>(11), cells = launch.scalar<cl_int2>(12);
   native::Interpolate input{launch.read<std::uint8_t>(0),
                             launch.read<float>(1),
                             launch.read<float>(2),
-                            launch.write<float>(3),
-                            launch.write<float>(4),
-                            launch.write<std::int32_t>(5),
-                            launch.write<std::uint8_t>(6),
-                            launch.write<std::uint8_t>(7),
-                            launch.write<float>(8),
+                            launch.read<std::int32_t>(3),
+                            launch.read<std::int32_t>(4),
+                            launch.write<float>(5),
+                            launch.write<float>(6),
+                            launch.write<std::int32_t>(7),
+                            launch.write<std::uint8_t>(8),
+                            launch.write<std::uint8_t>(9),
+                            launch.write<float>(10),
                             samples.s[0],
                             samples.s[1],
                             cells.s[0],
                             cells.s[1],
-                            launch.scalar<cl_int>(11),
-                            launch.scalar<cl_float>(12),
-                            launch.scalar<cl_float>(13),
+                            launch.scalar<cl_int2>(13).s[0],
+                            launch.scalar<cl_float>(14),
+                            launch.scalar<cl_float>(15),
                             {},
-                            launch.scalar<cl_int>(15),
-                            launch.scalar<cl_float>(16),
-                            launch.scalar<cl_int>(17) != 0};
+                            launch.scalar<cl_int>(17),
+                            launch.scalar<cl_float>(18),
+                            launch.scalar<cl_int>(19) != 0};
   copy_rays(frame.view, input.ray);
   return input;
 }
@@ -221,7 +223,7 @@ Case prepare_interpolate(Frame& frame) {
   result.bytes = 23 * result.items * 3 / 4;
   // Of each: the corners' depths 4, normals 12, their length 6.
   result.operations = 22 * result.items * 3 / 4;
-  add_native(result, frame, "interpolate_samples", {3, 4, 5, 6, 7, 8}, interpolate_input,
+  add_native(result, frame, "interpolate_samples", {5, 6, 7, 8, 9, 10}, interpolate_input,
              native::interpolate_samples);
   return result;
 }

@@ -76,12 +76,12 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
                             const FittedFrame& frame, const Parameters& params, StageClock& clock) {
   clock.start("region");
   const SurfaceBuffers surface = empty_surface(device, grid);
-  const Buffer<float> triangles = draw_triangles(device, view, mesh, grid);
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-  const auto [front, front_core] =
+  const auto [front, front_core, occupied] =
       splat_core(device, frame.body, grid, footprint, bulge, kCoreFootprint);
+  const Buffer<float> triangles = draw_triangles(device, view, mesh, grid, occupied);
   const FitTiles tiles = list_fits(device, view, records, grid);
-  const Extent splash = splash_extent(device, frame.splash, grid);
+  const Extent splash = splash_extent(device, frame.splash, grid, occupied);
   // Of the samples that show nothing in the layers so far, the reference depth of the last.
   const auto open = filled<float>(device, grid.size(), kNoSurface);
 
@@ -107,19 +107,20 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
          2 * coarsest * grid.step <= kWidestCell * frame.least_radius)
     coarsest *= 2;
   const ListedBlocks listed = blocks_of(device, grid, coarsest == 1);
-  fill_front({list_samples(device, grid, front, coarsest),
-              list_samples(device, grid, splash.from, coarsest)});
+  fill_front({list_samples(device, grid, front, occupied, coarsest),
+              list_samples(device, grid, splash.from, splash.occupied, coarsest)});
   for (int every = coarsest / 2; every > 0; every /= 2) {
     clock.start("interpolate");
-    fill_front(interpolate_samples(device, view, front, splash.from, open, surface,
-                                   params.region.interpolation, frame.least_radius, listed, every));
+    fill_front(interpolate_samples(device, view, front, occupied, splash.from, splash.occupied,
+                                   open, surface, params.region.interpolation, frame.least_radius,
+                                   listed, every));
   }
 
   // What lies behind the front layer, at all samples together: few are open.
   constexpr int kBehind = 2;       // layers
   constexpr double kLayerGap = 3;  // particle radii
   clock.start("behind");
-  const SampleLists gaps = list_samples(device, grid, open, listed);
+  const SampleLists gaps = list_samples(device, grid, open, occupied, listed);
   const Discs hidden = outline_discs(device, frame.hidden, grid,
                                      {{static_cast<float>(kCoreFootprint), 1.0f}}, Drawn::behind);
   const DiscsBehind discs = list_discs(device, hidden, gaps, open, kLayerGap);

@@ -53,9 +53,9 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
     const SurfaceBuffers surface = blend_particles(device, view, region, device_records,
                                                    list_tiles(view, records, grid), params.blend);
     clock.start("splash");
-    const Extent extent = splash_extent(device, splash, grid);
-    draw_splash(device, view, list_samples(device, grid, extent.from), levelled, extent, surface,
-                params.region);
+    const Extent extent = splash_extent(device, splash, grid, no_blocks(device, grid));
+    draw_splash(device, view, list_samples(device, grid, extent.from, extent.occupied), levelled,
+                extent, surface, params.region);
     return surface;
   };
   if (params.image) result.image = make_surface(pixel_grid(view));

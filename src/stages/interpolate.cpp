@@ -11,7 +11,8 @@ constexpr double kFineCell = 2.0 / 3;
 }  // namespace
 
 LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                 const Buffer<float>& splash, const Buffer<float>& open,
+                                 const OccupiedBlocks& occupied, const Buffer<float>& splash,
+                                 const OccupiedBlocks& splash_occupied, const Buffer<float>& open,
                                  const SurfaceBuffers& surface, double tolerance,
                                  double least_radius, const ListedBlocks& blocks, int every) {
   const SampleGrid& grid = surface.grid;
@@ -28,19 +29,20 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
   const cl_float spread = static_cast<cl_float>(std::min(0.5 / side, 1.25) * tolerance);
   // Padded to whole tiles of samples, and to what a work-item takes.
   const auto padded = [](int n) { return (n + 7) / 8 * 8; };
-  const cl_int stride = padded(nx);
-  const std::size_t size = static_cast<std::size_t>(stride) * padded(ny);
-  const auto shows = filled<cl_uchar>(device, size, 0), wanted = filled<cl_uchar>(device, size, 0);
+  const cl_int stride = padded(nx), rows = padded(ny);
+  const Range padded_range{static_cast<std::size_t>(stride / width), static_cast<std::size_t>(rows),
+                           16, 4};
+  const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows);
+  const auto shows = allocate<cl_uchar>(device, size), wanted = allocate<cl_uchar>(device, size);
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
-         surface.normal, surface.kind, open, shows, samples, cells, stride, grid.first, step,
-         kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
+         surface.normal, surface.kind, open, occupied, shows, samples, cells, stride, grid.first,
+         step, kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
          static_cast<cl_int>(side <= kWidestCell));
-  launch(device, "interpolate.cl", "interpolate_samples", range, width_option(width), shows,
-         reference, splash, surface.depth, surface.normal, surface.group, surface.kind, wanted,
-         open, samples, cells, stride, grid.first, step, kernel_rays(view), cl_int{every}, spread,
-         static_cast<cl_int>(!view.orthographic));
-  return {list_between(device, grid, wanted, stride, every, 0, blocks),
-          list_between(device, grid, wanted, stride, every, 3, blocks)};
+  launch(device, "interpolate.cl", "interpolate_samples", padded_range, width_option(width), shows,
+         reference, splash, occupied, splash_occupied, surface.depth, surface.normal, surface.group,
+         surface.kind, wanted, open, samples, cells, cl_int2{{stride, rows}}, grid.first, step,
+         kernel_rays(view), cl_int{every}, spread, static_cast<cl_int>(!view.orthographic));
+  return list_between(device, grid, wanted, stride, every, blocks);
 }
 
 }  // namespace meniscus

@@ -7,7 +7,7 @@
 namespace meniscus {
 
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
-                             const SampleGrid& grid) {
+                             const SampleGrid& grid, const OccupiedBlocks& asked) {
   std::vector<std::size_t> kept;
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     if (mesh.kind[t] == TriangleKind::kept) kept.push_back(t);
@@ -38,7 +38,7 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
               launch(device, "region.cl", "draw_triangles", bin_items(lists, width),
                      width_option(width), records, lists.end, lists.entry, depth,
                      cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, samples,
-                     cl_float2{{grid.first, grid.step}}, perspective);
+                     cl_float2{{grid.first, grid.step}}, perspective, asked);
             });
   return depth;
 }

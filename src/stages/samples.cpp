@@ -16,12 +16,12 @@ SampleLists no_samples(Device& device, const SampleGrid& grid) {
   return lists;
 }
 
-SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted, int every,
-                 const ListedBlocks& blocks) {
+SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                 const OccupiedBlocks& occupied, int every, const ListedBlocks& blocks) {
   const SampleLists lists = no_samples(device, grid);
-  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, lists.sample,
-         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         static_cast<cl_int>(every));
+  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, occupied,
+         lists.sample, lists.count, blocks, cl_int2{{grid.nx, grid.ny}},
+         cl_int2{{lists.nx, lists.ny}}, static_cast<cl_int>(every));
   return lists;
 }
 
@@ -42,23 +42,32 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed) {
   return filled<cl_uchar>(device, 4 * no_samples(grid).tiles(), listed ? 1 : 0);
 }
 
+OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid) {
+  return filled<cl_int>(device, 4 * no_samples(grid).tiles(), 1);
+}
+
+OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
+  return filled<cl_int>(device, 4 * no_samples(grid).tiles(), 0);
+}
+
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         int every) {
-  return list(device, grid, wanted, every,
+                         const OccupiedBlocks& occupied, int every) {
+  return list(device, grid, wanted, occupied, every,
               allocate<cl_uchar>(device, 4 * no_samples(grid).tiles()));
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const ListedBlocks& blocks) {
-  return list(device, grid, wanted, 1, blocks);
+                         const OccupiedBlocks& occupied, const ListedBlocks& blocks) {
+  return list(device, grid, wanted, occupied, 1, blocks);
 }
 
-SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
-                         int stride, int every, int shift, const ListedBlocks& blocks) {
-  const SampleLists lists = no_samples(device, grid);
-  launch(device, "list_samples.cl", "list_between", {lists.tiles()}, "", wanted, lists.sample,
-         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         cl_int{stride}, cl_int{every}, cl_int{shift});
+LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
+                          int stride, int every, const ListedBlocks& blocks) {
+  const LayerSamples lists{no_samples(device, grid), no_samples(device, grid)};
+  const auto& [surface, splash] = lists;
+  launch(device, "list_samples.cl", "list_between", {surface.tiles()}, "", wanted, surface.sample,
+         surface.count, splash.sample, splash.count, blocks, cl_int2{{grid.nx, grid.ny}},
+         cl_int2{{surface.nx, surface.ny}}, cl_int{stride}, cl_int{every});
   return lists;
 }
 

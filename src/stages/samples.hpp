@@ -18,10 +18,26 @@ struct SampleLists {
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
 
+/// Blocks of 8 x 8 samples, four to a tile, row by row: at how many of them a map is finite. Where
+/// none is, the map need not be written, and is not read.
+using OccupiedBlocks = Buffer<cl_int>;
+
+/// Of a map that is written everywhere, finite or not.
+OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid);
+
+/// Of none so far.
+OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid);
+
 /// The samples where a map is finite, of every `every`th row and column (a power of two, kTile at
 /// most). Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         int every = 1);
+                         const OccupiedBlocks& occupied, int every = 1);
+
+/// The same of a map that is written everywhere.
+inline SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
+                                int every = 1) {
+  return list_samples(device, grid, wanted, any_blocks(device, grid), every);
+}
 
 /// Blocks of 8 x 8 samples, four to a tile, row by row: 1 where one of them has been listed.
 using ListedBlocks = Buffer<cl_uchar>;
@@ -31,15 +47,21 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed);
 
 /// All samples where `wanted` is finite; notes their blocks. Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const ListedBlocks& blocks);
+                         const OccupiedBlocks& occupied, const ListedBlocks& blocks);
+
+/// Samples that may show surface, and those that may show splash.
+struct LayerSamples {
+  SampleLists surface, splash;
+};
 
 /// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
 ///
-///   wanted  [rows][stride] of cells: bits from `shift` on say which of their samples; 0 beyond the
-///           last cells, up to whole tiles of samples
+///   wanted  [rows][stride] of cells: bits say which of their three samples may show surface and,
+///   from
+///           the fourth on, splash; 0 beyond the last cells, up to whole tiles of samples
 ///   stride  a multiple of 8
-SampleLists list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
-                         int stride, int every, int shift, const ListedBlocks& blocks);
+LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
+                          int stride, int every, const ListedBlocks& blocks);
 
 /// Those of `lists` where `nearer` is less than `depth`. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,

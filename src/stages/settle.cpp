@@ -58,10 +58,11 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
          limits_of(params), kSearch);
 }
 
-Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid) {
+Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
+                     const OccupiedBlocks& asked) {
   // The field of a lone particle reaches one particle radius; among others it reaches farther.
   constexpr double kBlobReach = 2;
-  return splat_extent(device, splash, grid, kBlobReach);
+  return splat_extent(device, splash, grid, kBlobReach, asked);
 }
 
 void draw_splash(Device& device, const View& view, const SampleLists& lists,

@@ -33,7 +33,8 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
 
 /// Where rays may meet the levelled field around splash particles: within spheres that hold it.
 /// Waits.
-Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid);
+Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
+                     const OccupiedBlocks& asked);
 
 /// Draws the first crossing of the levelled field within `extent` where it lies in front of the
 /// surface, at the listed samples. Changes the surface. Does not wait.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "parallel.hpp"
 #include "stages/bins.hpp"
@@ -47,15 +48,20 @@ void draw(Device& device, const std::string& kernel, const Discs& discs, const B
 }
 
 // The same for two maps of all discs, whatever lies before them.
-template <class... Last>
+template <class... Maps, class... Last>
 void draw_all(Device& device, const std::string& kernel, const Discs& discs, const SampleGrid& grid,
-              const Buffer<float>& first, const Buffer<float>& second, Last... last) {
+              const std::tuple<const Maps&...>& maps, Last... last) {
   draw_bins(device, discs.outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
             [&](const BinLists& lists) {
-              launch(device, "visible.cl", kernel, bin_items(lists, device.state().vector_width),
-                     options(device), discs.records, lists.end, lists.entry, first, second,
-                     cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
-                     lattice_of(grid), last...);
+              std::apply(
+                  [&](const Maps&... all) {
+                    launch(device, "visible.cl", kernel,
+                           bin_items(lists, device.state().vector_width), options(device),
+                           discs.records, lists.end, lists.entry, all...,
+                           cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
+                           lattice_of(grid), last...);
+                  },
+                  maps);
             });
 }
 
@@ -131,27 +137,27 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
 
 FrontAndCore splat_core(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                         double footprint, double bulge, double core) {
-  if (particles.count == 0)
-    return {filled<float>(device, grid.size(), kNoSurface),
-            filled<float>(device, grid.size(), kNoSurface)};
   const FrontAndCore maps{allocate<float>(device, grid.size()),
-                          allocate<float>(device, grid.size())};
+                          allocate<float>(device, grid.size()), no_blocks(device, grid)};
+  if (particles.count == 0) return maps;
   const Discs discs =
       outline_discs(device, particles, grid,
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
-  draw_all(device, "splat_core", discs, grid, maps.depth, maps.core,
+  draw_all(device, "splat_core", discs, grid, std::tie(maps.depth, maps.core, maps.occupied),
            static_cast<cl_float>(core / footprint));
   return maps;
 }
 
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint) {
+                    double footprint, const OccupiedBlocks& asked) {
   if (particles.count == 0)
-    return {filled<float>(device, grid.size(), kNoSurface),
-            filled<float>(device, grid.size(), 0.0f)};
-  const Extent extent{allocate<float>(device, grid.size()), allocate<float>(device, grid.size())};
+    return {filled<float>(device, grid.size(), kNoSurface), allocate<float>(device, grid.size()),
+            no_blocks(device, grid)};
+  const Extent extent{allocate<float>(device, grid.size()), allocate<float>(device, grid.size()),
+                      no_blocks(device, grid)};
   const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
-  draw_all(device, "splat_extent", discs, grid, extent.from, extent.to);
+  draw_all(device, "splat_extent", discs, grid,
+           std::tie(extent.from, extent.to, extent.occupied, asked));
   return extent;
 }
 

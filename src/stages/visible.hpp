@@ -7,6 +7,7 @@
 #include "meniscus/parameters.hpp"
 #include "stages/bins.hpp"
 #include "stages/project.hpp"
+#include "stages/samples.hpp"
 
 namespace meniscus {
 
@@ -48,11 +49,12 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
 Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                            double footprint);
 
-/// Fronts, as by splat_depth, and where they have a particle near.
+/// Fronts, as by splat_depth, and where they have a particle near; written in occupied blocks.
 struct FrontAndCore {
   Buffer<float> depth;
   Buffer<float>
       core;  // [ny*nx] 0 within `core` radii of any particle on the screen, else kNoSurface
+  OccupiedBlocks occupied;
 };
 
 /// Waits.
@@ -61,12 +63,14 @@ FrontAndCore splat_core(Device& device, const SplatParticles& particles, const S
 
 /// From the nearest front to the farthest back of the spheres at every node.
 struct Extent {
-  Buffer<float> from, to;  // [ny*nx] particle radii; kNoSurface and 0 where nothing is
+  Buffer<float> from;  // [ny*nx] particle radii, in occupied blocks; kNoSurface where nothing is
+  Buffer<float> to;    // where `from` is finite
+  OccupiedBlocks occupied;
 };
 
-/// Waits.
+/// `from` is written in the blocks that are `asked` for, too. Waits.
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint);
+                    double footprint, const OccupiedBlocks& asked);
 
 /// The particles that are seen.
 struct Visible {

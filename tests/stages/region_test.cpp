@@ -1,9 +1,9 @@
 // The triangles' depth map against a loop over all triangles, on every device.
 #include "stages/region.hpp"
 
+#include "stages/specks.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/references/mesh_by_hand.hpp"
-#include "stages/specks.hpp"
 
 namespace meniscus {
 namespace {
@@ -38,7 +38,8 @@ TEST_P(Region, TrianglesDepthMatchesTheReference) {
       const View view = make_view(camera, 0.1, {0, 0, 0});
       const Triangulation mesh = wavy(view, 3);
       ASSERT_GT(std::count(mesh.kind.begin(), mesh.kind.end(), TriangleKind::ghost), 0);
-      const auto actual = download(device_, draw_triangles(device_, view, mesh, grid));
+      const auto actual =
+          download(device_, draw_triangles(device_, view, mesh, grid, any_blocks(device_, grid)));
       std::size_t covered = 0;
       for (int j = 0; j < grid.ny; ++j)
         for (int i = 0; i < grid.nx; ++i) {
@@ -94,7 +95,8 @@ TEST_P(Region, TrianglesDepthMatchesTheReference) {
 TEST_P(Region, NoTrianglesCoverNothing) {
   const SampleGrid grid{9, 5, 0.5f, 1};
   for (const float depth :
-       download(device_, draw_triangles(device_, plain_view(), triangulated(place({})), grid)))
+       download(device_, draw_triangles(device_, plain_view(), triangulated(place({})), grid,
+                                        any_blocks(device_, grid))))
     EXPECT_EQ(depth, kNoSurface);
 }
 

@@ -53,36 +53,55 @@ TEST_P(Samples, AreThoseWhereAMapIsFiniteOnTheLattice) {
     }
 }
 
+TEST_P(Samples, AreNotSoughtInBlocksThatAreNotOccupied) {
+  for (const SampleGrid& grid : kGrids) {
+    const std::vector<float> map = random_map(grid.size(), 2);
+    const int across = (grid.nx + 15) / 16 * 2;
+    std::vector<cl_int> occupied(static_cast<std::size_t>(across * ((grid.ny + 15) / 16 * 2)));
+    for (std::size_t k = 0; k < occupied.size(); k += 3) occupied[k] = 1;
+    std::set<int> expected;
+    for (int s = 0; s < static_cast<int>(grid.size()); ++s)
+      if (map[s] < kNoSurface && (s / grid.nx / 8 * across + s % grid.nx / 8) % 3 == 0)
+        expected.insert(s);
+    EXPECT_EQ(listed(device_,
+                     list_samples(device_, grid, upload(device_, map), upload(device_, occupied))),
+              expected);
+  }
+}
+
 TEST_P(Samples, AreThoseThatCellsWant) {
   for (const SampleGrid& grid : kGrids)
-    for (const int every : {1, 2, 4, 8})
-      for (const int shift : {0, 3}) {
-        const int stride = (grid.nx + 15) / 16 * 8;
-        std::vector<cl_uchar> wanted(static_cast<std::size_t>(stride) * ((grid.ny + 15) / 16 * 8));
-        Random random(5);
-        std::set<int> expected;
-        for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
-          const int i = s % grid.nx / every, j = s / grid.nx / every;
-          if (s % grid.nx % every != 0 || s / grid.nx % every != 0 || (i % 2 == 0 && j % 2 == 0))
-            continue;
-          const int bit = random(0, 6) < 3 ? shift : 3 - shift;
-          wanted[static_cast<std::size_t>(j / 2 * stride + i / 2)] |=
-              static_cast<cl_uchar>(1 << (bit + i % 2 + 2 * (j % 2) - 1));
-          if (bit == shift) expected.insert(s);
-        }
-        const ListedBlocks blocks = blocks_of(device_, grid, false);
-        EXPECT_EQ(listed(device_, list_between(device_, grid, upload(device_, wanted), stride,
-                                               every, shift, blocks)),
-                  expected);
-        std::set<int> expected_blocks, found_blocks;
-        const int across = (grid.nx + 15) / 16 * 2;
-        for (const int s : expected)
-          expected_blocks.insert(s / grid.nx / 8 * across + s % grid.nx / 8);
-        const std::vector<cl_uchar> in_blocks = download(device_, blocks);
-        for (int k = 0; k < static_cast<int>(in_blocks.size()); ++k)
-          if (in_blocks[static_cast<std::size_t>(k)]) found_blocks.insert(k);
-        EXPECT_EQ(found_blocks, expected_blocks);
+    for (const int every : {1, 2, 4, 8}) {
+      const int stride = (grid.nx + 15) / 16 * 8;
+      std::vector<cl_uchar> wanted(static_cast<std::size_t>(stride) * ((grid.ny + 15) / 16 * 8));
+      Random random(5);
+      std::set<int> surface, splash;
+      for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
+        const int i = s % grid.nx / every, j = s / grid.nx / every;
+        if (s % grid.nx % every != 0 || s / grid.nx % every != 0 || (i % 2 == 0 && j % 2 == 0))
+          continue;
+        const int which = random(0, 6);
+        const bool shows = which < 3;
+        // Some cells want nothing of the one or of the other.
+        if (which == 6 || (shows ? i / 16 % 3 == 0 : i / 16 % 3 == 1)) continue;
+        wanted[static_cast<std::size_t>(j / 2 * stride + i / 2)] |=
+            static_cast<cl_uchar>(1 << ((shows ? 0 : 3) + i % 2 + 2 * (j % 2) - 1));
+        (shows ? surface : splash).insert(s);
       }
+      const ListedBlocks blocks = blocks_of(device_, grid, false);
+      const LayerSamples lists =
+          list_between(device_, grid, upload(device_, wanted), stride, every, blocks);
+      EXPECT_EQ(listed(device_, lists.surface), surface);
+      EXPECT_EQ(listed(device_, lists.splash), splash);
+      std::set<int> expected_blocks, found_blocks;
+      const int across = (grid.nx + 15) / 16 * 2;
+      for (const std::set<int>& all : {surface, splash})
+        for (const int s : all) expected_blocks.insert(s / grid.nx / 8 * across + s % grid.nx / 8);
+      const std::vector<cl_uchar> in_blocks = download(device_, blocks);
+      for (int k = 0; k < static_cast<int>(in_blocks.size()); ++k)
+        if (in_blocks[static_cast<std::size_t>(k)]) found_blocks.insert(k);
+      EXPECT_EQ(found_blocks, expected_blocks);
+    }
 }
 
 TEST_P(Samples, AreKeptWhereTheyLieNearer) {

@@ -189,7 +189,7 @@ TEST_P(Settle, SplashIsTheFirstCrossingInFrontOfTheSurface) {
   }
   SurfaceBuffers surface = empty_surface(device_, grid_);
   surface.depth = upload(device_, depth);
-  const Extent extent{upload(device_, from), upload(device_, to)};
+  const Extent extent{upload(device_, from), upload(device_, to), any_blocks(device_, grid_)};
   draw_splash(device_, view_, list_samples(device_, grid_, extent.from), levelled_, extent, surface,
               kParams);
   const SurfaceMap map = download(device_, surface);

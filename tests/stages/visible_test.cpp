@@ -13,6 +13,19 @@
 namespace meniscus {
 namespace {
 
+std::size_t block_of(const SampleGrid& grid, std::size_t s) {
+  const std::size_t nx = static_cast<std::size_t>(grid.nx);
+  return s / nx / 8 * ((nx + kTile - 1) / kTile * 2) + s % nx / 8;
+}
+
+// Blocks have as many samples as a map is finite at.
+void expect_counted(Device& device, const SampleGrid& grid, const std::vector<float>& map,
+                    const OccupiedBlocks& occupied) {
+  std::vector<cl_int> expected(occupied.size);
+  for (std::size_t s = 0; s < map.size(); ++s) expected[block_of(grid, s)] += map[s] < kNoSurface;
+  EXPECT_EQ(download(device, occupied), expected);
+}
+
 using Visibility = OnDevice;
 
 constexpr int kWidth = 61, kHeight = 47;
@@ -187,10 +200,10 @@ TEST_P(Visibility, ExtentsGoFromTheNearestFrontToTheFarthestBack) {
   const SampleGrid grid = kGrids[0];
   const Projected p = scattered(130, 8);
   const SplatParticles splats = upload_splats(device_, p, all_of(p));
-  const Extent extent = splat_extent(device_, splats, grid, 2);
-  EXPECT_EQ(download(device_, extent.from),
-            download(device_, splat_depth(device_, splats, grid, 2)));
-  const auto far = download(device_, extent.to);
+  const Extent extent = splat_extent(device_, splats, grid, 2, any_blocks(device_, grid));
+  const auto near = download(device_, extent.from), far = download(device_, extent.to);
+  EXPECT_EQ(near, download(device_, splat_depth(device_, splats, grid, 2)));
+  expect_counted(device_, grid, near, extent.occupied);
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
       double low = 0, high = 0;
@@ -201,7 +214,8 @@ TEST_P(Visibility, ExtentsGoFromTheNearestFrontToTheFarthestBack) {
         if (f.possible) high = std::max(high, mirror - f.low);
         if (f.sure) low = std::max(low, mirror - f.high);
       }
-      const float actual = far[static_cast<std::size_t>(j) * grid.nx + i];
+      const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
+      const float actual = near[s] < kNoSurface ? far[s] : 0;
       EXPECT_GE(actual, low);
       EXPECT_LE(actual, high);
     }
@@ -212,8 +226,13 @@ TEST_P(Visibility, CoresAreWhereAParticleIsNear) {
   const SplatParticles splats = upload_splats(device_, p, all_of(p));
   for (const SampleGrid& grid : kGrids) {
     const FrontAndCore maps = splat_core(device_, splats, grid, 1.8, 0.6, 1.4);
-    const auto core = download(device_, maps.core), depth = download(device_, maps.depth);
-    EXPECT_EQ(depth, download(device_, splat_depth(device_, splats, grid, 1.8, 0.6)));
+    const auto full = download(device_, splat_depth(device_, splats, grid, 1.8, 0.6));
+    expect_counted(device_, grid, full, maps.occupied);
+    const auto occupied = download(device_, maps.occupied);
+    auto core = download(device_, maps.core), depth = download(device_, maps.depth);
+    for (std::size_t s = 0; s < core.size(); ++s)
+      if (occupied[block_of(grid, s)] == 0) core[s] = depth[s] = kNoSurface;  // not written
+    EXPECT_EQ(depth, full);
     const auto bounds = reference::splat_depth(p, all_of(p), grid, 1.4, 1, 4 * kEpsilon);
     std::size_t near = 0, apart = 0;
     for (std::size_t s = 0; s < core.size(); ++s) {

@@ -123,7 +123,9 @@ void fill_cells(const Interpolate& in, int a, int b) {
         in.group[at] = in.group[corner];
         in.kind[at] = in.kind[corner];
       } else {
-        const float reference = in.reference[at], splash = in.splash[at];
+        const int block = row / 8 * ((in.nx + kTile - 1) / kTile * 2) + i / 8;
+        const float reference = in.occupied[block] ? in.reference[at] : kNone;
+        const float splash = in.splash_occupied[block] ? in.splash[at] : kNone;
         if (says[m][k] == kOpen && reference < kNone)
           in.open[at] = reference;
         else

@@ -177,6 +177,7 @@ void follow_field(const Follow& input, std::size_t begin, std::size_t end);
 struct Interpolate {
   const std::uint8_t* shows;
   const float *reference, *splash;
+  const std::int32_t *occupied, *splash_occupied;
   float *depth, *normal;
   std::int32_t* group;
   std::uint8_t* kind;
