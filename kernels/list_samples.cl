@@ -91,24 +91,27 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
                                   : 0;
 }
 
-// Those of a list where `nearer` is less than `depth`, where it is finite, or where it is not.
+// Those of a list where `nearer` is less than `depth`, and so where `unwanted` is not finite, or where
+// `nearer` is finite.
 #define NEARER 0
-#define FINITE 1
-#define INFINITE 2
+#define NEARER_UNLESS 1
+#define FINITE 2
 
 kernel void keep_samples(global const int* sample, global const int* count,
-                         global const float* nearer,  // [samples]
-                         global const float* depth,   // [samples], read where NEARER
-                         global int* kept,            // [tiles][256] out
-                         global int* kept_count,      // [tiles] out
+                         global const float* nearer,    // [samples]
+                         global const float* depth,     // [samples], read unless FINITE
+                         global const float* unwanted,  // [samples], read where NEARER_UNLESS
+                         global int* kept,              // [tiles][256] out
+                         global int* kept_count,        // [tiles] out
                          const int tiles, const int where) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
   int used = 0;
   for (int k = 0; k < count[tile]; ++k) {
     const int at = sample[tile * TILE_SAMPLES + k];
-    const int less = nearer[at] < (where == NEARER ? depth[at] : INFINITY);
-    if (less != (where == INFINITE)) kept[tile * TILE_SAMPLES + used++] = at;
+    if (where == NEARER_UNLESS && unwanted[at] < INFINITY) continue;
+    if (nearer[at] < (where == FINITE ? INFINITY : depth[at]))
+      kept[tile * TILE_SAMPLES + used++] = at;
   }
   kept_count[tile] = used;
 }

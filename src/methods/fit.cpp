@@ -94,12 +94,12 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
                    surface, open, params.region, false);
   };
   const auto splash_over = [&](const SampleLists& lists) {
-    clock.start("splash");
     draw_splash(device, view, lists, frame.levelled, splash, surface, params.region);
   };
   const auto fill_front = [&](const LayerSamples& wanted) {
     fill_layer(wanted.surface, front, front_core);
-    splash_over(drop_samples(device, wanted.splash, open));
+    clock.start("splash");
+    splash_over(keep_samples(device, wanted.splash, splash.from, surface.depth, open));
   };
   // Interpolated between samples at most 4/3 particle radii apart, or two samples.
   int coarsest = params.region.interpolation > 0 ? 2 : 1;
@@ -135,7 +135,8 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   clock.start("settle");
   settle_samples(device, view, gaps, frame.cells, frame.levelled, triangles, front, front_core,
                  surface, open, params.region, true);
-  splash_over(gaps);
+  clock.start("splash");
+  splash_over(keep_samples(device, gaps, splash.from, surface.depth));
   clock.start("specks");
   close_specks(device, surface, listed);
   return surface;

@@ -54,7 +54,8 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
                                                    list_tiles(view, records, grid), params.blend);
     clock.start("splash");
     const Extent extent = splash_extent(device, splash, grid, no_blocks(device, grid));
-    draw_splash(device, view, list_samples(device, grid, extent.from, extent.occupied), levelled,
+    const SampleLists lists = list_samples(device, grid, extent.from, extent.occupied);
+    draw_splash(device, view, keep_samples(device, lists, extent.from, surface.depth), levelled,
                 extent, surface, params.region);
     return surface;
   };

@@ -25,13 +25,13 @@ SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wa
   return lists;
 }
 
-enum class Where : cl_int { nearer, finite, infinite };  // as in list_samples.cl
+enum class Where : cl_int { nearer, nearer_unless, finite };  // as in list_samples.cl
 
 SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
-                 const Buffer<float>& depth, Where where) {
+                 const Buffer<float>& depth, const Buffer<float>& unwanted, Where where) {
   const SampleLists kept = no_samples(device, lists.grid);
   launch(device, "list_samples.cl", "keep_samples", {lists.tiles()}, "", lists.sample, lists.count,
-         nearer, depth, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
+         nearer, depth, unwanted, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
          static_cast<cl_int>(where));
   return kept;
 }
@@ -73,15 +73,16 @@ LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<c
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth) {
-  return keep(device, lists, nearer, depth, Where::nearer);
+  return keep(device, lists, nearer, depth, depth, Where::nearer);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted) {
-  return keep(device, lists, wanted, wanted, Where::finite);
+  return keep(device, lists, wanted, wanted, wanted, Where::finite);
 }
 
-SampleLists drop_samples(Device& device, const SampleLists& lists, const Buffer<float>& unwanted) {
-  return keep(device, lists, unwanted, unwanted, Where::infinite);
+SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
+                         const Buffer<float>& depth, const Buffer<float>& unwanted) {
+  return keep(device, lists, nearer, depth, unwanted, Where::nearer_unless);
 }
 
 Range range_of(const SampleLists& lists, int width) {

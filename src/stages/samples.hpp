@@ -70,8 +70,9 @@ SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<
 /// Those of `lists` where `wanted` is finite. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted);
 
-/// Those of `lists` where `unwanted` is not finite. Does not wait.
-SampleLists drop_samples(Device& device, const SampleLists& lists, const Buffer<float>& unwanted);
+/// Those of `lists` where `nearer` is less than `depth` and `unwanted` is not finite. Does not wait.
+SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
+                         const Buffer<float>& depth, const Buffer<float>& unwanted);
 
 /// The range of a kernel that takes `width` places of the lists at a time. Where that is one place,
 /// a work-item for each, in groups of one tile or a part of it; else one item goes through the

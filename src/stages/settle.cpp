@@ -69,10 +69,9 @@ void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
                  const RegionParams& params) {
   const SampleGrid& grid = surface.grid;
-  const SampleLists near = keep_samples(device, lists, extent.from, surface.depth);
   const int width = device.state().vector_width;
-  launch(device, kSettle, "draw_splash", range_of(near, width), width_option(width), near.sample,
-         near.count, extent.from, extent.to, surface.depth, surface.normal, surface.group,
+  launch(device, kSettle, "draw_splash", range_of(lists, width), width_option(width), lists.sample,
+         lists.count, extent.from, extent.to, surface.depth, surface.normal, surface.group,
          surface.kind, levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag,
          levelled.start, levelled.inverse_cell, levelled.mask, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.blob_density));

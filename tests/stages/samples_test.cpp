@@ -110,13 +110,16 @@ TEST_P(Samples, AreKeptWhereTheyLieNearer) {
     const auto near = upload(device_, a), far = upload(device_, b);
     const auto all = filled<float>(device_, grid.size(), 0.0f);
     const SampleLists lists = list_samples(device_, grid, all);
-    std::set<int> nearer, finite;
+    const std::vector<float> c = random_map(grid.size(), 6);
+    std::set<int> nearer, finite, unless;
     for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
       if (a[s] < b[s]) nearer.insert(s);
+      if (a[s] < b[s] && !(c[s] < kNoSurface)) unless.insert(s);
       if (a[s] < kNoSurface) finite.insert(s);
     }
     EXPECT_EQ(listed(device_, keep_samples(device_, lists, near, far)), nearer);
     EXPECT_EQ(listed(device_, keep_samples(device_, lists, near)), finite);
+    EXPECT_EQ(listed(device_, keep_samples(device_, lists, near, far, upload(device_, c))), unless);
   }
 }
 

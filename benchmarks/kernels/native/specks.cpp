@@ -32,7 +32,7 @@ bool close_strip(const Specks& in, int i, int j) {
   const Ints eligible =
       (column > 0.0f) & (column < static_cast<float>(in.nx - 1)) & (empty | (kind != 2));
   if (!any(eligible)) return false;
-  Floats far{};
+  Floats far{}, near = Floats{} + kNone;
   Ints covered{}, joined{}, around{};
   std::ptrdiff_t shift[8];
   for (int k = 0, m = 0; k < 9; ++k)
@@ -42,9 +42,22 @@ bool close_strip(const Specks& in, int i, int j) {
     const Ints there = d < kNone;
     covered -= there;
     far = there ? larger(far, d) : far;
+    near = smaller(near, d);
     joined -= there & ((apart < 0.0f ? -apart : apart) <= in.jump);
   }
   if (!any(eligible & (~empty | (covered > 0)))) return false;
+  const Ints in_layer = ~empty & (covered == 8) & (joined >= 3) & (far - near <= in.jump);
+  if (!any(eligible & ~in_layer)) {
+    Floats sx{}, sy{}, sz{};
+    for (const std::ptrdiff_t to : shift) {
+      sx += load(normal[0] + to);
+      sy += load(normal[1] + to);
+      sz += load(normal[2] + to);
+    }
+    const Floats size = root(sx * sx + sy * sy + sz * sz), agreement = size / 8.0f;
+    const Floats along = load(normal[0]) * sx + load(normal[1]) * sy + load(normal[2]) * sz;
+    if (!any(eligible & (agreement > 0.93f) & (along < (agreement - 0.03f) * size))) return false;
+  }
   if (j > 1 && j < in.ny - 2 && any(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
       around -= load(depth + (k / 5 - 2) * std::ptrdiff_t{in.nx} + k % 5 - 2) < kNone;
