@@ -17,7 +17,7 @@ inline int tile_of_group(void) { return (int)(get_group_id(0) * get_local_size(0
 // The same for work that differs much from part to part of the image: groups of one item are dealt to
 // DEALT parts of it. A CPU's thread takes hundreds of groups that follow each other, and those then
 // have about as much work as any others. What lies close together costs a little less elsewhere.
-#define DEALT 16
+#define DEALT 4
 inline int dealt_tile(void) {
 #if TILE_ITEMS == 1
   const int group = get_group_id(0), tiles = get_num_groups(0), part = group % DEALT;
