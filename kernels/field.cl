@@ -178,8 +178,8 @@ inline void take_field(Field* field, const Field from, const intv here) {
   field->gz = SELECT(field->gz, from.gz, here);
 }
 
-// The field at any points, of which few share a place with many particles: some devices copy this to
-// wherever it is called, lane by lane, and take minutes to compile what measure_density does.
+// The field at any points, seldom asked for: some devices copy this to wherever it is called, lane
+// by lane, and take minutes to compile a sum over lists instead.
 inline Field field_at(const Cells cells, global const float* weight, const floatv x,
                       const floatv y, const floatv z, const int with_gradient) {
   const floatv none = (floatv)(0.0f);
