@@ -487,7 +487,8 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
   const Listed listed = fits_of(tile_of_group(), met_start, met, rim_start, rim);
   Lanes lanes;
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
-    if (!load_lanes(tile_of_group(), place, sample, count, samples.x, first, step, rays, &lanes)) return;
+    if (!load_lanes(tile_of_group(), place, sample, count, samples.x, first, step, rays, &lanes))
+      return;
     const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
                                fits, d_max, sheets);
     store_blended(b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);

@@ -148,16 +148,24 @@ inline Points points_at(const Cells cells, const floatv x, const floatv y, const
   return points;
 }
 
+// The value of the one lane that is set; in memory, lanes would be a loop each on some devices.
+inline int at_lane(const intv v, const intv lane) {
+#if WIDTH == 1
+  return v;
+#else
+  const long2 pair = as_long2(FOUR(v & lane, |));
+  const long both = pair.x | pair.y;
+  return (int)(both | both >> 32);
+#endif
+}
+
 // Takes those that lie in the cell of the first that is left.
 inline intv take_cell(Points* p) {
-  int x[WIDTH], y[WIDTH], z[WIDTH];
-  STOREI(p->x, x);
-  STOREI(p->y, y);
-  STOREI(p->z, z);
-  const int left = BITS(p->left), first = popcount((left & -left) - 1);
-  p->cx = x[first];
-  p->cy = y[first];
-  p->cz = z[first];
+  const int left = BITS(p->left);
+  const intv first = TO_INTV(LANES) == popcount((left & -left) - 1);
+  p->cx = at_lane(p->x, first);
+  p->cy = at_lane(p->y, first);
+  p->cz = at_lane(p->z, first);
   const intv here = p->left & (p->x == p->cx) & (p->y == p->cy) & (p->z == p->cz);
   p->left &= !here;
   return here;
@@ -170,8 +178,8 @@ inline void take_field(Field* field, const Field from, const intv here) {
   field->gz = SELECT(field->gz, from.gz, here);
 }
 
-// The field at any points, of which few share a place with many particles: some devices copy this to
-// wherever it is called, lane by lane, and take minutes to compile what measure_density does.
+// The field at any points, seldom asked for: some devices copy this to wherever it is called, lane
+// by lane, and take minutes to compile a sum over lists instead.
 inline Field field_at(const Cells cells, global const float* weight, const floatv x,
                       const floatv y, const floatv z, const int with_gradient) {
   const floatv none = (floatv)(0.0f);

@@ -14,10 +14,10 @@ typedef struct {
 // The tile of the work-group, from what is the same for all its items: loop bounds depend on it.
 inline int tile_of_group(void) { return (int)(get_group_id(0) * get_local_size(0)) / TILE_ITEMS; }
 
-// The same for work that differs much from part to part of the image: groups of one item are dealt to
-// DEALT parts of it. A CPU's thread takes hundreds of groups that follow each other, and those then
-// have about as much work as any others. What lies close together costs a little less elsewhere.
-#define DEALT 16
+// The same for work that differs much from part to part of the image: groups of one item are dealt
+// to DEALT parts of it. A CPU's thread takes hundreds of groups that follow each other, and those
+// then have about as much work as any others. Where work is even, what lies together is faster.
+#define DEALT 4
 inline int dealt_tile(void) {
 #if TILE_ITEMS == 1
   const int group = get_group_id(0), tiles = get_num_groups(0), part = group % DEALT;

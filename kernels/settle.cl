@@ -259,7 +259,8 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv from = search_from(t, t0, limits), to = search_to(t, t0, beyond);
   const intv reaches = listed & (front < INFINITY) & (from <= to);
   Probes probes = {weight, t, listed & met, none};
-  const Crossing c = first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &probes);
+  const Crossing c =
+      first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &probes);
   const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
   const floatv apart = SELECT(nowhere, fabs(c.depth - t), met);
