@@ -68,9 +68,8 @@ typedef struct {
   floatv x, y, z, u, nx, ny, nz;
 } Particles;
 
-__attribute__((always_inline)) inline Particles load_particles(global const float4* place,
-                                                               global const float4* normal,
-                                                               global const int* at) {
+inline Particles load_particles(global const float4* place, global const float4* normal,
+                                global const int* at) {
   floatv p[4], n[4];
   load_records(place, at, p);
   load_records(normal, at, n);
@@ -83,8 +82,10 @@ __attribute__((always_inline)) inline Particles load_particles(global const floa
 inline void gather_points(global const float4* place, global const float4* normal,
                           global const int* at, const int count, Point* point) {
   for (int k = 0; k < count; ++k) {
-    const Particles p = load_particles(place, normal, at + BATCH * k);
-    const Point one = {p.u, p.x, p.y, p.z, p.nx, p.ny, p.nz};
+    floatv p[4], n[4];
+    load_records(place, at + BATCH * k, p);
+    load_records(normal, at + BATCH * k, n);
+    const Point one = {p[3], p[0], p[1], p[2], n[0], n[1], n[2]};
     point[k] = one;
   }
 }

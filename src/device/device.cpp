@@ -243,14 +243,19 @@ std::size_t Device::State::padded(std::size_t bytes) const {
   return (bytes + 63) / 64 * 64 + kPadding;
 }
 
-Memory Device::State::share_bytes(std::size_t bytes, void*& host) {
+HostMemory Device::State::host_bytes(std::size_t bytes) {
   const std::size_t size = padded(bytes);
+  HostMemory memory = pool->take_host(size);
+  std::memset(static_cast<char*>(memory.bytes.get()) + bytes, 0, size - bytes);
+  return memory;
+}
+
+Memory Device::State::share(HostMemory memory) {
+  const std::size_t size = memory.size;
   try {
-    Memory memory = pool->share(size, host);
-    std::memset(static_cast<char*>(host) + bytes, 0, size - bytes);
-    return memory;
+    return pool->share(std::move(memory));
   } catch (const cl::Error& error) {
-    fail("sharing " + std::to_string(bytes) + " bytes", error);
+    fail("sharing " + std::to_string(size) + " bytes", error);
   }
 }
 

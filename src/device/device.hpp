@@ -107,7 +107,8 @@ struct Device::State {
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;  // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes);
-  Memory share_bytes(std::size_t bytes, void*& host);  // on CPUs, see MemoryPool::share
+  HostMemory host_bytes(std::size_t bytes);  // on CPUs, see MemoryPool; zero beyond `bytes`
+  Memory share(HostMemory memory);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
   void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);  // for reading; waits
@@ -166,9 +167,8 @@ class Upload {
  public:
   Upload(Device& device, std::size_t size) : device_(device), size_(size) {
     if (device.state().info.kind == DeviceKind::cpu) {
-      void* host = nullptr;
-      memory_ = device.state().share_bytes(size * sizeof(T), host);
-      values_ = static_cast<T*>(host);
+      memory_ = device.state().host_bytes(size * sizeof(T));
+      values_ = static_cast<T*>(memory_.bytes.get());
     } else {
       copied_.resize(size);
       values_ = copied_.data();
@@ -182,7 +182,8 @@ class Upload {
   T& operator[](std::size_t i) { return values_[i]; }
 
   Buffer<T> done() {
-    if (device_.state().info.kind == DeviceKind::cpu) return {std::move(memory_), size_};
+    if (device_.state().info.kind == DeviceKind::cpu)
+      return {device_.state().share(std::move(memory_)), size_};
     Buffer<T> buffer = allocate<T>(device_, size_);
     if (size_) device_.state().write_bytes(buffer.memory, values_, size_ * sizeof(T));
     return buffer;
@@ -191,7 +192,7 @@ class Upload {
  private:
   Device& device_;
   std::size_t size_;
-  Memory memory_;
+  HostMemory memory_;
   std::vector<T> copied_;
   T* values_ = nullptr;
 };

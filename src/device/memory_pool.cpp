@@ -11,14 +11,15 @@ namespace meniscus {
 
 // Memory of the host under a buffer; goes back to the shelf with it.
 struct SharedBytes {
-  SharedBytes(HostBytes memory, std::size_t bytes, std::shared_ptr<MemoryPool::Shelf> from)
-      : host(std::move(memory)), size(bytes), shelf(std::move(from)) {
+  SharedBytes(HostMemory memory, std::shared_ptr<MemoryPool::Shelf> from)
+      : host(std::move(memory)), shelf(std::move(from)) {
     const std::lock_guard lock(shelf->mutex);
-    shelf->shared += size;
+    shelf->shared += host.size;
     shelf->most_shared = std::max(shelf->most_shared, shelf->shared);
   }
   ~SharedBytes() {
     const std::lock_guard lock(shelf->mutex);
+    const std::size_t size = host.size;
     shelf->shared -= size;
     if (!shelf->reuse || shelf->shared + shelf->idle_shared + size > shelf->most_shared) return;
     try {
@@ -31,8 +32,7 @@ struct SharedBytes {
   SharedBytes(const SharedBytes&) = delete;
   SharedBytes& operator=(const SharedBytes&) = delete;
 
-  HostBytes host;
-  std::size_t size;  // bytes
+  HostMemory host;
   std::shared_ptr<MemoryPool::Shelf> shelf;
 };
 
@@ -55,6 +55,7 @@ struct CountedBytes {
 
 void CL_CALLBACK count_freed(cl_mem, void* counted) {
   const std::unique_ptr<CountedBytes> freed(static_cast<CountedBytes*>(counted));
+  freed->host.reset();  // who sees that it is not in use any more finds it on the shelf
   freed->memory->remove(freed->bytes);
 }
 
@@ -159,28 +160,37 @@ Memory MemoryPool::take(std::size_t bytes) {
   return hand_out(std::move(buffer), size, true);
 }
 
-Memory MemoryPool::share(std::size_t bytes, void*& host) {
+HostMemory MemoryPool::take_host(std::size_t bytes) {
   constexpr std::size_t kAlignment = 128;  // of the widest vectors; divides block sizes
   const std::size_t size = block_size((bytes + kAlignment - 1) / kAlignment * kAlignment, largest_);
-  HostBytes memory;
-  cl::Buffer buffer;
   {
     const std::lock_guard lock(shelf_->mutex);
     if (const auto found = shelf_->host.find(size); found != shelf_->host.end()) {
-      memory = std::move(found->second);
+      HostMemory memory = std::move(found->second);
       shelf_->host.erase(found);
       shelf_->idle_shared -= size;
-    } else {
-      memory.reset(std::aligned_alloc(kAlignment, size));
-      if (!memory) throw std::bad_alloc();
+      return memory;
     }
-    host = memory.get();
+  }
+  HostMemory memory;
+  memory.bytes.reset(std::aligned_alloc(kAlignment, size));
+  if (!memory.bytes) throw std::bad_alloc();
+  memory.size = size;
+  return memory;
+}
+
+Memory MemoryPool::share(HostMemory memory) {
+  const std::size_t size = memory.size;
+  cl::Buffer buffer;
+  {
+    const std::lock_guard lock(shelf_->mutex);
     buffer = make(size, [&] {
-      return cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, host);
+      return cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size,
+                        memory.bytes.get());
     });
   }
   count_while_it_lives(count_, buffer, size,
-                       std::make_unique<SharedBytes>(std::move(memory), size, shelf_));
+                       std::make_unique<SharedBytes>(std::move(memory), shelf_));
   return hand_out(std::move(buffer), size, false);
 }
 

@@ -17,7 +17,11 @@ class MemoryPool;
 struct FreeBytes {
   void operator()(void* bytes) const { std::free(bytes); }
 };
-using HostBytes = std::unique_ptr<void, FreeBytes>;
+/// Memory of the host that a device is to use.
+struct HostMemory {
+  std::unique_ptr<void, FreeBytes> bytes;
+  std::size_t size = 0;  // bytes
+};
 
 /// A handle to device memory; the last handle gives it back to the pool.
 class Memory {
@@ -45,10 +49,13 @@ class MemoryPool {
   /// At least `bytes`, with any content. Throws cl::Error.
   Memory take(std::size_t bytes);
 
-  /// Memory of the host that the device uses, `bytes` with any content at `host`, to be written
-  /// before the first command on it. It is used again once the driver has let go of it, so that
-  /// this waits for no command.
-  Memory share(std::size_t bytes, void*& host);
+  /// At least `bytes` of the host, with any content, for share(). It is used again once the driver
+  /// has let go of it, so that this waits for no command. Throws std::bad_alloc.
+  HostMemory take_host(std::size_t bytes);
+
+  /// The same as memory of the device, which uses it in place; from now on it is the device's.
+  /// Throws cl::Error.
+  Memory share(HostMemory memory);
 
   /// Whether memory is used again (default). When not, what is given back goes to the driver.
   void reuse(bool on);
@@ -72,7 +79,7 @@ class MemoryPool {
     std::uint64_t most() const;
 
     std::uint64_t shared = 0, most_shared = 0, idle_shared = 0;  // bytes of the host
-    std::multimap<std::size_t, HostBytes> host;                  // idle: by size
+    std::multimap<std::size_t, HostMemory> host;                 // idle: by size
   };
 
   template <class Make>  // while the shelf is locked

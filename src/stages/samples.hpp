@@ -70,7 +70,8 @@ SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<
 /// Those of `lists` where `wanted` is finite. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted);
 
-/// Those of `lists` where `nearer` is less than `depth` and `unwanted` is not finite. Does not wait.
+/// Those of `lists` where `nearer` is less than `depth` and `unwanted` is not finite. Does not
+/// wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth, const Buffer<float>& unwanted);
 

@@ -88,11 +88,10 @@ TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
   device.state().queue.finish();
   const std::uint64_t before = memory.now();
   for (int frame = 0; frame < 20; ++frame) {
-    void* host = nullptr;
-    Memory shared = device.state().share_bytes(4 * kMany, host);
+    HostMemory host = device.state().host_bytes(4 * kMany);
+    std::fill_n(static_cast<float*>(host.bytes.get()), kMany, static_cast<float>(frame));
+    Memory shared = device.state().share(std::move(host));
     EXPECT_GE(memory.now(), before + 4 * kMany);
-    float* const values = static_cast<float*>(host);
-    std::fill_n(values, kMany, static_cast<float>(frame));
     device.state().queue.enqueueCopyBuffer(shared, copy.memory, 0, 0, 4 * kMany);
     shared = {};
     EXPECT_EQ(download(device, copy), std::vector<float>(kMany, static_cast<float>(frame)));
@@ -103,15 +102,19 @@ TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
 TEST(MemoryPool, SharedMemoryIsUsedAgainWhenNobodyReadsItAnyMore) {
   Device device;
   const auto& memory = *device.state().memory;
-  void *first = nullptr, *other = nullptr, *again = nullptr;
+  void *first = nullptr, *other = nullptr;
   {
-    const Memory shared = device.state().share_bytes(4 * kMany, first);
-    const Memory more = device.state().share_bytes(4 * kMany, other);
+    HostMemory one = device.state().host_bytes(4 * kMany);
+    HostMemory two = device.state().host_bytes(4 * kMany);
+    first = one.bytes.get();
+    other = two.bytes.get();
     EXPECT_NE(first, other);
+    const Memory shared = device.state().share(std::move(one));
+    const Memory more = device.state().share(std::move(two));
   }
   EXPECT_EQ(memory_left(memory), 0u);
-  const Memory shared = device.state().share_bytes(4 * kMany, again);
-  EXPECT_TRUE(again == first || again == other);
+  const HostMemory again = device.state().host_bytes(4 * kMany);
+  EXPECT_TRUE(again.bytes.get() == first || again.bytes.get() == other);
 }
 
 TEST(MemoryPool, HandlesMayOutliveTheDevice) {

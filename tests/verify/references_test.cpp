@@ -39,7 +39,7 @@ const Fault kFaults[] = {
      "extent.x * 1.0001f * LOADF(scale + i)"},
     {"visible", 63, "visible.cl", "front = t - bulge * sqrt(",
      "front = t - 1.001f * bulge * sqrt("},
-    {"density", 65, "density.cl", "f.c * NORM, density + p", "f.c * (1.0001f * NORM), density + p"},
+    {"density", 65, "density.cl", "STOREF(c * NORM, density + p)", "STOREF(c * (1.0001f * NORM), density + p)"},
     {"density", 65, "density.cl", "f.gy * (0.25f * NORM)", "f.gx * (0.25f * NORM)"},
     {"motion", 65, "motion.cl", "weight += w;", "weight += 1.001f * w;"},
     {"particle_fit", 11, "particle_fit.cl", "*squares += w", "*squares += 1.05f * w"},

@@ -47,8 +47,8 @@ inline void store_first(const Floats& v, float* p, int count) {
 /// Whether a lane of a comparison holds.
 inline bool any(const Ints& test) {
 #if defined(MENISCUS_WIDE) && defined(__AVX512F__)
-  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(test),
-                                reinterpret_cast<__m512i>(test)) != 0;
+  return _mm512_test_epi32_mask(reinterpret_cast<__m512i>(test), reinterpret_cast<__m512i>(test)) !=
+         0;
 #elif defined(__AVX__)
   return _mm256_movemask_ps(_mm256_castsi256_ps(reinterpret_cast<__m256i>(test))) != 0;
 #endif

@@ -61,12 +61,12 @@ struct Point {
 };
 
 // What a point with its three rows adds to either half of the sums.
-#define MENISCUS_PRODUCTS                                                                        \
-  const Floats &w = p.w, &x = p.x, &y = p.y, &z = p.z, &dx = p.dx, &dy = p.dy, &dz = p.dz;        \
-  const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;            \
-  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);         \
-  const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);         \
-  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;                        \
+#define MENISCUS_PRODUCTS                                                                          \
+  const Floats &w = p.w, &x = p.x, &y = p.y, &z = p.z, &dx = p.dx, &dy = p.dy, &dz = p.dz;         \
+  const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;             \
+  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);          \
+  const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);          \
+  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;                         \
   const Floats oxy = fused(x, dy, dx * y), oyz = fused(y, dz, dy * z), ozx = fused(z, dx, dz * x); \
   const Floats twice = w + w
 #define CUBIC(k, s, q, c) m[k] = fused(s, c, fused(q, d##c, m[k]))
@@ -263,8 +263,13 @@ void fit_lanes(const Fits& in, std::size_t lane) {
           near * exp_negative(fused(all(in.falloff), smaller(same - 1.0f, Floats{}), -off));
       const Ints counts = (near >= 1e-6f) & (same >= -0.5f);
       const Floats w = counts ? next : Floats{};
-      point[k] = {w,           x * inverse_rho, y * inverse_rho, z * inverse_rho,
-                  delta * p.dx, delta * p.dy,    delta * p.dz};
+      point[k] = {w,
+                  x * inverse_rho,
+                  y * inverse_rho,
+                  z * inverse_rho,
+                  delta * p.dx,
+                  delta * p.dy,
+                  delta * p.dz};
       used -= counts;
       store(w, weight + kBatch * (from + k));
     }
