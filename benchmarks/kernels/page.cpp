@@ -161,7 +161,7 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
   };
   std::string text = "<h1>How near each kernel is to what the device can do</h1>\n";
   text += printed(
-      "<p>Meniscus %s. <strong>%td of %zu kernels are far from the limit</strong>, the "
+      "<p>Meniscus %s. <strong>Far from the limit: %td of %zu kernels</strong>, the "
       "farthest first, then %td that are open: far from the roofline, with no native version to "
       "tell whether more is possible. A kernel is near when it reaches %.0f %% of the roofline "
       "that was measured in the same run, or %.1f of the speed of a native C++ version "

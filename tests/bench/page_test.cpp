@@ -24,7 +24,7 @@ TEST(Page, IsWholeAndNeedsNothingElse) {
 
 TEST(Page, SaysHowManyAreFarAndEscapesNames) {
   const std::string page = to_html(made_up_run(), {});
-  EXPECT_THAT(page, HasSubstr("1 of 3 kernels are far from the limit"));
+  EXPECT_THAT(page, HasSubstr("Far from the limit: 1 of 3 kernels"));
   EXPECT_THAT(page, HasSubstr("then 1 that are open"));
   EXPECT_THAT(page, HasSubstr("A &lt;fast&gt; &amp; good device"));
   EXPECT_THAT(page, Not(HasSubstr("<fast>")));
