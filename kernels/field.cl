@@ -225,11 +225,7 @@ inline float sum_of_lanes(const floatv v) {
 #if WIDTH == 1
   return v;
 #else
-#if WIDTH == 8
-  const float4 four = v.lo + v.hi;
-#else
-  const float4 four = v;
-#endif
+  const float4 four = FOUR(v, +);
   const float2 two = four.lo + four.hi;
   return two.x + two.y;
 #endif

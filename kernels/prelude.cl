@@ -1,7 +1,7 @@
 // prelude.cl: goes before every kernel file. WIDTH is how many pixels or groups a work-item of a
 // loop-heavy kernel takes: 8 on CPUs, some kernels 16 where the processor's own vectors are as long,
-// 1 on GPUs. Each lane does the same arithmetic in the same
-// order, so that every width gives the same bits.
+// 1 on GPUs. Each lane does the same arithmetic in the same order, so that every width gives the same
+// bits.
 #pragma OPENCL FP_CONTRACT OFF
 
 #ifndef WIDTH
@@ -57,7 +57,7 @@ typedef JOIN(int, WIDTH) intv;
 #define AS_FLOATV(x) JOIN(as_float, WIDTH)(x)
 #define TO_INTV(x) JOIN(convert_int, WIDTH)(x)
 
-// Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
+// A vector's lanes by halves, until four are left.
 #if WIDTH == 16
 #define FOUR(test, op) (((test).lo op (test).hi).lo op ((test).lo op (test).hi).hi)
 #define LANES                                                                                  \
@@ -70,6 +70,8 @@ typedef JOIN(int, WIDTH) intv;
 #define FOUR(test, op) (test)  // WIDTH is 4
 #define LANES ((floatv)(0.0f, 1.0f, 2.0f, 3.0f))
 #endif
+
+// Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
 inline int any_lane(const intv test) {
   const long2 pair = as_long2(FOUR(test, |));
   return (pair.x | pair.y) != 0;

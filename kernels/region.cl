@@ -36,8 +36,8 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
 }
 
 // The kept triangles' depth at every sample of the listed bins; INFINITY where there is none. Only
-// bins that are `asked` for are written. Kept
-// triangles of a Delaunay triangulation do not overlap; on a shared edge the nearer one counts.
+// bins that are `asked` for are written. Kept triangles of a Delaunay triangulation do not overlap; on
+// a shared edge the nearer one counts.
 // The range: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void draw_triangles(global const float* record,  // [stride][16]
                            global const int* end,       // [bins] see fill_bins

@@ -156,11 +156,7 @@ inline int total_of_lanes(const intv v) {
 #if WIDTH == 1
   return v;
 #else
-#if WIDTH == 8
-  const int4 four = v.lo + v.hi;
-#else
-  const int4 four = v;
-#endif
+  const int4 four = FOUR(v, +);
   const int2 two = four.lo + four.hi;
   return two.x + two.y;
 #endif

@@ -119,8 +119,11 @@ std::size_t slots_of(Blocks blocks) {
 template <class Make>
 void in_parts(Blocks blocks, std::size_t most_slots, const Make& make) {
   while (!blocks.empty()) {
-    std::size_t count = 1;
-    while (count < blocks.size() && slots_of(blocks.first(count + 1)) <= most_slots) ++count;
+    std::size_t count = 1, slots = blocks[0].neighbour.size();
+    for (; count < blocks.size(); ++count) {
+      slots += blocks[count].neighbour.size();
+      if (slots > most_slots) break;
+    }
     make(blocks.first(count));
     blocks = blocks.subspan(count);
   }

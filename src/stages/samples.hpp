@@ -57,8 +57,7 @@ struct LayerSamples {
 /// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
 ///
 ///   wanted  [rows][stride] of cells: bits say which of their three samples may show surface and,
-///   from
-///           the fourth on, splash; 0 beyond the last cells, up to whole tiles of samples
+///           from the fourth on, splash; 0 beyond the last cells, up to whole tiles of samples
 ///   stride  a multiple of 8
 LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
                           int stride, int every, const ListedBlocks& blocks);
