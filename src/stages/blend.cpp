@@ -10,19 +10,20 @@ namespace {
 constexpr std::size_t kRecord = 16;   // floats, as in blend.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
+constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
-// Screen box of a sphere, in samples; both ends included. Empty when i1 < i0.
+// Screen box, in samples; both ends included. Empty when i1 < i0.
 struct Box {
   int i0, i1, j0, j1;
 };
 
-Box box_of(const View& view, const Vec3d& centre, double radius, const SampleGrid& grid) {
-  // The box around the projections of the corners of the eye-space cube, which holds the sphere.
+// The box around the projections of the corners of a box in eye space, from its middle and half sides.
+Box box_of(const View& view, const Vec3d& centre, const Vec3d& half, const SampleGrid& grid) {
   double u0 = 1e30, u1 = -1e30, v0 = 1e30, v1 = -1e30;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d offset{corner & 1 ? radius : -radius, corner & 2 ? radius : -radius,
-                       corner & 4 ? radius : -radius};
+    const Vec3d offset{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
+                       corner & 4 ? half.z : -half.z};
     Vec3d p = centre + offset;
     p.z = std::min(p.z, -view.near_depth);
     const PixelPosition at = project(view, p);
@@ -62,16 +63,38 @@ TileLists list_boxes(const std::vector<Box>& boxes, const std::vector<char>& wan
   return tiles;
 }
 
+// The length of a fit's gradient at its foot.
+double slope_of(const float* c) { return std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3]); }
+
+// How far its Hessian lets a fit's gradient turn away per particle radius.
+double bend_of(const float* c) {
+  const auto square = [](double x) { return x * x; };
+  return std::sqrt(4 * (square(c[4]) + square(c[5]) + square(c[6])) +
+                   2 * (square(c[7]) + square(c[8]) + square(c[9])));
+}
+
+// Half the sides of a box around the points within a fit's reach where f is at most `value` from zero:
+// there the quadric leaves the plane at its foot by its bend times half the squared reach, so they lie
+// in a slab through the sphere. With room for the kernels' rounding.
+Vec3d half_sides(const float* c, double reach, double value) {
+  const double r = 1.01 * reach;
+  const double slope = std::max(slope_of(c), 1e-6);
+  const double rise = (value + std::abs(c[0]) + bend_of(c) * r * r / 2 + 0.02) / slope;
+  const auto half = [&](double gradient) {
+    const double cosine = std::min(std::abs(gradient) / slope, 1.0);
+    if (r * cosine <= rise) return r;
+    return rise * cosine + std::sqrt((r * r - rise * rise) * (1 - cosine * cosine));
+  };
+  return {half(c[1]), half(c[2]), half(c[3])};
+}
+
 // Whether a fit's gradient may point away from the eye anywhere within its reach: at X from
 // its foot it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
 // at a corner of the box because rays are affine in the pixels.
 bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k, const Box& box,
                    const SampleGrid& grid) {
   const float* c = &records.record[k * kRecord];
-  const auto square = [](double x) { return x * x; };
-  const double hessian = std::sqrt(4 * (square(c[4]) + square(c[5]) + square(c[6])) +
-                                   2 * (square(c[7]) + square(c[8]) + square(c[9])));
-  const double reach = records.foot[4 * k + 3];
+  const double hessian = bend_of(c), reach = records.foot[4 * k + 3];
   for (const int i : {box.i0 - 1, box.i1 + 1})
     for (const int j : {box.j0 - 1, box.j1 + 1}) {
       const Vec3d d = ray_direction(view, grid.first + grid.step * i, grid.first + grid.step * j);
@@ -147,7 +170,8 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
   std::vector<Box> boxes(n);
   for (std::size_t k = 0; k < n; ++k) {
     wanted[k] = records.billboard[k] > 0;
-    if (wanted[k]) boxes[k] = box_of(view, records.centre[k], records.billboard[k], grid);
+    const double r = records.billboard[k];
+    if (wanted[k]) boxes[k] = box_of(view, records.centre[k], {r, r, r}, grid);
   }
   return list_boxes(boxes, wanted, grid);
 }
@@ -155,19 +179,24 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
 FitTiles list_fits(Device& device, const View& view, const BlendRecords& records,
                    const SampleGrid& grid) {
   const std::size_t n = records.size();
-  std::vector<Box> boxes(n);
+  std::vector<Box> met_box(n), rim_box(n);
   std::vector<char> met(n), rim(n);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const float *record = &records.record[k * kRecord], *foot = &records.foot[4 * k];
+      const float *c = &records.record[k * kRecord], *foot = &records.foot[4 * k];
       if (!(foot[3] > 0)) continue;
-      boxes[k] = box_of(view, {foot[0], foot[1], foot[2]}, foot[3], grid);
-      met[k] = record[11] > 0;
-      rim[k] = record[13] > 0 && may_turn_away(view, records, k, boxes[k], grid);
+      const auto box = [&](double value) {
+        return box_of(view, {foot[0], foot[1], foot[2]}, half_sides(c, foot[3], value), grid);
+      };
+      met[k] = c[11] > 0;
+      if (met[k]) met_box[k] = box(0);
+      if (!(c[13] > 0)) continue;
+      rim_box[k] = box(kRimDepth * (slope_of(c) + bend_of(c) * foot[3]));
+      rim[k] = may_turn_away(view, records, k, rim_box[k], grid);
     }
   });
-  const TileLists met_lists = list_boxes(boxes, met, grid),
-                  rim_lists = list_boxes(boxes, rim, grid);
+  const TileLists met_lists = list_boxes(met_box, met, grid),
+                  rim_lists = list_boxes(rim_box, rim, grid);
   return {met_lists.nx,
           met_lists.ny,
           upload(device, met_lists.start),
