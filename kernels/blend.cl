@@ -10,7 +10,7 @@
 // A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
 // fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
 // the weights (trust.hpp), 13 weight where the fluid ends. Its foot and reach are 4 floats in an array
-// of their own, in which fits are looked for.
+// of their own.
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 
 #define RECORD 16
@@ -119,6 +119,7 @@ inline int hit_fit(const Fits fits, const int fit, const Sample s, const float d
 typedef struct {
   float ox, oy, dx, dy, wide, spread;
   float slant;  // a ray's length over its depth, at most
+  float length, per_square;  // of the middle ray's (dx, dy, -1); one over its square
 } Beam;
 
 inline Beam beam_of(const Sample s) {
@@ -128,7 +129,7 @@ inline Beam beam_of(const Sample s) {
   STOREF(oy, y);
   STOREF(s.dx, u);
   STOREF(s.dy, v);
-  Beam b = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+  Beam b = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
 #pragma unroll
   for (int k = 0; k < WIDTH; ++k) {
     b.ox += x[k] * (1.0f / WIDTH);
@@ -146,25 +147,64 @@ inline Beam beam_of(const Sample s) {
   b.wide = sqrt(b.wide);
   b.spread = sqrt(b.spread);
   b.slant = sqrt(1.0f + b.slant);
+  const float square = b.dx * b.dx + b.dy * b.dy + 1.0f;
+  b.length = sqrt(square);
+  b.per_square = 1.0f / square;
   return b;
 }
 
-// Which of the WIDTH fits from place k of a list a ray of the beam may pass within their reach: the
-// ray passes a foot at no less than its distance in the foot's plane of depth over its slant. A
-// hundredth more is let through, so that rounding never decides about a hit with weight.
-inline void find_near(global const int* list, const int k, const int count,
-                      global const float* feet, const Beam b, int* id, int* near) {
-  int at[WIDTH];
-#pragma unroll
-  for (int l = 0; l < WIDTH; ++l) {
-    id[l] = list[min(k + l, count - 1)];
-    at[l] = 4 * id[l];
-  }
-  const floatv t = -gather_float(feet + 2, at);
-  const floatv x = gather_float(feet, at) - (b.ox + t * b.dx);
-  const floatv y = gather_float(feet + 1, at) - (b.oy + t * b.dy);
-  const floatv reach = 1.01f * (gather_float(feet + 3, at) * b.slant + b.wide + fabs(t) * b.spread);
-  STOREI((x * x + y * y < reach * reach) & (LANES < (float)(count - k)), near);
+// A tile's list of fits. Where they lie is in eight rows, so that a search loads vectors of them: foot,
+// reach, unit normal there, and how far from the plane at its foot a fit is looked for.
+typedef struct {
+  global const int* fit;
+  global const float* place;  // [8][stride]
+  int count, stride;
+} List;
+
+// Which of the WIDTH fits from place k of a list a ray of the beam may meet. It passes the foot at
+// no less than its distance in the foot's plane of depth over its slant; and across the way in which
+// the fit's plane tilts from the rays, it passes by no more than what the slab around that plane, seen
+// along the rays, has of its width. A hundredth more is let through, so that rounding never decides
+// about a hit with weight.
+inline intv find_near(const List list, const int k, const Beam b) {
+  global const float* row = list.place + k;
+  const floatv t = -LOADF(row + 2 * list.stride), reach = LOADF(row + 3 * list.stride);
+  const floatv x = LOADF(row) - (b.ox + t * b.dx);
+  const floatv y = LOADF(row + list.stride) - (b.oy + t * b.dy);
+  const floatv wide = b.wide + fabs(t) * b.spread;
+  const floatv farthest = 1.01f * (reach * b.slant + wide);
+  const floatv nx = LOADF(row + 4 * list.stride), ny = LOADF(row + 5 * list.stride),
+               nz = LOADF(row + 6 * list.stride), thick = LOADF(row + 7 * list.stride);
+  const floatv along = (nx * b.dx + ny * b.dy - nz) * b.per_square;
+  const floatv facing = fabs(along) * b.length;
+  const floatv tilt = sqrt(fmax(1.0f - facing * facing, (floatv)(0.0f)));
+  const floatv across = x * (nx - along * b.dx) + y * (ny - along * b.dy);
+  const floatv width = reach * (facing + b.spread) + thick * tilt + wide;
+  return (x * x + y * y < farthest * farthest) & (fabs(across) < 1.01f * (width * tilt) + 0.01f) &
+         (LANES < (float)(list.count - k));
+}
+
+// The box of some points, and which of the WIDTH fits from place k of a list reach it, as above.
+typedef struct {
+  float x0, x1, y0, y1, z0, z1;
+} Box;
+
+inline Box box_of(const floatv x, const floatv y, const floatv z, const intv some) {
+  const floatv nowhere = (floatv)(INFINITY);
+  const Box b = {least_lane(SELECT(nowhere, x, some)), -least_lane(SELECT(nowhere, -x, some)),
+                 least_lane(SELECT(nowhere, y, some)), -least_lane(SELECT(nowhere, -y, some)),
+                 least_lane(SELECT(nowhere, z, some)), -least_lane(SELECT(nowhere, -z, some))};
+  return b;
+}
+
+inline intv near_box(const List list, const int k, const Box b) {
+  global const float* row = list.place + k;
+  const floatv none = (floatv)(0.0f), x = LOADF(row), y = LOADF(row + list.stride),
+               z = LOADF(row + 2 * list.stride), reach = 1.01f * LOADF(row + 3 * list.stride);
+  const floatv dx = fmax(fmax(b.x0 - x, x - b.x1), none);
+  const floatv dy = fmax(fmax(b.y0 - y, y - b.y1), none);
+  const floatv dz = fmax(fmax(b.z0 - z, z - b.z1), none);
+  return (dx * dx + dy * dy + dz * dz < reach * reach) & (LANES < (float)(list.count - k));
 }
 
 typedef struct {
@@ -215,9 +255,7 @@ inline void add_hit(Sheet* sum, global const float* foot, const Sample s, const 
 
 // The fits of a tile: those that rays may meet, and those that may turn away from the eye there.
 typedef struct {
-  global const int* met;
-  global const int* rim;
-  int met_count, rim_count;
+  List met, rim;
 } Listed;
 
 inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, const float d_max,
@@ -227,21 +265,21 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
   Hit cache[CACHED];
   int cached_group[CACHED];
   int kept = 0;                 // hits in the cache
-  int rest = listed.met_count;  // first listed fit that did not fit into it
-  int id[WIDTH], near[WIDTH];
+  int rest = listed.met.count;  // first listed fit that did not fit into it
+  int near[WIDTH];
   floatv best = none;
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
   floatv trust = none;
   Sheet A, B;  // A: as if all hits were of one sheet
   clear_sheet(&A);
-  for (int from = 0; from < listed.met_count; from += BLOCK) {
-    const int to = min(from + BLOCK, listed.met_count);
+  for (int from = 0; from < listed.met.count; from += BLOCK) {
+    const int to = min(from + BLOCK, listed.met.count);
     int place[BLOCK + WIDTH];
     Entry entry[BLOCK];
     int found = 0, met = 0;
     for (int k = from; k < to; k += WIDTH) {
-      find_near(listed.met, k, listed.met_count, fits.foot, beam, id, near);
+      STOREI(find_near(listed.met, k, beam), near);
 #pragma unroll
       for (int l = 0; l < WIDTH; ++l) {
         place[found] = k + l;
@@ -250,11 +288,11 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
     }
     for (int n = 0; n < found; ++n) {
       place[met] = place[n];
-      entry[met] = meet_fit(fits, listed.met[place[n]], s, d_max);
+      entry[met] = meet_fit(fits, listed.met.fit[place[n]], s, d_max);
       met += counts(entry[met]);
     }
     for (int n = 0; n < met; ++n) {
-      const int fit = listed.met[place[n]];
+      const int fit = listed.met.fit[place[n]];
       Hit hit;
       if (!weigh_fit(fits, fit, s, d_max, entry[n], &hit)) continue;
       if (kept < CACHED) {
@@ -281,11 +319,11 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
     out.nx = out.ny = out.nz = out.trust = none;
     return out;
   }
-  const int total = kept + (listed.met_count - rest);
+  const int total = kept + (listed.met.count - rest);
 
   // Two rounds of mean shift to the gradient that dominates. Where all hits belong to its sheet,
   // both give the sum of them all, and there is no other sheet: most samples.
-  int one_sheet = rest == listed.met_count;
+  int one_sheet = rest == listed.met.count;
   for (int round = 0; round < 2; ++round) {
     if (one_sheet) {
       floatv least = (floatv)(1.0f);
@@ -302,7 +340,7 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
         Hit hit;
         if (k < kept)
           hit = cache[k];
-        else if (!hit_fit(fits, listed.met[rest + k - kept], s, d_max, &hit))
+        else if (!hit_fit(fits, listed.met.fit[rest + k - kept], s, d_max, &hit))
           continue;
         const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
                                                   hit.gx * ax + hit.gy * ay + hit.gz * az);
@@ -321,7 +359,7 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
   if (!one_sheet) {
     clear_sheet(&A);
     for (int k = 0; k < total; ++k) {
-      const int fit = k < kept ? cached_group[k] : listed.met[rest + k - kept];
+      const int fit = k < kept ? cached_group[k] : listed.met.fit[rest + k - kept];
       global const float* foot = fits.foot + 4 * fit;
       Hit hit;
       if (k < kept)
@@ -369,11 +407,12 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
   // convex edge between the surface and R ends the surface where it leaves R's fluid.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
-  for (int k = 0; k < listed.rim_count; ++k) {
-    if (k % WIDTH == 0) find_near(listed.rim, k, listed.rim_count, fits.foot, beam, id, near);
+  const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
+  for (int k = 0; k < listed.rim.count; ++k) {
+    if (k % WIDTH == 0) STOREI(near_box(listed.rim, k, box), near);
     if (!near[k % WIDTH]) continue;
-    global const float* g = fits.record + RECORD * id[k % WIDTH];
-    global const float* foot = fits.foot + 4 * id[k % WIDTH];
+    global const float* g = fits.record + RECORD * listed.rim.fit[k];
+    global const float* foot = fits.foot + 4 * listed.rim.fit[k];
     const floatv x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
     const floatv squared = (x * x + y * y + z * z) * g[10];
     if (!ANY(squared < 1.0f)) continue;
@@ -414,12 +453,11 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
   return out;
 }
 
-inline Listed fits_of(const int tile, global const int* met_start, global const int* met,
-                      global const int* rim_start, global const int* rim) {
-  const Listed listed = {met + met_start[tile], rim + rim_start[tile],
-                         met_start[tile + 1] - met_start[tile],
-                         rim_start[tile + 1] - rim_start[tile]};
-  return listed;
+inline List list_of(const int tile, global const int* start, global const int* fit,
+                    global const float* place, const int stride) {
+  const int first = start[tile];
+  const List list = {fit + first, place + first, start[tile + 1] - first, stride};
+  return list;
 }
 
 inline Sample sample_at(const Rays r, const floatv t) {
@@ -445,8 +483,10 @@ inline void store_blended(const Blended b, const int* at, const intv wanted, con
 kernel void blend_points(global const float* reference,  // [n] depth; +inf: leave the point
                          global const float* points,     // [2][n] u, v, pixels
                          global const float* records, global const float* feet,
-                         global const int* met_start, global const int* met, global const int* rim_start,
-                         global const int* rim, global float* depth,
+                         global const int* met_start, global const int* met,
+                         global const float* met_place, global const int* rim_start,
+                         global const int* rim, global const float* rim_place,
+                         const int2 strides, global float* depth,
                          global float* normal,  // [3][n]
                          global int* group, global float* trust, const int n,
                          const int2 tiles,  // of the grid whose lists these are
@@ -458,7 +498,9 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
   const int i = clamp((int)((u - first) * inverse_tile), 0, tiles.x - 1);
   const int j = clamp((int)((v - first) * inverse_tile), 0, tiles.y - 1);
   const Fits fits = {records, feet};
-  const Listed listed = fits_of(j * tiles.x + i, met_start, met, rim_start, rim);
+  const int tile = j * tiles.x + i;
+  const Listed listed = {list_of(tile, met_start, met, met_place, strides.x),
+                         list_of(tile, rim_start, rim, rim_place, strides.y)};
   const Blended b =
       blend_at(sample_at(rays_at(rays, u, v), reference[p]), listed, fits, d_max, sheets);
   store_blended(b, &p, 1, n, depth, normal, group, trust);
@@ -474,8 +516,11 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          global const int* met_start,    // [tiles + 1]
                          global const int* met,          // fits that rays may meet, ascending in
                                                          // each tile
+                         global const float* met_place,  // [8][strides.x] of the list, see List
                          global const int* rim_start,    // [tiles + 1]
                          global const int* rim,          // fits that may turn away from the eye
+                         global const float* rim_place,  // [8][strides.y]
+                         const int2 strides,
                          global float* depth,            // [samples] out where listed
                          global float* normal,           // [3][samples]
                          global int* group,              // [samples]
@@ -484,7 +529,8 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          const float16 rays, const float d_max,
                          const float4 sheets) {  // same_low, same_high; crease, particle radii
   const Fits fits = {records, feet};
-  const Listed listed = fits_of(tile_of_group(), met_start, met, rim_start, rim);
+  const Listed listed = {list_of(tile_of_group(), met_start, met, met_place, strides.x),
+                         list_of(tile_of_group(), rim_start, rim, rim_place, strides.y)};
   Lanes lanes;
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
     if (!load_lanes(tile_of_group(), place, sample, count, samples.x, first, step, rays, &lanes))

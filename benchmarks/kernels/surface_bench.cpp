@@ -83,18 +83,21 @@ double count_hits(Frame& frame) {
 
 native::Blend blend_input(Frame& frame, CapturedLaunch& launch) {
   const BlendParams& params = frame.params.blend;
+  const cl_int2 strides = launch.scalar<cl_int2>(11);
+  const auto fits = [&](std::size_t first, cl_int stride) {
+    return native::FitList{launch.read<std::int32_t>(first), launch.read<std::int32_t>(first + 1),
+                           launch.read<float>(first + 2), stride};
+  };
   return {lists_of(frame, launch),
           launch.read<float>(2),
           launch.read<float>(3),
           launch.read<float>(4),
-          launch.read<std::int32_t>(5),
-          launch.read<std::int32_t>(6),
-          launch.read<std::int32_t>(7),
-          launch.read<std::int32_t>(8),
-          launch.write<float>(9),
-          launch.write<float>(10),
-          launch.write<std::int32_t>(11),
+          fits(5, strides.s[0]),
+          fits(8, strides.s[1]),
           launch.write<float>(12),
+          launch.write<float>(13),
+          launch.write<std::int32_t>(14),
+          launch.write<float>(15),
           pixel_grid(frame.view).size(),
           static_cast<float>(params.d_max),
           static_cast<float>(params.same_low),
@@ -189,7 +192,7 @@ Case prepare_blend(Frame& frame) {
   // A hit: the quadric on the ray 49, its root 10, distance 13, gradient 23, weight 5, normal and
   // pull 11, sums 39, sheets 10. A pixel: sheets and normal 140.
   result.operations = 160 * count_hits(frame) + 140 * result.items;
-  add_native(result, frame, "blend_groups", {9, 10, 11, 12}, blend_input, native::blend_groups);
+  add_native(result, frame, "blend_groups", {12, 13, 14, 15}, blend_input, native::blend_groups);
   return result;
 }
 

@@ -8,6 +8,7 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kRecord = 16;   // floats, as in blend.cl
+constexpr std::size_t kWidest = 16;   // fits that a kernel looks at together, at most
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
@@ -73,19 +74,30 @@ double bend_of(const float* c) {
                    2 * (square(c[7]) + square(c[8]) + square(c[9])));
 }
 
-// Half the sides of a box around the points within a fit's reach where f is at most `value` from zero:
-// there the quadric leaves the plane at its foot by its bend times half the squared reach, so they lie
-// in a slab through the sphere. With room for the kernels' rounding.
-Vec3d half_sides(const float* c, double reach, double value) {
-  const double r = 1.01 * reach;
-  const double slope = std::max(slope_of(c), 1e-6);
-  const double rise = (value + std::abs(c[0]) + bend_of(c) * r * r / 2 + 0.02) / slope;
-  const auto half = [&](double gradient) {
-    const double cosine = std::min(std::abs(gradient) / slope, 1.0);
-    if (r * cosine <= rise) return r;
-    return rise * cosine + std::sqrt((r * r - rise * rise) * (1 - cosine * cosine));
+// Where rays are looked for that meet a fit at its points where f is at most `value` from zero:
+// there the quadric leaves the plane at its foot by its bend times half the squared reach, so they
+// lie in a slab through the sphere of its reach. With room for the kernels' rounding.
+struct Slab {
+  Vec3d centre, normal;
+  double reach, thick;  // half the slab's
+};
+
+Slab slab_of(const BlendRecords& records, std::size_t k, double value) {
+  const float *c = &records.record[k * kRecord], *foot = &records.foot[4 * k];
+  const double reach = 1.01 * foot[3], slope = std::max(slope_of(c), 1e-6);
+  const double off = value + std::abs(c[0]) + bend_of(c) * reach * reach / 2 + 0.02;
+  return {
+      {foot[0], foot[1], foot[2]}, {c[1] / slope, c[2] / slope, c[3] / slope}, reach, off / slope};
+}
+
+// Half the sides of the box around a slab.
+Vec3d half_sides(const Slab& slab) {
+  const double r = slab.reach, thick = slab.thick;
+  const auto half = [&](double n) {
+    if (r * std::abs(n) <= thick) return r;
+    return thick * std::abs(n) + std::sqrt((r * r - thick * thick) * std::max(1 - n * n, 0.0));
   };
-  return {half(c[1]), half(c[2]), half(c[3])};
+  return {half(slab.normal.x), half(slab.normal.y), half(slab.normal.z)};
 }
 
 // Whether a fit's gradient may point away from the eye anywhere within its reach: at X from
@@ -180,29 +192,44 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
                    const SampleGrid& grid) {
   const std::size_t n = records.size();
   std::vector<Box> met_box(n), rim_box(n);
+  std::vector<Slab> met_slab(n), rim_slab(n);
   std::vector<char> met(n), rim(n);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const float *c = &records.record[k * kRecord], *foot = &records.foot[4 * k];
-      if (!(foot[3] > 0)) continue;
-      const auto box = [&](double value) {
-        return box_of(view, {foot[0], foot[1], foot[2]}, half_sides(c, foot[3], value), grid);
-      };
+      const float *c = &records.record[k * kRecord], reach = records.foot[4 * k + 3];
+      if (!(reach > 0)) continue;
       met[k] = c[11] > 0;
-      if (met[k]) met_box[k] = box(0);
+      if (met[k]) {
+        met_slab[k] = slab_of(records, k, 0);
+        met_box[k] = box_of(view, met_slab[k].centre, half_sides(met_slab[k]), grid);
+      }
       if (!(c[13] > 0)) continue;
-      rim_box[k] = box(kRimDepth * (slope_of(c) + bend_of(c) * foot[3]));
+      rim_slab[k] = slab_of(records, k, kRimDepth * (slope_of(c) + bend_of(c) * reach));
+      rim_box[k] = box_of(view, rim_slab[k].centre, half_sides(rim_slab[k]), grid);
       rim[k] = may_turn_away(view, records, k, rim_box[k], grid);
     }
   });
-  const TileLists met_lists = list_boxes(met_box, met, grid),
-                  rim_lists = list_boxes(rim_box, rim, grid);
-  return {met_lists.nx,
-          met_lists.ny,
-          upload(device, met_lists.start),
-          upload(device, met_lists.group),
-          upload(device, rim_lists.start),
-          upload(device, rim_lists.group)};
+  const auto listed = [&](const std::vector<Box>& boxes, const std::vector<char>& wanted,
+                          const std::vector<Slab>& slabs) {
+    const TileLists lists = list_boxes(boxes, wanted, grid);
+    const std::size_t count = lists.group.size(), stride = count + kWidest;
+    Upload<float> place(device, 8 * stride);
+    parallel_for(count, 8 * kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Slab& slab = slabs[static_cast<std::size_t>(lists.group[i])];
+        const double values[] = {slab.centre.x, slab.centre.y, slab.centre.z, slab.reach,
+                                 slab.normal.x, slab.normal.y, slab.normal.z, slab.thick};
+        for (std::size_t row = 0; row < 8; ++row)
+          place[row * stride + i] = static_cast<float>(values[row]);
+      }
+    });
+    for (std::size_t row = 0; row < 8; ++row)  // what vectors load past the end
+      std::fill_n(place.data() + row * stride + count, kWidest, 0.0f);
+    return FitList{upload(device, lists.start), upload(device, lists.group), place.done(),
+                   static_cast<cl_int>(stride)};
+  };
+  return {(grid.nx + kTile - 1) / kTile, (grid.ny + kTile - 1) / kTile,
+          listed(met_box, met, met_slab), listed(rim_box, rim, rim_slab)};
 }
 
 void blend_groups(Device& device, const View& view, const SampleLists& lists,
@@ -212,10 +239,11 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
   launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
-         lists.count, reference, records.record, records.foot, tiles.met_start, tiles.met,
-         tiles.rim_start, tiles.rim, surface.depth, surface.normal, surface.group, surface.trust,
-         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         static_cast<cl_float>(params.d_max), sheets_of(params));
+         lists.count, reference, records.record, records.foot, tiles.met.start, tiles.met.fit,
+         tiles.met.place, tiles.rim.start, tiles.rim.fit, tiles.rim.place,
+         cl_int2{{tiles.met.stride, tiles.rim.stride}}, surface.depth, surface.normal,
+         surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
+         kernel_rays(view), static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 
 void blend_points(Device& device, const View& view, const DeviceRecords& records,
@@ -224,8 +252,9 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
   launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record,
-         records.foot, tiles.met_start, tiles.met, tiles.rim_start, tiles.rim, surface.depth,
-         surface.normal, surface.group, surface.trust, static_cast<cl_int>(n),
+         records.foot, tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start,
+         tiles.rim.fit, tiles.rim.place, cl_int2{{tiles.met.stride, tiles.rim.stride}},
+         surface.depth, surface.normal, surface.group, surface.trust, static_cast<cl_int>(n),
          cl_int2{{tiles.nx, tiles.ny}}, grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
          static_cast<cl_float>(params.d_max), sheets_of(params));
 }

@@ -64,9 +64,14 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
 /// The fits of each tile on the device, in two lists: those that rays may meet (kernel
 /// blend_groups, record 11) and those that may turn away from the eye within their reach (record
 /// 13).
+struct FitList {
+  Buffer<cl_int> start, fit;  // [tiles + 1]; ascending in each tile
+  Buffer<float> place;        // [8][stride] where the listed fits lie, see blend.cl
+  cl_int stride;
+};
 struct FitTiles {
   int nx = 0, ny = 0;  // tiles
-  Buffer<cl_int> met_start, met, rim_start, rim;
+  FitList met, rim;
 };
 
 FitTiles list_fits(Device& device, const View& view, const BlendRecords& records,

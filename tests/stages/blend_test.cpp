@@ -439,8 +439,8 @@ TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatTurnsAway) {
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SampleGrid grid{70, 50, 0.5f, 1};
   const FitTiles tiles = list_fits(device_, view, records, grid);
-  const auto met_start = download(device_, tiles.met_start), met = download(device_, tiles.met);
-  const auto rim_start = download(device_, tiles.rim_start), rim = download(device_, tiles.rim);
+  const auto met_start = download(device_, tiles.met.start), met = download(device_, tiles.met.fit);
+  const auto rim_start = download(device_, tiles.rim.start), rim = download(device_, tiles.rim.fit);
   std::size_t away = 0;
   for (int j = 0; j < grid.ny; ++j)
     for (int i = 0; i < grid.nx; ++i) {
@@ -456,15 +456,14 @@ TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatTurnsAway) {
         const double reach = reference::reach(scene.fits, k, kFit, kBlend);
         const double nearest = dot(scene.fits.foot[k] - from, d) / dot(d, d);
         bool reached = false, turns = false;
+        double before = NAN;  // the quadric's value
         for (double t = nearest - reach; t < nearest + reach; t += reach / 20) {
           if (length(from + d * t - scene.fits.foot[k]) >= reach) continue;
-          reached = true;
-          const Vec3d x = from + d * t - scene.fits.position[k];
-          const auto& c = scene.fits.quadric[k];
-          const Vec3d g{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
-                        c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
-                        c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
-          turns |= dot(g, d) > 0;
+          Vec3d g;
+          const double value = reference::value(scene.fits, k, from + d * t, &g);
+          reached |= before * value < 0;
+          before = value;
+          turns |= dot(g, d) > 0 && std::abs(value) < 2 * length(g);
         }
         const std::string where =
             std::to_string(k) + " at " + std::to_string(i) + "," + std::to_string(j);

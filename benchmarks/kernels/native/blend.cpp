@@ -77,7 +77,7 @@ struct Entry {
 }
 
 struct Beam {
-  float ox = 0, oy = 0, dx = 0, dy = 0, wide = 0, spread = 0, slant = 0;
+  float ox = 0, oy = 0, dx = 0, dy = 0, wide = 0, spread = 0, slant = 0, length = 0, per_square = 0;
 };
 
 inline Beam beam_of(const Sample& s) {
@@ -93,23 +93,54 @@ inline Beam beam_of(const Sample& s) {
   b.wide = std::sqrt(most_lane(px * px + py * py));
   b.spread = std::sqrt(most_lane(pu * pu + pv * pv));
   b.slant = std::sqrt(1.0f + most_lane(s.dx * s.dx + s.dy * s.dy));
+  const float square = b.dx * b.dx + b.dy * b.dy + 1.0f;
+  b.length = std::sqrt(square);
+  b.per_square = 1.0f / square;
   return b;
 }
 
-// Which of the kWidth fits from place k of a list a ray of the beam may pass within their reach, as
-// bits.
-inline unsigned find_near(const std::int32_t* list, int k, int count, const float* feet,
-                          const Beam& b, std::int32_t* id) {
-  std::int32_t at[kWidth];
-  for (int l = 0; l < kWidth; ++l) {
-    id[l] = list[k + l < count ? k + l : count - 1];
-    at[l] = id[l] * 4;
-  }
-  const Floats t = -gather(feet + 2, at);
-  const Floats x = gather(feet, at) - (b.ox + t * b.dx);
-  const Floats y = gather(feet + 1, at) - (b.oy + t * b.dy);
-  const Floats reach = 1.01f * (gather(feet + 3, at) * b.slant + b.wide + magnitude(t) * b.spread);
-  return bits_of((x * x + y * y < reach * reach) & (kPlaces < count - k));
+// A tile's fits.
+struct List {
+  const std::int32_t* fit;
+  const float* place;
+  std::ptrdiff_t stride;
+  int count;
+  Floats row(int number, int k) const { return load(place + number * stride + k); }
+};
+
+// Which of the kWidth fits from place k of a list a ray of the beam may meet, as bits.
+inline unsigned find_near(const List& list, int k, const Beam& b) {
+  const Floats t = -list.row(2, k), reach = list.row(3, k);
+  const Floats x = list.row(0, k) - (b.ox + t * b.dx), y = list.row(1, k) - (b.oy + t * b.dy);
+  const Floats wide = b.wide + magnitude(t) * b.spread;
+  const Floats farthest = 1.01f * (reach * b.slant + wide);
+  const Floats nx = list.row(4, k), ny = list.row(5, k), nz = list.row(6, k);
+  const Floats along = (nx * b.dx + ny * b.dy - nz) * b.per_square;
+  const Floats facing = magnitude(along) * b.length;
+  const Floats tilt = root(larger(1.0f - facing * facing, Floats{}));
+  const Floats across = x * (nx - along * b.dx) + y * (ny - along * b.dy);
+  const Floats width = reach * (facing + b.spread) + list.row(7, k) * tilt + wide;
+  return bits_of((x * x + y * y < farthest * farthest) &
+                 (magnitude(across) < 1.01f * (width * tilt) + 0.01f) & (kPlaces < list.count - k));
+}
+
+// The box of some points, and which of the kWidth fits from place k of a list reach it, as bits.
+struct Box {
+  float x0, x1, y0, y1, z0, z1;
+};
+
+inline Box box_of(const Floats& x, const Floats& y, const Floats& z, const Ints& some) {
+  const auto least = [&](const Floats& v) { return -most_lane(some ? -v : all(-kNowhere)); };
+  return {least(x), -least(-x), least(y), -least(-y), least(z), -least(-z)};
+}
+
+inline unsigned near_box(const List& list, int k, const Box& b) {
+  const Floats x = list.row(0, k), y = list.row(1, k), z = list.row(2, k);
+  const Floats reach = 1.01f * list.row(3, k);
+  const Floats dx = larger(larger(b.x0 - x, x - b.x1), Floats{});
+  const Floats dy = larger(larger(b.y0 - y, y - b.y1), Floats{});
+  const Floats dz = larger(larger(b.z0 - z, z - b.z1), Floats{});
+  return bits_of((dx * dx + dy * dy + dz * dz < reach * reach) & (kPlaces < list.count - k));
 }
 
 struct Sheet {
@@ -149,8 +180,7 @@ struct Blended {
 };
 
 struct Listed {
-  const std::int32_t *met, *rim;
-  int met_count, rim_count;
+  List met, rim;
 };
 
 Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
@@ -163,38 +193,38 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   };
   const Beam beam = beam_of(s);
   Hit cache[kCached];
-  std::int32_t cached_group[kCached], id[kWidth];
-  int kept = 0, rest = listed.met_count;
+  std::int32_t cached_group[kCached];
+  int kept = 0, rest = listed.met.count;
   Blended out;
   Floats best{}, ax{}, ay{}, az{}, trust{};
   Sheet A, B;
   // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
   // first all that rays meet, without a branch, then the weights of those that count.
-  for (int from = 0; from < listed.met_count; from += kBlock) {
-    const int to = from + kBlock < listed.met_count ? from + kBlock : listed.met_count;
+  for (int from = 0; from < listed.met.count; from += kBlock) {
+    const int to = from + kBlock < listed.met.count ? from + kBlock : listed.met.count;
     std::int32_t place[kBlock + kWidth];  // in the list
     Entry entry[kBlock];
     int near = 0, count = 0;
     for (int k = from; k < to; k += kWidth) {
-      const unsigned bits = find_near(listed.met, k, listed.met_count, feet, beam, id);
+      const unsigned bits = find_near(listed.met, k, beam);
       pack(bits, k + kPlaces, place + near);
       near += __builtin_popcount(bits);
     }
     for (int n = 0; n < near; ++n) {
       place[count] = place[n];
-      entry[count] =
-          entry_of(fit_at(listed.met[place[n]]), foot_of(listed.met[place[n]]), s, in.d_max);
+      entry[count] = entry_of(fit_at(listed.met.fit[place[n]]), foot_of(listed.met.fit[place[n]]),
+                              s, in.d_max);
       count += entry[count].counts();
     }
     for (int n = 0; n < count; ++n) {
-      const int fit = listed.met[place[n]];
+      const int fit = listed.met.fit[place[n]];
       const float* const g = fit_at(fit);
       Hit hit;
       if (!weigh(g, foot_of(fit), s, in.d_max, entry[n], hit)) continue;
       if (kept < kCached) {
         cache[kept] = hit;
         cached_group[kept++] = fit;
-      } else if (rest == listed.met_count) {
+      } else if (rest == listed.met.count) {
         rest = place[n];
       }
       const Ints better = hit.weight > best;
@@ -212,15 +242,15 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   // Calls visit(hit, foot) for the hits in the cache and those that are found again.
   const auto each_hit = [&](auto&& visit) {
     for (int k = 0; k < kept; ++k) visit(cache[k], foot_of(cached_group[k]));
-    for (int k = rest; k < listed.met_count; ++k) {
-      const int fit = listed.met[k];
+    for (int k = rest; k < listed.met.count; ++k) {
+      const int fit = listed.met.fit[k];
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       const Entry entry = entry_of(g, foot, s, in.d_max);
       Hit hit;
       if (entry.counts() && weigh(g, foot, s, in.d_max, entry, hit)) visit(hit, foot);
     }
   };
-  bool one_sheet = rest == listed.met_count;
+  bool one_sheet = rest == listed.met.count;
   for (int round = 0; round < 2; ++round) {
     if (one_sheet) {
       Floats least = one;
@@ -281,10 +311,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{};
-  for (int k = 0; k < listed.rim_count; k += kWidth)
-    for (unsigned near = find_near(listed.rim, k, listed.rim_count, feet, beam, id); near;
-         near &= near - 1) {
-      const int fit = id[__builtin_ctz(near)];
+  const Box box = box_of(ex, ey, -out.depth, out.depth < kNowhere);
+  for (int k = 0; k < listed.rim.count; k += kWidth)
+    for (unsigned near = near_box(listed.rim, k, box); near; near &= near - 1) {
+      const int fit = listed.rim.fit[k + __builtin_ctz(near)];
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       const Floats x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
       const Floats squared = (x * x + y * y + z * z) * g[10];
@@ -328,9 +358,11 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
 void blend_groups(const Blend& in, std::size_t begin, std::size_t end) {
   for (std::size_t k = begin; k < end; ++k) {
     const int tile = static_cast<int>(k);
-    const Listed listed = {in.met + in.met_start[k], in.rim + in.rim_start[k],
-                           in.met_start[k + 1] - in.met_start[k],
-                           in.rim_start[k + 1] - in.rim_start[k]};
+    const auto list = [k](const FitList& fits) {
+      const std::int32_t first = fits.start[k];
+      return List{fits.fit + first, fits.place + first, fits.stride, fits.start[k + 1] - first};
+    };
+    const Listed listed = {list(in.met), list(in.rim)};
     for (int place = 0; place < in.lists.count[k]; place += kWidth) {
       Lanes lanes;
       load_lanes(in.lists, tile, place, lanes);

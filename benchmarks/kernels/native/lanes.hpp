@@ -108,7 +108,7 @@ inline void pack(unsigned bits, const Vector& v, T* to) {
   }
 }
 inline Floats root(const Floats& a) {
-  Floats r;
+  Floats r{};
   for (int k = 0; k < kWidth; ++k) r[k] = __builtin_sqrtf(a[k]);
   return r;
 }

@@ -96,10 +96,16 @@ struct Lists {
   float first, step, ray[12];
 };
 
+struct FitList {
+  const std::int32_t *start, *fit;
+  const float* place;  // [8][stride]
+  std::ptrdiff_t stride;
+};
+
 struct Blend {
   Lists lists;
   const float *reference, *records, *feet;
-  const std::int32_t *met_start, *met, *rim_start, *rim;
+  FitList met, rim;
   float *depth, *normal;
   std::int32_t* group;
   float* trust;

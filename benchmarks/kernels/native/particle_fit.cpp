@@ -64,9 +64,10 @@ struct Point {
 #define MENISCUS_PRODUCTS                                                                          \
   const Floats &w = p.w, &x = p.x, &y = p.y, &z = p.z, &dx = p.dx, &dy = p.dy, &dz = p.dz;         \
   const Floats xx = x * x, yy = y * y, zz = z * z, xy = x * y, yz = y * z, zx = z * x;             \
-  const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy), ezz = fused(dz, dz, zz);          \
+  [[maybe_unused]] const Floats exx = fused(dx, dx, xx), eyy = fused(dy, dy, yy),                  \
+                                ezz = fused(dz, dz, zz);                                           \
   const Floats exy = fused(dx, dy, xy), eyz = fused(dy, dz, yz), ezx = fused(dz, dx, zx);          \
-  const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;                         \
+  [[maybe_unused]] const Floats oxx = (x + x) * dx, oyy = (y + y) * dy, ozz = (z + z) * dz;        \
   const Floats oxy = fused(x, dy, dx * y), oyz = fused(y, dz, dy * z), ozx = fused(z, dx, dz * x); \
   const Floats twice = w + w
 #define CUBIC(k, s, q, c) m[k] = fused(s, c, fused(q, d##c, m[k]))
