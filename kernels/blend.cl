@@ -115,38 +115,28 @@ inline int hit_fit(const Fits fits, const int fit, const Sample s, const float d
 }
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
-// the rays are from it in the plane of depth t, at most wide + t spread.
+// the rays are from it in the plane of depth t, at most wide + t spread along either axis.
 typedef struct {
-  float ox, oy, dx, dy, wide, spread;
-  float slant;  // a ray's length over its depth, at most
+  float ox, oy, dx, dy;
+  float wide_x, wide_y, spread_x, spread_y;
+  float slant;               // a ray's length over its depth, at most
   float length, per_square;  // of the middle ray's (dx, dy, -1); one over its square
 } Beam;
 
+// The middle of the lanes, and how far they are from it.
+inline void middle_of(const floatv v, float* middle, float* wide) {
+  const float low = least_lane(v), high = -least_lane(-v);
+  *middle = 0.5f * (low + high);
+  *wide = 0.5f * (high - low);
+}
+
 inline Beam beam_of(const Sample s) {
-  const floatv ox = s.sx - s.t * s.dx, oy = s.sy - s.t * s.dy;
-  float x[WIDTH], y[WIDTH], u[WIDTH], v[WIDTH];
-  STOREF(ox, x);
-  STOREF(oy, y);
-  STOREF(s.dx, u);
-  STOREF(s.dy, v);
-  Beam b = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) {
-    b.ox += x[k] * (1.0f / WIDTH);
-    b.oy += y[k] * (1.0f / WIDTH);
-    b.dx += u[k] * (1.0f / WIDTH);
-    b.dy += v[k] * (1.0f / WIDTH);
-  }
-#pragma unroll
-  for (int k = 0; k < WIDTH; ++k) {
-    const float px = x[k] - b.ox, py = y[k] - b.oy, pu = u[k] - b.dx, pv = v[k] - b.dy;
-    b.wide = fmax(b.wide, px * px + py * py);
-    b.spread = fmax(b.spread, pu * pu + pv * pv);
-    b.slant = fmax(b.slant, u[k] * u[k] + v[k] * v[k]);
-  }
-  b.wide = sqrt(b.wide);
-  b.spread = sqrt(b.spread);
-  b.slant = sqrt(1.0f + b.slant);
+  Beam b;
+  middle_of(s.sx - s.t * s.dx, &b.ox, &b.wide_x);
+  middle_of(s.sy - s.t * s.dy, &b.oy, &b.wide_y);
+  middle_of(s.dx, &b.dx, &b.spread_x);
+  middle_of(s.dy, &b.dy, &b.spread_y);
+  b.slant = sqrt(1.0f - least_lane(-(s.dx * s.dx + s.dy * s.dy)));
   const float square = b.dx * b.dx + b.dy * b.dy + 1.0f;
   b.length = sqrt(square);
   b.per_square = 1.0f / square;
@@ -171,17 +161,19 @@ inline intv find_near(const List list, const int k, const Beam b) {
   const floatv t = -LOADF(row + 2 * list.stride), reach = LOADF(row + 3 * list.stride);
   const floatv x = LOADF(row) - (b.ox + t * b.dx);
   const floatv y = LOADF(row + list.stride) - (b.oy + t * b.dy);
-  const floatv wide = b.wide + fabs(t) * b.spread;
-  const floatv farthest = 1.01f * (reach * b.slant + wide);
+  const floatv wide_x = b.wide_x + fabs(t) * b.spread_x, wide_y = b.wide_y + fabs(t) * b.spread_y;
+  const floatv none = (floatv)(0.0f), farthest = 1.01f * (reach * b.slant) + 0.01f;
+  const floatv off_x = fmax(fabs(x) - wide_x, none), off_y = fmax(fabs(y) - wide_y, none);
   const floatv nx = LOADF(row + 4 * list.stride), ny = LOADF(row + 5 * list.stride),
                nz = LOADF(row + 6 * list.stride), thick = LOADF(row + 7 * list.stride);
   const floatv along = (nx * b.dx + ny * b.dy - nz) * b.per_square;
   const floatv facing = fabs(along) * b.length;
-  const floatv tilt = sqrt(fmax(1.0f - facing * facing, (floatv)(0.0f)));
-  const floatv across = x * (nx - along * b.dx) + y * (ny - along * b.dy);
-  const floatv width = reach * (facing + b.spread) + thick * tilt + wide;
-  return (x * x + y * y < farthest * farthest) & (fabs(across) < 1.01f * (width * tilt) + 0.01f) &
-         (LANES < (float)(list.count - k));
+  const floatv tilt = sqrt(fmax(1.0f - facing * facing, none));
+  const floatv kx = nx - along * b.dx, ky = ny - along * b.dy;
+  const floatv width = (reach * (facing + b.spread_x + b.spread_y) + thick * tilt) * tilt +
+                       wide_x * fabs(kx) + wide_y * fabs(ky);
+  return (off_x * off_x + off_y * off_y < farthest * farthest) &
+         (fabs(x * kx + y * ky) < 1.01f * width + 0.01f) & (LANES < (float)(list.count - k));
 }
 
 // The box of some points, and which of the WIDTH fits from place k of a list reach it, as above.

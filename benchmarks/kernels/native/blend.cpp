@@ -77,21 +77,21 @@ struct Entry {
 }
 
 struct Beam {
-  float ox = 0, oy = 0, dx = 0, dy = 0, wide = 0, spread = 0, slant = 0, length = 0, per_square = 0;
+  float ox, oy, dx, dy, wide_x, wide_y, spread_x, spread_y, slant, length, per_square;
 };
 
+inline void middle_of(const Floats& v, float& middle, float& wide) {
+  const float low = -most_lane(-v), high = most_lane(v);
+  middle = 0.5f * (low + high);
+  wide = 0.5f * (high - low);
+}
+
 inline Beam beam_of(const Sample& s) {
-  const Floats x = s.sx - s.t * s.dx, y = s.sy - s.t * s.dy;
   Beam b;
-  for (int k = 0; k < kWidth; ++k) {
-    b.ox += x[k] * (1.0f / kWidth);
-    b.oy += y[k] * (1.0f / kWidth);
-    b.dx += s.dx[k] * (1.0f / kWidth);
-    b.dy += s.dy[k] * (1.0f / kWidth);
-  }
-  const Floats px = x - b.ox, py = y - b.oy, pu = s.dx - b.dx, pv = s.dy - b.dy;
-  b.wide = std::sqrt(most_lane(px * px + py * py));
-  b.spread = std::sqrt(most_lane(pu * pu + pv * pv));
+  middle_of(s.sx - s.t * s.dx, b.ox, b.wide_x);
+  middle_of(s.sy - s.t * s.dy, b.oy, b.wide_y);
+  middle_of(s.dx, b.dx, b.spread_x);
+  middle_of(s.dy, b.dy, b.spread_y);
   b.slant = std::sqrt(1.0f + most_lane(s.dx * s.dx + s.dy * s.dy));
   const float square = b.dx * b.dx + b.dy * b.dy + 1.0f;
   b.length = std::sqrt(square);
@@ -112,16 +112,20 @@ struct List {
 inline unsigned find_near(const List& list, int k, const Beam& b) {
   const Floats t = -list.row(2, k), reach = list.row(3, k);
   const Floats x = list.row(0, k) - (b.ox + t * b.dx), y = list.row(1, k) - (b.oy + t * b.dy);
-  const Floats wide = b.wide + magnitude(t) * b.spread;
-  const Floats farthest = 1.01f * (reach * b.slant + wide);
+  const Floats wide_x = b.wide_x + magnitude(t) * b.spread_x,
+               wide_y = b.wide_y + magnitude(t) * b.spread_y;
+  const Floats farthest = 1.01f * (reach * b.slant) + 0.01f;
+  const Floats off_x = larger(magnitude(x) - wide_x, Floats{}),
+               off_y = larger(magnitude(y) - wide_y, Floats{});
   const Floats nx = list.row(4, k), ny = list.row(5, k), nz = list.row(6, k);
   const Floats along = (nx * b.dx + ny * b.dy - nz) * b.per_square;
   const Floats facing = magnitude(along) * b.length;
   const Floats tilt = root(larger(1.0f - facing * facing, Floats{}));
-  const Floats across = x * (nx - along * b.dx) + y * (ny - along * b.dy);
-  const Floats width = reach * (facing + b.spread) + list.row(7, k) * tilt + wide;
-  return bits_of((x * x + y * y < farthest * farthest) &
-                 (magnitude(across) < 1.01f * (width * tilt) + 0.01f) & (kPlaces < list.count - k));
+  const Floats kx = nx - along * b.dx, ky = ny - along * b.dy;
+  const Floats width = (reach * (facing + b.spread_x + b.spread_y) + list.row(7, k) * tilt) * tilt +
+                       wide_x * magnitude(kx) + wide_y * magnitude(ky);
+  return bits_of((off_x * off_x + off_y * off_y < farthest * farthest) &
+                 (magnitude(x * kx + y * ky) < 1.01f * width + 0.01f) & (kPlaces < list.count - k));
 }
 
 // The box of some points, and which of the kWidth fits from place k of a list reach it, as bits.
