@@ -69,7 +69,7 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
   const floatv A = (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy +
                    g[6];
   const floatv D = B * B - 4.0f * A * C;
-  const floatv root = sqrt(fmax(D, none));
+  const floatv root = sqrt(larger(D, none));
   // The entering root in its stable form: f falls there.
   const intv falls = B < 0.0f, curved = fabs(A) > 1e-12f;
   const floatv root_tau = SELECT(-(B + root), 2.0f * C, falls) /
@@ -92,13 +92,13 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   floatv gx, gy, gz;
-  const floatv near = fmax(one - squared, none);
+  const floatv near = larger(one - squared, none);
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
-  const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
+  const floatv slope = 1.0f / sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
   hit->tau = tau;
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
   const floatv facing = (gx * s.dx + gy * s.dy - gz) * slope;
-  met &= fabs(tau) * fmin(2.0f * fabs(facing), one) <= d_max;
+  met &= fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
   const floatv steep = SELECT(none, near * near * g[11], met);
   hit->weight = steep * near;
   hit->gx = gx * slope;
@@ -163,12 +163,12 @@ inline intv find_near(const List list, const int k, const Beam b) {
   const floatv y = LOADF(row + list.stride) - (b.oy + t * b.dy);
   const floatv wide_x = b.wide_x + fabs(t) * b.spread_x, wide_y = b.wide_y + fabs(t) * b.spread_y;
   const floatv none = (floatv)(0.0f), farthest = 1.01f * (reach * b.slant) + 0.01f;
-  const floatv off_x = fmax(fabs(x) - wide_x, none), off_y = fmax(fabs(y) - wide_y, none);
+  const floatv off_x = larger(fabs(x) - wide_x, none), off_y = larger(fabs(y) - wide_y, none);
   const floatv nx = LOADF(row + 4 * list.stride), ny = LOADF(row + 5 * list.stride),
                nz = LOADF(row + 6 * list.stride), thick = LOADF(row + 7 * list.stride);
   const floatv along = (nx * b.dx + ny * b.dy - nz) * b.per_square;
   const floatv facing = fabs(along) * b.length;
-  const floatv tilt = sqrt(fmax(1.0f - facing * facing, none));
+  const floatv tilt = sqrt(larger(1.0f - facing * facing, none));
   const floatv kx = nx - along * b.dx, ky = ny - along * b.dy;
   const floatv width = (reach * (facing + b.spread_x + b.spread_y) + thick * tilt) * tilt +
                        wide_x * fabs(kx) + wide_y * fabs(ky);
@@ -193,9 +193,9 @@ inline intv near_box(const List list, const int k, const Box b) {
   global const float* row = list.place + k;
   const floatv none = (floatv)(0.0f), x = LOADF(row), y = LOADF(row + list.stride),
                z = LOADF(row + 2 * list.stride), reach = 1.01f * LOADF(row + 3 * list.stride);
-  const floatv dx = fmax(fmax(b.x0 - x, x - b.x1), none);
-  const floatv dy = fmax(fmax(b.y0 - y, y - b.y1), none);
-  const floatv dz = fmax(fmax(b.z0 - z, z - b.z1), none);
+  const floatv dx = larger(larger(b.x0 - x, x - b.x1), none);
+  const floatv dy = larger(larger(b.y0 - y, y - b.y1), none);
+  const floatv dz = larger(larger(b.z0 - z, z - b.z1), none);
   return (dx * dx + dy * dy + dz * dz < reach * reach) & (LANES < (float)(list.count - k));
 }
 
@@ -320,9 +320,10 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
     if (one_sheet) {
       floatv least = (floatv)(1.0f);
       for (int k = 0; k < kept; ++k)
-        least = fmin(least, SELECT((floatv)(1.0f),
-                                   cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az,
-                                   cache[k].weight > 0.0f));
+        least = smaller(SELECT((floatv)(1.0f),
+                               cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az,
+                               cache[k].weight > 0.0f),
+                        least);
       one_sheet = !ANY(smooth_step(sheets.x, sheets.y, least) < 1.0f);
     }
     floatv nx = A.nx, ny = A.ny, nz = A.nz;
@@ -342,7 +343,7 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
       }
     }
     const floatv size = nx * nx + ny * ny + nz * nz;
-    const floatv scale = 1.0f / sqrt(fmax(size, (floatv)(1e-30f)));
+    const floatv scale = 1.0f / sqrt(larger(size, (floatv)(1e-30f)));
     ax = SELECT(ax, nx * scale, size > 1e-30f);
     ay = SELECT(ay, ny * scale, size > 1e-30f);
     az = SELECT(az, nz * scale, size > 1e-30f);
@@ -366,16 +367,16 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
   }
 
   const floatv tiny = (floatv)(1e-30f);
-  const floatv va = 1.0f / fmax(A.w, tiny), vb = 1.0f / fmax(B.w, tiny);
+  const floatv va = 1.0f / larger(A.w, tiny), vb = 1.0f / larger(B.w, tiny);
   const floatv za = A.t * va, zb = B.t * vb;
-  const floatv sb = 1.0f / sqrt(fmax(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, tiny));
+  const floatv sb = 1.0f / sqrt(larger(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, tiny));
   const floatv hx = B.cx * vb - A.cx * va, hy = B.cy * vb - A.cy * va, hz = B.cz * vb - A.cz * va;
   // The mean of each sheet's centre over the other's plane.
   const floatv h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
   const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
   const intv only_b = !(A.w > 1e-9f * B.w);
-  floatv share = smooth_step(0.003f, 0.02f, B.w / fmax(A.w + B.w, tiny));
+  floatv share = smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);
   share = SELECT(share, (floatv)(1.0f), only_b);
   const floatv rest_share = (floatv)(1.0f) - share;
@@ -388,10 +389,10 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
                gaz = A.nz + (za * A.vz - A.uz);
   const floatv gbx = B.nx + (zb * B.vx - B.ux), gby = B.ny + (zb * B.vy - B.uy),
                gbz = B.nz + (zb * B.vz - B.uz);
-  const floatv la = rest_share / sqrt(fmax(gax * gax + gay * gay + gaz * gaz, tiny));
-  const floatv lb = share / sqrt(fmax(gbx * gbx + gby * gby + gbz * gbz, tiny));
+  const floatv la = rest_share / sqrt(larger(gax * gax + gay * gay + gaz * gaz, tiny));
+  const floatv lb = share / sqrt(larger(gbx * gbx + gby * gby + gbz * gbz, tiny));
   const floatv nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
-  const floatv size = 1.0f / sqrt(fmax(nx * nx + ny * ny + nz * nz, tiny));
+  const floatv size = 1.0f / sqrt(larger(nx * nx + ny * ny + nz * nz, tiny));
   out.nx = nx * size;
   out.ny = ny * size;
   out.nz = nz * size;
@@ -410,7 +411,7 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
     if (!ANY(squared < 1.0f)) continue;
     floatv gx, gy, gz;
     gradient_at(g, x, y, z, &gx, &gy, &gz);
-    const floatv slope = 1.0f / sqrt(fmax(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
+    const floatv slope = 1.0f / sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
     const floatv f =
         (g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z)) * slope;
     gx *= slope;
@@ -418,8 +419,8 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
     gz *= slope;
     const floatv same =
         smooth_step(sheets.x, sheets.y, gx * out.nx + gy * out.ny + gz * out.nz);
-    const floatv q = fmax(1.0f - squared, (floatv)(0.0f));
-    const floatv near = fmax(1.0f - 0.25f * f * f, (floatv)(0.0f));
+    const floatv q = larger(1.0f - squared, (floatv)(0.0f));
+    const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
     const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
     const intv away = gx * s.dx + gy * s.dy - gz > 0.0f;
     const floatv w = SELECT((floatv)(0.0f), weight, away);
@@ -432,13 +433,13 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
     nry += SELECT((floatv)(0.0f), w * gy, away);
     nrz += SELECT((floatv)(0.0f), w * gz, away);
   }
-  const floatv vr = 1.0f / fmax(wr, tiny);
+  const floatv vr = 1.0f / larger(wr, tiny);
   const floatv rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
   const intv ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1.
   // Where a ray meets hardly more than the bevel of a lone edge there is nothing to trust.
-  out.trust = fmin(1.001f * (A.w + B.w) / fmax(trust, tiny), (floatv)(1.0f)) *
+  out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(0.001f, 0.005f, A.w + B.w);
   const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);

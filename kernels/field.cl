@@ -61,9 +61,6 @@ inline int append(const intv take, const int first, int* item, const int count) 
 #endif
 }
 
-// fmax() of what is no NaN, an instruction instead of three.
-inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
-
 // Adds the listed particles.
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,

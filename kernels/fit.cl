@@ -120,8 +120,8 @@ inline floatv solve(floatv* A, floatv* b) {
     floatv d = A[AT(j, j)];
 #pragma unroll
     for (int k = 0; k < j; ++k) d -= A[AT(j, k)] * A[AT(j, k)];
-    least = fmin(least, d);
-    const floatv inverse = 1.0f / sqrt(fmax(d, (floatv)(1e-30f)));
+    least = smaller(d, least);
+    const floatv inverse = 1.0f / sqrt(larger(d, (floatv)(1e-30f)));
     A[AT(j, j)] = inverse;
 #pragma unroll
     for (int i = j + 1; i < 10; ++i) {

@@ -94,8 +94,8 @@ inline void gather_points(global const float4* place, global const float4* norma
 // the layer below do not count.
 inline void add_distance(const floatv f, const floatv weight, const float inverse_tau,
                          floatv* squares, floatv* total) {
-  const floatv behind = fmax(-f, (floatv)(0.0f)) * inverse_tau;
-  const floatv w = weight * fmax(exp_negative(-behind * behind), (floatv)(1e-4f));
+  const floatv behind = larger(-f, (floatv)(0.0f)) * inverse_tau;
+  const floatv w = weight * larger(exp_negative(-behind * behind), (floatv)(1e-4f));
   *squares += w * f * f;
   *total += w;
 }
@@ -157,20 +157,20 @@ kernel void fit_particles(
       const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
       const floatv squared = fma(x, x, fma(y, y, z * z));
       const floatv same = fma(own.nx, p.dx, fma(own.ny, p.dy, own.nz * p.dz));
-      const floatv near = p.w * spline(fmin(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
+      const floatv near = p.w * spline(smaller(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
       floatv off = none;
       if (ANY(!refit)) {
         const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
                          fma(weighing.w, squared, (floatv)(weighing.z));
-        off = fmin(h * h, (floatv)(11.5129255f));  // 1e-5
+        off = smaller(h * h, (floatv)(11.5129255f));  // 1e-5
       }
       if (ANY(refit)) {
-        const floatv behind = fmax(-evaluate(c, x, y, z), none) * inverse_tau;
-        off = SELECT(off, fmin(behind * behind, (floatv)(9.21034037f)), refit);  // 1e-4
+        const floatv behind = larger(-evaluate(c, x, y, z), none) * inverse_tau;
+        off = SELECT(off, smaller(behind * behind, (floatv)(9.21034037f)), refit);  // 1e-4
       }
       const intv counts = (near >= 1e-6f) & (same >= -0.5f);
       const floatv w = SELECT(
-          none, near * exp_negative(fma(weighing.x, fmin(same - 1.0f, none), -off)), counts);
+          none, near * exp_negative(fma(weighing.x, smaller(same - 1.0f, none), -off)), counts);
       const Point weighed = {w,
                              x * inverse_rho,
                              y * inverse_rho,
@@ -193,7 +193,7 @@ kernel void fit_particles(
     for (int k = 0; k < 10; ++k) a[k] = SELECT(a[k], none, few);
   }
   const floatv least = quadric_of(m, a, fitting.y);
-  const floatv slope = sqrt(fmax(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
+  const floatv slope = sqrt(larger(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
   floatv rms = none;
   if (left == 1) {
     const floatv steep = rho / slope;
@@ -276,7 +276,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
       add_distance(f, LOADF(kept + begin + BATCH * (from + k)), 1.0f / tau, &distances, &total);
       const floatv w =
-          p.w * spline(fmin(l * inverse_rho, one)) * exp_negative(falloff * fmin(same - 1.0f, none));
+          p.w * spline(smaller(l * inverse_rho, one)) * exp_negative(falloff * smaller(same - 1.0f, none));
       weight += w;
       squares += w * apart * apart;
       number += p.w;
