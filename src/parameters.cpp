@@ -25,8 +25,8 @@ constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::positi
 
 const std::vector<MethodEntry>& method_list() {
   static const std::vector<MethodEntry> all{
-      {Method::fit, "fit", "merged groups and sharp creases"},
-      {Method::stable, "stable", "one fit a particle, for animation"},
+      {Method::fit, "fit", "a fit around every particle of the surface, sharp creases"},
+      {Method::stable, "stable", "fits of the seen particles alone"},
       {Method::paper, "paper", "the paper as printed"},
       {Method::ssm, "ssm", "Screen Space Meshes"},
       {Method::spheres, "spheres", "the particles as spheres"},

@@ -9,8 +9,8 @@ namespace meniscus {
 
 /// How the surface is made from the visible particles.
 enum class Method {
-  fit,             // merged groups, off-surface quadrics, two-sheet blend: the default
-  stable,          // one fit per visible particle, for animation
+  fit,             // a quadric around every particle of the surface, two-sheet blend: the default
+  stable,          // the same of the visible particles alone: neither field nor hidden ones
   paper,           // the paper as printed, to reproduce its figures
   ssm,             // Screen Space Meshes (Mueller et al. 2007), the paper's baseline
   spheres,         // the particles as spheres
