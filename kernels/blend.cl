@@ -130,7 +130,8 @@ inline void middle_of(const floatv v, float* middle, float* wide) {
   *wide = 0.5f * (high - low);
 }
 
-inline Beam beam_of(const Sample s) {
+inline Beam beam_of(const Sample* sample) {
+  const Sample s = *sample;
   Beam b;
   middle_of(s.sx - s.t * s.dx, &b.ox, &b.wide_x);
   middle_of(s.sy - s.t * s.dy, &b.oy, &b.wide_y);
@@ -250,10 +251,12 @@ typedef struct {
   List met, rim;
 } Listed;
 
-inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, const float d_max,
-                        const float4 sheets) {
+// Vectors of a structure go by address: a call would copy them byte by byte.
+inline void blend_at(const Sample* sample, const Listed listed, const Fits fits, const float d_max,
+                     const float4 sheets, Blended* blended) {
   const floatv none = (floatv)(0.0f);
-  const Beam beam = beam_of(s);
+  const Sample s = *sample;
+  const Beam beam = beam_of(sample);
   Hit cache[CACHED];
   int cached_group[CACHED];
   int kept = 0;                 // hits in the cache
@@ -309,7 +312,8 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
   if (!ANY(best > 0.0f)) {
     out.depth = (floatv)(INFINITY);
     out.nx = out.ny = out.nz = out.trust = none;
-    return out;
+    *blended = out;
+    return;
   }
   const int total = kept + (listed.met.count - rest);
 
@@ -443,7 +447,7 @@ inline Blended blend_at(const Sample s, const Listed listed, const Fits fits, co
               smooth_step(0.001f, 0.005f, A.w + B.w);
   const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
-  return out;
+  *blended = out;
 }
 
 inline List list_of(const int tile, global const int* start, global const int* fit,
@@ -458,13 +462,13 @@ inline Sample sample_at(const Rays r, const floatv t) {
   return s;
 }
 
-inline void store_blended(const Blended b, const int* at, const intv wanted, const int n,
+inline void store_blended(const Blended* b, const int* at, const intv wanted, const int n,
                           global float* depth, global float* normal, global int* group,
                           global float* trust) {
-  store_surface(b.depth, b.nx, b.ny, b.nz, at, wanted, n, depth, normal);
-  scatter_float(b.trust, trust, at, wanted);
+  store_surface(b->depth, b->nx, b->ny, b->nz, at, wanted, n, depth, normal);
+  scatter_float(b->trust, trust, at, wanted);
   int id[WIDTH], want[WIDTH];
-  STOREI(b.group, id);
+  STOREI(b->group, id);
   STOREI(wanted, want);
 #pragma unroll
   for (int k = 0; k < WIDTH; ++k)
@@ -494,9 +498,10 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
   const int tile = j * tiles.x + i;
   const Listed listed = {list_of(tile, met_start, met, met_place, strides.x),
                          list_of(tile, rim_start, rim, rim_place, strides.y)};
-  const Blended b =
-      blend_at(sample_at(rays_at(rays, u, v), reference[p]), listed, fits, d_max, sheets);
-  store_blended(b, &p, 1, n, depth, normal, group, trust);
+  const Sample at = sample_at(rays_at(rays, u, v), reference[p]);
+  Blended b;
+  blend_at(&at, listed, fits, d_max, sheets, &b);
+  store_blended(&b, &p, 1, n, depth, normal, group, trust);
 }
 #endif
 
@@ -528,8 +533,9 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
     if (!load_lanes(tile_of_group(), place, sample, count, samples.x, first, step, rays, &lanes))
       return;
-    const Blended b = blend_at(sample_at(lanes.rays, gather_float(reference, lanes.at)), listed,
-                               fits, d_max, sheets);
-    store_blended(b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
+    const Sample at = sample_at(lanes.rays, gather_float(reference, lanes.at));
+    Blended b;
+    blend_at(&at, listed, fits, d_max, sheets, &b);
+    store_blended(&b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
   }
 }
