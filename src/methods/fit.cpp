@@ -27,7 +27,6 @@ namespace {
 // What the blend needs of a frame, on the device.
 struct FittedFrame {
   DeviceRecords records;  // of the fits
-  SplatParticles body;    // visible particles
   SplatParticles hidden;  // body particles, visible or not: what shows behind a front layer
   SplatParticles splash;
   DeviceCells cells;     // all particles in view
@@ -72,13 +71,12 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
 // the samples of a coarse lattice, then those between that these do not tell. Samples whose nearest
 // layer ends before them look again behind it.
 SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
-                            const Triangulation& mesh, const BlendRecords& records,
-                            const FittedFrame& frame, const Parameters& params, StageClock& clock) {
+                            FrontAndCore fronts, const Triangulation& mesh,
+                            const BlendRecords& records, const FittedFrame& frame,
+                            const Parameters& params, StageClock& clock) {
   clock.start("region");
   const SurfaceBuffers surface = empty_surface(device, grid);
-  const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-  const auto [front, front_core, occupied] =
-      splat_core(device, frame.body, grid, footprint, bulge, kCoreFootprint);
+  const auto& [front, front_core, occupied] = fronts;
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid, occupied);
   const FitTiles tiles = list_fits(device, view, records, grid);
   const Extent splash = splash_extent(device, frame.splash, grid, occupied);
@@ -193,6 +191,14 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
         radius = least_radius(projected);
       });
   const auto& [visible, mesh] = triangulated;
+  clock.start("region");
+  const SplatParticles seen = upload_splats(device, projected, visible.index);
+  const auto draw_fronts = [&](const SampleGrid& grid) {
+    const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
+    return splat_core(device, seen, grid, footprint, bulge, kCoreFootprint);
+  };
+  FrontAndCore on_image;  // drawn while the host is at the fits' records
+  if (params.image) on_image = draw_fronts(pixel_grid(view));
   clock.start("fit");
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
   const ParticleFits fits = fit_particles(device, projected, rim, around, neighbours, params.fit);
@@ -200,20 +206,15 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const std::vector<double> trust = measure_trust(device, fits, cells);
   const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
-  const FittedFrame frame{upload_records(device, records),
-                          upload_splats(device, projected, visible.index),
-                          body,
-                          splash,
-                          cells,
-                          levelled,
-                          radius};
+  const FittedFrame frame{upload_records(device, records), body, splash, cells, levelled, radius};
 
   if (params.image)
-    result.image =
-        make_surface(device, view, pixel_grid(view), mesh, records, frame, params, clock);
+    result.image = make_surface(device, view, pixel_grid(view), std::move(on_image), mesh, records,
+                                frame, params, clock);
   if (params.mesh) {
-    const SurfaceBuffers surface = make_surface(device, view, node_grid(view, params.grid.cell),
-                                                mesh, records, frame, params, clock);
+    const SampleGrid grid = node_grid(view, params.grid.cell);
+    const SurfaceBuffers surface =
+        make_surface(device, view, grid, draw_fronts(grid), mesh, records, frame, params, clock);
     clock.start("mesh");
     const SurfaceMap nodes = download(device, surface);
     const std::vector<SilhouetteEdge> edges =

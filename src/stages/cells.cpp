@@ -4,7 +4,74 @@
 
 #include "parallel.hpp"
 
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <immintrin.h>
+#define MENISCUS_X86
+#endif
+
 namespace meniscus {
+namespace {
+
+std::size_t find_near(const Cells& cells, std::int32_t first, std::int32_t last, std::uint32_t tag,
+                      const std::array<float, 3>& at, float squared_reach, std::int32_t* found) {
+  constexpr std::int32_t kAtOnce = 64;
+  std::array<std::int32_t, kAtOnce> near;  // 1 for those that are
+  std::size_t count = 0;
+  for (; first < last; first += kAtOnce) {
+    const std::int32_t number = std::min(kAtOnce, last - first);
+    // A loop that becomes vectors, and one without branches, which would be foretold badly.
+    for (std::int32_t k = 0; k < number; ++k) {
+      const std::int32_t p = first + k;
+      const float dx = cells.x[p] - at[0], dy = cells.y[p] - at[1], dz = cells.z[p] - at[2];
+      near[k] = (dx * dx + dy * dy + dz * dz < squared_reach) & same_row(cells.tag[p], tag);
+    }
+    for (std::int32_t k = 0; k < number; ++k) {
+      found[count] = cells.item[first + k];
+      count += static_cast<std::size_t>(near[k]);
+    }
+  }
+  return count;
+}
+
+#ifdef MENISCUS_X86
+// Sixteen at a time: less than half the time. What is near moves together in a register, which is
+// stored whole.
+__attribute__((target("avx512f"))) std::size_t find_near_avx512(
+    const Cells& cells, std::int32_t first, std::int32_t last, std::uint32_t tag,
+    const std::array<float, 3>& at, float squared_reach, std::int32_t* found) {
+  const __m512 x = _mm512_set1_ps(at[0]), y = _mm512_set1_ps(at[1]), z = _mm512_set1_ps(at[2]),
+               most = _mm512_set1_ps(squared_reach);
+  const __m512i row = _mm512_set1_epi32(static_cast<int>(tag)),
+                of_row = _mm512_set1_epi32(~2047);  // see same_row
+  std::size_t count = 0;
+  for (std::int32_t p = first; p < last; p += 16) {
+    const __mmask16 there = static_cast<__mmask16>(last - p < 16 ? (1 << (last - p)) - 1 : 0xffff);
+    const __m512 dx = _mm512_sub_ps(_mm512_maskz_loadu_ps(there, cells.x.data() + p), x),
+                 dy = _mm512_sub_ps(_mm512_maskz_loadu_ps(there, cells.y.data() + p), y),
+                 dz = _mm512_sub_ps(_mm512_maskz_loadu_ps(there, cells.z.data() + p), z);
+    const __m512 squared = _mm512_add_ps(
+        _mm512_add_ps(_mm512_mul_ps(dx, dx), _mm512_mul_ps(dy, dy)), _mm512_mul_ps(dz, dz));
+    const __mmask16 inside = _mm512_mask_cmp_ps_mask(there, squared, most, _CMP_LT_OQ);
+    const __m512i tags = _mm512_maskz_loadu_epi32(inside, cells.tag.data() + p);
+    const __mmask16 near =
+        _mm512_mask_testn_epi32_mask(inside, _mm512_xor_si512(tags, row), of_row);
+    _mm512_storeu_si512(
+        found + count,
+        _mm512_maskz_compress_epi32(near, _mm512_maskz_loadu_epi32(near, cells.item.data() + p)));
+    count += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
+  }
+  return count;
+}
+#endif
+
+}  // namespace
+
+std::vector<NearFinder*> near_finders() {
+#ifdef MENISCUS_X86
+  if (__builtin_cpu_supports("avx512f")) return {find_near_avx512, find_near};
+#endif
+  return {find_near};
+}
 
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
                  const std::vector<float>& z, float cell) {

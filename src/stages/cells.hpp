@@ -100,6 +100,19 @@ void visit_ranges_near(const Cells& cells, float x, float y, float z, Visit&& vi
     }
 }
 
+/// What a NearFinder may write beyond a range's length.
+inline constexpr std::size_t kNearRoom = 16;
+
+/// Lists the items of those points [first, last), positions in bucket order, that lie in the row of
+/// `tag` and within a reach of `at`. Returns how many; `found` has room for the range and
+/// kNearRoom.
+using NearFinder = std::size_t(const Cells& cells, std::int32_t first, std::int32_t last,
+                               std::uint32_t tag, const std::array<float, 3>& at,
+                               float squared_reach, std::int32_t* found);
+
+/// Those that this processor can run, all with the same result, the fastest first.
+std::vector<NearFinder*> near_finders();
+
 /// Calls visit(k) for every point k of these cells, until visit returns false.
 template <class Visit>
 void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numeric>
+#include <span>
 
 #include "parallel.hpp"
 
 namespace meniscus {
 namespace {
+
+constexpr std::size_t kGrain = 256;  // triangles that are worth a thread
 
 struct Edge {
   std::int32_t a, b;  // groups, a < b
@@ -88,34 +92,46 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
 
 // The kept triangles around each kept triangle, itself among them: those that share a vertex.
 struct Fans {
-  std::vector<std::size_t> start;      // [triangles + 1]
-  std::vector<std::int32_t> triangle;  // ascending for each
+  std::vector<std::size_t> start;            // [triangles + 1] of room
+  std::vector<std::int32_t> count;           // [triangles] that are there
+  std::unique_ptr<std::int32_t[]> triangle;  // ascending for each
 };
 
 Fans fans_around(const Triangulation& mesh) {
+  const std::size_t n = mesh.triangle.size();
   Fans fans;
-  fans.start.reserve(mesh.triangle.size() + 1);
-  fans.start.push_back(0);
-  fans.triangle.reserve(16 * mesh.triangle.size());
-  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
-    if (mesh.kind[t] == TriangleKind::kept) {
+  fans.start.resize(n + 1);
+  for (std::size_t t = 0; t < n; ++t) {
+    std::size_t most = 0;
+    if (mesh.kind[t] == TriangleKind::kept)
+      for (const std::int32_t v : mesh.triangle[t])
+        most += static_cast<std::size_t>(mesh.fan_start[v + 1] - mesh.fan_start[v]);
+    fans.start[t + 1] = fans.start[t] + most;
+  }
+  fans.count.resize(n);
+  fans.triangle = std::make_unique_for_overwrite<std::int32_t[]>(fans.start[n]);
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      if (mesh.kind[t] != TriangleKind::kept) continue;
       // The three fans are ascending: the least of their heads comes next.
-      const std::int32_t *head[3], *end[3];
+      const std::int32_t *head[3], *last[3];
       for (int k = 0; k < 3; ++k) {
         head[k] = mesh.fan.data() + mesh.fan_start[mesh.triangle[t][k]];
-        end[k] = mesh.fan.data() + mesh.fan_start[mesh.triangle[t][k] + 1];
+        last[k] = mesh.fan.data() + mesh.fan_start[mesh.triangle[t][k] + 1];
       }
+      std::int32_t* const first = fans.triangle.get() + fans.start[t];
+      std::int32_t* next = first;
       for (;;) {
         std::int32_t least = std::numeric_limits<std::int32_t>::max();
         for (int k = 0; k < 3; ++k)
-          if (head[k] != end[k]) least = std::min(least, *head[k]);
+          if (head[k] != last[k]) least = std::min(least, *head[k]);
         if (least == std::numeric_limits<std::int32_t>::max()) break;
-        for (int k = 0; k < 3; ++k) head[k] += head[k] != end[k] && *head[k] == least;
-        fans.triangle.push_back(least);
+        for (int k = 0; k < 3; ++k) head[k] += head[k] != last[k] && *head[k] == least;
+        *next++ = least;
       }
+      fans.count[t] = static_cast<std::int32_t>(next - first);
     }
-    fans.start.push_back(fans.triangle.size());
-  }
+  });
   return fans;
 }
 
@@ -132,15 +148,14 @@ double likeness(const Vec3d& a, const Vec3d& b) {
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
   const Fans near = fans_around(mesh);
   const std::size_t n = mesh.triangle.size();
-  constexpr std::size_t kGrain = 256;  // triangles that are worth a thread
   std::vector<Vec3d> normals = mesh.normal, smoothed = normals;
   for (int round = 0; round < rounds; ++round) {
     parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
-        if (near.start[t] == near.start[t + 1]) continue;
+        if (near.count[t] == 0) continue;
         Vec3d sum;
-        for (std::size_t p = near.start[t]; p < near.start[t + 1]; ++p) {
-          const std::int32_t k = near.triangle[p];
+        const std::int32_t* const around = near.triangle.get() + near.start[t];
+        for (const std::int32_t k : std::span(around, static_cast<std::size_t>(near.count[t]))) {
           sum += normals[k] * (mesh.area[k] * likeness(normals[t], normals[k]));
         }
         smoothed[t] = normalized(sum, normals[t]);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <initializer_list>
 #include <span>
 
 #include "parallel.hpp"
@@ -29,76 +29,69 @@ constexpr std::size_t kRecord = 4;   // values of a particle's records, see part
 constexpr std::size_t kLanes = 16;   // fits of a batch, whatever the device's WIDTH
 constexpr std::size_t kBlock = 256;  // fits that a processor takes at a time: whole batches
 
-// The lists of fits [begin, end) by themselves.
-FitLists list_block(const Projected& projected, const std::vector<std::int32_t>& centre,
-                    const std::vector<std::int32_t>& place, const Cells& cells, float reach,
-                    std::size_t begin, std::size_t end) {
-  const cl_int nobody = static_cast<cl_int>(cells.item.size());
-  std::vector<std::int32_t> near;  // 1 for those of a range that are
-  std::vector<cl_int> all;
-  std::vector<std::size_t> start{0};
+// The lists of some fits by themselves, neighbours fit by fit.
+struct Block {
+  FitLists lists;                    // without neighbours
+  std::vector<std::size_t> start;    // [fits + 1] where those of each fit begin
+  std::vector<cl_int> near;          // neighbours of all of them
+  std::size_t begin = 0, slots = 0;  // first fit; slots that the lists take
+};
+
+// The lists of fits [begin, end).
+Block list_block(const Projected& projected, const std::vector<std::int32_t>& centre,
+                 const std::vector<std::int32_t>& place, const Cells& cells, float reach,
+                 std::size_t begin, std::size_t end) {
+  NearFinder* const find = near_finders()[0];
+  Block block;
+  block.begin = begin;
+  block.near.reserve(128 * (end - begin));  // mostly enough
+  std::vector<std::size_t>& start = block.start;
+  start.push_back(0);
+  std::vector<cl_int> found;
   for (std::size_t k = begin; k < end; ++k) {
     const std::int32_t i = centre[k];
-    const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-    std::size_t count = start.back();
+    const std::array at{projected.x[i], projected.y[i], projected.z[i]};
+    std::size_t count = 0;
     visit_ranges_near(
-        cells, x, y, z, [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
-          const std::size_t most = static_cast<std::size_t>(last - first);
-          if (near.size() < most) near.resize(most);
-          if (all.size() < count + most) all.resize(2 * (count + most));
-          // A loop that becomes vectors, and one without branches, which would be foretold badly.
-          for (std::int32_t p = first; p < last; ++p) {
-            const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-            near[p - first] =
-                (dx * dx + dy * dy + dz * dz < reach * reach) & same_row(cells.tag[p], tag);
-          }
-          for (std::int32_t p = first; p < last; ++p) {
-            all[count] = cells.item[p];
-            count += static_cast<std::size_t>(near[p - first]);
-          }
+        cells, at[0], at[1], at[2], [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+          const std::size_t most = count + static_cast<std::size_t>(last - first) + kNearRoom;
+          if (found.size() < most) found.resize(2 * most);
+          count += find(cells, first, last, tag, at, reach * reach, found.data() + count);
           return true;
         });
-    start.push_back(count);
+    block.near.insert(block.near.end(), found.begin(),
+                      found.begin() + static_cast<std::ptrdiff_t>(count));
+    start.push_back(block.near.size());
   }
-  FitLists lists;
   // Fits with about as many neighbours share a batch; the order touches no result.
-  const auto size_of = [&](std::int32_t k) {
-    const std::size_t l = static_cast<std::size_t>(k) - begin;
-    return start[l + 1] - start[l];
-  };
-  lists.fit.resize(end - begin);
-  std::iota(lists.fit.begin(), lists.fit.end(), static_cast<std::int32_t>(begin));
-  std::sort(lists.fit.begin(), lists.fit.end(), [&](std::int32_t k, std::int32_t l) {
-    return std::pair(size_of(k), k) < std::pair(size_of(l), l);
-  });
-  std::size_t slots = 0;
-  for (std::size_t lane = 0; lane < lists.fit.size(); lane += kLanes) {
-    const std::size_t longest = size_of(lists.fit[std::min(lane + kLanes, lists.fit.size()) - 1]);
-    lists.first.push_back(static_cast<cl_int>(slots));
+  std::vector<std::uint64_t> order;  // number of neighbours, fit
+  for (std::size_t l = 0; l < end - begin; ++l)
+    order.push_back((start[l + 1] - start[l]) << 32 | l);
+  std::sort(order.begin(), order.end());
+  FitLists& lists = block.lists;
+  for (const std::uint64_t sized : order) {
+    const std::size_t k = begin + (sized & 0xffffffffu);
+    lists.fit.push_back(static_cast<std::int32_t>(k));
+    lists.particle.push_back(place[k]);
+  }
+  for (std::size_t lane = 0; lane < order.size(); lane += kLanes) {
+    const std::size_t longest = order[std::min(lane + kLanes, order.size()) - 1] >> 32;
+    lists.first.push_back(static_cast<cl_int>(block.slots));
     lists.length.push_back(static_cast<cl_int>(longest));
-    slots += kLanes * longest;
+    block.slots += kLanes * longest;
   }
-  lists.neighbour.resize(slots, nobody);
-  for (std::size_t l = 0; l < lists.fit.size(); ++l) {
-    const std::size_t k = static_cast<std::size_t>(lists.fit[l]) - begin;
-    cl_int* slot = lists.neighbour.data() + lists.first[l / kLanes] + l % kLanes;
-    for (std::size_t p = start[k]; p < start[k + 1]; ++p, slot += kLanes) *slot = all[p];
-  }
-  for (const std::int32_t k : lists.fit)
-    lists.particle.push_back(place[static_cast<std::size_t>(k)]);
   lists.fit.resize(kLanes * lists.first.size(), -1);
-  lists.particle.resize(lists.fit.size(), nobody);
-  return lists;
+  lists.particle.resize(lists.fit.size(), static_cast<cl_int>(cells.item.size()));
+  return block;
 }
 
 // The lists of blocks of fits.
-std::vector<FitLists> list_blocks(const Projected& projected,
-                                  const std::vector<std::int32_t>& centre,
-                                  const std::vector<std::int32_t>& around, double reach) {
+std::vector<Block> list_blocks(const Projected& projected, const std::vector<std::int32_t>& centre,
+                               const std::vector<std::int32_t>& around, double reach) {
   const Cells cells = cells_of(projected, around, reach);
   const std::vector<std::int32_t> place = places_in(around, centre);
   const std::size_t n = centre.size();
-  std::vector<FitLists> blocks((n + kBlock - 1) / kBlock);
+  std::vector<Block> blocks((n + kBlock - 1) / kBlock);
   parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t block = begin; block < end; ++block)
       blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
@@ -107,11 +100,11 @@ std::vector<FitLists> list_blocks(const Projected& projected,
   return blocks;
 }
 
-using Blocks = std::span<const FitLists>;
+using Blocks = std::span<const Block>;
 
 std::size_t slots_of(Blocks blocks) {
   std::size_t slots = 0;
-  for (const FitLists& block : blocks) slots += block.neighbour.size();
+  for (const Block& block : blocks) slots += block.slots;
   return slots;
 }
 
@@ -119,9 +112,9 @@ std::size_t slots_of(Blocks blocks) {
 template <class Make>
 void in_parts(Blocks blocks, std::size_t most_slots, const Make& make) {
   while (!blocks.empty()) {
-    std::size_t count = 1, slots = blocks[0].neighbour.size();
+    std::size_t count = 1, slots = blocks[0].slots;
     for (; count < blocks.size(); ++count) {
-      slots += blocks[count].neighbour.size();
+      slots += blocks[count].slots;
       if (slots > most_slots) break;
     }
     make(blocks.first(count));
@@ -129,24 +122,37 @@ void in_parts(Blocks blocks, std::size_t most_slots, const Make& make) {
   }
 }
 
+// Puts a block's neighbours into its slots, and nobody into those that are not in use.
+void fill_slots(const Block& block, cl_int nobody, cl_int* slots) {
+  for (std::size_t lane = 0; lane < block.lists.fit.size(); ++lane) {
+    const std::size_t batch = lane / kLanes;
+    cl_int* slot = slots + block.lists.first[batch] + lane % kLanes;
+    cl_int* const end = slot + kLanes * static_cast<std::size_t>(block.lists.length[batch]);
+    if (block.lists.fit[lane] >= 0) {
+      const std::size_t k = static_cast<std::size_t>(block.lists.fit[lane]) - block.begin;
+      for (std::size_t p = block.start[k]; p < block.start[k + 1]; ++p, slot += kLanes)
+        *slot = block.near[p];
+    }
+    for (; slot < end; slot += kLanes) *slot = nobody;
+  }
+}
+
 // Some blocks' lists as one; the neighbours go to `neighbour`, which has room for their slots.
-FitLists joined(Blocks blocks, cl_int* neighbour) {
+FitLists joined(Blocks blocks, cl_int nobody, cl_int* neighbour) {
   FitLists all;
   std::vector<std::size_t> from;  // first slot of each block
   std::size_t slots = 0;
-  for (auto block = blocks.begin(); block != blocks.end(); ++block) {
-    all.fit.insert(all.fit.end(), block->fit.begin(), block->fit.end());
-    all.particle.insert(all.particle.end(), block->particle.begin(), block->particle.end());
-    all.length.insert(all.length.end(), block->length.begin(), block->length.end());
-    for (const cl_int first : block->first) all.first.push_back(static_cast<cl_int>(slots) + first);
+  for (const Block& block : blocks) {
+    const FitLists& own = block.lists;
+    all.fit.insert(all.fit.end(), own.fit.begin(), own.fit.end());
+    all.particle.insert(all.particle.end(), own.particle.begin(), own.particle.end());
+    all.length.insert(all.length.end(), own.length.begin(), own.length.end());
+    for (const cl_int first : own.first) all.first.push_back(static_cast<cl_int>(slots) + first);
     from.push_back(slots);
-    slots += block->neighbour.size();
+    slots += block.slots;
   }
   parallel_for(from.size(), 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) {
-      const std::vector<cl_int>& own = blocks[k].neighbour;
-      std::copy(own.begin(), own.end(), neighbour + from[k]);
-    }
+    for (std::size_t k = first; k < last; ++k) fill_slots(blocks[k], nobody, neighbour + from[k]);
   });
   return all;
 }
@@ -198,11 +204,37 @@ std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
   return normals;
 }
 
+// Writes the records of the surface's particles and of nobody, those of normals to several places.
+void write_records(const Projected& projected, const SurfaceParticles& around, float* places,
+                   std::initializer_list<float*> normals) {
+  const std::size_t n = around.index.size();
+  constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = static_cast<std::size_t>(around.index[k]);
+      float* const place = places + kRecord * k;
+      place[0] = projected.x[i];
+      place[1] = projected.y[i];
+      place[2] = projected.z[i];
+      place[3] = static_cast<float>(around.weight[k]);
+      for (float* const all : normals) {
+        float* const normal = all + kRecord * k;
+        normal[0] = static_cast<float>(around.normal[k].x);
+        normal[1] = static_cast<float>(around.normal[k].y);
+        normal[2] = static_cast<float>(around.normal[k].z);
+        normal[3] = 0;
+      }
+    }
+  });
+  std::fill_n(places + kRecord * n, kRecord, 0.0f);
+  for (float* const all : normals) std::fill_n(all + kRecord * n, kRecord, 0.0f);
+}
+
 // The fits' supports for the last pass, see fit_particles.
-std::vector<float> narrow_supports(Device& device, const std::vector<Vec3d>& position,
+std::vector<float> narrow_supports(Device& device, const Cells& cells,
                                    const std::vector<Vec3d>& normal,
                                    const std::vector<float>& residual, const FitParams& params) {
-  const std::size_t fits = position.size();
+  const std::size_t fits = normal.size();
   std::vector<float> rho(fits, static_cast<float>(params.support));
   std::vector<float> fitted(fits), sorted;
   for (std::size_t k = 0; k < fits; ++k) {
@@ -214,7 +246,7 @@ std::vector<float> narrow_supports(Device& device, const std::vector<Vec3d>& pos
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
   const std::vector<float> mean =  // of one value: the second is not needed
-      average_on_sheets(device, position, normal, fitted, {residual, residual}, kSheet)[0];
+      average_in_cells(device, cells, normal, fitted, {residual, residual}, kSheet)[0];
   for (std::size_t k = 0; k < fits; ++k) {
     if (!(mean[k] > 0)) continue;
     const double share = noise / mean[k];
@@ -227,20 +259,9 @@ std::vector<float> narrow_supports(Device& device, const std::vector<Vec3d>& pos
 }  // namespace
 
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around) {
-  const std::size_t n = around.index.size();
-  FitRecords records{std::vector<float>(kRecord * (n + 1)), std::vector<float>(kRecord * (n + 1))};
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = static_cast<std::size_t>(around.index[k]);
-    float* const place = &records.place[kRecord * k];
-    float* const normal = &records.normal[kRecord * k];
-    place[0] = projected.x[i];
-    place[1] = projected.y[i];
-    place[2] = projected.z[i];
-    place[3] = static_cast<float>(around.weight[k]);
-    normal[0] = static_cast<float>(around.normal[k].x);
-    normal[1] = static_cast<float>(around.normal[k].y);
-    normal[2] = static_cast<float>(around.normal[k].z);
-  }
+  const std::size_t values = kRecord * (around.index.size() + 1);
+  FitRecords records{std::vector<float>(values), std::vector<float>(values)};
+  write_records(projected, around, records.place.data(), {records.normal.data()});
   return records;
 }
 
@@ -251,7 +272,7 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
   std::vector<FitLists> parts;
   in_parts(list_blocks(projected, centre, around, reach), most_slots, [&](Blocks blocks) {
     std::vector<cl_int> neighbour(slots_of(blocks));
-    parts.push_back(joined(blocks, neighbour.data()));
+    parts.push_back(joined(blocks, static_cast<cl_int>(around.size()), neighbour.data()));
     parts.back().neighbour = std::move(neighbour);
   });
   return parts;
@@ -261,13 +282,13 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, const FitParams& params) {
   FitNeighbours neighbours;
-  const std::vector<FitLists> blocks = list_blocks(projected, centre, around, params.support);
+  const std::vector<Block> blocks = list_blocks(projected, centre, around, params.support);
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,
             "fit: too many points for 32-bit indices (use a smaller --support)");
     Upload<cl_int> neighbour(device, slots);
-    FitLists lists = joined(part, neighbour.data());
+    FitLists lists = joined(part, static_cast<cl_int>(around.size()), neighbour.data());
     const auto particle = upload(device, lists.particle), first = upload(device, lists.first),
                length = upload(device, lists.length);
     neighbours.parts.push_back({std::move(lists), particle, neighbour.done(), first, length});
@@ -281,9 +302,11 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
-  const FitRecords records = fit_records(projected, around);
-  const auto places = upload(device, records.place);
-  Buffer<float> normals = upload(device, records.normal), turned = upload(device, records.normal);
+  const std::size_t values = kRecord * (around.index.size() + 1);
+  Upload<float> place_of(device, values), normal_of(device, values), also_normal_of(device, values);
+  write_records(projected, around, place_of.data(), {normal_of.data(), also_normal_of.data()});
+  const Buffer<float> places = place_of.done();
+  Buffer<float> normals = normal_of.done(), turned = also_normal_of.done();
   std::vector<float> rho(count, static_cast<float>(params.support));
   std::vector<Lanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts) {
@@ -302,10 +325,11 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     return Range{part.residual.size / static_cast<std::size_t>(width), 1, 8, 1};
   };
   std::vector<std::int32_t> place;
+  Cells sheet;
   for (int pass = 0; pass < params.passes; ++pass) {
     const int left = params.passes - 1 - pass;
     if (pass > 0 && left == 0 && params.least_support < 1) {
-      rho = narrow_supports(device, fits.position, normals_of(device, normals, place),
+      rho = narrow_supports(device, sheet, normals_of(device, normals, place),
                             residuals(device, parts, count), params);
       for (Lanes& part : parts) part.support = supports(device, part.lists, rho);
     }
@@ -327,6 +351,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
       fits.surface.push_back(around.weight[static_cast<std::size_t>(place[k])]);
     }
     fits.foot = fits.position;
+    sheet = make_cells(fits.position, kSheet.reach);
     fits.edge.resize(count);
     fits.spread.resize(count);
     fits.supporters.resize(count);

@@ -1,9 +1,11 @@
 #include "stages/visible.hpp"
 
 #include <algorithm>
+#include <array>
 #include <climits>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -173,23 +175,32 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid), grid, owned);
 
   const HostView counts(device, owned);
-  // Without branches, which would be foretold badly: few own anything.
-  std::vector<std::size_t> owners(candidates.size());
-  std::size_t number = 0;
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    owners[number] = k;
-    number += counts[k] != 0;
-  }
-  owners.resize(number);
-  for (const std::size_t k : owners) {
-    const std::size_t i = static_cast<std::size_t>(candidates[k]);
-    const double nodes = std::numbers::pi * params.footprint * params.footprint * projected.ku[i] *
-                         projected.kv[i] / (grid.step * grid.step);
-    const double share = counts[k] / nodes;
-    if (share >= least_owned) {
-      visible.index.push_back(candidates[k]);
-      visible.owned.push_back(static_cast<float>(share));
+  constexpr std::size_t kGrain = 4096;  // candidates that are worth a thread
+  std::vector<Visible> parts((candidates.size() + kGrain - 1) / kGrain);
+  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t part = begin; part < end; ++part) {
+      // Without branches, which would be foretold badly: few own anything.
+      std::array<std::size_t, kGrain> owners;
+      std::size_t number = 0;
+      for (std::size_t k = part * kGrain; k < std::min(candidates.size(), (part + 1) * kGrain);
+           ++k) {
+        owners[number] = k;
+        number += counts[k] != 0;
+      }
+      for (const std::size_t k : std::span(owners).first(number)) {
+        const std::size_t i = static_cast<std::size_t>(candidates[k]);
+        const double nodes = std::numbers::pi * params.footprint * params.footprint *
+                             projected.ku[i] * projected.kv[i] / (grid.step * grid.step);
+        const double share = counts[k] / nodes;
+        if (share < least_owned) continue;
+        parts[part].index.push_back(candidates[k]);
+        parts[part].owned.push_back(static_cast<float>(share));
+      }
     }
+  });
+  for (const Visible& part : parts) {
+    visible.index.insert(visible.index.end(), part.index.begin(), part.index.end());
+    visible.owned.insert(visible.owned.end(), part.owned.begin(), part.owned.end());
   }
   return visible;
 }

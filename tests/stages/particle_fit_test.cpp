@@ -2,6 +2,7 @@
 #include "stages/particle_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "stages/fit_check.hpp"
@@ -44,6 +45,31 @@ void expect_pass(const Scene& scene, const ParticleFits& before, const ParticleF
     // The gradient divided by its length: three roundings.
     EXPECT_NEAR(std::abs(dot(after.normal[k], gradient)), 1, 6 * kEpsilon);
   }
+}
+
+TEST(NearFinders, FindTheSameInAnyRange) {
+  constexpr float kReach = 9;
+  const Projected p = scattered(3000, 12, 5);
+  const Cells cells = make_cells(p.x, p.y, p.z, kReach);
+  const std::array at{cells.x[310], cells.y[310], cells.z[310]};
+  std::size_t most = 0;
+  for (const std::int32_t first : {0, 7, 300})
+    for (const std::int32_t length : {0, 1, 15, 16, 17, 63, 64, 65, 130, 400})
+      for (const std::uint32_t tag : {cells.tag[310], cells.tag[9]}) {
+        std::vector<std::int32_t> expected;
+        for (std::int32_t k = first; k < first + length; ++k) {
+          const float dx = cells.x[k] - at[0], dy = cells.y[k] - at[1], dz = cells.z[k] - at[2];
+          if (dx * dx + dy * dy + dz * dz < kReach * kReach && same_row(cells.tag[k], tag))
+            expected.push_back(cells.item[k]);
+        }
+        most = std::max(most, expected.size());
+        for (NearFinder* const find : near_finders()) {
+          std::vector<std::int32_t> found(static_cast<std::size_t>(length) + kNearRoom);
+          found.resize(find(cells, first, first + length, tag, at, kReach * kReach, found.data()));
+          EXPECT_EQ(found, expected) << first << " + " << length;
+        }
+      }
+  EXPECT_GT(most, 32u);  // more than two vectors
 }
 
 TEST(FitLists, HoldEveryNeighbourOnce) {
