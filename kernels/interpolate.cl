@@ -6,6 +6,7 @@
 // A corner of the cells: point of the surface in eye space, normal, depth.
 typedef struct {
   floatv x, y, z, nx, ny, nz, t;
+  floatv linear;  // what a plane's is linear over the screen: the depth or, in perspective, 1 / depth
 } Corner;
 
 // Values of a row of samples: every `stride`th from `first` on, one for each of WIDTH cells. Past the
@@ -37,9 +38,20 @@ inline intv spread_bytes(global const uchar* row, const int first, const int str
   return LOADI(lane);
 }
 
-// At how many samples of their blocks of 8 x 8 a map is finite: of a row's samples, as above.
+// At how many samples of their blocks of 8 x 8 a map is finite: of a row's samples, as above. Cells
+// that are taken together begin at a block's first sample, or right of it.
 inline intv spread_counts(global const int* row, const int first, const int stride,
                           const int last) {
+#if WIDTH == 8
+  if (stride == 2) {
+    const int2 two = vload2(0, row + first / 8);
+    return two.xxxxyyyy;
+  }
+  if (stride == 4) {
+    const int4 four = vload4(0, row + first / 8);
+    return four.xxyyzzww;
+  }
+#endif
   int lane[WIDTH];
 #pragma unroll
   for (int k = 0; k < WIDTH; ++k) lane[k] = row[min(first + k * stride, last) / 8];
@@ -115,13 +127,14 @@ inline void complete_corners(global const float* normal, const int n, const int 
                 corner_ray(rays, a, b, 2, 2, first, step), corner + 2, corner + 3);
 }
 
-// Whether any block is occupied that the samples of row j from `first` to `end` lie in.
-inline int any_occupied(global const int* occupied, const int first, const int end, const int j,
-                        const int2 samples) {
-  global const int* row = occupied + block_of(0, j, samples.x);
+// Whether any block is occupied that has samples of columns i.x to i.y in rows j.x to j.y.
+inline int any_occupied(global const int* occupied, const int2 i, const int2 j,
+                        const int samples_x) {
   int any_block = 0;
-  for (int block = first / 8; block <= min(end, samples.x - 1) / 8; ++block)
-    any_block |= row[block];
+  for (int y = j.x / 8; y <= j.y / 8; ++y) {
+    global const int* row = occupied + block_of(0, 8 * y, samples_x);
+    for (int x = i.x / 8; x <= i.y / 8; ++x) any_block |= row[x];
+  }
   return any_block;
 }
 
@@ -132,6 +145,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
                                                          // the sample shows
                             global const int* occupied,  // [blocks] 0: `open` is infinite in all of
                                                          // a block
+                            global const int* splash_occupied,  // [blocks] where both are 0 there
+                                                                // is no surface
                             global uchar* shows,         // [rows][stride] of cells, out
                             const int2 samples, const int2 cells,
                             const int stride,  // cells in a row, and those that pad it
@@ -145,7 +160,14 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y, side = 2 * every, i = side * a, last = samples.x - 1;
-  const int upper = side * b * samples.x, lower = min(side * (b + 1), samples.y - 1) * samples.x;
+  const int2 columns = min(i + (int2)(0, WIDTH * side), last);
+  const int2 rows = min(side * (b + (int2)(0, 1)), samples.y - 1);
+  const int any_front = any_occupied(occupied, columns, rows, samples.x);
+  if (trust_empty && !any_front && !any_occupied(splash_occupied, columns, rows, samples.x)) {
+    STORE_BYTES((intv)(EMPTY), shows + b * stride + a);
+    return;
+  }
+  const int upper = rows.x * samples.x, lower = rows.y * samples.x;
   Corner corner[4];
   pair_of(depth + upper, i, side, last, 1, &corner[0].t, &corner[1].t);
   pair_of(depth + lower, i, side, last, 1, &corner[2].t, &corner[3].t);
@@ -170,8 +192,7 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   intv found = SELECT((intv)(ROUGH), (intv)(SMOOTH), smooth);
   if (trust_empty && !ALL(covered)) {
     intv any_open = (intv)(0);
-    if (any_occupied(occupied, i, i + WIDTH * side, upper / samples.x, samples) ||
-        any_occupied(occupied, i, i + WIDTH * side, lower / samples.x, samples)) {
+    if (any_front) {
       floatv o[4];
       pair_of(open + upper, i, side, last, 1, o, o + 1);
       pair_of(open + lower, i, side, last, 1, o + 2, o + 3);
@@ -181,8 +202,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   }
   // A cell that ends outside the image has no corner there.
   const intv cell = TO_INTV(LANES) + a;
-  const int rows = side * (b + 1) < samples.y ? cells.x : 0;
-  found = SELECT((intv)(ROUGH), found, (side * (cell + 1) < samples.x) & (cell < rows));
+  const int within = side * (b + 1) < samples.y ? cells.x : 0;
+  found = SELECT((intv)(ROUGH), found, (side * (cell + 1) < samples.x) & (cell < within));
   STORE_BYTES(SELECT((intv)(EMPTY), found, cell < cells.x), shows + b * stride + a);
 }
 
@@ -193,14 +214,14 @@ typedef struct {
 } Between;
 
 inline void add_corner(Between* sum, floatv* linear, floatv* low, floatv* high, const Corner c,
-                       const Rays r, const int perspective) {
+                       const Rays r) {
   const floatv slope = c.nx * r.dx + c.ny * r.dy - c.nz;
   const floatv t = (c.nx * (c.x - r.ox) + c.ny * (c.y - r.oy) + c.nz * c.z) / slope;
   sum->sure &= slope < -0.1f;
   sum->depth += t;
   *low = fmin(*low, t);
   *high = fmax(*high, t);
-  *linear += perspective ? 1.0f / c.t : c.t;
+  *linear += c.linear;
   sum->nx += c.nx;
   sum->ny += c.ny;
   sum->nz += c.nz;
@@ -215,7 +236,7 @@ inline Between between(const Corner* corner, const int* which, const int number,
   floatv linear = none, low = (floatv)(INFINITY), high = none;
 #pragma unroll
   for (int k = 0; k < number; ++k)
-    add_corner(&b, &linear, &low, &high, corner[which[k]], r, perspective);
+    add_corner(&b, &linear, &low, &high, corner[which[k]], r);
   b.sure &= high - low < spread;
   const float share = 1.0f / (float)number;
   linear = perspective ? 1.0f / (linear * share) : linear * share;
@@ -226,6 +247,65 @@ inline Between between(const Corner* corner, const int* which, const int number,
   b.nz *= size;
   return b;
 }
+
+// Where the surface is stored.
+typedef struct {
+  global float* depth;
+  global float* normal;  // [3][n]
+  int n;
+  global int* group;
+  global uchar* kind;
+} Surface;
+
+// Stores what is sure of WIDTH samples, `stride` apart from `first` on; group and kind are those of
+// samples as far apart, from `corner` on.
+inline void store_between(const Between s, const int corner, const int first, const int stride,
+                          const Surface to) {
+  float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
+  STOREF(s.depth, t);
+  STOREF(s.nx, nx);
+  STOREF(s.ny, ny);
+  STOREF(s.nz, nz);
+  const int sure = BITS(s.sure);
+#pragma unroll
+  for (int k = 0; k < WIDTH; ++k) {
+    if (!(sure >> k & 1)) continue;
+    const int at = first + k * stride;
+    to.depth[at] = t[k];
+    to.normal[at] = nx[k];
+    to.normal[to.n + at] = ny[k];
+    to.normal[2 * to.n + at] = nz[k];
+    to.group[at] = to.group[corner + k * stride];
+    to.kind[at] = to.kind[corner + k * stride];
+  }
+}
+
+#if WIDTH == 8
+inline void store_floats(const floatv even, const floatv odd, const int16 sure, global float* to) {
+  float16 both;
+  both.even = even;
+  both.odd = odd;
+  vstore16(select(vload16(0, to), both, sure), 0, to);
+}
+
+// The same of 16 samples that follow each other, all of them between the lattice's, and of which no
+// other work-item has any.
+inline void store_row(const Between even, const Between odd, const int corner, const int first,
+                      const Surface to) {
+  int16 sure, group;
+  sure.even = even.sure;
+  sure.odd = odd.sure;
+  store_floats(even.depth, odd.depth, sure, to.depth + first);
+  store_floats(even.nx, odd.nx, sure, to.normal + first);
+  store_floats(even.ny, odd.ny, sure, to.normal + to.n + first);
+  store_floats(even.nz, odd.nz, sure, to.normal + 2 * to.n + first);
+  group.even = group.odd = vload16(0, to.group + corner).even;
+  vstore16(select(vload16(0, to.group + first), group, sure), 0, to.group + first);
+  uchar16 kind;
+  kind.even = kind.odd = vload16(0, to.kind + corner).even;
+  vstore16(select(vload16(0, to.kind + first), kind, convert_char16(sure)), 0, to.kind + first);
+}
+#endif
 
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
 // cells.
@@ -276,58 +356,70 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
     pair_of(depth + upper, side * a, side, last, 1, &corner[0].t, &corner[1].t);
     pair_of(depth + lower, side * a, side, last, 0, &corner[2].t, &corner[3].t);
     complete_corners(normal, n, a, b, upper, lower, side, last, 0, rays, first, step, corner);
+#pragma unroll
+    for (int k = 0; k < 4; ++k) corner[k].linear = perspective ? 1.0f / corner[k].t : corner[k].t;
   }
-  intv wants = (intv)(0);
+  Between found[3];
 #pragma unroll  // so that corners stay in registers
   for (int m = 0; m < 3; ++m) {
+    const int right = m != 1, down = m != 0;
+    found[m].sure = (intv)(0);
+    const intv smooth = (says[m] == SMOOTH) &
+                        (every * (2 * (a + TO_INTV(LANES)) + right) < samples.x);
+    if (every * (2 * b + down) >= samples.y || !ANY(smooth)) continue;
+    const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
+    found[m] =
+        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
+                smooth, spread, perspective);
+  }
+  const int corners = side * (b * samples.x + a);
+  const Surface surface = {depth, normal, n, group, kind};
+  if (ANY(found[0].sure)) store_between(found[0], corners, corners + every, side, surface);
+#if WIDTH == 8
+  if (every == 1 && 2 * (a + WIDTH) <= samples.x) {
+    if (ANY(found[1].sure | found[2].sure))
+      store_row(found[1], found[2], corners, corners + samples.x, surface);
+  } else
+#endif
+  {
+    const int below = corners + every * samples.x;
+    if (ANY(found[1].sure)) store_between(found[1], corners, below, side, surface);
+    if (ANY(found[2].sure)) store_between(found[2], corners, below + every, side, surface);
+  }
+  // What is left of them.
+  intv rest[3];
+#pragma unroll
+  for (int m = 0; m < 3; ++m)
+    rest[m] = SELECT((intv)(0), (says[m] != EMPTY) & !found[m].sure,
+                     every * (2 * (a + TO_INTV(LANES)) + (m != 1)) < samples.x);
+  if (!ANY(rest[0] | rest[1] | rest[2])) return;
+  intv wants = (intv)(0), finite, splashes;
+#pragma unroll
+  for (int m = 0; m < 3; ++m) {
     const int right = m != 1, down = m != 0, row = every * (2 * b + down);
-    if (row >= samples.y) continue;
     const int i = every * (2 * a + right), start = row * samples.x;
-    intv rest = (says[m] != EMPTY) & (i + side * TO_INTV(LANES) < samples.x);
-    const intv smooth = says[m] == SMOOTH;
-    if (ANY(smooth)) {
-      const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
-      const Between s =
-          between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
-                  smooth, spread, perspective);
-      float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
-      int sure[WIDTH];
-      STOREF(s.depth, t);
-      STOREF(s.nx, nx);
-      STOREF(s.ny, ny);
-      STOREF(s.nz, nz);
-      STOREI(s.sure & rest, sure);
-      rest = rest & !s.sure;
-      for (int k = 0; k < WIDTH; ++k) {
-        if (!sure[k]) continue;
-        const int at = start + i + side * k, corner_sample = side * (b * samples.x + a + k);
-        depth[at] = t[k];
-        normal[at] = nx[k];
-        normal[n + at] = ny[k];
-        normal[2 * n + at] = nz[k];
-        group[at] = group[corner_sample];
-        kind[at] = kind[corner_sample];
-      }
+    // Blocks tell most of it, the same ones of all three.
+    if (m == 0 || side > 8) {
+      const int blocks = block_of(0, row, samples.x);
+      finite = spread_counts(occupied + blocks, i, side, last);
+      splashes = spread_counts(splash_occupied + blocks, i, side, last) > 0;
     }
-    if (!ANY(rest)) continue;
-    // Blocks tell most of it.
-    const int blocks = block_of(0, row, samples.x);
-    const intv finite = spread_counts(occupied + blocks, i, side, last);
-    floatv surface = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
-    if (ANY((finite > 0) & ((finite < 64) | (rest & (says[m] == OPEN)))))
-      surface = SELECT(surface, spread_floats(reference + start, i, side, last, 1), finite > 0);
-    const intv opens = rest & (says[m] == OPEN) & (surface < INFINITY);
+    if (row >= samples.y || !ANY(rest[m])) continue;
+    floatv front = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
+    if (ANY((finite > 0) & ((finite < 64) | (rest[m] & (says[m] == OPEN)))))
+      front = SELECT(front, spread_floats(reference + start, i, side, last, 1), finite > 0);
+    const intv opens = rest[m] & (says[m] == OPEN) & (front < INFINITY);
     if (ANY(opens)) {
       int at[WIDTH];
       STOREI(start + i + side * TO_INTV(LANES), at);
-      scatter_float(surface, open, at, opens);
+      scatter_float(front, open, at, opens);
     }
-    rest = rest & !opens;
-    wants |= SELECT((intv)(0), (intv)(1 << m), rest & (surface < INFINITY));
-    const intv splashes = rest & (spread_counts(splash_occupied + blocks, i, side, last) > 0);
-    if (ANY(splashes))
+    rest[m] = rest[m] & !opens;
+    wants |= SELECT((intv)(0), (intv)(1 << m), rest[m] & (front < INFINITY));
+    if (ANY(splashes & rest[m]))
       wants |= SELECT((intv)(0), (intv)(8 << m),
-                      splashes & (spread_floats(splash + start, i, side, last, 1) < INFINITY));
+                      splashes & rest[m] &
+                          (spread_floats(splash + start, i, side, last, 1) < INFINITY));
   }
   STORE_BYTES(wants, wanted_here);
 }

@@ -21,8 +21,9 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
   const cl_float step = grid.step * static_cast<cl_float>(every);
   const cl_int2 samples{{grid.nx, grid.ny}}, cells{{nx, ny}};
   const int width = device.state().vector_width;
+  // Rows as long as can be: the arrays are read ahead along them.
   const Range range{static_cast<std::size_t>((nx + width - 1) / width),
-                    static_cast<std::size_t>(ny), 16, 4};
+                    static_cast<std::size_t>(ny), 64, 1};
   // In radii of the smallest particle.
   const double side = 2 * every * static_cast<double>(grid.step) / least_radius;
   const cl_float agreeing = side <= kFineCell ? 0.85f : 0.9f;
@@ -31,13 +32,13 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
   const auto padded = [](int n) { return (n + 7) / 8 * 8; };
   const cl_int stride = padded(nx), rows = padded(ny);
   const Range padded_range{static_cast<std::size_t>(stride / width), static_cast<std::size_t>(rows),
-                           16, 4};
+                           64, 1};
   const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows);
   const auto shows = allocate<cl_uchar>(device, size), wanted = allocate<cl_uchar>(device, size);
   launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
-         surface.normal, surface.kind, open, occupied, shows, samples, cells, stride, grid.first,
-         step, kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
-         static_cast<cl_int>(side <= kWidestCell));
+         surface.normal, surface.kind, open, occupied, splash_occupied, shows, samples, cells,
+         stride, grid.first, step, kernel_rays(view), cl_int{every},
+         static_cast<cl_float>(tolerance), agreeing, static_cast<cl_int>(side <= kWidestCell));
   launch(device, "interpolate.cl", "interpolate_samples", padded_range, width_option(width), shows,
          reference, splash, occupied, splash_occupied, surface.depth, surface.normal, surface.group,
          surface.kind, wanted, open, samples, cells, cl_int2{{stride, rows}}, grid.first, step,

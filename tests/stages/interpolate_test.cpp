@@ -253,6 +253,39 @@ TEST_P(Interpolate, TrustsEmptyCellsWhereNothingFitsBetween) {
     EXPECT_TRUE(s % kWidth >= kWidth - 2 || s / kWidth >= kHeight - 2) << s;
 }
 
+TEST_P(Interpolate, LooksWhereFrontsOrSplashAreExpected) {
+  const View view = view_of();
+  const SampleGrid grid = pixel_grid(view);
+  SurfaceMap plane;
+  plane.grid = grid;
+  for (std::size_t s = 0; s < grid.size(); ++s) {
+    const int i = static_cast<int>(s) % kWidth, j = static_cast<int>(s) / kWidth;
+    const bool there = i % 2 == 0 && j % 2 == 0;
+    plane.depth.push_back(there ? 15.0f : kNoSurface);
+    plane.normal.push_back({0, 0, 1});
+    plane.group.push_back(there ? static_cast<int>(s) : -1);
+    plane.kind.push_back(Kind::splash);
+  }
+  const auto nowhere = filled<float>(device_, grid.size(), kNoSurface);
+  for (const int width : {1, 8})
+    for (const bool front : {false, true})
+      for (const bool splash : {false, true}) {
+        device_.state().vector_width = width;
+        const SurfaceBuffers surface = upload(device_, plane);
+        const auto blocks = [&](bool any) {
+          return any ? any_blocks(device_, grid) : no_blocks(device_, grid);
+        };
+        interpolate_samples(device_, view, nowhere, blocks(front), nowhere, blocks(splash), nowhere,
+                            surface, kTolerance, 1.5, blocks_of(device_, grid, false), 1);
+        const SurfaceMap map = download(device_, surface);
+        for (std::size_t s = 0; s < grid.size(); ++s) {
+          const int i = static_cast<int>(s) % kWidth, j = static_cast<int>(s) / kWidth;
+          if (i == kWidth - 1 || j == kHeight - 1) continue;
+          EXPECT_EQ(map.depth[s] < kNoSurface, front || splash || (i % 2 == 0 && j % 2 == 0)) << s;
+        }
+      }
+}
+
 TEST_P(Interpolate, LeavesOpenWhatLiesBetweenOpenSamples) {
   const View view = view_of();
   const SampleGrid grid = pixel_grid(view);
