@@ -63,8 +63,9 @@ inline int append(const intv take, const int first, int* item, const int count) 
 #else
   const ulong ones = 0x0101010101010101ul;
   const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
+  int* next = item + count;
 #pragma unroll
-  for (int l = 0; l < WIDTH; ++l) item[count + (int)(before >> 8 * l & 255)] = first + l;
+  for (int l = 0; l < WIDTH; ++l) next[before >> 8 * l & 255] = first + l;
   return count + (int)(upto >> 56);
 #endif
 }
@@ -190,12 +191,12 @@ typedef struct {
 } Parabola;
 
 // From where the rays are as deep as the particle.
-inline Parabola parabola_of(const Lines line, const float px, const float py, const float pz) {
+inline Parabola parabola_of(const Lines* line, const float px, const float py, const float pz) {
   const floatv t = (floatv)(-pz);
-  const floatv x = fma(t, line.r.dx, line.r.ox) - px, y = fma(t, line.r.dy, line.r.oy) - py;
-  const floatv along = fma(x, line.ex, y * line.ey), apart = fma(x, x, y * y);
+  const floatv x = fma(t, line->r.dx, line->r.ox) - px, y = fma(t, line->r.dy, line->r.oy) - py;
+  const floatv along = fma(x, line->ex, y * line->ey), apart = fma(x, x, y * y);
   const Parabola p = {
-      fma((floatv)(pz), line.length, along),
+      fma((floatv)(pz), line->length, along),
       fma(along, along, fma(apart, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f)))};
   return p;
 }
@@ -205,9 +206,9 @@ typedef struct {
   floatv l, x, y, z;
 } Stops;
 
-inline Stops stops_at(const Lines line, const floatv l) {
-  const floatv t = line.deep * l;
-  const Stops s = {l, line.r.ox + t * line.r.dx, line.r.oy + t * line.r.dy, -t};
+inline Stops stops_at(const Lines* line, const floatv l) {
+  const floatv t = line->deep * l;
+  const Stops s = {l, line->r.ox + t * line->r.dx, line->r.oy + t * line->r.dy, -t};
   return s;
 }
 
@@ -221,7 +222,7 @@ inline void add_on_lines(Field* sum, const Stops s, const Parabola parabola, con
 
 // The field at any points of rays, seldom asked for and without lists of what is near: some devices
 // copy this to wherever it is called, lane by lane.
-inline Field field_at(const Cells cells, global const float* weight, const Lines line,
+inline Field field_at(const Cells cells, global const float* weight, const Lines* line,
                       const floatv l, const int with_gradient) {
   const floatv none = (floatv)(0.0f);
   const Stops s = stops_at(line, l);
@@ -246,11 +247,11 @@ inline Field field_at(const Cells cells, global const float* weight, const Lines
 }
 
 // The particles near rays between depths, so that the field along them needs no search.
-#define NEAR 192
+#define MOST_NEAR 384
 typedef struct {
-  int count;  // -1: more than NEAR, search at every point
-  int item[NEAR + WIDTH];
-  Parabola parabola[NEAR + 1];
+  int count;  // -1: more than MOST_NEAR, search at every point
+  int item[MOST_NEAR + WIDTH];
+  Parabola parabola[MOST_NEAR];
 } Near;
 
 // Vectors of rays that one search of the cells serves: each then takes its own from what is found.
@@ -260,7 +261,6 @@ typedef struct {
 #define VECTORS 6
 #endif
 
-#define AROUND 384
 #define DEEPEST 24.0f  // particle radii
 typedef struct {
   int vectors;
@@ -268,8 +268,8 @@ typedef struct {
   intv wanted[VECTORS];
   floatv from, to;  // the depths that lanes ask for
   float low, high;  // depths between which it holds all that is near the rays
-  int count;        // -2: not searched yet, -1: more than AROUND
-  int item[AROUND + WIDTH];
+  int count;        // -2: not searched yet, -1: more than MOST_NEAR
+  int item[MOST_NEAR + WIDTH];
 } Around;
 
 inline float sum_of_lanes(const floatv v) {
@@ -330,10 +330,10 @@ inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv
 // Cells of a row that never share a bucket (kFewestBuckets).
 #define ROW_CELLS 32
 
-// Lists the particles near a beam; -1 where they are more than `most`. Layer by layer, the stretch
+// Lists the particles near a beam; -1 where they are more than MOST_NEAR. Layer by layer, the stretch
 // of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
 // a row the row's cells: hardly a cell is visited in vain.
-inline int search_cells(const Cells cells, const Beam b, int* item, const int most) {
+inline int search_cells(const Cells cells, const Beam b, int* item) {
   global const int* tags = (global const int*)cells.tag;
   const float c = cells.inverse_cell, side = 1.0f / c, end = b.z + b.ez;
   // What is beside the axis is at most so far above or below the point that it is nearest to.
@@ -373,7 +373,7 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
                   (TO_INTV(LANES) < row.end - p);
               if (!ANY(take)) continue;
               count = append(take, p, item, count);
-              if (count > most) return -1;
+              if (count > MOST_NEAR) return -1;
             }
         }
     }
@@ -385,11 +385,11 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
 // searches for all rays of `around`, as deep as they will ask or, where that finds too many, DEEPEST;
 // where what is found does not serve, a search of its own follows. One place calls for all searches:
 // some devices copy a function to wherever it is called.
-inline void list_near(const Cells cells, Around* around, const Lines line, const intv wanted,
+inline void list_near(const Cells cells, Around* around, const Lines* line, const intv wanted,
                       const floatv from, const floatv to, Near* near) {
   const floatv nowhere = (floatv)(INFINITY);
-  const float low = least_lane(SELECT(nowhere, line.deep * from, wanted)),
-              high = -least_lane(SELECT(nowhere, -line.deep * to, wanted));
+  const float low = least_lane(SELECT(nowhere, line->deep * from, wanted)),
+              high = -least_lane(SELECT(nowhere, -line->deep * to, wanted));
   int shared = around->count == -2 && (WIDTH > 1 || around->vectors > 1), own = 0;
   if (shared) {
     around->low = least_lane(around->from);
@@ -402,9 +402,8 @@ inline void list_near(const Cells cells, Around* around, const Lines line, const
     if (shared)
       b = beam_of(around->rays, around->wanted, around->vectors, around->low, around->high);
     else
-      b = beam_of(&line.r, &wanted, 1, low, high);
-    const int count = search_cells(cells, b, shared ? around->item : near->item,
-                                   shared ? AROUND : NEAR);
+      b = beam_of(&line->r, &wanted, 1, low, high);
+    const int count = search_cells(cells, b, shared ? around->item : near->item);
     if (!shared) {
       near->count = count;
       own = 1;
@@ -425,16 +424,13 @@ inline void list_near(const Cells cells, Around* around, const Lines line, const
     near->item[count] = p;
     near->parabola[count] = parabola;
     count += ANY(fma(-beyond, beyond, parabola.most) > -0.001f) ? 1 : 0;
-    if (count <= NEAR) continue;
-    count = -1;
-    break;
   }
   near->count = count;
 }
 
 // The field at points between these lengths.
 inline Field field_near(const Cells cells, global const float* weight, const Near* near,
-                        const Lines line, const floatv l, const int with_gradient) {
+                        const Lines* line, const floatv l, const int with_gradient) {
   if (near->count < 0) return field_at(cells, weight, line, l, with_gradient);
   const floatv none = (floatv)(0.0f);
   const Stops s = stops_at(line, l);

@@ -68,18 +68,18 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
     const intv probed = left & (at <= window), stepped = going & (l <= window);
     const floatv last = fmin(end, window);
     // A crossing lies up to one step before the point that shows it.
-    list_near(cells, around, line, probed | stepped,
+    list_near(cells, around, &line, probed | stepped,
               SELECT(at, SELECT(low, fmin(low, at), probed), stepped),
               SELECT(at, SELECT(last, fmax(last, at), probed), stepped), &near);
     if (ANY(probed)) {
-      const floatv c = field_near(cells, probes->weight, &near, line, at, 0).c * NORM;
+      const floatv c = field_near(cells, probes->weight, &near, &line, at, 0).c * NORM;
       probes->density = SELECT(probes->density, c, probed);
       left &= !probed;
     }
     intv here = stepped, found = (intv)(0);
     floatv over = none;
     while (ANY(here)) {
-      const floatv sum = field_near(cells, weight, &near, line, l, 0).c, c = sum * NORM;
+      const floatv sum = field_near(cells, weight, &near, &line, l, 0).c, c = sum * NORM;
       const intv inside = here & (c >= level), below = here & (c < level);
       over = SELECT(over, c - level, inside);
       found |= inside & !fresh;
@@ -99,7 +99,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
     // mostly once. It comes within 1/1024 particle radii.
     floatv high = l, middle = low + (high - low) * (short_of / (short_of - over));
     for (int round = 1;; ++round) {
-      const Field f = field_near(cells, weight, &near, line, middle, 1);
+      const Field f = field_near(cells, weight, &near, &line, middle, 1);
       const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM),
                    gz = f.gz * (0.25f * NORM);
       const floatv there = f.c * NORM - level, slope = line.deep * (gx * r.dx + gy * r.dy - gz);
@@ -144,8 +144,8 @@ inline floatv density_on(const Cells cells, global const float* weight, const Ra
   while (ANY(left)) {
     const float window = least_lane(SELECT((floatv)(INFINITY), t, left)) + WINDOW;
     const intv here = left & (t <= window);
-    list_near(cells, around, line, here, l, l, &near);
-    density = SELECT(density, field_near(cells, weight, &near, line, l, 0).c * NORM, here);
+    list_near(cells, around, &line, here, l, l, &near);
+    density = SELECT(density, field_near(cells, weight, &near, &line, l, 0).c * NORM, here);
     left &= !here;
   }
   return density;
