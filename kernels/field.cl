@@ -174,9 +174,9 @@ inline void take_field(Field* field, const Field from, const intv here) {
 // with `most`, the greatest v there is, and `at` of the ray and the particle.
 typedef struct {
   Rays r;
-  floatv deep;      // t / l = SUPPORT / |D|
-  floatv length;    // l / t
-  floatv ex, ey;    // D / |D| / SUPPORT
+  floatv deep;    // t / l = SUPPORT / |D|
+  floatv length;  // l / t
+  floatv ex, ey;  // D / |D| / SUPPORT
 } Lines;
 
 inline Lines lines_of(const Rays r) {
@@ -238,8 +238,8 @@ inline Field field_at(const Cells cells, global const float* weight, const Lines
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; ++p)
           if (SAME_ROW(cells.tag[p], tag))
-            add_on_lines(&sum, s, parabola_of(line, cells.x[p], cells.y[p], cells.z[p]), cells, weight,
-                         p, with_gradient);
+            add_on_lines(&sum, s, parabola_of(line, cells.x[p], cells.y[p], cells.z[p]), cells,
+                         weight, p, with_gradient);
     }
     take_field(&field, sum, here);
   }

@@ -58,6 +58,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   const Lines line = lines_of(r);
   Near near;
   const floatv at = line.length * probes->at, end = line.length * to;
+  const float per_sum = -1.5f / SUPPORT * NORM / level;
   floatv l = line.length * from, low = l;  // the last point below the level
   floatv short_of = (floatv)(-level);      // how far below
   intv going = wanted & (from <= to), fresh = going, steps = (intv)(0), left = probes->wanted;
@@ -88,8 +89,9 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       short_of = SELECT(short_of, c - level, below);
       // Twice what the steepest rise on usual frames, 4/3 levels a radius, needs to the level. What
       // a step passes over is shorter than half a radius, at a lone particle than a tenth of one.
-      const floatv step = fma(sum, (floatv)(-1.5f / SUPPORT * NORM / level), (floatv)(1.5f / SUPPORT));
-      l = SELECT(l, l + clamp(step, 0.3f / SUPPORT, 1.0f / SUPPORT), below);
+      const floatv step = clamp(fma(sum, (floatv)(per_sum), (floatv)(1.5f / SUPPORT)),
+                                0.3f / SUPPORT, 1.0f / SUPPORT);
+      l = SELECT(l, l + step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
       going &= !inside & (l <= end) & (steps < 1000);
       here = going & (l <= window);
