@@ -107,9 +107,8 @@ FieldAt field_at(const Cells& cells, const float* weight, const Lines& line, con
         visit_row(cells, cx - 1, j, k, 3, [&](int row_begin, int row_end) {
           for (int p = row_begin; p < row_end; ++p)
             if (same_row(cells.tag[p], tag))
-              add_on_lines<WithGradient>(sum, s,
-                                         parabola_of(line, cells.x[p], cells.y[p], cells.z[p]),
-                                         cells, weight, p);
+              add_on_lines<WithGradient>(
+                  sum, s, parabola_of(line, cells.x[p], cells.y[p], cells.z[p]), cells, weight, p);
         });
       }
     field.c = here ? sum.c : field.c;

@@ -126,8 +126,7 @@ Floats density_on(const Cells& cells, const float* weight, const Rays& r, const 
   for (Ints left = wanted; any(left);) {
     const Ints here = left & (t <= least_wanted(t, left) + kWindow);
     list_near(cells, around, line, here, l, l, near);
-    density =
-        here ? field_near<false>(cells, weight, near, line, l).c * kFieldNorm : density;
+    density = here ? field_near<false>(cells, weight, near, line, l).c * kFieldNorm : density;
     left &= ~here;
   }
   return density;
