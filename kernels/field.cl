@@ -24,13 +24,14 @@ typedef struct {
   floatv c, gx, gy, gz;
 } Field;
 
-// Adds what the particle with `weight` at distance (dx, dy, dz) does to the field. The gradient's sums
-// may be zero and are not fused: some devices' fma makes a -0 of them.
-inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
-                         const float weight, const int with_gradient) {
-  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz));
-  const floatv reach = fma(squared, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f));
-  const floatv v = SELECT((floatv)(0.0f), reach, reach > 0.0f);  // farther particles add nothing
+// fmax() of what is no NaN, an instruction instead of three.
+inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
+
+// Adds what the particle with `weight` at distance (dx, dy, dz) does to the field, v = 0 where it is
+// out of reach. The gradient's sums may be zero and are not fused: some devices' fma makes a -0 of
+// them.
+inline void add_share(Field* sum, const floatv v, const floatv dx, const floatv dy, const floatv dz,
+                      const float weight, const int with_gradient) {
   const floatv vv = v * v;
   const floatv share =
       fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0)) * (vv * v);
@@ -45,6 +46,13 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   sum->gz += g * dz;
 }
 
+inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
+                         const float weight, const int with_gradient) {
+  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz));
+  const floatv reach = fma(squared, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f));
+  add_share(sum, larger(reach, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
+}
+
 // Appends the taken lanes of the values from `first` on; without branches, which nobody could
 // foretell. `item` has room for WIDTH more than are counted. Byte k of the product is how many of
 // the lanes 0 .. k are taken, so that no lane waits for the one before.
@@ -55,8 +63,9 @@ inline int append(const intv take, const int first, int* item, const int count) 
 #else
   const ulong ones = 0x0101010101010101ul;
   const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
+  int* next = item + count;
 #pragma unroll
-  for (int l = 0; l < WIDTH; ++l) item[count + (int)(before >> 8 * l & 255)] = first + l;
+  for (int l = 0; l < WIDTH; ++l) next[before >> 8 * l & 255] = first + l;
   return count + (int)(upto >> 56);
 #endif
 }
@@ -116,22 +125,6 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
   add_listed(cells, weight, item, count, x, y, z, with_gradient, sum);
 }
 
-// The same for all particles there, without a list: a third slower, but little code.
-inline void add_all_around(const Cells cells, global const float* weight, const int cx,
-                           const int cy, const int cz, const floatv x, const floatv y,
-                           const floatv z, const int with_gradient, Field* sum) {
-  for (int row_at = 0; row_at < 9; ++row_at) {
-    const int y_at = cy + row_at % 3 - 1, z_at = cz + row_at / 3 - 1;
-    const uint tag = tag_of(cx, y_at, z_at);
-    Row row = row_of(cx - 1, y_at, z_at, 3, cells.mask);
-    while (next_range(&row, cells.start, cells.mask))
-      for (int p = row.begin; p < row.end; ++p)
-        if (SAME_ROW(cells.tag[p], tag))
-          add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p],
-                       with_gradient);
-  }
-}
-
 // Points by the cells they lie in.
 typedef struct {
   intv x, y, z;  // their cells
@@ -175,27 +168,90 @@ inline void take_field(Field* field, const Field from, const intv here) {
   field->gz = SELECT(field->gz, from.gz, here);
 }
 
-// The field at any points, seldom asked for: some devices copy this to wherever it is called, lane
-// by lane, and take minutes to compile a sum over lists instead.
-inline Field field_at(const Cells cells, global const float* weight, const floatv x,
-                      const floatv y, const floatv z, const int with_gradient) {
+// Rays by their length: SUPPORT l from the plane of depth 0 on, they are at depth t = l deep. Along
+// a ray the squared distance from a particle is a parabola, so
+//   v = most - (l + at)^2
+// with `most`, the greatest v there is, and `at` of the ray and the particle.
+typedef struct {
+  Rays r;
+  floatv deep;    // t / l = SUPPORT / |D|
+  floatv length;  // l / t
+  floatv ex, ey;  // D / |D| / SUPPORT
+} Lines;
+
+inline Lines lines_of(const Rays r) {
+  const floatv length = (1.0f / SUPPORT) * sqrt(r.a), deep = 1.0f / length;
+  const floatv share = deep * (1.0f / (SUPPORT * SUPPORT));
+  const Lines line = {r, deep, length, share * r.dx, share * r.dy};
+  return line;
+}
+
+typedef struct {
+  floatv at, most;
+} Parabola;
+
+// From where the rays are as deep as the particle.
+inline Parabola parabola_of(const Lines* line, const float px, const float py, const float pz) {
+  const floatv t = (floatv)(-pz);
+  const floatv x = fma(t, line->r.dx, line->r.ox) - px, y = fma(t, line->r.dy, line->r.oy) - py;
+  const floatv along = fma(x, line->ex, y * line->ey), apart = fma(x, x, y * y);
+  const Parabola p = {
+      fma((floatv)(pz), line->length, along),
+      fma(along, along, fma(apart, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f)))};
+  return p;
+}
+
+// Points of rays.
+typedef struct {
+  floatv l, x, y, z;
+} Stops;
+
+inline Stops stops_at(const Lines* line, const floatv l) {
+  const floatv t = line->deep * l;
+  const Stops s = {l, line->r.ox + t * line->r.dx, line->r.oy + t * line->r.dy, -t};
+  return s;
+}
+
+// Adds what a particle does to the field there.
+inline void add_on_lines(Field* sum, const Stops s, const Parabola parabola, const Cells cells,
+                         global const float* weight, const int p, const int with_gradient) {
+  const floatv u = s.l + parabola.at;
+  const floatv v = larger(fma(-u, u, parabola.most), (floatv)(0.0f));
+  add_share(sum, v, s.x - cells.x[p], s.y - cells.y[p], s.z - cells.z[p], weight[p], with_gradient);
+}
+
+// The field at any points of rays, seldom asked for and without lists of what is near: some devices
+// copy this to wherever it is called, lane by lane.
+inline Field field_at(const Cells cells, global const float* weight, const Lines* line,
+                      const floatv l, const int with_gradient) {
   const floatv none = (floatv)(0.0f);
+  const Stops s = stops_at(line, l);
   Field field = {none, none, none, none};
-  Points points = points_at(cells, x, y, z);
+  Points points = points_at(cells, s.x, s.y, s.z);
   while (ANY(points.left)) {
     const intv here = take_cell(&points);
     Field sum = {none, none, none, none};
-    add_all_around(cells, weight, points.cx, points.cy, points.cz, x, y, z, with_gradient, &sum);
+    for (int row_at = 0; row_at < 9; ++row_at) {
+      const int y_at = points.cy + row_at % 3 - 1, z_at = points.cz + row_at / 3 - 1;
+      const uint tag = tag_of(points.cx, y_at, z_at);
+      Row row = row_of(points.cx - 1, y_at, z_at, 3, cells.mask);
+      while (next_range(&row, cells.start, cells.mask))
+        for (int p = row.begin; p < row.end; ++p)
+          if (SAME_ROW(cells.tag[p], tag))
+            add_on_lines(&sum, s, parabola_of(line, cells.x[p], cells.y[p], cells.z[p]), cells,
+                         weight, p, with_gradient);
+    }
     take_field(&field, sum, here);
   }
   return field;
 }
 
-// The particles near a beam of rays, so that the field along it needs no search.
-#define NEAR 192
+// The particles near rays between depths, so that the field along them needs no search.
+#define MOST_NEAR 384
 typedef struct {
-  int count;  // -1: more than NEAR, search at every point
-  int item[NEAR + WIDTH];
+  int count;  // -1: more than MOST_NEAR, search at every point
+  int item[MOST_NEAR + WIDTH];
+  Parabola parabola[MOST_NEAR];
 } Near;
 
 // Vectors of rays that one search of the cells serves: each then takes its own from what is found.
@@ -205,7 +261,6 @@ typedef struct {
 #define VECTORS 6
 #endif
 
-#define AROUND 384
 #define DEEPEST 24.0f  // particle radii
 typedef struct {
   int vectors;
@@ -213,9 +268,8 @@ typedef struct {
   intv wanted[VECTORS];
   floatv from, to;  // the depths that lanes ask for
   float low, high;  // depths between which it holds all that is near the rays
-  int count;        // -2: not searched yet, -1: more than AROUND
-  int item[AROUND + WIDTH];
-  float x[AROUND + WIDTH], y[AROUND + WIDTH], z[AROUND + WIDTH];
+  int count;        // -2: not searched yet, -1: more than MOST_NEAR
+  int item[MOST_NEAR + WIDTH];
 } Around;
 
 inline float sum_of_lanes(const floatv v) {
@@ -276,10 +330,10 @@ inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv
 // Cells of a row that never share a bucket (kFewestBuckets).
 #define ROW_CELLS 32
 
-// Lists the particles near a beam; -1 where they are more than `most`. Layer by layer, the stretch
+// Lists the particles near a beam; -1 where they are more than MOST_NEAR. Layer by layer, the stretch
 // of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
 // a row the row's cells: hardly a cell is visited in vain.
-inline int search_cells(const Cells cells, const Beam b, int* item, const int most) {
+inline int search_cells(const Cells cells, const Beam b, int* item) {
   global const int* tags = (global const int*)cells.tag;
   const float c = cells.inverse_cell, side = 1.0f / c, end = b.z + b.ez;
   // What is beside the axis is at most so far above or below the point that it is nearest to.
@@ -319,7 +373,7 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
                   (TO_INTV(LANES) < row.end - p);
               if (!ANY(take)) continue;
               count = append(take, p, item, count);
-              if (count > most) return -1;
+              if (count > MOST_NEAR) return -1;
             }
         }
     }
@@ -327,62 +381,61 @@ inline int search_cells(const Cells cells, const Beam b, int* item, const int mo
   return count;
 }
 
-// Lists the particles within the support of a wanted ray between depths `low` and `high`. The first
-// call searches for all rays of `around`, as deep as they will ask or, where that finds too many,
-// DEEPEST; where what is found does not serve, a search of its own follows. One place calls for all
-// searches: some devices copy a function to wherever it is called.
-inline void list_near(const Cells cells, Around* around, const Rays r, const intv wanted,
-                      const float low, const float high, Near* near) {
-  const Beam own = beam_of(&r, &wanted, 1, low, high);
-  int shared = around->count == -2 && (WIDTH > 1 || around->vectors > 1);
+// Lists the particles within the support of a wanted ray between two lengths of it. The first call
+// searches for all rays of `around`, as deep as they will ask or, where that finds too many, DEEPEST;
+// where what is found does not serve, a search of its own follows. One place calls for all searches:
+// some devices copy a function to wherever it is called.
+inline void list_near(const Cells cells, Around* around, const Lines* line, const intv wanted,
+                      const floatv from, const floatv to, Near* near) {
+  const floatv nowhere = (floatv)(INFINITY);
+  const float low = least_lane(SELECT(nowhere, line->deep * from, wanted)),
+              high = -least_lane(SELECT(nowhere, -line->deep * to, wanted));
+  int shared = around->count == -2 && (WIDTH > 1 || around->vectors > 1), own = 0;
   if (shared) {
     around->low = least_lane(around->from);
     around->high = -least_lane(-around->to);
   }
-  while (shared || around->count < 0 || low < around->low || high > around->high) {
-    Beam b = own;
+  // Lengths taken there and back may lie a rounding beyond the depths that were asked for.
+  const float room = 0.005f;
+  while (shared || around->count < 0 || low < around->low - room || high > around->high + room) {
+    Beam b;
     if (shared)
       b = beam_of(around->rays, around->wanted, around->vectors, around->low, around->high);
-    const int count = search_cells(cells, b, shared ? around->item : near->item,
-                                   shared ? AROUND : NEAR);
+    else
+      b = beam_of(&line->r, &wanted, 1, low, high);
+    const int count = search_cells(cells, b, shared ? around->item : near->item);
     if (!shared) {
       near->count = count;
-      return;
+      own = 1;
+      break;
     }
     around->count = count;
     shared = count < 0 && around->high > around->low + DEEPEST;
     if (shared) around->high = around->low + DEEPEST;
-    for (int k = 0; k < count; ++k) {
-      const int p = around->item[k];
-      around->x[k] = cells.x[p];
-      around->y[k] = cells.y[p];
-      around->z[k] = cells.z[p];
-    }
   }
-  int count = 0, place[NEAR + WIDTH];
-  for (int k = 0; k < around->count; k += WIDTH) {
-    const intv take = near_beam(own, LOADF(around->x + k), LOADF(around->y + k),
-                                LOADF(around->z + k), own.reach) &
-                      (LANES < (float)(around->count - k));
-    if (!ANY(take)) continue;
-    count = append(take, k, place, count);
-    if (count > NEAR) break;
+  const int* item = own ? near->item : around->item;
+  const int found = own ? near->count : around->count;
+  const floatv middle = 0.5f * (from + to), extent = SELECT(-nowhere, 0.5f * (to - from), wanted);
+  int count = found < 0 ? -1 : 0;
+  for (int k = 0; k < found; ++k) {
+    const int p = item[k];
+    const Parabola parabola = parabola_of(line, cells.x[p], cells.y[p], cells.z[p]);
+    const floatv beyond = larger(fabs(middle + parabola.at) - extent, (floatv)(0.0f));
+    near->item[count] = p;
+    near->parabola[count] = parabola;
+    count += ANY(fma(-beyond, beyond, parabola.most) > -0.001f) ? 1 : 0;
   }
-  near->count = count > NEAR ? -1 : count;
-  for (int k = 0; k < near->count; ++k) near->item[k] = around->item[place[k]];
+  near->count = count;
 }
 
-// The field at points of the beam.
+// The field at points between these lengths.
 inline Field field_near(const Cells cells, global const float* weight, const Near* near,
-                        const Rays r, const floatv t, const int with_gradient) {
-  const floatv x = r.ox + t * r.dx, y = r.oy + t * r.dy, z = -t;
-  if (near->count < 0) return field_at(cells, weight, x, y, z, with_gradient);
+                        const Lines* line, const floatv l, const int with_gradient) {
+  if (near->count < 0) return field_at(cells, weight, line, l, with_gradient);
   const floatv none = (floatv)(0.0f);
+  const Stops s = stops_at(line, l);
   Field field = {none, none, none, none};
-  for (int k = 0; k < near->count; ++k) {
-    const int p = near->item[k];
-    add_particle(&field, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p],
-                 with_gradient);
-  }
+  for (int k = 0; k < near->count; ++k)
+    add_on_lines(&field, s, near->parabola[k], cells, weight, near->item[k], with_gradient);
   return field;
 }

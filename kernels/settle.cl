@@ -55,61 +55,61 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
                                const intv wanted, Around* around, Probes* probes) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   Crossing crossing = {nowhere, none, none, none};
+  const Lines line = lines_of(r);
   Near near;
-  // Depth of one particle radius along the ray.
-  const floatv unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);
-  const float per_level = 1.5f / level;
-  floatv t = from, low = from;         // the last point below the level
-  floatv short_of = (floatv)(-level);  // how far below
-  intv going = wanted & (t <= to), fresh = going, steps = (intv)(0), left = probes->wanted;
+  const floatv at = line.length * probes->at, end = line.length * to;
+  const float per_sum = -1.5f / SUPPORT * NORM / level;
+  floatv l = line.length * from, low = l;  // the last point below the level
+  floatv short_of = (floatv)(-level);      // how far below
+  intv going = wanted & (from <= to), fresh = going, steps = (intv)(0), left = probes->wanted;
   probes->density = none;
-  // A crossing lies up to one step, at most a particle radius, before the point that shows it.
-  float first = INFINITY;
   while (ANY(going | left)) {
-    const float window = least_lane(SELECT(SELECT(nowhere, probes->at, left),
-                                           SELECT(t, fmin(t, probes->at), left), going));
-    first = fmin(first, window);
-    const floatv ends = fmin(SELECT(nowhere, -probes->at, left), SELECT(nowhere, -to, going));
-    const float end = fmin(window + WINDOW, -least_lane(ends));
-    list_near(cells, around, r, going | left, fmax(window - 1.0f, first), end, &near);
-    const intv probed = left & (probes->at <= end);
+    const floatv next = SELECT(SELECT(nowhere, at, left), SELECT(l, fmin(l, at), left), going);
+    const floatv window = line.length * (least_lane(line.deep * next) + WINDOW);
+    const intv probed = left & (at <= window), stepped = going & (l <= window);
+    const floatv last = fmin(end, window);
+    // A crossing lies up to one step before the point that shows it.
+    list_near(cells, around, &line, probed | stepped,
+              SELECT(at, SELECT(low, fmin(low, at), probed), stepped),
+              SELECT(at, SELECT(last, fmax(last, at), probed), stepped), &near);
     if (ANY(probed)) {
-      const floatv c = field_near(cells, probes->weight, &near, r, probes->at, 0).c * NORM;
+      const floatv c = field_near(cells, probes->weight, &near, &line, at, 0).c * NORM;
       probes->density = SELECT(probes->density, c, probed);
       left &= !probed;
     }
-    intv here = going & (t <= end), found = (intv)(0);
+    intv here = stepped, found = (intv)(0);
     floatv over = none;
     while (ANY(here)) {
-      const floatv c = field_near(cells, weight, &near, r, t, 0).c * NORM;
+      const floatv sum = field_near(cells, weight, &near, &line, l, 0).c, c = sum * NORM;
       const intv inside = here & (c >= level), below = here & (c < level);
       over = SELECT(over, c - level, inside);
       found |= inside & !fresh;
       fresh &= !here;
-      low = SELECT(low, t, below);
+      low = SELECT(low, l, below);
       short_of = SELECT(short_of, c - level, below);
       // Twice what the steepest rise on usual frames, 4/3 levels a radius, needs to the level. What
       // a step passes over is shorter than half a radius, at a lone particle than a tenth of one.
-      const floatv step = clamp(1.5f - c * per_level, 0.3f, 1.0f);
-      t = SELECT(t, t + unit * step, below);
+      const floatv step = clamp(fma(sum, (floatv)(per_sum), (floatv)(1.5f / SUPPORT)),
+                                0.3f / SUPPORT, 1.0f / SUPPORT);
+      l = SELECT(l, l + step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
-      going &= !inside & (t <= to) & (steps < 1000);
-      here = going & (t <= end);
+      going &= !inside & (l <= end) & (steps < 1000);
+      here = going & (l <= window);
     }
     if (!ANY(found)) continue;
     // False position first, then the cubic through both ends' values and the last value and slope,
     // mostly once. It comes within 1/1024 particle radii.
-    floatv high = t, middle = low + (high - low) * (short_of / (short_of - over));
+    floatv high = l, middle = low + (high - low) * (short_of / (short_of - over));
     for (int round = 1;; ++round) {
-      const Field f = field_near(cells, weight, &near, r, middle, 1);
+      const Field f = field_near(cells, weight, &near, &line, middle, 1);
       const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM),
                    gz = f.gz * (0.25f * NORM);
-      const floatv there = f.c * NORM - level, slope = gx * r.dx + gy * r.dy - gz;
-      const intv ready = slope * (unit * NEWTON) >= fabs(there);
+      const floatv there = f.c * NORM - level, slope = line.deep * (gx * r.dx + gy * r.dy - gz);
+      const intv ready = slope * (NEWTON / SUPPORT) >= fabs(there);
       const intv last = found & (ready | (intv)(round == REFINE ? -1 : 0));
       const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
       const intv crossed = last & (size > 0.0f);
-      crossing.depth = SELECT(crossing.depth, middle, crossed);
+      crossing.depth = SELECT(crossing.depth, line.deep * middle, crossed);
       crossing.nx = SELECT(crossing.nx, -gx / size, crossed);
       crossing.ny = SELECT(crossing.ny, -gy / size, crossed);
       crossing.nz = SELECT(crossing.nz, -gz / size, crossed);
@@ -138,15 +138,16 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
 // The density at depth t of rays, where wanted.
 inline floatv density_on(const Cells cells, global const float* weight, const Rays r,
                          const floatv t, const intv wanted, Around* around) {
+  const Lines line = lines_of(r);
+  const floatv l = line.length * t;
   floatv density = (floatv)(0.0f);
   intv left = wanted;
   Near near;
   while (ANY(left)) {
-    const float window = least_lane(SELECT((floatv)(INFINITY), t, left));
-    const intv here = left & (t <= window + WINDOW);
-    const float deep = -least_lane(SELECT((floatv)(INFINITY), -t, here));
-    list_near(cells, around, r, here, window, deep, &near);
-    density = SELECT(density, field_near(cells, weight, &near, r, t, 0).c * NORM, here);
+    const float window = least_lane(SELECT((floatv)(INFINITY), t, left)) + WINDOW;
+    const intv here = left & (t <= window);
+    list_near(cells, around, &line, here, l, l, &near);
+    density = SELECT(density, field_near(cells, weight, &near, &line, l, 0).c * NORM, here);
     left &= !here;
   }
   return density;

@@ -11,26 +11,33 @@ namespace {
 // which sums take them, without those of other rows that share their buckets.
 struct Around27 {
   static constexpr int kMost = 4096;
-  Listed<kMost> found;
+  int count;  // more than kMost: not all are there
+  float x[kMost + 16], y[kMost + 16], z[kMost + 16];
 
-  void gather(const Cells& in, int cx, int cy, int cz, const Floats& x, const Floats& y,
-              const Floats& z) {
-    const float x0 = -most_lane(-x), x1 = most_lane(x), y0 = -most_lane(-y), y1 = most_lane(y),
-                z0 = -most_lane(-z), z1 = most_lane(z);
+  bool whole() const { return count <= kMost; }
+
+  void gather(const Cells& in, int cx, int cy, int cz, const Floats& at_x, const Floats& at_y,
+              const Floats& at_z) {
+    const float x0 = -most_lane(-at_x), x1 = most_lane(at_x), y0 = -most_lane(-at_y),
+                y1 = most_lane(at_y), z0 = -most_lane(-at_z), z1 = most_lane(at_z);
     const auto beyond = [](const Floats& p, float low, float high) {
       return larger(larger(low - p, p - high), Floats{});
     };
-    found.count = 0;
+    count = 0;
     for (int k = cz - 1; k <= cz + 1; ++k)
       for (int j = cy - 1; j <= cy + 1; ++j) {
         const std::int32_t tag = bucket_of(in, cx, j, k).tag;
         visit_row(in, cx - 1, j, k, 3, [&](int begin, int end) {
-          for (int p = begin; p < end && found.whole(); p += 8) {
+          for (int p = begin; p < end && whole(); p += 8) {
             const Floats px = load(in.x + p), py = load(in.y + p), pz = load(in.z + p);
             const Floats dx = beyond(px, x0, x1), dy = beyond(py, y0, y1), dz = beyond(pz, z0, z1);
-            found.add(bits_of((dx * dx + dy * dy + dz * dz < kSupport * kSupport + 0.01f) &
-                              (((load(in.tag + p) ^ tag) & ~2047) == 0) & (kPlaces < end - p)),
-                      p + kPlaces, px, py, pz);
+            const unsigned take =
+                bits_of((dx * dx + dy * dy + dz * dz < kSupport * kSupport + 0.01f) &
+                        (((load(in.tag + p) ^ tag) & ~2047) == 0) & (kPlaces < end - p));
+            pack(take, px, x + count);
+            pack(take, py, y + count);
+            pack(take, pz, z + count);
+            count += __builtin_popcount(take);
           }
         });
       }
@@ -95,13 +102,12 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       field.c = all(1.0f / kFieldNorm);
     } else {
       near.gather(in, cx, cy, cz, x, y, z);
-      const auto& list = near.found;
-      for (int p = 0; p < list.count; ++p)
-        add_particle<true>(field, x - list.x[p], y - list.y[p], z - list.z[p], 1.0f);
+      for (int p = 0; p < near.count; ++p)
+        add_particle<true>(field, x - near.x[p], y - near.y[p], z - near.z[p], 1.0f);
     }
     constexpr float kSlope = 0.25f * kFieldNorm;
     const Floats rows[4] = {field.gx * kSlope, field.gy * kSlope, field.gz * kSlope,
-                            inside || near.found.whole() ? field.c * kFieldNorm : all(-1.0f)};
+                            inside || near.whole() ? field.c * kFieldNorm : all(-1.0f)};
     for (std::size_t row = 0; row < 4; ++row)
       for (int k = 0; k < lanes; ++k) input.result[row * input.count + a + k] = rows[row][k];
     a += static_cast<std::size_t>(lanes);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "kernels/native/cells.hpp"
 #include "kernels/native/samples.hpp"
@@ -12,7 +13,7 @@ namespace {
 
 constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
 constexpr float kW0 = 0.243067f, kW1 = 0.456322f, kW2 = -0.842290f, kW3 = 1.142901f;
-constexpr int kVectors = 6, kRowCells = 32;
+constexpr int kVectors = 6, kRowCells = 32, kMostNear = 384;
 
 /// pi C and its gradient, see field.cl.
 struct FieldAt {
@@ -20,11 +21,9 @@ struct FieldAt {
 };
 
 template <bool WithGradient>
-[[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
-                                                const Floats& dz, float weight) {
-  const Floats reach =
-      fused(fused(dx, dx, fused(dy, dy, dz * dz)), all(-1.0f / (kSupport * kSupport)), all(1.0f));
-  const Floats v = larger(reach, Floats{}), vv = v * v;
+[[gnu::always_inline]] inline void add_share(FieldAt& sum, const Floats& v, const Floats& dx,
+                                             const Floats& dy, const Floats& dz, float weight) {
+  const Floats vv = v * v;
   const Floats share = fused(fused(fused(all(kW3), v, all(kW2)), v, all(kW1)), v, all(kW0));
   sum.c = fused(all(weight), share * (vv * v), sum.c);
   if (!WithGradient) return;
@@ -37,20 +36,69 @@ template <bool WithGradient>
   sum.gz += g * dz;
 }
 
+template <bool WithGradient>
+[[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
+                                                const Floats& dz, float weight) {
+  const Floats reach =
+      fused(fused(dx, dx, fused(dy, dy, dz * dz)), all(-1.0f / (kSupport * kSupport)), all(1.0f));
+  add_share<WithGradient>(sum, larger(reach, Floats{}), dx, dy, dz, weight);
+}
+
+/// Rays by their length, and a particle's share along them, see field.cl.
+struct Lines {
+  Rays r;
+  Floats deep, length, ex, ey;
+  explicit Lines(const Rays& rays) : r(rays) {
+    length = (1.0f / kSupport) * root(r.dx * r.dx + r.dy * r.dy + 1.0f);
+    deep = 1.0f / length;
+    const Floats share = deep * (1.0f / (kSupport * kSupport));
+    ex = share * r.dx;
+    ey = share * r.dy;
+  }
+};
+struct Parabola {
+  Floats at, most;
+};
+[[gnu::always_inline]] inline Parabola parabola_of(const Lines& line, float px, float py,
+                                                   float pz) {
+  const Floats t = all(-pz);
+  const Floats x = fused(t, line.r.dx, line.r.ox) - px, y = fused(t, line.r.dy, line.r.oy) - py;
+  const Floats along = fused(x, line.ex, y * line.ey), apart = fused(x, x, y * y);
+  return {fused(all(pz), line.length, along),
+          fused(along, along, fused(apart, all(-1.0f / (kSupport * kSupport)), all(1.0f)))};
+}
+
+/// Points of rays.
+struct Stops {
+  Floats l, x, y, z;
+  Stops(const Lines& line, const Floats& at) : l(at) {
+    const Floats t = line.deep * l;
+    x = line.r.ox + t * line.r.dx;
+    y = line.r.oy + t * line.r.dy;
+    z = -t;
+  }
+};
+template <bool WithGradient>
+[[gnu::always_inline]] inline void add_on_lines(FieldAt& sum, const Stops& s, const Parabola& to,
+                                                const Cells& cells, const float* weight, int p) {
+  const Floats u = s.l + to.at, v = larger(fused(-u, u, to.most), Floats{});
+  add_share<WithGradient>(sum, v, s.x - cells.x[p], s.y - cells.y[p], s.z - cells.z[p], weight[p]);
+}
+
 /// The field at points that no list is near, cell by cell.
 template <bool WithGradient>
-FieldAt field_at(const Cells& cells, const float* weight, const Floats& x, const Floats& y,
-                 const Floats& z) {
+FieldAt field_at(const Cells& cells, const float* weight, const Lines& line, const Floats& l) {
+  const Stops s(line, l);
   FieldAt field;
   for (unsigned left = 255; left;) {
     const int first = __builtin_ctz(left);
     const auto cell = [&](int lane, const Floats& p) {
       return cell_of(p[lane], cells.inverse_cell);
     };
-    const int cx = cell(first, x), cy = cell(first, y), cz = cell(first, z);
+    const int cx = cell(first, s.x), cy = cell(first, s.y), cz = cell(first, s.z);
     Ints here{};
     for (int lane = first; lane < 8; ++lane)
-      if (cell(lane, x) == cx && cell(lane, y) == cy && cell(lane, z) == cz) here[lane] = -1;
+      if (cell(lane, s.x) == cx && cell(lane, s.y) == cy && cell(lane, s.z) == cz) here[lane] = -1;
     left &= ~bits_of(here);
     FieldAt sum;
     for (int k = cz - 1; k <= cz + 1; ++k)
@@ -59,8 +107,8 @@ FieldAt field_at(const Cells& cells, const float* weight, const Floats& x, const
         visit_row(cells, cx - 1, j, k, 3, [&](int row_begin, int row_end) {
           for (int p = row_begin; p < row_end; ++p)
             if (same_row(cells.tag[p], tag))
-              add_particle<WithGradient>(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p],
-                                         weight[p]);
+              add_on_lines<WithGradient>(
+                  sum, s, parabola_of(line, cells.x[p], cells.y[p], cells.z[p]), cells, weight, p);
         });
       }
     field.c = here ? sum.c : field.c;
@@ -76,15 +124,11 @@ template <int Most>
 struct Listed {
   int count;  // more than Most: not all are there
   std::int32_t item[Most + 16];
-  float x[Most + 16], y[Most + 16], z[Most + 16];
 
   bool whole() const { return count <= Most; }
   /// Appends the lanes that are set in `bits`.
-  void add(unsigned bits, const Ints& items, const Floats& px, const Floats& py, const Floats& pz) {
+  void add(unsigned bits, const Ints& items) {
     pack(bits, items, item + count);
-    pack(bits, px, x + count);
-    pack(bits, py, y + count);
-    pack(bits, pz, z + count);
     count += __builtin_popcount(bits);
   }
 };
@@ -163,7 +207,7 @@ void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
             const unsigned take =
                 bits_of(near_axis(b, px, py, pz, b.reach) & (((tags ^ tag) & ~2047) == 0) &
                         (((tags - tag) & 2047) < count) & (kPlaces < end - p));
-            if (take) found.add(take, p + kPlaces, px, py, pz);
+            if (take) found.add(take, p + kPlaces);
           }
         });
         if (!found.whole()) return;
@@ -180,9 +224,13 @@ struct Around {
   Floats from, to;
   float low, high;
   bool searched = false;
-  Listed<384> found;
+  Listed<kMostNear> found;
 };
-using Near = Listed<192>;
+
+/// What is near rays between two lengths of them.
+struct Near : Listed<kMostNear> {
+  Parabola parabola[kMostNear];
+};
 
 /// Lanes will ask for what is near between these depths, where wanted.
 inline void ask_for(const Floats& from, const Floats& to, const Ints& wanted, Around& around) {
@@ -203,31 +251,42 @@ inline void look_around(const Cells& cells, Around& around) {
   around.searched = true;
 }
 
-/// Lists the particles within the support of a wanted ray between two depths.
-inline void list_near(const Cells& cells, Around& around, const Rays& r, const Ints& wanted,
-                      float low, float high, Near& near) {
-  const Axis b = axis_of(&r, &wanted, 1, low, high);
+/// Lists the particles within the support of a wanted ray between two lengths of it.
+inline void list_near(const Cells& cells, Around& around, const Lines& line, const Ints& wanted,
+                      const Floats& from, const Floats& to, Near& near) {
+  constexpr float kFar = std::numeric_limits<float>::infinity(), kRoom = 0.005f;
+  const float low = -most_lane(wanted ? -(line.deep * from) : all(-kFar));
+  const float high = most_lane(wanted ? line.deep * to : all(-kFar));
   if (!around.searched) look_around(cells, around);
-  const auto& found = around.found;
-  if (!found.whole() || low < around.low || high > around.high) return search_cells(cells, b, near);
-  near.count = 0;
-  for (int k = 0; k < found.count && near.whole(); k += 8) {
-    const Floats x = load(found.x + k), y = load(found.y + k), z = load(found.z + k);
-    const unsigned take = bits_of(near_axis(b, x, y, z, b.reach) & (kPlaces < found.count - k));
-    if (take) near.add(take, load(found.item + k), x, y, z);
+  const Listed<kMostNear>* found = &around.found;
+  if (!found->whole() || low < around.low - kRoom || high > around.high + kRoom) {
+    search_cells(cells, axis_of(&line.r, &wanted, 1, low, high), near);
+    found = &near;
+    if (!near.whole()) return;
   }
+  const Floats middle = 0.5f * (from + to), extent = wanted ? 0.5f * (to - from) : all(-kFar);
+  int count = 0;
+  for (int k = 0, all_found = found->count; k < all_found; ++k) {
+    const int p = found->item[k];
+    const Parabola to_it = parabola_of(line, cells.x[p], cells.y[p], cells.z[p]);
+    const Floats beyond = larger(magnitude(middle + to_it.at) - extent, Floats{});
+    near.item[count] = p;
+    near.parabola[count] = to_it;
+    count += any(fused(-beyond, beyond, to_it.most) > -0.001f);
+  }
+  near.count = count;
 }
 
-/// The field at depth t of rays.
+/// The field at points of rays between these lengths.
 template <bool WithGradient>
 [[gnu::always_inline]] inline FieldAt field_near(const Cells& cells, const float* weight,
-                                                 const Near& near, const Rays& r, const Floats& t) {
-  const Floats x = r.ox + t * r.dx, y = r.oy + t * r.dy, z = -t;
-  if (!near.whole()) return field_at<WithGradient>(cells, weight, x, y, z);
+                                                 const Near& near, const Lines& line,
+                                                 const Floats& l) {
+  if (!near.whole()) return field_at<WithGradient>(cells, weight, line, l);
+  const Stops s(line, l);
   FieldAt field;
   for (int k = 0; k < near.count; ++k)
-    add_particle<WithGradient>(field, x - near.x[k], y - near.y[k], z - near.z[k],
-                               weight[near.item[k]]);
+    add_on_lines<WithGradient>(field, s, near.parabola[k], cells, weight, near.item[k]);
   return field;
 }
 

@@ -28,64 +28,74 @@ inline int load_work(const Lists& lists, int tile, int place, Lanes* lanes, Arou
   return v;
 }
 
-// Where a window ends that begins at a depth: no wanted ray is followed farther.
-inline float window_end(float begin, const Floats& to, const Ints& wanted) {
-  return std::fmin(begin + kWindow, most_lane(wanted ? to : all(-kNowhere)));
-}
-
 struct Crossing {
   Floats depth = all(kNowhere), nx{}, ny{}, nz{};
 };
 
-// With `listed`, `near` holds the particles of the first window already.
+// Depths of rays at which the density is measured, and what it is.
+struct Probes {
+  const float* weight;
+  Floats at;
+  Ints wanted;
+  Floats density;
+};
+
 Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, const Floats& from,
                         const Floats& to, float level, const Ints& wanted, Around& around,
-                        Near& near, bool listed) {
+                        Probes& probes) {
   Crossing crossing;
-  const auto field_on = [&](const Floats& t) {
-    return field_near<false>(cells, weight, near, r, t).c * kFieldNorm;
-  };
-  const Floats unit = 1.0f / root(1.0f + r.dx * r.dx + r.dy * r.dy);
-  const float per_level = 1.5f / level;
-  Floats t = from, low = from, short_of = all(-level);
-  Ints going = wanted & (t <= to), fresh = going, steps{};
-  const float first = least_wanted(t, going);
-  while (any(going)) {
-    const float window = least_wanted(t, going), end = window_end(window, to, going);
-    if (!listed) list_near(cells, around, r, going, std::fmax(window - 1.0f, first), end, near);
-    listed = false;
-    Ints here = going & (t <= end), found{};
+  const Lines line(r);
+  Near near;
+  const Floats at = line.length * probes.at, end = line.length * to;
+  const float per_sum = -1.5f / kSupport * kFieldNorm / level;
+  Floats l = line.length * from, low = l, short_of = all(-level);
+  Ints going = wanted & (from <= to), fresh = going, steps{}, left = probes.wanted;
+  while (any(going | left)) {
+    const Floats next = going ? (left ? smaller(l, at) : l) : left ? at : all(kNowhere);
+    const Floats window = line.length * (-most_lane(-(line.deep * next)) + kWindow);
+    const Ints probed = left & (at <= window), stepped = going & (l <= window);
+    const Floats last = smaller(end, window);
+    list_near(cells, around, line, probed | stepped,
+              stepped ? (probed ? smaller(low, at) : low) : at,
+              stepped ? (probed ? larger(last, at) : last) : at, near);
+    if (any(probed)) {
+      const Floats c = field_near<false>(cells, probes.weight, near, line, at).c * kFieldNorm;
+      probes.density = probed ? c : probes.density;
+      left &= ~probed;
+    }
+    Ints here = stepped, found{};
     Floats over{};
     while (any(here)) {
-      const Floats c = field_on(t);
+      const Floats sum = field_near<false>(cells, weight, near, line, l).c, c = sum * kFieldNorm;
       const Ints inside = here & (c >= level), below = here & (c < level);
       over = inside ? c - level : over;
       found |= inside & ~fresh;
       fresh &= ~here;
-      low = below ? t : low;
+      low = below ? l : low;
       short_of = below ? c - level : short_of;
-      const Floats step = smaller(larger(1.5f - c * per_level, all(0.3f)), all(1.0f));
-      t = below ? t + unit * step : t;
+      const Floats step = fused(sum, all(per_sum), all(1.5f / kSupport));
+      l = below ? l + smaller(larger(step, all(0.3f / kSupport)), all(1.0f / kSupport)) : l;
       steps -= here;
-      going &= ~inside & (t <= to) & (steps < 1000);
-      here = going & (t <= end);
+      going &= ~inside & (l <= end) & (steps < 1000);
+      here = going & (l <= window);
     }
     if (!any(found)) continue;
-    Floats high = t, middle = low + (high - low) * (short_of / (short_of - over));
+    Floats high = l, middle = low + (high - low) * (short_of / (short_of - over));
     for (int round = 1;; ++round) {
-      const FieldAt f = field_near<true>(cells, weight, near, r, middle);
+      const FieldAt f = field_near<true>(cells, weight, near, line, middle);
       constexpr float kScale = 0.25f * kFieldNorm;
       const Floats gx = f.gx * kScale, gy = f.gy * kScale, gz = f.gz * kScale;
-      const Floats there = f.c * kFieldNorm - level, slope = gx * r.dx + gy * r.dy - gz;
-      const Ints ready = slope * (unit * kNewton) >= magnitude(there);
-      const Ints last = round == kRefine ? found : found & ready;
+      const Floats there = f.c * kFieldNorm - level,
+                   slope = line.deep * (gx * r.dx + gy * r.dy - gz);
+      const Ints ready = slope * (kNewton / kSupport) >= magnitude(there);
+      const Ints done = round == kRefine ? found : found & ready;
       const Floats size = root(gx * gx + gy * gy + gz * gz);
-      const Ints crossed = last & (size > 0.0f);
-      crossing.depth = crossed ? middle : crossing.depth;
+      const Ints crossed = done & (size > 0.0f);
+      crossing.depth = crossed ? line.deep * middle : crossing.depth;
       crossing.nx = crossed ? -gx / size : crossing.nx;
       crossing.ny = crossed ? -gy / size : crossing.ny;
       crossing.nz = crossed ? -gz / size : crossing.nz;
-      found &= ~last;
+      found &= ~done;
       if (!any(found)) break;
       const Floats a = low - middle, b = high - middle;
       const Floats bend_a = (short_of - there - slope * a) / (a * a);
@@ -109,13 +119,14 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
 
 Floats density_on(const Cells& cells, const float* weight, const Rays& r, const Floats& t,
                   const Ints& wanted, Around& around) {
+  const Lines line(r);
+  const Floats l = line.length * t;
   Floats density{};
   Near near;
   for (Ints left = wanted; any(left);) {
-    const float window = least_wanted(t, left);
-    const Ints here = left & (t <= window + kWindow);
-    list_near(cells, around, r, here, window, most_lane(here ? t : all(-kNowhere)), near);
-    density = here ? field_near<false>(cells, weight, near, r, t).c * kFieldNorm : density;
+    const Ints here = left & (t <= least_wanted(t, left) + kWindow);
+    list_near(cells, around, line, here, l, l, near);
+    density = here ? field_near<false>(cells, weight, near, line, l).c * kFieldNorm : density;
     left &= ~here;
   }
   return density;
@@ -180,24 +191,11 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
   const Floats from = larger(smaller(t, t0) - in.search, all(1e-3f));
   const Floats to = (met ? t : t0) + in.beyond;
   const Ints reaches = lanes.used & (gather(in.core, at) < kNowhere) & (from <= to);
-  Near near;
-  bool listed = false;
-  Floats density{};
-  Ints left = lanes.used & met;
-  if (any(reaches)) {
-    const float window = least_wanted(from, reaches), end = window_end(window, to, reaches);
-    list_near(in.cells, around, r, lanes.used, window, end, near);
-    listed = true;
-    const Ints here = left & (t >= window) & (t <= end);
-    if (any(here))
-      density = here ? field_near<false>(in.cells, in.weight, near, r, t).c * kFieldNorm : none;
-    left &= ~here;
-  }
-  if (any(left)) density = left ? density_on(in.cells, in.weight, r, t, left, around) : density;
-  const Floats inside = density - trust.contour(in.contour) - 0.1f * (1.0f - trust.share);
+  Probes probes{in.weight, t, lanes.used & met, none};
+  const Crossing c =
+      first_crossing(in.cells, in.level_weight, r, from, to, in.level, reaches, around, probes);
+  const Floats inside = probes.density - trust.contour(in.contour) - 0.1f * (1.0f - trust.share);
   Floats share = trust.share * smaller(larger(20.0f * inside, none), one);
-  const Crossing c = first_crossing(in.cells, in.level_weight, r, from, to, in.level, reaches,
-                                    around, near, listed);
   const Floats apart = met ? magnitude(c.depth - t) : all(kNowhere);
   const Floats yielding = larger(share - (1.0f - share) * 2.0f * larger(apart - 0.5f, none), none);
   share = apart < in.search ? yielding : share > 0.5f ? one : none;
