@@ -8,7 +8,7 @@ inline int cell_of(const float coordinate, const float inverse_cell) {
 }
 
 inline intv cells_of(const floatv coordinate, const float inverse_cell) {
-  const floatv scaled = fmin(fmax(coordinate * inverse_cell, (floatv)(-1e9f)), (floatv)(1e9f));
+  const floatv scaled = smaller(larger(coordinate * inverse_cell, (floatv)(-1e9f)), (floatv)(1e9f));
   const intv cut = TO_INTV(scaled);
   return cut - SELECT((intv)(0), (intv)(1), scaled < TO_FLOATV(cut));
 }

@@ -24,9 +24,6 @@ typedef struct {
   floatv c, gx, gy, gz;
 } Field;
 
-// fmax() of what is no NaN, an instruction instead of three.
-inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
-
 // Adds what the particle with `weight` at distance (dx, dy, dz) does to the field, v = 0 where it is
 // out of reach. The gradient's sums may be zero and are not fused: some devices' fma makes a -0 of
 // them.
@@ -308,7 +305,7 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
     const Rays* r = rays + v;
     const floatv px = r->ox + low * r->dx - ax, py = r->oy + low * r->dy - ay;
     const floatv qx = r->ox + high * r->dx - bx, qy = r->oy + high * r->dy - by;
-    wide = SELECT(wide, fmax(wide, fmax(px * px + py * py, qx * qx + qy * qy)), wanted[v]);
+    wide = SELECT(wide, larger(wide, larger(px * px + py * py, qx * qx + qy * qy)), wanted[v]);
   }
   Beam b = {ax, ay, -low, bx - ax, by - ay, low - high, 0.0f, 0.0f};
   b.per_length = 1.0f / fmax(b.ex * b.ex + b.ey * b.ey + b.ez * b.ez, 1e-12f);
@@ -354,8 +351,8 @@ inline int search_cells(const Cells cells, const Beam b, int* item) {
     const int j1 = cell_of(y1 + wide, c);
     for (int j = cell_of(y0 - wide, c); j <= j1; j += WIDTH) {  // the bounds of WIDTH rows at once
       const floatv row_y = ((float)j + LANES) * side;
-      const floatv dy = fmax(fmax(row_y - y1, y0 - (row_y + side)), none);
-      const floatv half_row = sqrt(fmax(wide * wide - dy * dy, none));
+      const floatv dy = larger(larger(row_y - y1, y0 - (row_y + side)), none);
+      const floatv half_row = sqrt(larger(wide * wide - dy * dy, none));
       int first[WIDTH], last[WIDTH];
       STOREI(cells_of(x0 - half_row, c), first);
       STOREI(cells_of(x1 + half_row, c), last);

@@ -88,7 +88,7 @@ kernel void filter_bilateral(global const float* depth,  // padded; +inf: no sur
       sum += weight * step;
       total += weight;
     }
-  STOREF(centre + sum / fmax(total, (floatv)(1e-30f)), smoothed + here);
+  STOREF(centre + sum / larger(total, (floatv)(1e-30f)), smoothed + here);
 }
 
 // The depths that a sample on one side of the centre may have.
@@ -111,10 +111,10 @@ inline void add_pair(const floatv a, const floatv b, const floatv weight, const 
   *sum += SELECT((floatv)(0.0f), weight * steps, counts);
   *total += SELECT((floatv)(0.0f), 2.0f * weight, counts);
   const intv within_a = (near_a == 0) & (far_a == 0), within_b = (near_b == 0) & (far_b == 0);
-  sa->low = SELECT(sa->low, fmin(sa->low, a - delta), within_a);
-  sa->high = SELECT(sa->high, fmax(sa->high, a + delta), within_a);
-  sb->low = SELECT(sb->low, fmin(sb->low, b - delta), within_b);
-  sb->high = SELECT(sb->high, fmax(sb->high, b + delta), within_b);
+  sa->low = SELECT(sa->low, smaller(sa->low, a - delta), within_a);
+  sa->high = SELECT(sa->high, larger(sa->high, a + delta), within_a);
+  sb->low = SELECT(sb->low, smaller(sb->low, b - delta), within_b);
+  sb->high = SELECT(sb->high, larger(sb->high, b + delta), within_b);
 }
 
 // The narrow-range filter: a Gaussian over the samples within delta of the centre, or of samples on

@@ -92,7 +92,7 @@ inline void complete_pair(global const float* normal, const int n, const int fir
 // How far two corners lie from each other's planes, the larger of both.
 inline floatv apart(const Corner a, const Corner b) {
   const floatv x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
-  return fmax(fabs(a.nx * x + a.ny * y + a.nz * z), fabs(b.nx * x + b.ny * y + b.nz * z));
+  return larger(fabs(a.nx * x + a.ny * y + a.nz * z), fabs(b.nx * x + b.ny * y + b.nz * z));
 }
 
 inline floatv agreement(const Corner a, const Corner b) {
@@ -178,10 +178,10 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   if (ANY(smooth)) {
     complete_corners(normal, n, a, b, upper, lower, side, last, 1, rays, first, step, corner);
     const floatv farthest =
-        fmax(fmax(fmax(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
-                  fmax(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
-             fmax(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
-    const floatv turned = fmin(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
+        larger(larger(larger(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
+                  larger(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
+             larger(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
+    const floatv turned = smaller(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
     smooth = smooth & (farthest < tolerance) & (turned > agreeing);
     const int next = min(i + WIDTH * side, last);
     const intv kind0 = spread_bytes(kind + upper, i, side, last);
@@ -219,8 +219,8 @@ inline void add_corner(Between* sum, floatv* linear, floatv* low, floatv* high, 
   const floatv t = (c.nx * (c.x - r.ox) + c.ny * (c.y - r.oy) + c.nz * c.z) / slope;
   sum->sure &= slope < -0.1f;
   sum->depth += t;
-  *low = fmin(*low, t);
-  *high = fmax(*high, t);
+  *low = smaller(*low, t);
+  *high = larger(*high, t);
   *linear += c.linear;
   sum->nx += c.nx;
   sum->ny += c.ny;
@@ -241,7 +241,7 @@ inline Between between(const Corner* corner, const int* which, const int number,
   const float share = 1.0f / (float)number;
   linear = perspective ? 1.0f / (linear * share) : linear * share;
   b.depth = 0.5f * (linear + b.depth * share);
-  const floatv size = 1.0f / sqrt(fmax(b.nx * b.nx + b.ny * b.ny + b.nz * b.nz, (floatv)(1e-30f)));
+  const floatv size = 1.0f / sqrt(larger(b.nx * b.nx + b.ny * b.ny + b.nz * b.nz, (floatv)(1e-30f)));
   b.nx *= size;
   b.ny *= size;
   b.nz *= size;

@@ -56,9 +56,9 @@ inline void add_found(const Moving all, const int* found, const int count, Point
       const int p = found[k];
       const floatv dx = x - all.x[p], dy = y - all.y[p], dz = z - all.z[p];
       const floatv inner =
-          fmax(1.0f - (dx * dx + dy * dy + dz * dz) * (1.0f / (SUPPORT * SUPPORT)), none);
+          larger(1.0f - (dx * dx + dy * dy + dz * dz) * (1.0f / (SUPPORT * SUPPORT)), none);
       const floatv w = (inner * inner) * (inner * inner);
-      near = fmax(near, inner);
+      near = larger(near, inner);
       weight += w;
       vx = fma(w, (floatv)(all.velocity[p]), vx);
       vy = fma(w, (floatv)(all.velocity[all.n + p]), vy);
@@ -94,12 +94,12 @@ inline void sum_around(const Moving all, const int first, Points* points) {
     STOREF(none, points->vx + r);
     STOREF(none, points->vy + r);
     STOREF(none, points->vz + r);
-    lx = SELECT(lx, fmin(lx, x), here);
-    ly = SELECT(ly, fmin(ly, y), here);
-    lz = SELECT(lz, fmin(lz, z), here);
-    hx = SELECT(hx, fmin(hx, -x), here);
-    hy = SELECT(hy, fmin(hy, -y), here);
-    hz = SELECT(hz, fmin(hz, -z), here);
+    lx = SELECT(lx, smaller(lx, x), here);
+    ly = SELECT(ly, smaller(ly, y), here);
+    lz = SELECT(lz, smaller(lz, z), here);
+    hx = SELECT(hx, smaller(hx, -x), here);
+    hy = SELECT(hy, smaller(hy, -y), here);
+    hz = SELECT(hz, smaller(hz, -z), here);
   }
   const float x0 = least_lane(lx), x1 = -least_lane(hx), y0 = least_lane(ly),
               y1 = -least_lane(hy), z0 = least_lane(lz), z1 = -least_lane(hz);

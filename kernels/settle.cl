@@ -36,8 +36,8 @@ inline int load_work(const int tile, const int begin, global const int* sample,
 
 // Lanes will ask for what is near between these depths, where wanted.
 inline void ask_for(const floatv from, const floatv to, const intv wanted, Around* around) {
-  around->from = SELECT(around->from, fmin(around->from, from), wanted);
-  around->to = SELECT(around->to, fmax(around->to, to), wanted);
+  around->from = SELECT(around->from, smaller(around->from, from), wanted);
+  around->to = SELECT(around->to, larger(around->to, to), wanted);
 }
 
 // Depths of rays at which the density is measured, and what it is.
@@ -64,14 +64,14 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   intv going = wanted & (from <= to), fresh = going, steps = (intv)(0), left = probes->wanted;
   probes->density = none;
   while (ANY(going | left)) {
-    const floatv next = SELECT(SELECT(nowhere, at, left), SELECT(l, fmin(l, at), left), going);
+    const floatv next = SELECT(SELECT(nowhere, at, left), SELECT(l, smaller(l, at), left), going);
     const floatv window = line.length * (least_lane(line.deep * next) + WINDOW);
     const intv probed = left & (at <= window), stepped = going & (l <= window);
-    const floatv last = fmin(end, window);
+    const floatv last = smaller(end, window);
     // A crossing lies up to one step before the point that shows it.
     list_near(cells, around, &line, probed | stepped,
-              SELECT(at, SELECT(low, fmin(low, at), probed), stepped),
-              SELECT(at, SELECT(last, fmax(last, at), probed), stepped), &near);
+              SELECT(at, SELECT(low, smaller(low, at), probed), stepped),
+              SELECT(at, SELECT(last, larger(last, at), probed), stepped), &near);
     if (ANY(probed)) {
       const floatv c = field_near(cells, probes->weight, &near, &line, at, 0).c * NORM;
       probes->density = SELECT(probes->density, c, probed);
@@ -89,8 +89,9 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       short_of = SELECT(short_of, c - level, below);
       // Twice what the steepest rise on usual frames, 4/3 levels a radius, needs to the level. What
       // a step passes over is shorter than half a radius, at a lone particle than a tenth of one.
-      const floatv step = clamp(fma(sum, (floatv)(per_sum), (floatv)(1.5f / SUPPORT)),
-                                0.3f / SUPPORT, 1.0f / SUPPORT);
+      const floatv wish = fma(sum, (floatv)(per_sum), (floatv)(1.5f / SUPPORT));
+      const floatv step =
+          smaller(larger(wish, (floatv)(0.3f / SUPPORT)), (floatv)(1.0f / SUPPORT));
       l = SELECT(l, l + step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
       going &= !inside & (l <= end) & (steps < 1000);
@@ -235,7 +236,7 @@ inline void settle(const Verdict v, const int* at, const intv listed, const Rays
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
 // to behind them.
 inline floatv search_from(const floatv t, const floatv t0, const float4 limits) {
-  return fmax(fmin(t, t0) - limits.w, (floatv)(1e-3f));
+  return larger(smaller(t, t0) - limits.w, (floatv)(1e-3f));
 }
 
 inline floatv search_to(const floatv t, const floatv t0, const float beyond) {
@@ -265,7 +266,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
   const floatv apart = SELECT(nowhere, fabs(c.depth - t), met);
-  const floatv yielding = fmax(share - (1.0f - share) * 2.0f * fmax(apart - 0.5f, none), none);
+  const floatv yielding = larger(share - (1.0f - share) * 2.0f * larger(apart - 0.5f, none), none);
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
   share = SELECT(choice, yielding, apart < limits.w);
   const intv changed = listed & (share < 1.0f), both = share > 0.0f;
@@ -276,7 +277,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
   const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
   const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
-  const floatv size = sqrt(fmax(nx * nx + ny * ny + nz * nz, (floatv)(1e-30f)));
+  const floatv size = sqrt(larger(nx * nx + ny * ny + nz * nz, (floatv)(1e-30f)));
   store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx / size, ny / size, nz / size,
                 at, drawn, n, depth, normal);
   mark_splash(at, drawn & (share <= 0.5f), group, kind);
@@ -412,13 +413,13 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
-      const floatv end = fmin(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
+      const floatv end = smaller(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
       ask_for(start, end, lanes[v].used & (start < end), &around);
     }
     for (int v = 0; v < vectors; ++v) {
       const Lanes l = lanes[v];
       const floatv start = gather_float(from, l.at);
-      const floatv end = fmin(gather_float(to, l.at), gather_float(depth, l.at));
+      const floatv end = smaller(gather_float(to, l.at), gather_float(depth, l.at));
       Probes none = {level_weight, start, (intv)(0), (floatv)(0.0f)};
       const Crossing c = first_crossing(cells, level_weight, l.rays, start, end, level,
                                         l.used & (start < end), &around, &none);

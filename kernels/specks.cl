@@ -101,8 +101,8 @@ inline int close_row(const int i, const int j, global const float* depth,
     const floatv d = load_from(depth, s + (k / 3 - 1) * samples.x + k % 3 - 1);
     const intv there = d < INFINITY;
     covered += SELECT(zero, one, there);
-    far = SELECT(far, fmax(far, d), there);
-    near = fmin(near, d);
+    far = SELECT(far, larger(far, d), there);
+    near = smaller(near, d);
     joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
   }
   if (!ANY(eligible & (!empty | (covered > 0)))) return 0;

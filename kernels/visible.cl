@@ -36,10 +36,10 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   STOREI(last_within((u + ru - origin.x) * origin.y, nodes.x), box + stride + p);
   STOREI(first_within((v - rv - origin.x) * origin.y), box + 2 * stride + p);
   STOREI(last_within((v + rv - origin.x) * origin.y, nodes.y), box + 3 * stride + p);
-  const floatv nearest = fmax(fmin(t - bulge, t), (floatv)(1e-6f));
+  const floatv nearest = larger(smaller(t - bulge, t), (floatv)(1e-6f));
   floatv bound = (floatv)(-INFINITY);
   if (drawn == FRONT) bound = nearest;
-  if (drawn == BEHIND) bound = -fmax(fmax(t - bulge, t), (floatv)(1e-6f));
+  if (drawn == BEHIND) bound = -larger(larger(t - bulge, t), (floatv)(1e-6f));
   STOREF(bound, key + p);
   global float* record = disc + 8 * p;
   store_record(t, record, 0);
@@ -77,15 +77,15 @@ kernel void cover_discs(global const float* particles,
   const floatv below = origin.x + step * TO_FLOATV(last_of(j1, nodes.y, shift));
   // As draw_discs computes them.
   const floatv inverse_u = 1.0f / ru, inverse_v = 1.0f / rv;
-  const floatv du = fmax(fabs((left - u) * inverse_u), fabs((right - u) * inverse_u));
-  const floatv dv = fmax(fabs((above - v) * inverse_v), fabs((below - v) * inverse_v));
+  const floatv du = larger(fabs((left - u) * inverse_u), fabs((right - u) * inverse_u));
+  const floatv dv = larger(fabs((above - v) * inverse_v), fabs((below - v) * inverse_v));
   const floatv q = 1.0f - (du * du + dv * dv);
   STOREI(i0, cover + p);
   STOREI(SELECT(i0 - 1, i1, q >= 0.0f), cover + stride + p);
   STOREI(j0, cover + 2 * stride + p);
   STOREI(j1, cover + 3 * stride + p);
-  const floatv rim = t - bulge * sqrt(fmax(q, (floatv)(0.0f)));
-  STOREF(fmax(fmax(rim, t - bulge), (floatv)(1e-6f)), deepest + p);
+  const floatv rim = t - bulge * sqrt(larger(q, (floatv)(0.0f)));
+  STOREF(larger(larger(rim, t - bulge), (floatv)(1e-6f)), deepest + p);
 }
 
 // Discs lie all over memory: of so many it is asked at once how near they are, so that their loads
