@@ -144,11 +144,11 @@ inline Beam beam_of(const Sample* sample) {
   return b;
 }
 
-// A tile's list of fits. Where they lie is in eight rows, so that a search loads vectors of them: foot,
-// reach, unit normal there, and how far from the plane at its foot a fit is looked for.
+// A tile's list of fits. Where they lie is in rows, so that a search loads vectors of them: foot, reach
+// and, for find_near, the unit normal there and how far from the plane at its foot a fit is looked for.
 typedef struct {
   global const int* fit;
-  global const float* place;  // [8][stride]
+  global const float* place;  // [4 or 8][stride]
   int count, stride;
 } List;
 
@@ -517,7 +517,7 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
                          global const float* met_place,  // [8][strides.x] of the list, see List
                          global const int* rim_start,    // [tiles + 1]
                          global const int* rim,          // fits that may turn away from the eye
-                         global const float* rim_place,  // [8][strides.y]
+                         global const float* rim_place,  // [4][strides.y]
                          const int2 strides,
                          global float* depth,            // [samples] out where listed
                          global float* normal,           // [3][samples]

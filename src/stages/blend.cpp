@@ -19,19 +19,21 @@ struct Box {
   int i0, i1, j0, j1;
 };
 
-// The box around the projections of the corners of a box in eye space, from its middle and half sides.
+// The box around the projections of a box in eye space, from its middle and half sides. At one
+// depth a pixel coordinate is linear in x and y.
 Box box_of(const View& view, const Vec3d& centre, const Vec3d& half, const SampleGrid& grid) {
   double u0 = 1e30, u1 = -1e30, v0 = 1e30, v1 = -1e30;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d offset{corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
-                       corner & 4 ? half.z : -half.z};
-    Vec3d p = centre + offset;
-    p.z = std::min(p.z, -view.near_depth);
-    const PixelPosition at = project(view, p);
-    u0 = std::min(u0, at.u);
-    u1 = std::max(u1, at.u);
-    v0 = std::min(v0, at.v);
-    v1 = std::max(v1, at.v);
+  for (const double side : {-half.z, half.z}) {
+    const PixelPosition at =
+        project(view, {centre.x, centre.y, std::min(centre.z + side, -view.near_depth)});
+    const auto extent = [&](const std::array<double, 4>& row) {
+      return (std::abs(row[0]) * half.x + std::abs(row[1]) * half.y) / at.w;
+    };
+    const double wide = extent(view.u_row), high = extent(view.v_row);
+    u0 = std::min(u0, at.u - wide);
+    u1 = std::max(u1, at.u + wide);
+    v0 = std::min(v0, at.v - high);
+    v1 = std::max(v1, at.v + high);
   }
   const auto sample = [&](double pixel, int last) {
     return static_cast<int>(std::clamp((pixel - grid.first) / grid.step, -1.0, last + 1.0));
@@ -190,46 +192,54 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
 
 FitTiles list_fits(Device& device, const View& view, const BlendRecords& records,
                    const SampleGrid& grid) {
+  struct Fits {
+    std::vector<char> wanted;
+    std::vector<Box> box;
+    std::vector<std::array<float, 8>> place;  // see List in blend.cl
+    std::size_t rows;                         // of these that the kernel reads
+    TileLists lists;
+  };
   const std::size_t n = records.size();
-  std::vector<Box> met_box(n), rim_box(n);
-  std::vector<Slab> met_slab(n), rim_slab(n);
-  std::vector<char> met(n), rim(n);
+  const auto fits_of = [n](std::size_t rows) {
+    return Fits{
+        std::vector<char>(n), std::vector<Box>(n), std::vector<std::array<float, 8>>(n), rows, {}};
+  };
+  Fits met = fits_of(8), rim = fits_of(4);
+  const auto put = [&](Fits& fits, std::size_t k, const Slab& slab) {
+    const double place[] = {slab.centre.x, slab.centre.y, slab.centre.z, slab.reach,
+                            slab.normal.x, slab.normal.y, slab.normal.z, slab.thick};
+    std::ranges::transform(place, fits.place[k].begin(),
+                           [](double v) { return static_cast<float>(v); });
+    fits.box[k] = box_of(view, slab.centre, half_sides(slab), grid);
+    fits.wanted[k] = 1;
+  };
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const float *c = &records.record[k * kRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
-      met[k] = c[11] > 0;
-      if (met[k]) {
-        met_slab[k] = slab_of(records, k, 0);
-        met_box[k] = box_of(view, met_slab[k].centre, half_sides(met_slab[k]), grid);
-      }
+      if (c[11] > 0) put(met, k, slab_of(records, k, 0));
       if (!(c[13] > 0)) continue;
-      rim_slab[k] = slab_of(records, k, kRimDepth * (slope_of(c) + bend_of(c) * reach));
-      rim_box[k] = box_of(view, rim_slab[k].centre, half_sides(rim_slab[k]), grid);
-      rim[k] = may_turn_away(view, records, k, rim_box[k], grid);
+      put(rim, k, slab_of(records, k, kRimDepth * (slope_of(c) + bend_of(c) * reach)));
+      rim.wanted[k] = may_turn_away(view, records, k, rim.box[k], grid);
     }
   });
-  const auto listed = [&](const std::vector<Box>& boxes, const std::vector<char>& wanted,
-                          const std::vector<Slab>& slabs) {
-    const TileLists lists = list_boxes(boxes, wanted, grid);
-    const std::size_t count = lists.group.size(), stride = count + kWidest;
-    Upload<float> place(device, 8 * stride);
-    parallel_for(count, 8 * kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const Slab& slab = slabs[static_cast<std::size_t>(lists.group[i])];
-        const double values[] = {slab.centre.x, slab.centre.y, slab.centre.z, slab.reach,
-                                 slab.normal.x, slab.normal.y, slab.normal.z, slab.thick};
-        for (std::size_t row = 0; row < 8; ++row)
-          place[row * stride + i] = static_cast<float>(values[row]);
-      }
+  const auto list = [&](Fits& fits) { fits.lists = list_boxes(fits.box, fits.wanted, grid); };
+  parallel_both([&] { list(met); }, [&] { list(rim); });
+  const auto uploaded = [&](const Fits& fits) {
+    const std::vector<cl_int>& listed = fits.lists.group;
+    const std::size_t stride = listed.size() + kWidest;
+    Upload<float> place(device, fits.rows * stride);
+    parallel_for(listed.size(), 8 * kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t row = 0; row < fits.rows; ++row)
+          place[row * stride + i] = fits.place[static_cast<std::size_t>(listed[i])][row];
     });
-    for (std::size_t row = 0; row < 8; ++row)  // what vectors load past the end
-      std::fill_n(place.data() + row * stride + count, kWidest, 0.0f);
-    return FitList{upload(device, lists.start), upload(device, lists.group), place.done(),
+    for (std::size_t row = 0; row < fits.rows; ++row)  // what vectors load past the end
+      std::fill_n(place.data() + row * stride + listed.size(), kWidest, 0.0f);
+    return FitList{upload(device, fits.lists.start), upload(device, listed), place.done(),
                    static_cast<cl_int>(stride)};
   };
-  return {(grid.nx + kTile - 1) / kTile, (grid.ny + kTile - 1) / kTile,
-          listed(met_box, met, met_slab), listed(rim_box, rim, rim_slab)};
+  return {met.lists.nx, met.lists.ny, uploaded(met), uploaded(rim)};
 }
 
 void blend_groups(Device& device, const View& view, const SampleLists& lists,

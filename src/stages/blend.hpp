@@ -66,7 +66,7 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
 /// 13).
 struct FitList {
   Buffer<cl_int> start, fit;  // [tiles + 1]; ascending in each tile
-  Buffer<float> place;        // [8][stride] where the listed fits lie, see blend.cl
+  Buffer<float> place;        // [rows][stride] where the listed fits lie, see blend.cl
   cl_int stride;
 };
 struct FitTiles {
