@@ -48,13 +48,12 @@ inline void gradient_at(global const float* g, const floatv x, const floatv y, c
   *gz = g[3] + g[6] * (z + z) + g[8] * y + g[9] * x;
 }
 
-// Where rays enter a fit's fluid, and how far from its foot, in reaches.
+// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
 typedef struct {
   floatv tau, squared;
-  intv met;
 } Entry;
 
-inline int counts(const Entry e) { return ANY(e.met & (e.squared < 1.0f)); }
+inline int counts(const Entry e) { return ANY(e.squared < 1.0f); }
 
 inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const float d_max) {
   global const float* g = fits.record + RECORD * fit;
@@ -78,7 +77,7 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
   const floatv tau = SELECT(none, root_tau, met);
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   const floatv squared = (px * px + py * py + pz * pz) * g[10];
-  const Entry e = {tau, squared, met};
+  const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met)};
   return e;
 }
 
@@ -88,7 +87,6 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   global const float* g = fits.record + RECORD * fit;
   global const float* foot = fits.foot + 4 * fit;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
-  intv met = e.met;
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
   floatv gx, gy, gz;
@@ -98,7 +96,7 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   hit->tau = tau;
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
   const floatv facing = (gx * s.dx + gy * s.dy - gz) * slope;
-  met &= fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
+  const intv met = fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
   const floatv steep = SELECT(none, near * near * g[11], met);
   hit->weight = steep * near;
   hit->gx = gx * slope;

@@ -73,8 +73,12 @@ typedef JOIN(int, WIDTH) intv;
 
 // Of a comparison's result, whose lanes are 0 or -1. (PoCL's any() and all() test lane by lane.)
 inline int any_lane(const intv test) {
+  // One or two instructions where lanes have bits of their own.
 #if WIDTH == 8
-  return as_ulong(convert_char8(test)) != 0;  // one instruction where lanes have bits of their own
+  return as_ulong(convert_char8(test)) != 0;
+#elif WIDTH == 16
+  const ulong2 pair = as_ulong2(convert_char16(test));
+  return (pair.x | pair.y) != 0;
 #else
   const long2 pair = as_long2(FOUR(test, |));
   return (pair.x | pair.y) != 0;

@@ -26,11 +26,10 @@ struct Hit {
   gz = g[3] + g[6] * (z + z) + g[8] * y + g[9] * x;
 }
 
-// Where rays enter a fit's fluid, and how far from its foot, in reaches.
+// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
 struct Entry {
   Floats tau, squared;
-  Ints met;
-  bool counts() const { return any(met & (squared < 1.0f)); }
+  bool counts() const { return any(squared < 1.0f); }
 };
 
 [[gnu::always_inline]] inline Entry entry_of(const float* g, const float* foot, const Sample& s,
@@ -47,11 +46,11 @@ struct Entry {
   const Ints falls = B<0.0f, curved = magnitude(A)> 1e-12f;
   const Floats tau =
       (falls ? 2.0f * C : -(B + sqrt_d)) / (falls ? sqrt_d - B : 2.0f * (curved ? A : one));
+  const Ints met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
   Entry entry;
-  entry.met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
-  entry.tau = entry.met ? tau : none;
+  entry.tau = met ? tau : none;
   const Floats px = x + entry.tau * s.dx, py = y + entry.tau * s.dy, pz = z - entry.tau;
-  entry.squared = (px * px + py * py + pz * pz) * g[10];
+  entry.squared = met ? (px * px + py * py + pz * pz) * g[10] : all(kNowhere);
   return entry;
 }
 
@@ -65,7 +64,7 @@ struct Entry {
   gradient_at(g, x + tau * s.dx, y + tau * s.dy, z - tau, gx, gy, gz);
   const Floats slope = 1.0f / root(larger(gx * gx + gy * gy + gz * gz, all(1e-20f)));
   const Floats facing = (gx * s.dx + gy * s.dy - gz) * slope;
-  const Ints met = entry.met & (magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max);
+  const Ints met = magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max;
   const Floats steep = met ? near * near * g[11] : none;
   hit.tau = tau;
   hit.weight = steep * near;
