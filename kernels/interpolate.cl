@@ -160,8 +160,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.x || b >= cells.y) return;
   const int n = samples.x * samples.y, side = 2 * every, i = side * a, last = samples.x - 1;
-  const int2 columns = min(i + (int2)(0, WIDTH * side), last);
-  const int2 rows = min(side * (b + (int2)(0, 1)), samples.y - 1);
+  const int2 columns = min(i + (int2)(0, WIDTH * side), (int2)(last));
+  const int2 rows = min(side * (b + (int2)(0, 1)), (int2)(samples.y - 1));
   const int any_front = any_occupied(occupied, columns, rows, samples.x);
   if (trust_empty && !any_front && !any_occupied(splash_occupied, columns, rows, samples.x)) {
     STORE_BYTES((intv)(EMPTY), shows + b * stride + a);
@@ -179,8 +179,8 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
     complete_corners(normal, n, a, b, upper, lower, side, last, 1, rays, first, step, corner);
     const floatv farthest =
         larger(larger(larger(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
-                  larger(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
-             larger(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
+                      larger(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
+               larger(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
     const floatv turned = smaller(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
     smooth = smooth & (farthest < tolerance) & (turned > agreeing);
     const int next = min(i + WIDTH * side, last);
