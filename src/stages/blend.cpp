@@ -8,7 +8,6 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kRecord = 16;   // floats, as in blend.cl
-constexpr std::size_t kWidest = 16;   // fits that a kernel looks at together, at most
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
@@ -127,6 +126,11 @@ cl_float4 sheets_of(const BlendParams& params) {
            static_cast<float>(params.crease), 0.0f}};
 }
 
+// Values in a row of the lists' places.
+cl_int2 strides_of(const FitTiles& tiles) {
+  return {{static_cast<cl_int>(tiles.met.fit.size), static_cast<cl_int>(tiles.rim.fit.size)}};
+}
+
 }  // namespace
 
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius) {
@@ -227,17 +231,14 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
   parallel_both([&] { list(met); }, [&] { list(rim); });
   const auto uploaded = [&](const Fits& fits) {
     const std::vector<cl_int>& listed = fits.lists.group;
-    const std::size_t stride = listed.size() + kWidest;
+    const std::size_t stride = listed.size();
     Upload<float> place(device, fits.rows * stride);
-    parallel_for(listed.size(), 8 * kGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(stride, 8 * kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         for (std::size_t row = 0; row < fits.rows; ++row)
           place[row * stride + i] = fits.place[static_cast<std::size_t>(listed[i])][row];
     });
-    for (std::size_t row = 0; row < fits.rows; ++row)  // what vectors load past the end
-      std::fill_n(place.data() + row * stride + listed.size(), kWidest, 0.0f);
-    return FitList{upload(device, fits.lists.start), upload(device, listed), place.done(),
-                   static_cast<cl_int>(stride)};
+    return FitList{upload(device, fits.lists.start), upload(device, listed), place.done()};
   };
   return {met.lists.nx, met.lists.ny, uploaded(met), uploaded(rim)};
 }
@@ -250,10 +251,10 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
   const int width = device.state().wide_width();
   launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
          lists.count, reference, records.record, records.foot, tiles.met.start, tiles.met.fit,
-         tiles.met.place, tiles.rim.start, tiles.rim.fit, tiles.rim.place,
-         cl_int2{{tiles.met.stride, tiles.rim.stride}}, surface.depth, surface.normal,
-         surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
-         kernel_rays(view), static_cast<cl_float>(params.d_max), sheets_of(params));
+         tiles.met.place, tiles.rim.start, tiles.rim.fit, tiles.rim.place, strides_of(tiles),
+         surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
+         sheets_of(params));
 }
 
 void blend_points(Device& device, const View& view, const DeviceRecords& records,
@@ -263,9 +264,9 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
   const std::size_t n = surface.grid.size();
   launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record,
          records.foot, tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start,
-         tiles.rim.fit, tiles.rim.place, cl_int2{{tiles.met.stride, tiles.rim.stride}},
-         surface.depth, surface.normal, surface.group, surface.trust, static_cast<cl_int>(n),
-         cl_int2{{tiles.nx, tiles.ny}}, grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
+         tiles.rim.fit, tiles.rim.place, strides_of(tiles), surface.depth, surface.normal,
+         surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
+         grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
          static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 

@@ -61,14 +61,14 @@ struct TileLists {
 
 TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid);
 
-/// The fits of each tile on the device, in two lists: those that rays may meet (kernel
-/// blend_groups, record 11) and those that may turn away from the eye within their reach (record
-/// 13).
+/// The fits of each tile on the device.
 struct FitList {
   Buffer<cl_int> start, fit;  // [tiles + 1]; ascending in each tile
-  Buffer<float> place;        // [rows][stride] where the listed fits lie, see blend.cl
-  cl_int stride;
+  Buffer<float> place;        // [rows][fit.size] where the listed fits lie, see blend.cl
 };
+
+/// Those that rays may meet (kernel blend_groups, record 11), and those that may turn away from the
+/// eye within their reach (record 13).
 struct FitTiles {
   int nx = 0, ny = 0;  // tiles
   FitList met, rim;
