@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "canonical_order.hpp"
+#include "device/device.hpp"
 #include "exact_math.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
@@ -154,6 +155,7 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
     origin = origin_of(low, high, sample);
   }
   const View view = make_view(camera, surface.particle_radius, origin);
+  const TimedKernels timed(device, timings != nullptr);
   return on_threads(host_threads(device.info()), [&] {
     return to_world(device, view, run_pipeline(device, view, world, params, timings),
                     std::move(surface), params, timings);

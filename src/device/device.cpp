@@ -30,6 +30,9 @@ std::string compiler_options(const DeviceInfo& info) {
 // Vector loads may reach past the last value by up to one vector of sixteen.
 constexpr std::size_t kPadding = 64 * 16;
 
+// From this many bytes on all processors of a CPU fill: PoCL's command is left to one.
+constexpr std::size_t kManyToFill = std::size_t{1} << 18;
+
 std::string_view text_of(const std::string& file) {
   for (const KernelSource& source : kernel_sources())
     if (source.file == file) return source.text;
@@ -224,11 +227,13 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
     const cl::NDRange local = range.group_y > 1 || range.ny > 1
                                   ? cl::NDRange(range.group_x, range.group_y)
                                   : cl::NDRange(range.group_x);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr, &event);
+    const bool leaves_event = timed || observer;
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr,
+                               leaves_event ? &event : nullptr);
+    if (leaves_event) events.emplace_back(name, std::move(event));
   } catch (const cl::Error& error) {
     fail("launching " + name, error);
   }
-  events.emplace_back(name, std::move(event));
 }
 
 std::size_t Device::State::most_bytes() const {
@@ -245,31 +250,51 @@ std::size_t Device::State::padded(std::size_t bytes) const {
 
 HostMemory Device::State::host_bytes(std::size_t bytes) {
   const std::size_t size = padded(bytes);
-  HostMemory memory = pool->take_host(size);
-  std::memset(static_cast<char*>(memory.bytes.get()) + bytes, 0, size - bytes);
-  return memory;
-}
-
-Memory Device::State::share(HostMemory memory) {
-  const std::size_t size = memory.size;
   try {
-    return pool->share(std::move(memory));
+    HostMemory memory = is_in_place() ? pool->take_host(size) : staging->take(queue, size);
+    std::memset(static_cast<char*>(memory.bytes.get()) + bytes, 0, size - bytes);
+    return memory;
   } catch (const cl::Error& error) {
-    fail("sharing " + std::to_string(size) + " bytes", error);
+    fail("waiting for uploads", error);
   }
 }
 
-Memory Device::State::allocate_bytes(std::size_t bytes) {
+Memory Device::State::done_bytes(HostMemory memory) {
+  const std::size_t size = memory.size;
+  try {
+    if (is_in_place()) return pool->share(std::move(memory));
+    Memory buffer = pool->take(size);
+    const bool is_staged = memory.bytes.get_deleter().chunk;
+    queue.enqueueWriteBuffer(buffer, is_staged ? CL_FALSE : CL_TRUE, 0, size, memory.bytes.get());
+    return buffer;
+  } catch (const cl::Error& error) {
+    fail("uploading " + std::to_string(size) + " bytes", error);
+  }
+}
+
+Memory Device::State::allocate_bytes(std::size_t bytes, bool zeroed) {
   const std::size_t size = padded(bytes);
   try {
     Memory buffer = pool->take(size);
     const cl_uint zero = 0;
-    const std::size_t tail = observer ? 0 : bytes / 4 * 4;
+    const std::size_t tail = observer || zeroed ? 0 : bytes / 4 * 4;
     queue.enqueueFillBuffer(buffer, zero, tail, size - tail);
     return buffer;
   } catch (const cl::Error& error) {
     fail("allocating " + std::to_string(bytes) + " bytes", error);
   }
+}
+
+Memory Device::State::filled_bytes(const void* pattern, std::size_t pattern_bytes,
+                                   std::size_t bytes) {
+  const auto* values = static_cast<const unsigned char*>(pattern);
+  const bool is_zero =
+      std::all_of(values, values + pattern_bytes, [](unsigned char v) { return v == 0; });
+  // Then what lies beyond is filled with it.
+  if (is_zero && (!is_in_place() || bytes < kManyToFill)) return allocate_bytes(bytes, true);
+  Memory buffer = allocate_bytes(bytes);
+  if (bytes > 0) fill_bytes(buffer, pattern, pattern_bytes, bytes);
+  return buffer;
 }
 
 void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes) {
@@ -283,9 +308,16 @@ void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::siz
 void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t bytes) {
   try {
     queue.enqueueReadBuffer(from, CL_TRUE, 0, bytes, to);
+    if (staging) staging->waited();
   } catch (const cl::Error& error) {
     fail("downloading " + std::to_string(bytes) + " bytes", error);
   }
+}
+
+HostMemory Device::State::copy_bytes(const cl::Buffer& from, std::size_t bytes) {
+  HostMemory copy = host_bytes(bytes);
+  read_bytes(from, copy.bytes.get(), bytes);
+  return copy;
 }
 
 void* Device::State::map_bytes(const cl::Buffer& buffer, std::size_t bytes) {
@@ -308,16 +340,21 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
                                std::size_t pattern_bytes, std::size_t bytes) {
   if (pattern_bytes != 1 && pattern_bytes != 4)
     throw DeviceError("fill patterns are one or four bytes");
-  // From this many bytes on all processors fill: PoCL's command is left to one.
-  constexpr std::size_t kLarge = std::size_t{1} << 18;
   try {
+    if (!is_in_place()) {
+      if (pattern_bytes == 4)
+        queue.enqueueFillBuffer(buffer, *static_cast<const cl_uint*>(pattern), 0, bytes);
+      else
+        queue.enqueueFillBuffer(buffer, *static_cast<const cl_uchar*>(pattern), 0, bytes);
+      return;
+    }
     // Sixteen words at a time: PoCL stores a pattern at a time.
     cl_uint16 words;
     for (std::size_t k = 0; k < sizeof words; k += pattern_bytes)
       std::copy_n(static_cast<const char*>(pattern), pattern_bytes,
                   reinterpret_cast<char*>(&words) + k);
     const std::size_t number = bytes / sizeof words, whole = number * sizeof words;
-    if (info.kind == DeviceKind::cpu && bytes >= kLarge) {
+    if (bytes >= kManyToFill) {
       cl::Kernel& fill_words = kernel("fill.cl", "fill_words", "");
       fill_words.setArg(0, buffer);
       fill_words.setArg(1, words.s[0]);
@@ -342,6 +379,7 @@ std::vector<std::pair<std::string, double>> Device::State::take_times() {
   try {
     check_unmapped();
     queue.finish();
+    if (staging) staging->waited();
     for (const auto& [name, event] : events) {
       const auto begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
       const auto end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
@@ -354,6 +392,22 @@ std::vector<std::pair<std::string, double>> Device::State::take_times() {
   return times;
 }
 
+void Device::State::time_kernels(bool on) {
+  if (on == timed) return;
+  try {
+    check_unmapped();
+    queue.finish();
+    if (staging) staging->waited();
+    if (!other_queue_())
+      other_queue_ = cl::CommandQueue(context, info.handle, on ? CL_QUEUE_PROFILING_ENABLE : 0);
+  } catch (const cl::Error& error) {
+    fail("waiting for the kernels", error);
+  }
+  events.clear();
+  std::swap(queue, other_queue_);
+  timed = on;
+}
+
 Device::Device(const std::string& selector) : Device(select_device(selector)) {}
 
 Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
@@ -363,8 +417,9 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
     state_->queue = cl::CommandQueue(state_->context, info.handle, CL_QUEUE_PROFILING_ENABLE);
     state_->wide = info.kind == DeviceKind::cpu &&
                    info.handle.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() >= 16;
-    state_->pool =
-        std::make_unique<MemoryPool>(state_->context, state_->memory, info.largest_buffer);
+    if (info.kind != DeviceKind::cpu) state_->staging = std::make_unique<Staging>(state_->context);
+    state_->pool = std::make_unique<MemoryPool>(state_->context, state_->memory,
+                                                info.largest_buffer, state_->is_in_place());
   } catch (const cl::Error& error) {
     state_->fail("opening the device", error);
   }

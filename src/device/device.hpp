@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "device/memory_pool.hpp"
+#include "device/staging.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -86,9 +87,11 @@ struct Device::State {
   std::size_t row_group = kRowGroup;  // work-items in groups where a launch leaves it open
   std::shared_ptr<DeviceMemory> memory = std::make_shared<DeviceMemory>();
   std::unique_ptr<MemoryPool> pool;
+  std::unique_ptr<Staging> staging;  // of devices with memory of their own
 
   std::map<std::string, cl::Program> programs;            // by file and options
   std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options
+  bool timed = true;                                      // whether launches leave events
   std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
   bool keep_programs = false;  // built ones on disk, see program_cache.hpp
   std::string stage;           // named in error messages
@@ -106,12 +109,21 @@ struct Device::State {
   /// What kernels take that keep vectors of 16 floats busy, where the device has them.
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;  // that allocate_bytes can give
-  Memory allocate_bytes(std::size_t bytes);
-  HostMemory host_bytes(std::size_t bytes);  // on CPUs, see MemoryPool; zero beyond `bytes`
-  Memory share(HostMemory memory);
+  Memory allocate_bytes(std::size_t bytes, bool zeroed = false);  // beyond `bytes` it always is
+  /// Whether the device reads and writes the host's memory where it lies.
+  bool is_in_place() const { return !staging; }
+  /// Memory for the host to write, for done_bytes(); zero beyond `bytes`.
+  HostMemory host_bytes(std::size_t bytes);
+  /// A buffer of what the host wrote: in place, or copied without a wait where the memory allows
+  /// it.
+  Memory done_bytes(HostMemory memory);
+  /// What allocate_bytes() makes, with every `pattern_bytes` of it as `pattern` says, and zeros
+  /// beyond `bytes`.
+  Memory filled_bytes(const void* pattern, std::size_t pattern_bytes, std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
-  void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);  // for reading; waits
+  HostMemory copy_bytes(const cl::Buffer& from, std::size_t bytes);  // for the host to read; waits
+  void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);      // for reading, in place; waits
   void unmap(const cl::Buffer& buffer, void* mapped) noexcept;  // the next launch throws for it
   void fill_bytes(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
                   std::size_t bytes);
@@ -119,8 +131,12 @@ struct Device::State {
   /// Throws what a failed call comes to: `doing` says what the program was about, "filling 12 bytes".
   [[noreturn]] void fail(const std::string& doing, const cl::Error& error) const;
 
-  /// Waits for all work and returns the milliseconds each kernel took since the last call.
+  /// Waits for all work and returns the milliseconds each kernel took since the last call, while
+  /// launches are timed.
   std::vector<std::pair<std::string, double>> take_times();
+  /// Whether launches are timed from now on (default). A GPU's driver takes twice as long for one
+  /// that is.
+  void time_kernels(bool on);
 
  private:
   std::size_t padded(std::size_t bytes) const;  // of a buffer; throws where it would be too large
@@ -132,6 +148,8 @@ struct Device::State {
   /// be made, PoCL 3.0 aborts the process when the context goes, and nobody would learn what failed.
   void keep_context();
   bool context_is_kept_ = false;
+
+  cl::CommandQueue other_queue_;  // the timed one where launches are not timed, and the reverse
 
   /// Throws where unmap failed, which cannot throw by itself.
   void check_unmapped();
@@ -155,46 +173,29 @@ std::size_t most_values(Device& device) {
 /// A buffer filled with `value`.
 template <class T>
 Buffer<T> filled(Device& device, std::size_t size, const T& value) {
-  Buffer<T> buffer = allocate<T>(device, size);
-  if (size) device.state().fill_bytes(buffer.memory, &value, sizeof(T), size * sizeof(T));
-  return buffer;
+  return {device.state().filled_bytes(&value, sizeof(T), size * sizeof(T)), size};
 }
 
 /// Values that the host writes, all of them, for a buffer that done() makes of them: in place where
-/// the device shares the host's memory, which waits for nothing, else copied when they are done.
+/// the device shares the host's memory, else copied when they are done. Neither waits.
 template <class T>
 class Upload {
  public:
-  Upload(Device& device, std::size_t size) : device_(device), size_(size) {
-    if (device.state().info.kind == DeviceKind::cpu) {
-      memory_ = device.state().host_bytes(size * sizeof(T));
-      values_ = static_cast<T*>(memory_.bytes.get());
-    } else {
-      copied_.resize(size);
-      values_ = copied_.data();
-    }
-  }
+  Upload(Device& device, std::size_t size)
+      : device_(device), size_(size), memory_(device.state().host_bytes(size * sizeof(T))) {}
   Upload(const Upload&) = delete;
   Upload& operator=(const Upload&) = delete;
 
   std::size_t size() const { return size_; }
-  T* data() { return values_; }
-  T& operator[](std::size_t i) { return values_[i]; }
+  T* data() { return static_cast<T*>(memory_.bytes.get()); }
+  T& operator[](std::size_t i) { return data()[i]; }
 
-  Buffer<T> done() {
-    if (device_.state().info.kind == DeviceKind::cpu)
-      return {device_.state().share(std::move(memory_)), size_};
-    Buffer<T> buffer = allocate<T>(device_, size_);
-    if (size_) device_.state().write_bytes(buffer.memory, values_, size_ * sizeof(T));
-    return buffer;
-  }
+  Buffer<T> done() { return {device_.state().done_bytes(std::move(memory_)), size_}; }
 
  private:
   Device& device_;
   std::size_t size_;
   HostMemory memory_;
-  std::vector<T> copied_;
-  T* values_ = nullptr;
 };
 
 /// Copies host values into a new buffer. Returns when the host values are no longer needed.
@@ -205,14 +206,6 @@ Buffer<T> upload(Device& device, const std::vector<T>& values) {
   return copy.done();
 }
 
-/// Waits for all work and copies a buffer to the host.
-template <class T>
-std::vector<T> download(Device& device, const Buffer<T>& buffer) {
-  std::vector<T> values(buffer.size);
-  if (buffer.size) device.state().read_bytes(buffer.memory, values.data(), buffer.size * sizeof(T));
-  return values;
-}
-
 /// A buffer's values on the host, to be read while this lives and the device is given no work: in
 /// place where the device shares the host's memory, else a copy. Waits for all work.
 template <class T>
@@ -221,12 +214,12 @@ class HostView {
   HostView(Device& device, const Buffer<T>& buffer)
       : state_(device.state()), memory_(buffer.memory), size_(buffer.size) {
     if (size_ == 0) return;
-    if (state_.info.kind == DeviceKind::cpu) {
+    if (state_.is_in_place()) {
       mapped_ = state_.map_bytes(memory_, size_ * sizeof(T));
       data_ = static_cast<const T*>(mapped_);
     } else {
-      copy_ = download(device, buffer);
-      data_ = copy_.data();
+      copy_ = state_.copy_bytes(memory_, size_ * sizeof(T));
+      data_ = static_cast<const T*>(copy_.bytes.get());
     }
   }
   ~HostView() {
@@ -244,8 +237,42 @@ class HostView {
   Memory memory_;
   std::size_t size_;
   void* mapped_ = nullptr;
-  std::vector<T> copy_;
+  HostMemory copy_;
   const T* data_ = nullptr;
+};
+
+/// Waits for all work and copies a buffer to the host.
+template <class T>
+std::vector<T> download(Device& device, const Buffer<T>& buffer) {
+  if (device.state().is_in_place()) {
+    std::vector<T> values(buffer.size);
+    if (buffer.size)
+      device.state().read_bytes(buffer.memory, values.data(), buffer.size * sizeof(T));
+    return values;
+  }
+  const HostView view(device, buffer);
+  return std::vector<T>(view.data(), view.data() + view.size());
+}
+
+/// While this lives launches are timed, or are not; nothing may be on its way when it ends.
+class TimedKernels {
+ public:
+  TimedKernels(Device& device, bool timed) : state_(device.state()), before_(state_.timed) {
+    state_.time_kernels(timed);
+  }
+  ~TimedKernels() {
+    try {
+      state_.time_kernels(before_);
+    } catch (const Error&) {
+      // The next command meets it again.
+    }
+  }
+  TimedKernels(const TimedKernels&) = delete;
+  TimedKernels& operator=(const TimedKernels&) = delete;
+
+ private:
+  Device::State& state_;
+  bool before_;
 };
 
 template <class T>

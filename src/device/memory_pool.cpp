@@ -99,8 +99,8 @@ Memory::operator const cl::Buffer&() const {
 }
 
 std::uint64_t MemoryPool::Shelf::most() const {
-  constexpr std::uint64_t kAlways = 64 << 20;
-  return std::max(kAlways, most_used);
+  constexpr std::uint64_t kAlways = 64 << 20, kAlwaysElsewhere = 256 << 20;
+  return in_place ? std::max(kAlways, most_used) : std::max(kAlwaysElsewhere, 2 * most_used);
 }
 
 void MemoryPool::Shelf::shrink(std::uint64_t most) {
@@ -115,8 +115,10 @@ void MemoryPool::Shelf::shrink(std::uint64_t most) {
 }
 
 MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count,
-                       std::size_t largest)
-    : context_(std::move(context)), count_(std::move(count)), largest_(largest) {}
+                       std::size_t largest, bool in_place)
+    : context_(std::move(context)), count_(std::move(count)), largest_(largest) {
+  shelf_->in_place = in_place;
+}
 
 // What make_buffer() makes; where that fails, once more without what lies idle.
 template <class Make>

@@ -14,8 +14,12 @@ namespace meniscus {
 class DeviceMemory;
 class MemoryPool;
 
+/// A piece of page-locked memory that parts are taken from, one behind the other (staging.hpp).
+struct StagingChunk;
+
 struct FreeBytes {
-  void operator()(void* bytes) const { std::free(bytes); }
+  StagingChunk* chunk = nullptr;  // that it is a part of; null: memory of its own
+  void operator()(void* bytes) const;
 };
 /// Memory of the host that a device is to use.
 struct HostMemory {
@@ -39,12 +43,14 @@ class Memory {
 /// frame; what is given back is used again for buffers of about the same size.
 /// All commands on it must go to one in-order queue: what was given back may still be in use by
 /// queued commands, which then come before those of its next user.
-/// The pool holds no more than the most that was in use at a time, or 64 MB. Handles may outlive
-/// the pool and the device, and may be dropped by any thread.
+/// The pool holds no more than the most that was in use at a time, or 64 MB; on a device with
+/// memory of its own twice that, or 256 MB: drivers take as long for a buffer as for a small
+/// kernel. Handles may outlive the pool and the device, and may be dropped by any thread.
 class MemoryPool {
  public:
-  /// `largest`: bytes that one buffer may have.
-  MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count, std::size_t largest);
+  /// `largest`: bytes that one buffer may have. `in_place`: the device uses the host's memory.
+  MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count, std::size_t largest,
+             bool in_place);
 
   /// At least `bytes`, with any content. Throws cl::Error.
   Memory take(std::size_t bytes);
@@ -70,7 +76,7 @@ class MemoryPool {
   // What handles share, so that the last can give its block back.
   struct Shelf {
     std::mutex mutex;
-    bool reuse = true;
+    bool reuse = true, in_place = true;
     std::uint64_t used = 0, most_used = 0, idle = 0;  // bytes
     std::uint64_t given_back = 0;                     // blocks so far: the age of idle ones
     std::map<std::size_t, std::map<std::uint64_t, cl::Buffer>> blocks;  // idle: by size, by age

@@ -264,6 +264,7 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   check(params);
   Surface surface;
   surface.camera = camera;
+  const TimedKernels timed(device, timings != nullptr);
   StageClock clock(device, timings);
   clock.start("survey");
   const Survey& survey = survey_of(source);

@@ -1,6 +1,8 @@
 // Buffers of an opened device, seen from the host.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "device/device.hpp"
 
 namespace meniscus {
@@ -24,17 +26,23 @@ TEST_F(DeviceBuffer, ViewsShowWhatWasWritten) {
   EXPECT_EQ(download(device_, buffer), values);  // and again when the view is gone
 }
 
+// As if the device had memory of its own, or as if it had none.
+void stage(Device& device, bool on) {
+  device.state().staging = on ? std::make_unique<Staging>(device.state().context) : nullptr;
+}
+
 TEST_F(DeviceBuffer, ViewsOfOtherKindsOfDevicesAreCopies) {
   const auto buffer = upload(device_, std::vector<float>{1, 2, 3});
-  device_.state().info.kind = DeviceKind::gpu;
+  stage(device_, true);
   const HostView view(device_, buffer);
   EXPECT_EQ(std::vector<float>(view.data(), view.data() + view.size()),
             (std::vector<float>{1, 2, 3}));
+  EXPECT_EQ(download(device_, buffer), (std::vector<float>{1, 2, 3}));
 }
 
 TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWroteAndZerosBehind) {
-  for (const DeviceKind kind : {device_.info().kind, DeviceKind::gpu}) {
-    device_.state().info.kind = kind;
+  for (const bool staged : {false, true}) {
+    stage(device_, staged);
     for (const std::size_t size : {0u, 1u, 16u, 1000u}) {
       Upload<int> values(device_, size);
       for (std::size_t k = 0; k < size; ++k) values[k] = 7 - static_cast<int>(k);
@@ -48,8 +56,56 @@ TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWroteAndZerosBehind) {
   }
 }
 
+// What is on its way is not written over, however much there is of it; nor what is being looked at.
+TEST_F(DeviceBuffer, ManyUploadsWithoutAWaitStayWhole) {
+  stage(device_, true);
+  constexpr std::size_t kLarge = 3 << 18;  // 3 MB: 270 MB in all, more than is ever staged
+  std::vector<Buffer<int>> buffers;
+  for (int k = 0; k < 90; ++k) {
+    Upload<int> values(device_, k % 3 == 2 ? 5 : kLarge);
+    std::fill_n(values.data(), values.size(), k);
+    buffers.push_back(values.done());
+  }
+  const HostView first(device_, buffers.front());
+  for (int k = 0; k < 90; ++k) {
+    const std::vector<int> found = download(device_, buffers[static_cast<std::size_t>(k)]);
+    ASSERT_EQ(found, std::vector<int>(k % 3 == 2 ? 5 : kLarge, k));
+  }
+  EXPECT_TRUE(std::all_of(first.data(), first.data() + first.size(), [](int v) { return v == 0; }));
+}
+
+// More than is ever staged at a time goes through memory of its own.
+TEST_F(DeviceBuffer, WhatIsTooLargeToStageGoesWithoutIt) {
+  stage(device_, true);
+  const std::size_t size = (std::size_t{260} << 20) / sizeof(int);
+  Upload<int> values(device_, size);
+  std::fill_n(values.data(), size, 11);
+  const auto buffer = values.done();
+  const HostView view(device_, buffer);
+  EXPECT_EQ(view[0], 11);
+  EXPECT_EQ(view[size - 1], 11);
+}
+
+TEST_F(DeviceBuffer, LaunchesAreTimedOrNot) {
+  const auto words = filled<cl_uint>(device_, 64, 7u);
+  const auto launched = [&] {
+    launch(device_, "probe.cl", "lower_words", {64}, "", words, cl_uint{63});
+    return device_.state().take_times().size();
+  };
+  EXPECT_EQ(launched(), 1u);
+  {
+    const TimedKernels untimed(device_, false);
+    EXPECT_EQ(launched(), 0u);
+    const TimedKernels timed(device_, true);
+    EXPECT_EQ(launched(), 1u);
+  }
+  EXPECT_EQ(launched(), 1u);
+}
+
 TEST_F(DeviceBuffer, AreFilledToTheLastValue) {
   for (const std::size_t size : {1u, 15u, 16u, 100u, 65535u, 65536u, 65537u, 300001u}) {
+    stage(device_, size % 2 == 1);
+    EXPECT_EQ(download(device_, filled(device_, size, 0.0f)), std::vector<float>(size, 0.0f));
     const auto words = filled<cl_int>(device_, size, -1234567);
     EXPECT_EQ(download(device_, words), std::vector<cl_int>(size, -1234567)) << size;
     const auto bytes = filled<cl_uchar>(device_, 4 * size + 1, 7);

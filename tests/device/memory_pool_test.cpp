@@ -90,7 +90,7 @@ TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
   for (int frame = 0; frame < 20; ++frame) {
     HostMemory host = device.state().host_bytes(4 * kMany);
     std::fill_n(static_cast<float*>(host.bytes.get()), kMany, static_cast<float>(frame));
-    Memory shared = device.state().share(std::move(host));
+    Memory shared = device.state().done_bytes(std::move(host));
     EXPECT_GE(memory.now(), before + 4 * kMany);
     device.state().queue.enqueueCopyBuffer(shared, copy.memory, 0, 0, 4 * kMany);
     shared = {};
@@ -109,8 +109,8 @@ TEST(MemoryPool, SharedMemoryIsUsedAgainWhenNobodyReadsItAnyMore) {
     first = one.bytes.get();
     other = two.bytes.get();
     EXPECT_NE(first, other);
-    const Memory shared = device.state().share(std::move(one));
-    const Memory more = device.state().share(std::move(two));
+    const Memory shared = device.state().done_bytes(std::move(one));
+    const Memory more = device.state().done_bytes(std::move(two));
   }
   EXPECT_EQ(memory_left(memory), 0u);
   const HostMemory again = device.state().host_bytes(4 * kMany);

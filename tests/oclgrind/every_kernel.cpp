@@ -97,9 +97,9 @@ int main() try {
     const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
     select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
     // What only larger frames need: large fills, particles in several chunks.
-    const DeviceKind kind = std::exchange(device.state().info.kind, DeviceKind::cpu);
+    auto staging = std::move(device.state().staging);  // a CPU has none
     filled(device, std::size_t{1} << 16, 1.0f);
-    device.state().info.kind = kind;
+    device.state().staging = std::move(staging);
     constexpr int kCovers = 1024;
     bound_bins(
         device,
