@@ -245,10 +245,11 @@ inline Field field_at(const Cells cells, global const float* weight, const Lines
 
 // The particles near rays between depths, so that the field along them needs no search.
 #define MOST_NEAR 384
+#define NEAR_ROOM (WIDTH == 1 ? 4 : WIDTH)
 typedef struct {
   int count;  // -1: more than MOST_NEAR, search at every point
-  int item[MOST_NEAR + WIDTH];
-  Parabola parabola[MOST_NEAR];
+  int item[MOST_NEAR + NEAR_ROOM];
+  Parabola parabola[MOST_NEAR + NEAR_ROOM];
 } Near;
 
 // Vectors of rays that one search of the cells serves: each then takes its own from what is found.
@@ -266,7 +267,7 @@ typedef struct {
   floatv from, to;  // the depths that lanes ask for
   float low, high;  // depths between which it holds all that is near the rays
   int count;        // -2: not searched yet, -1: more than MOST_NEAR
-  int item[MOST_NEAR + WIDTH];
+  int item[MOST_NEAR + NEAR_ROOM];
 } Around;
 
 inline float sum_of_lanes(const floatv v) {
@@ -313,25 +314,49 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
   return b;
 }
 
+// Particles that a search looks at at once. A GPU's work-item waits for what it loads, and with four
+// at a time a fourth as often.
+#if WIDTH == 1
+#define SEARCHED 4
+typedef float4 floats;
+typedef int4 ints;
+#define LOAD_SEARCHED(p) vload4(0, (p))
+#define SEARCHED_LANES ((int4)(0, 1, 2, 3))
+#else
+#define SEARCHED WIDTH
+typedef floatv floats;
+typedef intv ints;
+#define LOAD_SEARCHED(p) JOIN(vload, WIDTH)(0, (p))
+#define SEARCHED_LANES TO_INTV(LANES)
+#endif
+
 // Which points are within `reach` of the axis.
-inline intv near_beam(const Beam b, const floatv x, const floatv y, const floatv z,
+inline ints near_beam(const Beam b, const floats x, const floats y, const floats z,
                       const float reach) {
-  const floatv dx = x - b.x, dy = y - b.y, dz = z - b.z;
-  const floatv along = fma(dx, (floatv)(b.ex), fma(dy, (floatv)(b.ey), dz * b.ez));
-  const floatv s = -clamp(along * b.per_length, 0.0f, 1.0f);
-  const floatv qx = fma(s, (floatv)(b.ex), dx), qy = fma(s, (floatv)(b.ey), dy),
-               qz = fma(s, (floatv)(b.ez), dz);
+  const floats dx = x - b.x, dy = y - b.y, dz = z - b.z;
+  const floats along = fma(dx, (floats)(b.ex), fma(dy, (floats)(b.ey), dz * b.ez));
+  const floats s = -clamp(along * b.per_length, 0.0f, 1.0f);
+  const floats qx = fma(s, (floats)(b.ex), dx), qy = fma(s, (floats)(b.ey), dy),
+               qz = fma(s, (floats)(b.ez), dz);
   return fma(qx, qx, fma(qy, qy, qz * qz)) <= reach * reach;
 }
 
 // Cells of a row that never share a bucket (kFewestBuckets).
 #define ROW_CELLS 32
 
+// Which of the SEARCHED particles from p on a search takes.
+inline ints taken_from(const Cells cells, const Beam b, const int p, const int end, const int tag,
+                       const int row_cells) {
+  const ints tags = LOAD_SEARCHED((global const int*)cells.tag + p);
+  return near_beam(b, LOAD_SEARCHED(cells.x + p), LOAD_SEARCHED(cells.y + p),
+                   LOAD_SEARCHED(cells.z + p), b.reach) &
+         SAME_ROW(tags, tag) & (((tags - tag) & 2047) < row_cells) & (SEARCHED_LANES < end - p);
+}
+
 // Lists the particles near a beam; -1 where they are more than MOST_NEAR. Layer by layer, the stretch
 // of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
 // a row the row's cells: hardly a cell is visited in vain.
 inline int search_cells(const Cells cells, const Beam b, int* item) {
-  global const int* tags = (global const int*)cells.tag;
   const float c = cells.inverse_cell, side = 1.0f / c, end = b.z + b.ez;
   // What is beside the axis is at most so far above or below the point that it is nearest to.
   const float rise = b.reach * sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
@@ -362,14 +387,17 @@ inline int search_cells(const Cells cells, const Beam b, int* item) {
           const int tag = (int)tag_of(i, j + row_at, k);
           Row row = row_of(i, j + row_at, k, row_cells, cells.mask);
           while (next_range(&row, cells.start, cells.mask))
-            for (int p = row.begin; p < row.end; p += WIDTH) {
-              const intv tags_here = LOADI(tags + p);
-              const intv take =
-                  near_beam(b, LOADF(cells.x + p), LOADF(cells.y + p), LOADF(cells.z + p), b.reach) &
-                  SAME_ROW(tags_here, tag) & (((tags_here - tag) & 2047) < row_cells) &
-                  (TO_INTV(LANES) < row.end - p);
+            for (int p = row.begin; p < row.end; p += SEARCHED) {
+              const ints take = taken_from(cells, b, p, row.end, tag, row_cells);
+#if WIDTH == 1
+              count = append(take.x, p, item, count);
+              count = append(take.y, p + 1, item, count);
+              count = append(take.z, p + 2, item, count);
+              count = append(take.w, p + 3, item, count);
+#else
               if (!ANY(take)) continue;
               count = append(take, p, item, count);
+#endif
               if (count > MOST_NEAR) return -1;
             }
         }
@@ -377,6 +405,13 @@ inline int search_cells(const Cells cells, const Beam b, int* item) {
   }
   return count;
 }
+
+// Particles that are looked at before any of them is listed: as SEARCHED.
+#if WIDTH == 1
+#define AT_ONCE 4
+#else
+#define AT_ONCE 1
+#endif
 
 // Lists the particles within the support of a wanted ray between two lengths of it. The first call
 // searches for all rays of `around`, as deep as they will ask or, where that finds too many, DEEPEST;
@@ -387,7 +422,7 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
   const floatv nowhere = (floatv)(INFINITY);
   const float low = least_lane(SELECT(nowhere, line->deep * from, wanted)),
               high = -least_lane(SELECT(nowhere, -line->deep * to, wanted));
-  int shared = around->count == -2 && (WIDTH > 1 || around->vectors > 1), own = 0;
+  int shared = VECTORS > 1 && around->count == -2, own = 0;
   if (shared) {
     around->low = least_lane(around->from);
     around->high = -least_lane(-around->to);
@@ -413,16 +448,25 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
   const int* item = own ? near->item : around->item;
   const int found = own ? near->count : around->count;
   const floatv middle = 0.5f * (from + to), extent = SELECT(-nowhere, 0.5f * (to - from), wanted);
-  int count = found < 0 ? -1 : 0;
-  for (int k = 0; k < found; ++k) {
-    const int p = item[k];
-    const Parabola parabola = parabola_of(line, cells.x[p], cells.y[p], cells.z[p]);
-    const floatv beyond = larger(fabs(middle + parabola.at) - extent, (floatv)(0.0f));
-    near->item[count] = p;
-    near->parabola[count] = parabola;
-    count += ANY(fma(-beyond, beyond, parabola.most) > -0.001f) ? 1 : 0;
+  int count = 0;
+  for (int k = 0; k < found; k += AT_ONCE) {
+    int p[AT_ONCE], reaches[AT_ONCE];
+    Parabola parabola[AT_ONCE];
+#pragma unroll
+    for (int m = 0; m < AT_ONCE; ++m) {
+      p[m] = item[min(k + m, found - 1)];
+      parabola[m] = parabola_of(line, cells.x[p[m]], cells.y[p[m]], cells.z[p[m]]);
+      const floatv beyond = larger(fabs(middle + parabola[m].at) - extent, (floatv)(0.0f));
+      reaches[m] = ANY(fma(-beyond, beyond, parabola[m].most) > -0.001f) && k + m < found;
+    }
+#pragma unroll
+    for (int m = 0; m < AT_ONCE; ++m) {
+      near->item[count] = p[m];
+      near->parabola[count] = parabola[m];
+      count += reaches[m] ? 1 : 0;
+    }
   }
-  near->count = count;
+  near->count = found < 0 ? -1 : count;
 }
 
 // The field at points between these lengths.

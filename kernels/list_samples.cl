@@ -1,7 +1,7 @@
 // list_samples.cl: makes the lists of samples.cl. One work-item per tile.
 
 // Morton order: the even bits of k are the column's, the odd ones the row's.
-inline int column_of(const int k) { return k & 1 | k >> 1 & 2 | k >> 2 & 4 | k >> 3 & 8; }
+inline int column_of(const int k) { return (k & 1) | (k >> 1 & 2) | (k >> 2 & 4) | (k >> 3 & 8); }
 inline int row_of(const int k) { return column_of(k >> 1); }
 
 // The samples of a tile where a map is finite, of every `every`th row and column (a power of two,
@@ -106,12 +106,26 @@ kernel void keep_samples(global const int* sample, global const int* count,
                          const int tiles, const int where) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
+  sample += tile * TILE_SAMPLES;
+  kept += tile * TILE_SAMPLES;
+  const int listed = count[tile];
   int used = 0;
-  for (int k = 0; k < count[tile]; ++k) {
-    const int at = sample[tile * TILE_SAMPLES + k];
-    if (where == NEARER_UNLESS && unwanted[at] < INFINITY) continue;
-    if (nearer[at] < (where == FINITE ? INFINITY : depth[at]))
-      kept[tile * TILE_SAMPLES + used++] = at;
+  for (int k = 0; k < listed; k += 8) {  // eight at a time, which are loaded before any is kept
+    int at[8], keep[8];
+    const int8 eight = vload8(0, sample + k);
+    const int8 in_use = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < listed - k;
+    vstore8(select((int8)(eight.s0), eight, in_use), 0, at);
+    vstore8(in_use, 0, keep);
+#pragma unroll
+    for (int m = 0; m < 8; ++m) {
+      if (where == NEARER_UNLESS) keep[m] &= !(unwanted[at[m]] < INFINITY);
+      keep[m] &= nearer[at[m]] < (where == FINITE ? INFINITY : depth[at[m]]);
+    }
+#pragma unroll
+    for (int m = 0; m < 8; ++m) {  // without branches, as above
+      kept[used] = at[m];
+      used += keep[m] & 1;
+    }
   }
   kept_count[tile] = used;
 }

@@ -227,10 +227,9 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
     const cl::NDRange local = range.group_y > 1 || range.ny > 1
                                   ? cl::NDRange(range.group_x, range.group_y)
                                   : cl::NDRange(range.group_x);
-    const bool leaves_event = timed || observer;
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr,
-                               leaves_event ? &event : nullptr);
-    if (leaves_event) events.emplace_back(name, std::move(event));
+                               timed ? &event : nullptr);
+    if (timed) events.emplace_back(name, std::move(event));
   } catch (const cl::Error& error) {
     fail("launching " + name, error);
   }

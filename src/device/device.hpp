@@ -254,11 +254,12 @@ std::vector<T> download(Device& device, const Buffer<T>& buffer) {
   return std::vector<T>(view.data(), view.data() + view.size());
 }
 
-/// While this lives launches are timed, or are not; nothing may be on its way when it ends.
+/// While this lives launches are timed, or are not unless somebody watches them; nothing may be on
+/// its way when it ends.
 class TimedKernels {
  public:
   TimedKernels(Device& device, bool timed) : state_(device.state()), before_(state_.timed) {
-    state_.time_kernels(timed);
+    state_.time_kernels(timed || state_.observer);
   }
   ~TimedKernels() {
     try {
