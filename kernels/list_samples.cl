@@ -97,6 +97,13 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
 #define NEARER_UNLESS 1
 #define FINITE 2
 
+// Samples that are looked at before any of them is kept: a GPU's work-item waits for each it loads.
+#if WIDTH == 1
+#define AT_ONCE 8
+#else
+#define AT_ONCE 1
+#endif
+
 kernel void keep_samples(global const int* sample, global const int* count,
                          global const float* nearer,    // [samples]
                          global const float* depth,     // [samples], read unless FINITE
@@ -110,22 +117,17 @@ kernel void keep_samples(global const int* sample, global const int* count,
   kept += tile * TILE_SAMPLES;
   const int listed = count[tile];
   int used = 0;
-  for (int k = 0; k < listed; k += 8) {  // eight at a time, which are loaded before any is kept
-    int at[8], keep[8];
-    const int8 eight = vload8(0, sample + k);
-    const int8 in_use = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < listed - k;
-    vstore8(select((int8)(eight.s0), eight, in_use), 0, at);
-    vstore8(in_use, 0, keep);
+  for (int k = 0; k < listed; k += AT_ONCE) {
+    int at[AT_ONCE], keep[AT_ONCE];
 #pragma unroll
-    for (int m = 0; m < 8; ++m) {
+    for (int m = 0; m < AT_ONCE; ++m) {
+      at[m] = sample[min(k + m, listed - 1)];
+      keep[m] = (k + m < listed) & (nearer[at[m]] < (where == FINITE ? INFINITY : depth[at[m]]));
       if (where == NEARER_UNLESS) keep[m] &= !(unwanted[at[m]] < INFINITY);
-      keep[m] &= nearer[at[m]] < (where == FINITE ? INFINITY : depth[at[m]]);
     }
 #pragma unroll
-    for (int m = 0; m < 8; ++m) {  // without branches, as above
-      kept[used] = at[m];
-      used += keep[m] & 1;
-    }
+    for (int m = 0; m < AT_ONCE; ++m)
+      if (keep[m]) kept[used++] = at[m];
   }
   kept_count[tile] = used;
 }

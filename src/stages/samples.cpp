@@ -30,8 +30,9 @@ enum class Where : cl_int { nearer, nearer_unless, finite };  // as in list_samp
 SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                  const Buffer<float>& depth, const Buffer<float>& unwanted, Where where) {
   const SampleLists kept = no_samples(device, lists.grid);
-  launch(device, "list_samples.cl", "keep_samples", {lists.tiles()}, "", lists.sample, lists.count,
-         nearer, depth, unwanted, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
+  launch(device, "list_samples.cl", "keep_samples", {lists.tiles()},
+         width_option(device.state().vector_width), lists.sample, lists.count, nearer, depth,
+         unwanted, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
          static_cast<cl_int>(where));
   return kept;
 }
