@@ -88,7 +88,7 @@ kernel void filter_bilateral(global const float* depth,  // padded; +inf: no sur
       sum += weight * step;
       total += weight;
     }
-  STOREF(centre + sum / larger(total, (floatv)(1e-30f)), smoothed + here);
+  STOREF(SELECT(centre, centre + sum / larger(total, (floatv)(1e-30f)), open), smoothed + here);
 }
 
 // The depths that a sample on one side of the centre may have.
@@ -156,7 +156,7 @@ kernel void filter_narrow_range(global const float* depth,  // padded; +inf: no 
                  &up_right, &sum, &total);
     }
   }
-  STOREF(centre + sum / total, smoothed + here);
+  STOREF(SELECT(centre, centre + sum / total, open), smoothed + here);
 }
 
 // One explicit step of mean curvature flow: the surface moves by dtau times its mean curvature
@@ -248,5 +248,5 @@ kernel void flow_step(global const float* depth,  // padded; +inf: no surface
   const floatv speed = (e * n - 2.0f * f * mixed + g * l) / (2.0f * squared * along);
   // A tenth of a radius at most: what a ray that grazes would see.
   const floatv move = fmin(fmax(limits.y * speed, (floatv)(-0.1f)), (floatv)(0.1f));
-  STOREF(centre + SELECT((floatv)(0.0f), move, open), flowed + here);
+  STOREF(SELECT(centre, centre + move, open), flowed + here);
 }

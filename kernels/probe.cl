@@ -1,9 +1,15 @@
 // probe.cl: what a device can do at most, as the benchmarks measure it (src/device/probe.hpp).
 
-// Reads and writes WIDTH values an item.
+// Reads and writes WIDTH values an item, four where that is 1: a GPU starts items no faster than it
+// could copy as many floats.
 kernel void copy_values(global const float* from, global float* to) {
+#if WIDTH == 1
+  const int i = get_global_id(0);
+  vstore4(vload4(i, from), i, to);
+#else
   const int i = get_global_id(0) * WIDTH;
   STOREF(LOADF(from + i), to + i);
+#endif
 }
 
 // Eight chains of fused multiply-adds an item, each 16 long a round: more than enough to hide the

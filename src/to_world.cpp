@@ -14,6 +14,10 @@ namespace {
 std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& image,
                        const std::vector<float>& residuals, const Aovs& aovs, Surface& surface) {
   const std::size_t pixels = image.grid.size(), nx = static_cast<std::size_t>(image.grid.nx);
+  // By this thread, which finds the room of the frame before again.
+  surface.depth.reserve(pixels);
+  if (aovs.normal) surface.normal.reserve(pixels);
+  if (aovs.position) surface.position.reserve(pixels);
   parallel_both(  // while the device still works
       [&] {
         surface.depth.resize(pixels, kNoSurface);

@@ -91,13 +91,17 @@ LaunchCost measure_launches(Device& device, int tries) {
 Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
   Roofline roofline;
   const int width = device.state().vector_width;
-  for (const std::size_t bytes : effort.copy_bytes) {
+  const auto copied = static_cast<std::size_t>(std::max(width, 4));  // by an item
+  std::vector<std::size_t> sizes = effort.copy_bytes;
+  if (!device.state().is_in_place()) sizes.push_back(8 * sizes.back());  // caches are large there
+  for (const std::size_t bytes : sizes) {
     if (bytes / 2 > device.info().largest_buffer) continue;
     const std::size_t values = bytes / 2 / sizeof(float) / 512 * 512;
     const auto from = filled<float>(device, values, 1.0f), to = filled<float>(device, values, 0.0f);
     const double seconds = best_seconds(device, effort, [&] {
-      launch(device, "probe.cl", "copy_values", {values / static_cast<std::size_t>(width)},
-             width_option(width), from, to);
+      launch(device, "probe.cl", "copy_values",
+             {values / copied, 1, width == 1 ? std::size_t{128} : kRowGroup}, width_option(width),
+             from, to);
     });
     const double moved = 2.0 * sizeof(float) * static_cast<double>(values);
     roofline.copy.push_back({moved, 1e-9 * moved / seconds});

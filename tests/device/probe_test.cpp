@@ -34,7 +34,7 @@ TEST_P(Probe, CopiesAndLowersWhatItSays) {
     std::vector<float> values(1024);
     for (std::size_t k = 0; k < values.size(); ++k) values[k] = static_cast<float>(k);
     const auto from = upload(device_, values), to = filled<float>(device_, values.size(), 0.0f);
-    launch(device_, "probe.cl", "copy_values", {1024u / static_cast<unsigned>(width)},
+    launch(device_, "probe.cl", "copy_values", {1024u / static_cast<unsigned>(std::max(width, 4))},
            width_option(width), from, to);
     EXPECT_EQ(download(device_, to), values) << width;
 

@@ -148,7 +148,7 @@ Launched launch_once(const std::string& failing = "") {
   device.state().keep_programs = true;
   test::fail_call(failing);
   const auto from = filled<float>(device, 512, 3.0f), to = filled<float>(device, 512, 0.0f);
-  launch(device, "probe.cl", "copy_values", {512}, width_option(1), from, to);
+  launch(device, "probe.cl", "copy_values", {128}, width_option(1), from, to);
   const std::vector<std::string> calls = test::calls_made();
   test::fail_call("");
   return {download(device, to) == std::vector<float>(512, 3.0f),
@@ -199,7 +199,7 @@ TEST_F(ProgramCache, ChangedKernelsAreNotKept) {
   device.state().keep_programs = true;
   device.state().kernel_text = [](const std::string&, const std::string& text) { return text; };
   const auto from = filled<float>(device, 512, 3.0f), to = filled<float>(device, 512, 0.0f);
-  launch(device, "probe.cl", "copy_values", {512}, width_option(1), from, to);
+  launch(device, "probe.cl", "copy_values", {128}, width_option(1), from, to);
   EXPECT_TRUE(entries().empty());
 }
 

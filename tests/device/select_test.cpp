@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <future>
 
 #include "device/device.hpp"
@@ -70,7 +71,15 @@ TEST(SelectDevice, NamesTheDevicesThereAreWhenNoneMatches) {
   EXPECT_THAT(error_of("99999999999999999999"), HasSubstr("no usable OpenCL device matches"));
 }
 
+bool has_cpu() {
+  const std::vector<DeviceInfo> devices = list_devices();
+  return std::any_of(devices.begin(), devices.end(), [](const DeviceInfo& device) {
+    return device.kind == DeviceKind::cpu && device.usable;
+  });
+}
+
 TEST(DividedDevice, HasPartsThatTogetherAreItOrIsItself) {
+  if (!has_cpu()) GTEST_SKIP() << "only a CPU can be divided";
   const DeviceInfo whole = select_device("cpu");
   for (const int frames : {1, 2, 3, 5}) {
     const std::vector<DeviceInfo> parts = divided(whole, frames);
@@ -94,6 +103,7 @@ TEST(DividedDevice, HasPartsThatTogetherAreItOrIsItself) {
 }
 
 TEST(DividedDevice, PartsOfDifferentFramesComputeAtTheSameTime) {
+  if (!has_cpu()) GTEST_SKIP() << "only a CPU can be divided";
   const std::vector<float> values(100'000, 2.5f);
   std::vector<std::future<std::vector<float>>> copies;
   for (const DeviceInfo& part : divided(select_device("cpu"), 3))
