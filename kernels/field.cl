@@ -422,7 +422,7 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
   const floatv nowhere = (floatv)(INFINITY);
   const float low = least_lane(SELECT(nowhere, line->deep * from, wanted)),
               high = -least_lane(SELECT(nowhere, -line->deep * to, wanted));
-  int shared = VECTORS > 1 && around->count == -2, own = 0;
+  int shared = around->count == -2, own = 0;
   if (shared) {
     around->low = least_lane(around->from);
     around->high = -least_lane(-around->to);

@@ -99,7 +99,7 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
 
 // Samples that are looked at before any of them is kept: a GPU's work-item waits for each it loads.
 #if WIDTH == 1
-#define AT_ONCE 8
+#define AT_ONCE 16
 #else
 #define AT_ONCE 1
 #endif
