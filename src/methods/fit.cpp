@@ -169,7 +169,6 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   SeenMesh triangulated;
   SplatParticles splash;
   double radius = 0;
-  std::vector<Vec3d> normals;
   FieldSurface found;
   Visible rim;
   FitNeighbours neighbours;
@@ -177,8 +176,6 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       [&] {
         triangulated = triangulate_without_pits(
             view, projected, more_visible(fitted, params.visible.owned), params.triangle);
-        normals = first_normals(view, projected, fitted, triangulated.mesh,
-                                smooth_normals(triangulated.mesh, params.merge.smoothing_rounds));
       },
       [&] {
         {
@@ -200,6 +197,11 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   FrontAndCore on_image;  // drawn while the host is at the fits' records
   if (params.image) on_image = draw_fronts(pixel_grid(view));
   clock.start("fit");
+  const NormalSources sources =
+      normal_sources(projected, fitted, mesh, without_descent(fitted, found));
+  const std::vector<Vec3d> normals =
+      first_normals(view, projected, fitted, mesh,
+                    smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
   const ParticleFits fits = fit_particles(device, projected, rim, around, neighbours, params.fit);
   clock.start("trust");
