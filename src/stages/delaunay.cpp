@@ -59,6 +59,14 @@ std::vector<std::int32_t> insertion_order(const std::vector<ScreenPoint>& points
   return order;
 }
 
+// The points of a face, the smallest first.
+std::array<std::int32_t, 3> corners_of(const Delaunay::Face_handle& face) {
+  std::array<std::int32_t, 3> t{face->vertex(0)->info(), face->vertex(1)->info(),
+                                face->vertex(2)->info()};
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
 }  // namespace
 
 struct ScreenDelaunay::Net {
@@ -97,7 +105,7 @@ ScreenDelaunay::ScreenDelaunay(const std::vector<ScreenPoint>& points)
 
 ScreenDelaunay::~ScreenDelaunay() = default;
 
-std::vector<std::int32_t> ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
+ScreenDelaunay::Changes ScreenDelaunay::remove(const std::vector<std::int32_t>& indices) {
   Net& net = *net_;
   // A point at the place of one that goes would have to come in.
   const bool again = net.triangulation.dimension() < 2 ||
@@ -112,14 +120,14 @@ std::vector<std::int32_t> ScreenDelaunay::remove(const std::vector<std::int32_t>
       }
       net.triangulation.remove(net.vertex[i]);
     }
-  std::vector<std::int32_t> changed;
+  Changes changes;
   std::size_t kept = 0, next = 0;
   for (std::size_t i = 0; i < net.points.size(); ++i) {
     if (next < indices.size() && indices[next] == static_cast<std::int32_t>(i)) {
       ++next;
       continue;
     }
-    if (touched[i]) changed.push_back(static_cast<std::int32_t>(kept));
+    if (touched[i]) changes.points.push_back(static_cast<std::int32_t>(kept));
     net.points[kept] = net.points[i];
     net.vertex[kept] = net.vertex[i];
     if (!again) net.vertex[kept]->info() = static_cast<std::int32_t>(kept);
@@ -127,8 +135,22 @@ std::vector<std::int32_t> ScreenDelaunay::remove(const std::vector<std::int32_t>
   }
   net.points.resize(kept);
   net.vertex.resize(kept);
-  if (again) net.insert_all();
-  return changed;
+  if (again) {
+    net.insert_all();
+    changes.triangles = triangles();
+    return changes;
+  }
+  for (const std::int32_t i : changes.points) {
+    auto face = net.triangulation.incident_faces(net.vertex[i]);
+    for (const auto first = face; face != nullptr;) {
+      if (!net.triangulation.is_infinite(face)) changes.triangles.push_back(corners_of(face));
+      if (++face == first) break;
+    }
+  }
+  std::sort(changes.triangles.begin(), changes.triangles.end());
+  changes.triangles.erase(std::unique(changes.triangles.begin(), changes.triangles.end()),
+                          changes.triangles.end());
+  return changes;
 }
 
 std::vector<std::array<std::int32_t, 3>> ScreenDelaunay::triangles() const {
@@ -139,11 +161,8 @@ std::vector<std::array<std::int32_t, 3>> ScreenDelaunay::triangles() const {
   std::vector<std::int32_t> start(net_->points.size() + 1, 0);
   for (auto face = triangulation.finite_faces_begin(); face != triangulation.finite_faces_end();
        ++face) {
-    std::array<std::int32_t, 3> t{face->vertex(0)->info(), face->vertex(1)->info(),
-                                  face->vertex(2)->info()};
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    found.push_back(t);
-    ++start[t[0] + 1];
+    found.push_back(corners_of(face));
+    ++start[found.back()[0] + 1];
   }
   for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
   triangles.resize(found.size());
