@@ -192,30 +192,29 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
 }
 
 Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around) {
-  constexpr double kReach = 6, kOpen = 0.5;
+  constexpr float kReach = 6;
+  constexpr double kOpen = 0.5;
   const Cells cells = cells_of(projected, seen.index, kReach);
   const std::size_t n = around.index.size();
   std::vector<char> near(n, 0);
+  NearFinder* const find = near_finders()[0];
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> found;
     auto next = std::lower_bound(seen.index.begin(), seen.index.end(), around.index[begin]);
     for (std::size_t k = begin; k < end; ++k) {
       const std::int32_t i = around.index[k];
       while (next != seen.index.end() && *next < i) ++next;
       if (around.weight[k] < kOpen || (next != seen.index.end() && *next == i)) continue;
-      const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-      const auto is_far = [&](std::int32_t p) {
-        const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-        near[k] = dx * dx + dy * dy + dz * dz < kReach * kReach;
-        return near[k] == 0;
-      };
-      // Its own cell first: mostly one of that is near.
-      const std::uint32_t own =
-          bucket_of(cell_of(x, cells.inverse_cell), cell_of(y, cells.inverse_cell),
-                    cell_of(z, cells.inverse_cell), cells.mask);
-      std::int32_t p = cells.start[own];
-      while (p < cells.start[own + 1] && is_far(p)) ++p;
-      if (near[k] == 0) visit_near(cells, x, y, z, is_far);
+      const std::array at{projected.x[i], projected.y[i], projected.z[i]};
+      visit_ranges_near(
+          cells, at[0], at[1], at[2],
+          [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+            const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
+            if (found.size() < most) found.resize(most);
+            near[k] = find(cells, first, last, tag, at, kReach * kReach, found.data()) > 0;
+            return near[k] == 0;
+          });
     }
   });
   Visible result;
