@@ -2,6 +2,7 @@
 // sheets; the density field where no fit can be trusted.
 #include <utility>
 
+#include "bounds.hpp"
 #include "methods/methods.hpp"
 #include "parallel.hpp"
 #include "stage_clock.hpp"
@@ -35,10 +36,7 @@ struct FittedFrame {
 };
 
 double least_radius(const Projected& projected) {
-  double least = INFINITY;
-  for (std::size_t i = 0; i < projected.size(); ++i)
-    least = std::min<double>({least, projected.ku[i], projected.kv[i]});
-  return least;
+  return std::min(bounds_of(projected.ku).least, bounds_of(projected.kv).least);
 }
 
 // Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
