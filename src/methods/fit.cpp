@@ -2,6 +2,7 @@
 // sheets; the density field where no fit can be trusted.
 #include <utility>
 
+#include "bounds.hpp"
 #include "methods/methods.hpp"
 #include "parallel.hpp"
 #include "stage_clock.hpp"
@@ -35,10 +36,7 @@ struct FittedFrame {
 };
 
 double least_radius(const Projected& projected) {
-  double least = INFINITY;
-  for (std::size_t i = 0; i < projected.size(); ++i)
-    least = std::min<double>({least, projected.ku[i], projected.kv[i]});
-  return least;
+  return std::min(bounds_of(projected.ku).least, bounds_of(projected.kv).least);
 }
 
 // Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
@@ -169,7 +167,6 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   SeenMesh triangulated;
   SplatParticles splash;
   double radius = 0;
-  std::vector<Vec3d> normals;
   FieldSurface found;
   Visible rim;
   FitNeighbours neighbours;
@@ -177,8 +174,6 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       [&] {
         triangulated = triangulate_without_pits(
             view, projected, more_visible(fitted, params.visible.owned), params.triangle);
-        normals = first_normals(view, projected, fitted, triangulated.mesh,
-                                smooth_normals(triangulated.mesh, params.merge.smoothing_rounds));
       },
       [&] {
         {
@@ -200,6 +195,11 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   FrontAndCore on_image;  // drawn while the host is at the fits' records
   if (params.image) on_image = draw_fronts(pixel_grid(view));
   clock.start("fit");
+  const NormalSources sources =
+      normal_sources(projected, fitted, mesh, without_descent(fitted, found));
+  const std::vector<Vec3d> normals =
+      first_normals(view, projected, fitted, mesh,
+                    smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
   const ParticleFits fits = fit_particles(device, projected, rim, around, neighbours, params.fit);
   clock.start("trust");

@@ -23,6 +23,10 @@ struct Groups {
 /// share a vertex with it of area * ((1 + n.n') / 2)^16 * n', normalised.
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds);
 
+/// The same for the triangles around some vertices; others' normals are left as they come.
+std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds,
+                                  const std::vector<std::int32_t>& vertices);
+
 /// Merges edge-neighbours in sweeps: each group chooses the neighbour with the nearest normal
 /// among those with n.n' > cosine, and two groups that chose each other merge (ties: lower index).
 /// Ends when no two do. The result does not depend on any order.

@@ -1,6 +1,7 @@
 #include "stages/splash.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "parallel.hpp"
 
@@ -10,49 +11,35 @@ namespace {
 enum : char { kUnknown, kBody, kSplash };
 
 // States of the particles: body for those whose piece is seen at a glance to be larger than
-// `largest`, because enough particles are near or one of them is body. Inside the fluid that is
-// nearly always so after a look at those before it in the cells' order, which lie near.
+// `largest`, because enough particles are near or one that is near is body. Inside the fluid that
+// is nearly always so after a look at those before it in the cells' order, which lie near.
 std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest) {
   constexpr std::size_t kBefore = 12;
   std::vector<char> state(cells.item.size(), kUnknown);
+  NearFinder* const find = near_finders()[0];
   constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
   parallel_for(state.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<char> own(end - begin, kUnknown);  // what is known here; others' is not looked at
-    std::vector<std::size_t> found;  // neighbours, each once though cells may share a bucket
+    std::vector<std::int32_t> found;
     for (std::size_t p = begin; p < end; ++p) {
-      if (own[p - begin] != kUnknown) continue;
-      const float x = cells.x[p], y = cells.y[p], z = cells.z[p];
-      const auto is_near = [&](std::size_t q) {
-        const float dx = cells.x[q] - x, dy = cells.y[q] - y, dz = cells.z[q] - z;
-        return dx * dx + dy * dy + dz * dz < link * link;
-      };
+      const std::array at{cells.x[p], cells.y[p], cells.z[p]};
       bool body = largest == 0;
-      for (std::size_t q = p; !body && q > begin && p - q < kBefore; --q)
-        body = own[q - 1 - begin] == kBody && is_near(q - 1);
-      if (body) {
-        own[p - begin] = kBody;
-        continue;
+      for (std::size_t q = p; !body && q > begin && p - q < kBefore; --q) {
+        const float dx = cells.x[q - 1] - at[0], dy = cells.y[q - 1] - at[1],
+                    dz = cells.z[q - 1] - at[2];
+        body = own[q - 1 - begin] == kBody && dx * dx + dy * dy + dz * dz < link * link;
       }
-      const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
-                         cz = cell_of(z, cells.inverse_cell);
-      found.clear();
-      const auto is_body_by = [&](int i, int j, int k) {
-        const std::uint32_t bucket = bucket_of(cx + i, cy + j, cz + k, cells.mask);
-        const std::size_t last = static_cast<std::size_t>(cells.start[bucket + 1]);
-        for (std::size_t q = static_cast<std::size_t>(cells.start[bucket]); q < last; ++q) {
-          if (q == p || !is_near(q)) continue;
-          if (q >= begin && q < end && own[q - begin] == kBody) return true;
-          if (std::find(found.begin(), found.end(), q) == found.end()) found.push_back(q);
-          if (found.size() >= largest) return true;
-        }
-        return false;
-      };
-      body = is_body_by(0, 0, 0);
-      for (int c = 0; !body && c < 27; ++c) body = is_body_by(c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1);
-      if (!body) continue;
-      own[p - begin] = kBody;
-      for (const std::size_t q : found)
-        if (q >= begin && q < end) own[q - begin] = kBody;
+      std::size_t near = 0;  // itself among them
+      if (!body)
+        visit_ranges_near(cells, at[0], at[1], at[2],
+                          [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+                            const std::size_t most =
+                                static_cast<std::size_t>(last - first) + kNearRoom;
+                            if (found.size() < most) found.resize(most);
+                            near += find(cells, first, last, tag, at, link * link, found.data());
+                            return near <= largest;
+                          });
+      if (body || near > largest) own[p - begin] = kBody;
     }
     for (std::size_t p = begin; p < end; ++p) state[cells.item[p]] = own[p - begin];
   });

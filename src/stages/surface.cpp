@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "parallel.hpp"
@@ -10,6 +11,7 @@ namespace meniscus {
 namespace {
 
 constexpr double kLeastVisibility = 1e-4;  // v of a particle that is barely seen
+constexpr double kSureSlope = 0.35;        // 1/s, of a field that tells normals by itself
 
 }  // namespace
 
@@ -50,36 +52,65 @@ std::vector<std::int32_t> places_in(const std::vector<std::int32_t>& index,
   return places;
 }
 
-std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
-                                 const Triangulation& mesh, const std::vector<Vec3d>& normals) {
-  const std::size_t n = seen.index.size();
-  std::vector<Vec3d> sum(n);
+NormalSources normal_sources(const Projected& projected, const Visible& seen,
+                             const Triangulation& mesh, std::vector<std::int32_t> particle) {
+  std::vector<std::int32_t> vertex(seen.index.size(), -1);  // of each, where it has kept triangles
   const std::vector<std::int32_t> place = places_in(seen.index, mesh.particle);
-  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
-    if (mesh.kind[t] == TriangleKind::kept)
-      for (const std::int32_t v : mesh.triangle[t]) sum[place[v]] += normals[t] * mesh.area[t];
-
+  for (std::size_t v = 0; v < place.size(); ++v)
+    if (mesh.fan_start[v] < mesh.fan_start[v + 1]) vertex[place[v]] = static_cast<std::int32_t>(v);
+  NormalSources sources;
+  sources.particle = std::move(particle);
+  sources.start.push_back(0);
   constexpr double kReach = 4;
-  std::vector<Vec3d> result(n);
-  std::vector<std::size_t> without;
-  for (std::size_t k = 0; k < n; ++k) {
-    result[k] = normalized(sum[k], {0, 0, 0});
-    if (!(length(result[k]) > 0)) without.push_back(k);
+  Cells cells;  // made for the first who looks
+  for (const std::int32_t k : sources.particle) {
+    if (vertex[k] >= 0) {
+      sources.vertex.push_back(vertex[k]);
+      sources.share.push_back(1);
+    } else {
+      if (cells.item.empty()) cells = cells_of(projected, seen.index, kReach);
+      const std::size_t i = static_cast<std::size_t>(seen.index[k]);
+      visit_near(cells, projected.x[i], projected.y[i], projected.z[i], [&](std::int32_t p) {
+        const Vec3d at{cells.x[p], cells.y[p], cells.z[p]};
+        const double share = 1 - length(at - projected.eye(i)) / kReach;
+        if (share > 0 && vertex[cells.item[p]] >= 0) {
+          sources.vertex.push_back(vertex[cells.item[p]]);
+          sources.share.push_back(share);
+        }
+        return true;
+      });
+    }
+    sources.start.push_back(static_cast<std::int32_t>(sources.vertex.size()));
   }
-  if (without.empty()) return result;
-  const Cells cells = cells_of(projected, seen.index, kReach);
-  for (const std::size_t k : without) {
-    const std::size_t i = static_cast<std::size_t>(seen.index[k]);
-    Vec3d near;
-    visit_near(cells, projected.x[i], projected.y[i], projected.z[i], [&](std::int32_t p) {
-      const Vec3d at{cells.x[p], cells.y[p], cells.z[p]};
-      const double share = 1 - length(at - projected.eye(i)) / kReach;
-      if (share > 0) near += normalized(sum[cells.item[p]], {0, 0, 0}) * share;
-      return true;
-    });
-    result[k] = normalized(near, normalized(-ray_direction(view, projected.u[i], projected.v[i])));
+  return sources;
+}
+
+std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
+                                 const Triangulation& mesh, const std::vector<Vec3d>& normals,
+                                 const NormalSources& sources) {
+  std::vector<Vec3d> result(seen.index.size());
+  for (std::size_t k = 0; k < sources.particle.size(); ++k) {
+    Vec3d mean;
+    for (std::int32_t s = sources.start[k]; s < sources.start[k + 1]; ++s) {
+      const std::int32_t v = sources.vertex[s];
+      Vec3d sum;
+      for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
+        sum += normals[mesh.fan[f]] * mesh.area[mesh.fan[f]];
+      mean += normalized(sum, {0, 0, 0}) * sources.share[s];
+    }
+    const std::size_t i = static_cast<std::size_t>(seen.index[sources.particle[k]]);
+    result[sources.particle[k]] =
+        normalized(mean, normalized(-ray_direction(view, projected.u[i], projected.v[i])));
   }
   return result;
+}
+
+std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
+                                 const Triangulation& mesh, const std::vector<Vec3d>& normals) {
+  std::vector<std::int32_t> all(seen.index.size());
+  std::iota(all.begin(), all.end(), 0);
+  return first_normals(view, projected, seen, mesh, normals,
+                       normal_sources(projected, seen, mesh, std::move(all)));
 }
 
 SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& normals) {
@@ -129,6 +160,15 @@ FieldSurface find_surface(const Visible& seen, const Cells& cells,
   return surface;
 }
 
+std::vector<std::int32_t> without_descent(const Visible& seen, const FieldSurface& surface) {
+  const std::vector<std::int32_t> place = places_in(surface.index, seen.index);
+  std::vector<std::int32_t> without;
+  for (std::size_t k = 0; k < place.size(); ++k)
+    if (2 * length(surface.descent[place[k]]) < kSureSlope)
+      without.push_back(static_cast<std::int32_t>(k));
+  return without;
+}
+
 SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
                               const std::vector<Vec3d>& normals) {
   SurfaceParticles result{std::move(surface.index), std::move(surface.weight),
@@ -144,7 +184,7 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
       normal = normal * (1 / std::max(slope, 1e-12));
       if (next == seen.index.size() || seen.index[next] != result.index[k]) continue;
       const Vec3d& own = normals[next++];
-      const double sure = smooth_step(0.15, 0.35, 2 * slope);
+      const double sure = smooth_step(0.15, kSureSlope, 2 * slope);
       normal = normalized(normal * sure + own * (1 - sure), own);
     }
   });
@@ -152,30 +192,29 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
 }
 
 Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around) {
-  constexpr double kReach = 6, kOpen = 0.5;
+  constexpr float kReach = 6;
+  constexpr double kOpen = 0.5;
   const Cells cells = cells_of(projected, seen.index, kReach);
   const std::size_t n = around.index.size();
   std::vector<char> near(n, 0);
+  NearFinder* const find = near_finders()[0];
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> found;
     auto next = std::lower_bound(seen.index.begin(), seen.index.end(), around.index[begin]);
     for (std::size_t k = begin; k < end; ++k) {
       const std::int32_t i = around.index[k];
       while (next != seen.index.end() && *next < i) ++next;
       if (around.weight[k] < kOpen || (next != seen.index.end() && *next == i)) continue;
-      const float x = projected.x[i], y = projected.y[i], z = projected.z[i];
-      const auto is_far = [&](std::int32_t p) {
-        const float dx = cells.x[p] - x, dy = cells.y[p] - y, dz = cells.z[p] - z;
-        near[k] = dx * dx + dy * dy + dz * dz < kReach * kReach;
-        return near[k] == 0;
-      };
-      // Its own cell first: mostly one of that is near.
-      const std::uint32_t own =
-          bucket_of(cell_of(x, cells.inverse_cell), cell_of(y, cells.inverse_cell),
-                    cell_of(z, cells.inverse_cell), cells.mask);
-      std::int32_t p = cells.start[own];
-      while (p < cells.start[own + 1] && is_far(p)) ++p;
-      if (near[k] == 0) visit_near(cells, x, y, z, is_far);
+      const std::array at{projected.x[i], projected.y[i], projected.z[i]};
+      visit_ranges_near(
+          cells, at[0], at[1], at[2],
+          [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+            const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
+            if (found.size() < most) found.resize(most);
+            near[k] = find(cells, first, last, tag, at, kReach * kReach, found.data()) > 0;
+            return near[k] == 0;
+          });
     }
   });
   Visible result;

@@ -32,12 +32,29 @@ Visible more_visible(const Visible& visible, double least_owned);
 std::vector<std::int32_t> places_in(const std::vector<std::int32_t>& index,
                                     const std::vector<std::int32_t>& particles);
 
-/// First normals of the seen particles: area-weighted means of the kept triangles' (smoothed)
-/// normals; without triangles the mean of the neighbours' within 4 radii, else towards the camera.
+/// From which vertices seen particles have their first normals, and how much each counts.
+struct NormalSources {
+  std::vector<std::int32_t> particle;  // [n] places in Visible
+  std::vector<std::int32_t> start;     // [n + 1] where each one's vertices begin
+  std::vector<std::int32_t> vertex;    // those with kept triangles: its own, else those within 4
+  std::vector<double> share;           //   particle radii, each of which counts 1 - distance / 4
+};
+
+///   mesh      triangulation of some of the seen particles
+///   seen      ascending; the particles of `mesh` among them
+///   particle  places in `seen`
+NormalSources normal_sources(const Projected& projected, const Visible& seen,
+                             const Triangulation& mesh, std::vector<std::int32_t> particle);
+
+/// First normals of some seen particles, others' are 0: area-weighted means of the kept triangles'
+/// (smoothed) normals; without triangles the mean of the neighbours', else towards the camera.
 ///
-///   mesh     triangulation of some of the seen particles
-///   normals  [triangles] unit
-///   seen     ascending; the particles of `mesh` among them
+///   normals  [triangles] unit; those around the sources count
+std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
+                                 const Triangulation& mesh, const std::vector<Vec3d>& normals,
+                                 const NormalSources& sources);
+
+/// The same for all seen particles.
 std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
                                  const Triangulation& mesh, const std::vector<Vec3d>& normals);
 
@@ -69,10 +86,13 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 FieldSurface find_surface(const Visible& seen, const Cells& cells,
                           std::span<const float> gradients);
 
+/// The places of the seen particles whose normal in the triangulation with_normals looks at.
+std::vector<std::int32_t> without_descent(const Visible& seen, const FieldSurface& surface);
+
 /// Gives them normals: the descent of C, where that is flat (.15 .. .35) and the particle is seen
 /// its normal in the triangulation.
 ///
-///   normals  [seen] first_normals of the seen particles
+///   normals  [seen] first_normals of those without_descent
 SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
                               const std::vector<Vec3d>& normals);
 

@@ -10,12 +10,15 @@
 namespace meniscus {
 namespace {
 
+using Triangles = std::vector<std::array<std::int32_t, 3>>;
+
 // Pixels that a common radius spans at each vertex: a particle's own size does not stretch its
 // neighbourhood.
-std::vector<ScreenPoint> spans_of(const Projected& projected, const Triangulation& mesh) {
+std::vector<ScreenPoint> spans_of(const Projected& projected,
+                                  const std::vector<std::int32_t>& particle) {
   std::vector<ScreenPoint> spans;
-  spans.reserve(mesh.particle.size());
-  for (const std::int32_t i : mesh.particle)
+  spans.reserve(particle.size());
+  for (const std::int32_t i : particle)
     spans.push_back({projected.ku[i] / projected.scale[i], projected.kv[i] / projected.scale[i]});
   return spans;
 }
@@ -24,22 +27,30 @@ std::vector<ScreenPoint> spans_of(const Projected& projected, const Triangulatio
 bool is_longer(const std::vector<ScreenPoint>& screen, const std::vector<ScreenPoint>& spans,
                std::int32_t a, std::int32_t b, double most) {
   const double ku = 0.5 * (spans[a].u + spans[b].u), kv = 0.5 * (spans[a].v + spans[b].v);
-  const double du = (screen[a].u - screen[b].u) / ku, dv = (screen[a].v - screen[b].v) / kv;
-  const double squared = du * du + dv * dv;  // decides but for edges within rounding of the limit
-  if (squared < 0.999 * most * most) return false;
-  if (squared > 1.001 * most * most) return true;
-  return std::sqrt(squared) > most;
+  const double du = screen[a].u - screen[b].u, dv = screen[a].v - screen[b].v;
+  // Decides without a division but for edges within rounding of the limit.
+  const double across = du * kv, along = dv * ku, limit = most * ku * kv;
+  const double squared = across * across + along * along, squared_limit = limit * limit;
+  if (squared < 0.999 * squared_limit) return false;
+  if (squared > 1.001 * squared_limit) return true;
+  const double u = du / ku, v = dv / kv;
+  return std::sqrt(u * u + v * v) > most;
 }
 
-// Whether vertex v lies in a pit of its ring.
+// Whether vertex v lies in a pit of its ring, which is sorted here.
 bool is_pit(const View& view, const Triangulation& mesh, std::size_t v,
-            const std::vector<std::int32_t>& ring) {
-  constexpr double kDepth = 0.9;  // particle radii
-  Vec3d middle;
-  for (const std::int32_t w : ring) middle += mesh.position[w];
-  middle = middle / static_cast<double>(ring.size());
-  // No plane through the middle is farther than the middle is; the margin is for rounding.
-  if (length(mesh.position[v] - middle) < 0.999 * kDepth) return false;
+            std::vector<std::int32_t>& ring) {
+  constexpr double kDepth = 0.9;              // particle radii
+  constexpr double kSurely = 0.999 * kDepth;  // the margin is for rounding
+  const auto middle_of_ring = [&] {
+    Vec3d middle;
+    for (const std::int32_t w : ring) middle += mesh.position[w];
+    return middle / static_cast<double>(ring.size());
+  };
+  // No plane through the middle is farther than the middle is.
+  if (length(mesh.position[v] - middle_of_ring()) < kSurely) return false;
+  std::sort(ring.begin(), ring.end());
+  const Vec3d middle = middle_of_ring(), away = mesh.position[v] - middle;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const std::int32_t w : ring) {
     const Vec3d d = mesh.position[w] - middle;
@@ -47,12 +58,25 @@ bool is_pit(const View& view, const Triangulation& mesh, std::size_t v,
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) spread(i, j) += c[i] * c[j];
   }
+  // Nor farther than this from the plane that fits best, whose normal is the main axis of the
+  // spread's adjugate A: (d.n)^2 <= d.Ad / (largest eigenvalue), which is at least tr(A^2) / tr(A).
+  // Most are told without the axes.
+  Eigen::Matrix3d adjugate;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    adjugate.row(i) = spread.row(j).cross(spread.row(k));
+  }
+  const Eigen::Vector3d d(away.x, away.y, away.z);
+  const double trace = adjugate.trace();
+  if (trace > 1e-9 * spread.squaredNorm() &&
+      d.dot(adjugate * d) * trace < kSurely * kSurely * adjugate.squaredNorm())
+    return false;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
   Vec3d normal{axes.eigenvectors()(0, 0), axes.eigenvectors()(1, 0), axes.eigenvectors()(2, 0)};
   if (dot(normal, ray_direction(view, mesh.screen[v].u, mesh.screen[v].v)) > 0) normal = -normal;
   const double rms =
       std::sqrt(std::max(0.0, axes.eigenvalues()[0]) / static_cast<double>(ring.size()));
-  return dot(mesh.position[v] - middle, normal) < -kDepth - rms;
+  return dot(away, normal) < -kDepth - rms;
 }
 
 // The vertices, and what is known of them.
@@ -71,26 +95,38 @@ Triangulation vertices_of(const Projected& projected, const Visible& visible) {
   return mesh;
 }
 
-// Takes the triangles that are not dropped, with the fans of the kept ones.
-void take_triangles(const Projected& projected,
-                    const std::vector<std::array<std::int32_t, 3>>& triangles,
+// Takes the triangles that are not dropped, and are not there yet, beside those that are.
+void take_triangles(const Projected& projected, const Triangles& triangles,
                     const TriangleParams& params, Triangulation& mesh) {
-  mesh.triangle.clear();
-  mesh.kind.clear();
-  mesh.triangle.reserve(triangles.size());
-  mesh.kind.reserve(triangles.size());
-  const std::vector<ScreenPoint> spans = spans_of(projected, mesh);
+  const std::vector<ScreenPoint> spans = spans_of(projected, mesh.particle);
   const auto is_long = [&](std::int32_t a, std::int32_t b) {
     return is_longer(mesh.screen, spans, a, b, params.max_edge);
   };
+  const Triangles had = std::exchange(mesh.triangle, {});
+  const std::vector<TriangleKind> kind_had = std::exchange(mesh.kind, {});
+  mesh.triangle.reserve(had.size() + triangles.size());
+  mesh.kind.reserve(had.size() + triangles.size());
+  std::size_t next = 0;
+  const auto keep_before = [&](auto is_before) {
+    for (; next < had.size() && is_before(had[next]); ++next) {
+      mesh.triangle.push_back(had[next]);
+      mesh.kind.push_back(kind_had[next]);
+    }
+  };
   for (const auto& t : triangles) {
-    const Vec3d &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
+    keep_before([&](const auto& other) { return other < t; });
+    if (next < had.size() && had[next] == t) continue;
     if (is_long(t[0], t[1]) || is_long(t[1], t[2]) || is_long(t[2], t[0])) continue;
+    const Vec3d &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
     const double range = std::max({-a.z, -b.z, -c.z}) - std::min({-a.z, -b.z, -c.z});
     mesh.triangle.push_back(t);
     mesh.kind.push_back(range > params.d_max ? TriangleKind::ghost : TriangleKind::kept);
   }
+  keep_before([](const auto&) { return true; });
+}
 
+// Lists the kept triangles around each vertex.
+void list_fans(Triangulation& mesh) {
   const std::size_t n = mesh.position.size();
   mesh.fan_start.assign(n + 1, 0);
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
@@ -103,6 +139,24 @@ void take_triangles(const Projected& projected,
     if (mesh.kind[t] == TriangleKind::kept)
       for (const std::int32_t v : mesh.triangle[t])
         mesh.fan[next[v]++] = static_cast<std::int32_t>(t);
+}
+
+// The triangles that stay when some vertices go, ascending, and the others move up.
+void drop_triangles_of(const std::vector<std::int32_t>& gone, Triangulation& mesh) {
+  std::vector<std::int32_t> place(mesh.particle.size(), 0);  // from now on
+  for (const std::int32_t v : gone) place[v] = -1;
+  std::int32_t places = 0;
+  for (std::int32_t& own : place)
+    if (own == 0) own = places++;
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangle[t];
+    if (place[a] < 0 || place[b] < 0 || place[c] < 0) continue;
+    mesh.kind[kept] = mesh.kind[t];
+    mesh.triangle[kept++] = {place[a], place[b], place[c]};
+  }
+  mesh.triangle.resize(kept);
+  mesh.kind.resize(kept);
 }
 
 void measure_triangles(const View& view, Triangulation& mesh) {
@@ -132,15 +186,13 @@ std::vector<std::int32_t> pits_among(const View& view, const Triangulation& mesh
   std::vector<char> pit(vertices.size(), 0);
   constexpr std::size_t kGrain = 256;  // vertices that are worth a thread
   parallel_for(vertices.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::int32_t> ring;
+    std::vector<std::int32_t> ring, ring_of(mesh.position.size(), -1);  // the last one it is in
     for (std::size_t k = begin; k < end; ++k) {
       const std::int32_t v = vertices[k];
       ring.clear();
       for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
         for (const std::int32_t w : mesh.triangle[mesh.fan[f]])
-          if (w != v) ring.push_back(w);
-      std::sort(ring.begin(), ring.end());
-      ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+          if (w != v && std::exchange(ring_of[w], v) != v) ring.push_back(w);
       pit[k] = ring.size() >= 4 && is_pit(view, mesh, static_cast<std::size_t>(v), ring);
     }
   });
@@ -173,6 +225,7 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
                           const TriangleParams& params) {
   Triangulation mesh = vertices_of(projected, visible);
   take_triangles(projected, delaunay(mesh.screen), params, mesh);
+  list_fans(mesh);
   measure_triangles(view, mesh);
   return mesh;
 }
@@ -189,15 +242,22 @@ SeenMesh triangulate_without_pits(const View& view, const Projected& projected, 
   Triangulation mesh = vertices_of(projected, visible);
   ScreenDelaunay net(mesh.screen);
   take_triangles(projected, net.triangles(), params, mesh);
+  list_fans(mesh);
   std::vector<std::int32_t> changed(visible.index.size());  // vertices with other rings than before
   std::iota(changed.begin(), changed.end(), 0);
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<std::int32_t> gone = pits_among(view, mesh, changed);
     if (gone.empty()) break;
-    changed = net.remove(gone);
+    drop_triangles_of(gone, mesh);
     visible = without(visible, gone);
-    mesh = vertices_of(projected, visible);
-    take_triangles(projected, net.triangles(), params, mesh);
+    Triangulation rest = vertices_of(projected, visible);
+    rest.triangle.swap(mesh.triangle);
+    rest.kind.swap(mesh.kind);
+    mesh = std::move(rest);
+    auto [points, triangles] = net.remove(gone);
+    take_triangles(projected, triangles, params, mesh);
+    list_fans(mesh);
+    changed = std::move(points);
   }
   measure_triangles(view, mesh);
   return {std::move(visible), std::move(mesh)};

@@ -25,9 +25,15 @@ class ScreenDelaunay {
   explicit ScreenDelaunay(const std::vector<ScreenPoint>& points);
   ~ScreenDelaunay();
 
-  /// Leaves out the points with these indices, ascending; the others move up. Returns the points,
-  /// ascending, as they are counted then, around which there may be other triangles now.
-  std::vector<std::int32_t> remove(const std::vector<std::int32_t>& indices);
+  /// Points, as they are counted from now on, around which there may be other triangles than
+  /// before, and all triangles around them; both ascending.
+  struct Changes {
+    std::vector<std::int32_t> points;
+    std::vector<std::array<std::int32_t, 3>> triangles;
+  };
+
+  /// Leaves out the points with these indices, ascending; the others move up.
+  Changes remove(const std::vector<std::int32_t>& indices);
 
   /// Triangles of point indices, the smallest first, in ascending order, all wound the same way.
   std::vector<std::array<std::int32_t, 3>> triangles() const;

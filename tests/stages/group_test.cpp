@@ -67,6 +67,25 @@ TEST(SmoothNormals, DoNotDependOnHowTheWorkIsCut) {
   EXPECT_EQ(step.normal, first);
 }
 
+TEST(SmoothNormals, AroundSomeVerticesAreThoseOfAll) {
+  Random random(8);
+  const Triangulation mesh =
+      triangulated(field(30, 3, [&](double u, double v) { return waves(u, v) + random(0, 2); }));
+  for (const int rounds : {0, 1, 4}) {
+    const std::vector<Vec3d> all = smooth_normals(mesh, rounds);
+    std::size_t left = 0;
+    for (const std::vector<std::int32_t>& vertices :
+         {std::vector<std::int32_t>{}, {17}, {0, 17, 450, 451, 899}}) {
+      const std::vector<Vec3d> some = smooth_normals(mesh, rounds, vertices);
+      for (const std::int32_t v : vertices)
+        for (std::int32_t f = mesh.fan_start[v]; f < mesh.fan_start[v + 1]; ++f)
+          EXPECT_EQ(some[mesh.fan[f]], all[mesh.fan[f]]);
+      for (std::size_t t = 0; t < some.size(); ++t) left += some[t] == mesh.normal[t];
+    }
+    EXPECT_GT(left, mesh.triangle.size()) << "most are left as they are";
+  }
+}
+
 TEST(SmoothNormals, LeaveAPlaneAndRepeat) {
   const Triangulation plane = triangulated(field(6, 4, [](double u, double) { return 20 + u; }));
   for (const Vec3d& n : smooth_normals(plane, 3))

@@ -51,7 +51,7 @@ TEST_P(OnSurface, GradientsMatchTheReference) {
 TEST_P(OnSurface, WeightsAndNormalsMatchTheirFormulas) {
   // A block so rough that its inside opens in places, and a single layer, whose density is flat;
   // every third particle is seen.
-  std::size_t inner = 0, partly = 0, mixed = 0, level = 0;
+  std::size_t inner = 0, partly = 0, mixed = 0, level = 0, told = 0;
   for (const Projected& p : {block(10, 10, 9, 0.7, 3), block(30, 30, 1, 0.3, 4)}) {
     Random random(4);
     Visible seen;
@@ -62,10 +62,13 @@ TEST_P(OnSurface, WeightsAndNormalsMatchTheirFormulas) {
       normals.push_back(normalized({random(-0.5, 0.5), random(-0.5, 0.5), 1}));
     }
     const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const SurfaceParticles surface = with_normals(
-        find_surface(seen, cells,
-                     download(device_, measure_gradients(device_, upload_cells(device_, cells)))),
-        seen, normals);
+    const FieldSurface field = find_surface(
+        seen, cells, download(device_, measure_gradients(device_, upload_cells(device_, cells))));
+    const SurfaceParticles surface = with_normals(field, seen, normals);
+    std::vector<Vec3d> asked(normals.size());
+    for (const std::int32_t k : without_descent(seen, field)) asked[k] = normals[k];
+    told += static_cast<std::size_t>(std::count(asked.begin(), asked.end(), Vec3d{}));
+    EXPECT_EQ(with_normals(field, seen, asked).normal, surface.normal);
     ASSERT_TRUE(std::is_sorted(surface.index.begin(), surface.index.end()));
     std::size_t next = 0;
     for (std::int32_t i = 0; i < 900; ++i) {
@@ -109,6 +112,7 @@ TEST_P(OnSurface, WeightsAndNormalsMatchTheirFormulas) {
   EXPECT_GT(partly, 50u);
   EXPECT_GT(mixed, 20u);
   EXPECT_GT(level, 20u);  // hidden and without a direction
+  EXPECT_GT(told, 20u);   // told by the field alone
 }
 
 TEST_P(OnSurface, TheFacesOfABlockAreFoundWhetherTheyAreSeenOrNot) {
@@ -267,6 +271,14 @@ TEST(FirstNormals, AreTheTrianglesOrTheNeighboursOrTowardsTheCamera) {
   EXPECT_GT(length(mean), 1);
   EXPECT_NEAR(length(normals[near] - normalized(mean)), 0, 1e-12);
   EXPECT_NEAR(length(normals[near + 1] - Vec3d{0, 0, 1}), 0, 1e-12);
+
+  // Some of them are the same.
+  const NormalSources sources = normal_sources(p, seen, mesh, {3, near, near + 1});
+  const std::vector<Vec3d> some = first_normals(plain_view(), p, seen, mesh, mesh.normal, sources);
+  for (std::size_t k = 0; k < some.size(); ++k) {
+    const std::int32_t i = static_cast<std::int32_t>(k);
+    EXPECT_EQ(some[k], i == 3 || i >= near ? normals[k] : Vec3d{}) << k;
+  }
 }
 
 MENISCUS_ON_EVERY_DEVICE(OnSurface);

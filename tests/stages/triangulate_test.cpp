@@ -148,6 +148,8 @@ std::vector<std::int32_t> some_of(std::size_t n, double share, unsigned seed) {
   return some;
 }
 
+using Triangles = std::vector<std::array<std::int32_t, 3>>;
+
 // The triangles at each point, by their points.
 std::map<Whole, std::set<std::array<Whole, 3>>> around_each(
     const std::vector<Whole>& points, const std::vector<std::array<std::int32_t, 3>>& triangles) {
@@ -182,12 +184,20 @@ TEST(Delaunay, ForgetsPointsThatAreRemoved) {
         for (unsigned step = 0; step < 2; ++step) {
           const auto gone = some_of(left.size(), share, 10 * seed + step);
           const auto before = around_each(left, net.triangles());
-          const std::vector<std::int32_t> changed = net.remove(gone);
+          const ScreenDelaunay::Changes changes = net.remove(gone);
+          const auto& changed = changes.points;
           for (auto k = gone.rbegin(); k != gone.rend(); ++k) left.erase(left.begin() + *k);
           ASSERT_EQ(net.triangles(), delaunay(points_of(left)))
               << points.size() << " points, share " << share << ", seed " << seed;
           // Whose triangles are others now is told, and not everybody where few went.
           ASSERT_TRUE(std::is_sorted(changed.begin(), changed.end()));
+          Triangles around_changed = net.triangles();
+          std::erase_if(around_changed, [&](const auto& t) {
+            return std::none_of(t.begin(), t.end(), [&](std::int32_t i) {
+              return std::binary_search(changed.begin(), changed.end(), i);
+            });
+          });
+          ASSERT_EQ(changes.triangles, around_changed);
           if (distinct && share < 0.05) others += left.size() - changed.size();
           if (!distinct) continue;
           const auto after = around_each(left, net.triangles());
