@@ -51,21 +51,31 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
 }
 
 // Appends the taken lanes of the values from `first` on; without branches, which nobody could
-// foretell. `item` has room for WIDTH more than are counted. Byte k of the product is how many of
-// the lanes 0 .. k are taken, so that no lane waits for the one before.
-inline int append(const intv take, const int first, int* item, const int count) {
+// foretell. `item` has room for WIDTH more than are counted.
 #if WIDTH == 1
+inline int append(const int take, const int first, int* item, const int count) {
   item[count] = first;
   return count + (take ? 1 : 0);
+}
 #else
+// Byte k of the product is how many of the lanes 0 .. k are taken, so that no lane waits for the one
+// before.
+inline int append_eight(const int8 take, const int first, int* item, const int count) {
   const ulong ones = 0x0101010101010101ul;
   const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
   int* next = item + count;
 #pragma unroll
-  for (int l = 0; l < WIDTH; ++l) next[before >> 8 * l & 255] = first + l;
+  for (int l = 0; l < 8; ++l) next[before >> 8 * l & 255] = first + l;
   return count + (int)(upto >> 56);
+}
+inline int append(const intv take, const int first, int* item, const int count) {
+#if WIDTH == 16
+  return append_eight(take.hi, first + 8, item, append_eight(take.lo, first, item, count));
+#else
+  return append_eight(take, first, item, count);
 #endif
 }
+#endif
 
 // Adds the listed particles.
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
@@ -254,6 +264,8 @@ typedef struct {
 // Vectors of rays that one search of the cells serves: each then takes its own from what is found.
 #if WIDTH == 1
 #define VECTORS 1
+#elif WIDTH == 16
+#define VECTORS 4
 #else
 #define VECTORS 6
 #endif

@@ -272,8 +272,12 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const intv changed = listed & (share < 1.0f), both = share > 0.0f;
   const intv drawn = changed & (c.depth < INFINITY), gone = changed & !(c.depth < INFINITY);
   const floatv rest = 1.0f - share;
-  const floatv mx = gather_float(normal, at), my = gather_float(normal + n, at),
-               mz = gather_float(normal + 2 * n, at);
+  floatv mx = none, my = none, mz = none;
+  if (ANY(drawn & both)) {  // maps that a CPU waits for
+    mx = gather_float(normal, at);
+    my = gather_float(normal + n, at);
+    mz = gather_float(normal + 2 * n, at);
+  }
   const floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
   const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
   const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
@@ -281,6 +285,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx / size, ny / size, nz / size,
                 at, drawn, n, depth, normal);
   mark_splash(at, drawn & (share <= 0.5f), group, kind);
+  if (!ANY(gone)) return;
   scatter_float(nowhere, depth, at, gone);
   scatter_float(t0, behind, at, gone);
 }
