@@ -63,7 +63,7 @@ inline int next_range(Row* row, global const int* start, const uint mask) {
 #if WIDTH == 1
 #define BLOCK 1
 #else
-#define BLOCK 64
+#define BLOCK 128
 #endif
 
 typedef struct {

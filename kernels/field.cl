@@ -94,11 +94,11 @@ inline void add_listed(const Cells cells, global const float* weight, const int*
 #define AT_A_TIME 128
 #endif
 
-// Adds the field at points of the cell (cx, cy, cz) where wanted; what other lanes get means
-// nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
+// Adds the field at points of the `wide` cells from (cx, cy, cz) on along x where wanted; what other
+// lanes get means nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
 // of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
-                             const int cy, const int cz, const floatv x, const floatv y,
+                             const int cy, const int cz, const int wide, const floatv x, const floatv y,
                              const floatv z, const intv wanted, const int with_gradient,
                              Field* sum) {
   global const int* tags = (global const int*)cells.tag;
@@ -113,7 +113,7 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j) {
       const int tag = (int)tag_of(cx, cy + j, cz + k);
-      Row row = row_of(cx - 1, cy + j, cz + k, 3, cells.mask);
+      Row row = row_of(cx - 1, cy + j, cz + k, wide + 2, cells.mask);
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
           const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
