@@ -113,9 +113,9 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     const intv used = lane < number;
     Field f = {none, none, none, none};
     add_cells_around(cells, cell_weight, x, y, z, wide, px, py, pz, used, 1, &f);
-    scatter_float(f.gx * (0.25f * NORM), result, at, used);
-    scatter_float(f.gy * (0.25f * NORM), result + n, at, used);
-    scatter_float(f.gz * (0.25f * NORM), result + 2 * n, at, used);
+    scatter_float(gradient_of(f.gx), result, at, used);
+    scatter_float(gradient_of(f.gy), result + n, at, used);
+    scatter_float(gradient_of(f.gz), result + 2 * n, at, used);
     scatter_float(f.c * NORM, result + 3 * n, at, used);
     k += number;
   }

@@ -5,7 +5,7 @@
 // W is the cubic spline of smoothing length h = s (two particle radii, support two h) times s^3, but
 // for .004 of its peak, as a polynomial in the squared distance, which needs neither a root nor a
 // division:
-//   W = (W0 v^3 + W1 v^4 + W2 v^5 + W3 v^6) / pi,    v = 1 - d^2 / 4^2
+//   W = (W0 v^3 + W1 v^4 + W2 v^5 + W3 v^6) / pi,    v = 4^2 - d^2
 // with the spline's value at the middle and at a particle's radius, and its integral 1
 // (docs/method.md).
 //
@@ -14,40 +14,41 @@
 
 #define NORM 0.318309886f  // 1 / pi
 #define SUPPORT 4.0f       // particle radii; no cell has a smaller side
-#define W0 0.243067f
-#define W1 0.456322f
-#define W2 -0.842290f
-#define W3 1.142901f
+#define W0 (0.243067f / 4096.0f)  // v^3 of a v that is 1 in the middle
+#define W1 (0.456322f / 65536.0f)
+#define W2 (-0.842290f / 1048576.0f)
+#define W3 (1.142901f / 16777216.0f)
 
-// pi C and the gradient of pi C times h^2, in particle radii.
+// pi C and a quarter of its gradient, 1 / particle radii.
 typedef struct {
   floatv c, gx, gy, gz;
 } Field;
 
+// A part of C's gradient. A sum of fused products that is zero has whatever sign the device gives it.
+inline floatv gradient_of(const floatv sum) { return plain_zero(sum * (4.0f * NORM)); }
+
 // Adds what the particle with `weight` at distance (dx, dy, dz) does to the field, v = 0 where it is
-// out of reach. The gradient's sums may be zero and are not fused: some devices' fma makes a -0 of
-// them.
+// out of reach.
 inline void add_share(Field* sum, const floatv v, const floatv dx, const floatv dy, const floatv dz,
                       const float weight, const int with_gradient) {
-  const floatv vv = v * v;
+  const floatv vv = weight * (v * v);
   const floatv share =
-      fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0)) * (vv * v);
-  sum->c = fma((floatv)(weight), share, sum->c);
+      fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0));
+  sum->c = fma(share, vv * v, sum->c);
   if (!with_gradient) return;
   // -dW/dv / 2, times x - x_j
   const floatv cubic = fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2));
-  const floatv slope = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
-  const floatv g = weight * (slope * vv);
-  sum->gx += g * dx;
-  sum->gy += g * dy;
-  sum->gz += g * dz;
+  const floatv g = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0)) * vv;
+  sum->gx = fma(g, dx, sum->gx);
+  sum->gy = fma(g, dy, sum->gy);
+  sum->gz = fma(g, dz, sum->gz);
 }
 
 inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
                          const float weight, const int with_gradient) {
-  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz));
-  const floatv reach = fma(squared, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f));
-  add_share(sum, larger(reach, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
+  const floatv v =
+      fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(SUPPORT * SUPPORT))));
+  add_share(sum, larger(v, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
 }
 
 // Appends the taken lanes of the values from `first` on; without branches, which nobody could
@@ -175,21 +176,20 @@ inline void take_field(Field* field, const Field from, const intv here) {
   field->gz = SELECT(field->gz, from.gz, here);
 }
 
-// Rays by their length: SUPPORT l from the plane of depth 0 on, they are at depth t = l deep. Along
+// Rays by their length: l from the plane of depth 0 on, they are at depth t = l deep. Along
 // a ray the squared distance from a particle is a parabola, so
 //   v = most - (l + at)^2
 // with `most`, the greatest v there is, and `at` of the ray and the particle.
 typedef struct {
   Rays r;
-  floatv deep;    // t / l = SUPPORT / |D|
+  floatv deep;    // t / l = 1 / |D|
   floatv length;  // l / t
-  floatv ex, ey;  // D / |D| / SUPPORT
+  floatv ex, ey;  // D / |D|
 } Lines;
 
 inline Lines lines_of(const Rays r) {
-  const floatv length = (1.0f / SUPPORT) * sqrt(r.a), deep = 1.0f / length;
-  const floatv share = deep * (1.0f / (SUPPORT * SUPPORT));
-  const Lines line = {r, deep, length, share * r.dx, share * r.dy};
+  const floatv length = sqrt(r.a), deep = 1.0f / length;
+  const Lines line = {r, deep, length, deep * r.dx, deep * r.dy};
   return line;
 }
 
@@ -204,7 +204,7 @@ inline Parabola parabola_of(const Lines* line, const float px, const float py, c
   const floatv along = fma(x, line->ex, y * line->ey), apart = fma(x, x, y * y);
   const Parabola p = {
       fma((floatv)(pz), line->length, along),
-      fma(along, along, fma(apart, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f)))};
+      fma(along, along, SUPPORT * SUPPORT - apart)};
   return p;
 }
 
@@ -432,7 +432,7 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
     const floatv beyond = larger(fabs(middle + parabola.at) - extent, (floatv)(0.0f));
     near->item[count] = p;
     near->parabola[count] = parabola;
-    count += ANY(fma(-beyond, beyond, parabola.most) > -0.001f) ? 1 : 0;
+    count += ANY(fma(-beyond, beyond, parabola.most) > -0.016f) ? 1 : 0;
   }
   near->count = count;
 }

@@ -156,6 +156,12 @@ inline float least_lane(const floatv v) {
 inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
 inline floatv smaller(const floatv a, const floatv b) { return SELECT(b, a, a < b); }
 
+// 0 for -0, by its bits: some runtimes take x + 0 for x.
+inline floatv plain_zero(const floatv x) {
+  const intv bits = AS_INTV(x);
+  return AS_FLOATV(SELECT(bits, (intv)(0), bits == (intv)(INT_MIN)));
+}
+
 // exp(x) for x <= 0, the same bits on every device: 2^(x/ln 2) split into an integer part, set as
 // the exponent's bits, and a polynomial on [-1/2, 1/2]; relative error 2e-7. Below -87: zero.
 inline floatv exp_negative(const floatv x) {
