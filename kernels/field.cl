@@ -51,33 +51,6 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
   add_share(sum, larger(v, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
 }
 
-// Appends the taken lanes of the values from `first` on; without branches, which nobody could
-// foretell. `item` has room for WIDTH more than are counted.
-#if WIDTH == 1
-inline int append(const int take, const int first, int* item, const int count) {
-  item[count] = first;
-  return count + (take ? 1 : 0);
-}
-#else
-// Byte k of the product is how many of the lanes 0 .. k are taken, so that no lane waits for the one
-// before.
-inline int append_eight(const int8 take, const int first, int* item, const int count) {
-  const ulong ones = 0x0101010101010101ul;
-  const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
-  int* next = item + count;
-#pragma unroll
-  for (int l = 0; l < 8; ++l) next[before >> 8 * l & 255] = first + l;
-  return count + (int)(upto >> 56);
-}
-inline int append(const intv take, const int first, int* item, const int count) {
-#if WIDTH == 16
-  return append_eight(take.hi, first + 8, item, append_eight(take.lo, first, item, count));
-#else
-  return append_eight(take, first, item, count);
-#endif
-}
-#endif
-
 // Adds the listed particles.
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,
@@ -88,13 +61,6 @@ inline void add_listed(const Cells cells, global const float* weight, const int*
   }
 }
 
-// Particles that are listed before they are summed.
-#if WIDTH == 1
-#define AT_A_TIME 1
-#else
-#define AT_A_TIME 128
-#endif
-
 // Adds the field at points of the `wide` cells from (cx, cy, cz) on along x where wanted; what other
 // lanes get means nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
 // of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.
@@ -103,13 +69,7 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
                              const floatv z, const intv wanted, const int with_gradient,
                              Field* sum) {
   global const int* tags = (global const int*)cells.tag;
-  const floatv nowhere = (floatv)(INFINITY), none = (floatv)(0.0f);
-  const float x0 = least_lane(SELECT(nowhere, x, wanted)),
-              x1 = -least_lane(SELECT(nowhere, -x, wanted));
-  const float y0 = least_lane(SELECT(nowhere, y, wanted)),
-              y1 = -least_lane(SELECT(nowhere, -y, wanted));
-  const float z0 = least_lane(SELECT(nowhere, z, wanted)),
-              z1 = -least_lane(SELECT(nowhere, -z, wanted));
+  const Box box = box_of(x, y, z, wanted);
   int item[AT_A_TIME + 2 * WIDTH], count = 0;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j) {
@@ -117,12 +77,7 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
       Row row = row_of(cx - 1, cy + j, cz + k, wide + 2, cells.mask);
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
-          const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
-          const floatv dx = larger(larger(x0 - px, px - x1), none);
-          const floatv dy = larger(larger(y0 - py, py - y1), none);
-          const floatv dz = larger(larger(z0 - pz, pz - z1), none);
-          const floatv apart = fma(dx, dx, fma(dy, dy, dz * dz));
-          count = append((apart < SUPPORT * SUPPORT + 0.01f) & SAME_ROW(LOADI(tags + p), tag) &
+          count = append(near_box(box, cells, p, SUPPORT) & SAME_ROW(LOADI(tags + p), tag) &
                              (LANES < (float)(row.end - p)),
                          p, item, count);
           if (count < AT_A_TIME) continue;
