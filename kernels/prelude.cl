@@ -251,6 +251,12 @@ inline Part part_of(global const int* end, const int2 range, const int bins_x) {
   return part;
 }
 
+// Where a part's rows lie, row r in lane r; grid: first sample and step. What a particle says of a row
+// is worked out for all of them at once, and stored.
+inline floatv rows_of(const Part part, const float2 grid) {
+  return grid.x + grid.y * ((float)part.j + LANES);
+}
+
 // The deepest value of a part's map.
 inline float deepest_of(const floatv* map) {
   floatv deepest = map[0];
