@@ -72,7 +72,7 @@ kernel void draw_triangles(global const float* record,  // [stride][16]
       const floatv l1 = (a - a_of_row[row]) * inverse, l2 = (b_of_row[row] - b) * inverse;
       const floatv l0 = 1.0f - l1 - l2;
       const intv inside = within & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
-      if (!ANY(inside)) continue;
+      if (WIDTH == 1 && !ANY(inside)) continue;  // of eight samples nobody could foretell it
       floatv d = l0 * r.s7 + l1 * r.s8 + l2 * r.s9;
       if (perspective) d = 1.0f / d;
       map[row] = SELECT(map[row], d, inside & (d > 0.0f) & (d < map[row]));
