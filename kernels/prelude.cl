@@ -305,9 +305,34 @@ inline intv last_of(const intv cell, const int count, const int shift) {
   return min(((cell + 1) << shift) - 1, (intv)(count - 1));
 }
 
-// Stores the values of WIDTH particles at place k of their records of eight.
-inline void store_record(const floatv value, global float* records, const int k) {
-  float lanes[WIDTH];
-  STOREF(value, lanes);
-  for (int lane = 0; lane < WIDTH; ++lane) records[8 * lane + k] = lanes[lane];
+// Stores the records of eight values of WIDTH particles: a value's lanes are theirs.
+inline void store_records(const floatv* value, global float* records) {
+#if WIDTH == 8
+  float8 pair[8], four[8];
+#pragma unroll
+  for (int k = 0; k < 8; k += 2) {  // lanes 0, 1, 4, 5 of two values; the others
+    const float8 a = value[k], b = value[k + 1];
+    pair[k] = (float8)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5);
+    pair[k + 1] = (float8)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7);
+  }
+#pragma unroll
+  for (int k = 0; k < 8; k += 4) {  // four values of lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7
+    four[k] = (float8)(pair[k].s01, pair[k + 2].s01, pair[k].s45, pair[k + 2].s45);
+    four[k + 1] = (float8)(pair[k].s23, pair[k + 2].s23, pair[k].s67, pair[k + 2].s67);
+    four[k + 2] = (float8)(pair[k + 1].s01, pair[k + 3].s01, pair[k + 1].s45, pair[k + 3].s45);
+    four[k + 3] = (float8)(pair[k + 1].s23, pair[k + 3].s23, pair[k + 1].s67, pair[k + 3].s67);
+  }
+#pragma unroll
+  for (int lane = 0; lane < 4; ++lane) {
+    vstore8((float8)(four[lane].lo, four[lane + 4].lo), lane, records);
+    vstore8((float8)(four[lane].hi, four[lane + 4].hi), lane + 4, records);
+  }
+#else
+#pragma unroll
+  for (int k = 0; k < 8; ++k) {
+    float lanes[WIDTH];
+    STOREF(value[k], lanes);
+    for (int lane = 0; lane < WIDTH; ++lane) records[8 * lane + k] = lanes[lane];
+  }
+#endif
 }

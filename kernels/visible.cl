@@ -41,14 +41,8 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   if (drawn == FRONT) bound = nearest;
   if (drawn == BEHIND) bound = -larger(larger(t - bulge, t), (floatv)(1e-6f));
   STOREF(bound, key + p);
-  global float* record = disc + 8 * p;
-  store_record(t, record, 0);
-  store_record(u, record, 1);
-  store_record(v, record, 2);
-  store_record(1.0f / ru, record, 3);
-  store_record(1.0f / rv, record, 4);
-  store_record(bulge, record, 5);
-  store_record(nearest, record, 6);
+  const floatv record[8] = {t, u, v, 1.0f / ru, 1.0f / rv, bulge, nearest, (floatv)(0.0f)};
+  store_records(record, disc + 8 * p);
 }
 
 // The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
