@@ -1,7 +1,14 @@
 // density.cl: measures the density field (field.cl), which decides where the surface ends
 // (paper 2.4.1).
 
-// The density at points of the surface. One work-item per WIDTH points; the arrays are padded.
+// Points that are summed at together lie in so many cells of a row.
+#if WIDTH == 1
+#define SPAN 1
+#else
+#define SPAN (WIDTH * 3 / 8)
+#endif
+
+// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the arrays are padded.
 kernel void measure_density(global const float* x, global const float* y, global const float* z,
                             global float* density,  // [n]
                             global const float* cell_x, global const float* cell_y,
@@ -14,10 +21,12 @@ kernel void measure_density(global const float* x, global const float* y, global
   const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
   floatv c = none;
   Points points = points_at(cells, px, py, pz);
-  while (ANY(points.left)) {  // the points of one cell go together
-    const intv here = take_cell(&points);
+  while (ANY(points.left)) {
+    const intv here = take_cells(&points, SPAN);
+    const intv last = TO_INTV(LANES) == 31 - clz(BITS(here));
+    const int wide = at_lane(points.x, last) - points.cx + 1;
     Field sum = {none, none, none, none};
-    add_cells_around(cells, cell_weight, points.cx, points.cy, points.cz, 1, px, py, pz, here, 0,
+    add_cells_around(cells, cell_weight, points.cx, points.cy, points.cz, wide, px, py, pz, here, 0,
                      &sum);
     c = SELECT(c, sum.c, here);
   }
@@ -53,12 +62,6 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
 // order. One work-item per BLOCK particles. Those inside the fluid are not measured: 0 and 1. There is
 // fluid all around a cell where it and each of the 26 about it hold `least` particles or more, and
 // half of their mean number. Of the others up to WIDTH go together that lie in SPAN cells of a row.
-#if WIDTH == 1
-#define SPAN 1
-#else
-#define SPAN (WIDTH * 3 / 8)
-#endif
-
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,

@@ -112,14 +112,16 @@ inline int at_lane(const intv v, const intv lane) {
 #endif
 }
 
-// Takes those that lie in the cell of the first that is left.
-inline intv take_cell(Points* p) {
+// Takes those that lie in the cell of the first that is left, or in others of `span` cells of the row
+// from there on.
+inline intv take_cells(Points* p, const int span) {
   const int left = BITS(p->left);
   const intv first = TO_INTV(LANES) == popcount((left & -left) - 1);
   p->cx = at_lane(p->x, first);
   p->cy = at_lane(p->y, first);
   p->cz = at_lane(p->z, first);
-  const intv here = p->left & (p->x == p->cx) & (p->y == p->cy) & (p->z == p->cz);
+  const intv here = p->left & (p->x >= p->cx) & (p->x < p->cx + span) & (p->y == p->cy) &
+                    (p->z == p->cz);
   p->left &= !here;
   return here;
 }
@@ -191,7 +193,7 @@ inline Field field_at(const Cells cells, global const float* weight, const Lines
   Field field = {none, none, none, none};
   Points points = points_at(cells, s.x, s.y, s.z);
   while (ANY(points.left)) {
-    const intv here = take_cell(&points);
+    const intv here = take_cells(&points, 1);
     Field sum = {none, none, none, none};
     for (int row_at = 0; row_at < 9; ++row_at) {
       const int y_at = points.cy + row_at % 3 - 1, z_at = points.cz + row_at / 3 - 1;

@@ -33,7 +33,7 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   // Points of one cell share a search.
   const Cells sorted = make_cells(points, 1 / cells.inverse_cell);
   const auto density = allocate<float>(device, n);
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   launch(device, kDensity, "measure_density", items_for(n, width), width_option(width),
          upload(device, sorted.x), upload(device, sorted.y), upload(device, sorted.z), density,
          cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell,
