@@ -63,7 +63,7 @@ inline int next_range(Row* row, global const int* start, const uint mask) {
 #if WIDTH == 1
 #define BLOCK 1
 #else
-#define BLOCK 64
+#define BLOCK 128
 #endif
 
 typedef struct {
@@ -89,3 +89,60 @@ inline Together particles_together(const Cells cells, const int first, const int
   t.used = lane < t.count;
   return t;
 }
+
+// Appends the taken lanes of the values from `first` on; without branches, which nobody could
+// foretell. `item` has room for WIDTH more than are counted.
+#if WIDTH == 1
+inline int append(const int take, const int first, int* item, const int count) {
+  item[count] = first;
+  return count + (take ? 1 : 0);
+}
+#else
+// Byte k of the product is how many of the lanes 0 .. k are taken, so that no lane waits for the one
+// before.
+inline int append_eight(const int8 take, const int first, int* item, const int count) {
+  const ulong ones = 0x0101010101010101ul;
+  const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
+  int* next = item + count;
+#pragma unroll
+  for (int l = 0; l < 8; ++l) next[before >> 8 * l & 255] = first + l;
+  return count + (int)(upto >> 56);
+}
+inline int append(const intv take, const int first, int* item, const int count) {
+#if WIDTH == 16
+  return append_eight(take.hi, first + 8, item, append_eight(take.lo, first, item, count));
+#else
+  return append_eight(take, first, item, count);
+#endif
+}
+#endif
+
+// The box around points.
+typedef struct {
+  float x0, x1, y0, y1, z0, z1;
+} Box;
+
+inline Box box_of(const floatv x, const floatv y, const floatv z, const intv wanted) {
+  const floatv nowhere = (floatv)(INFINITY);
+  const Box box = {least_lane(SELECT(nowhere, x, wanted)), -least_lane(SELECT(nowhere, -x, wanted)),
+                   least_lane(SELECT(nowhere, y, wanted)), -least_lane(SELECT(nowhere, -y, wanted)),
+                   least_lane(SELECT(nowhere, z, wanted)), -least_lane(SELECT(nowhere, -z, wanted))};
+  return box;
+}
+
+// Which of the particles from p on are within `reach` of a box, with room for rounding.
+inline intv near_box(const Box box, const Cells cells, const int p, const float reach) {
+  const floatv none = (floatv)(0.0f);
+  const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
+  const floatv dx = larger(larger(box.x0 - px, px - box.x1), none);
+  const floatv dy = larger(larger(box.y0 - py, py - box.y1), none);
+  const floatv dz = larger(larger(box.z0 - pz, pz - box.z1), none);
+  return fma(dx, dx, fma(dy, dy, dz * dz)) < reach * reach + 0.01f;
+}
+
+// Particles that are listed before they are summed.
+#if WIDTH == 1
+#define AT_A_TIME 1
+#else
+#define AT_A_TIME 128
+#endif

@@ -1,7 +1,14 @@
 // density.cl: measures the density field (field.cl), which decides where the surface ends
 // (paper 2.4.1).
 
-// The density at points of the surface. One work-item per WIDTH points; the arrays are padded.
+// Points that are summed at together lie in so many cells of a row.
+#if WIDTH == 1
+#define SPAN 1
+#else
+#define SPAN (WIDTH * 3 / 8)
+#endif
+
+// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the arrays are padded.
 kernel void measure_density(global const float* x, global const float* y, global const float* z,
                             global float* density,  // [n]
                             global const float* cell_x, global const float* cell_y,
@@ -14,10 +21,12 @@ kernel void measure_density(global const float* x, global const float* y, global
   const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
   floatv c = none;
   Points points = points_at(cells, px, py, pz);
-  while (ANY(points.left)) {  // the points of one cell go together
-    const intv here = take_cell(&points);
+  while (ANY(points.left)) {
+    const intv here = take_cells(&points, SPAN);
+    const intv last = TO_INTV(LANES) == 31 - clz(BITS(here));
+    const int wide = at_lane(points.x, last) - points.cx + 1;
     Field sum = {none, none, none, none};
-    add_cells_around(cells, cell_weight, points.cx, points.cy, points.cz, px, py, pz, here, 0,
+    add_cells_around(cells, cell_weight, points.cx, points.cy, points.cz, wide, px, py, pz, here, 0,
                      &sum);
     c = SELECT(c, sum.c, here);
   }
@@ -50,9 +59,9 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
 }
 
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order. One work-item per BLOCK particles: up to WIDTH of one cell at a time. Those inside the fluid
-// are not measured: 0 and 1. There is fluid all around a cell where it and each of the 26 about it
-// hold `least` particles or more, and half of their mean number.
+// order. One work-item per BLOCK particles. Those inside the fluid are not measured: 0 and 1. There is
+// fluid all around a cell where it and each of the 26 about it hold `least` particles or more, and
+// half of their mean number. Of the others up to WIDTH go together that lie in SPAN cells of a row.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global const float* cell_x, global const float* cell_y,
                               global const float* cell_z, global const float* cell_weight,
@@ -64,6 +73,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
   const floatv none = (floatv)(0.0f);
   int x = INT_MIN, y = 0, z = 0, inside = 0;  // the cell before
   Slice before, here, after;                  // and what is around it
+  int place[BLOCK + WIDTH], count = 0;        // those that are measured
   for (int first = begin; first < end;) {
     const Together own = particles_together(cells, first, end, n);
     if (least > 0 && (own.cx != x || own.cy != y || own.cz != z)) {
@@ -77,17 +87,40 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
       const int fewest = min(before.fewest, min(here.fewest, after.fewest));
       inside = fewest >= least && 2 * 27 * fewest >= before.sum + here.sum + after.sum;
     }
-    Field f = {none, none, none, none};
-    if (inside)
-      f.c = (floatv)(1.0f / NORM);
-    else
-      add_cells_around(cells, cell_weight, own.cx, own.cy, own.cz, LOADF(cell_x + first),
-                       LOADF(cell_y + first), LOADF(cell_z + first), own.used, 1, &f);
-    scatter_float(f.gx * (0.25f * NORM), result, own.at, own.used);
-    scatter_float(f.gy * (0.25f * NORM), result + n, own.at, own.used);
-    scatter_float(f.gz * (0.25f * NORM), result + 2 * n, own.at, own.used);
-    scatter_float(f.c * NORM, result + 3 * n, own.at, own.used);
+    if (inside) {
+      scatter_float(none, result, own.at, own.used);
+      scatter_float(none, result + n, own.at, own.used);
+      scatter_float(none, result + 2 * n, own.at, own.used);
+      scatter_float((floatv)(1.0f), result + 3 * n, own.at, own.used);
+    } else {
+      STOREI(first + TO_INTV(LANES), place + count);
+      count += own.count;
+    }
     first += own.count;
+  }
+  const float c = cells.inverse_cell;
+  for (int k = 0; k < count;) {
+    const intv lane = TO_INTV(LANES);
+    int at[WIDTH];
+    STOREI(SELECT((intv)(place[k]), LOADI(place + k), lane < count - k), at);
+    const floatv px = gather_float(cell_x, at), py = gather_float(cell_y, at),
+                 pz = gather_float(cell_z, at);
+    x = cell_of(cell_x[at[0]], c);
+    y = cell_of(cell_y[at[0]], c);
+    z = cell_of(cell_z[at[0]], c);
+    const intv cx = cells_of(px, c);
+    const int same = BITS((cx >= x) & (cx < x + SPAN) & (cells_of(py, c) == y) &
+                          (cells_of(pz, c) == z) & (lane < count - k));
+    const int number = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
+    const int wide = cell_of(cell_x[at[number - 1]], c) - x + 1;
+    const intv used = lane < number;
+    Field f = {none, none, none, none};
+    add_cells_around(cells, cell_weight, x, y, z, wide, px, py, pz, used, 1, &f);
+    scatter_float(gradient_of(f.gx), result, at, used);
+    scatter_float(gradient_of(f.gy), result + n, at, used);
+    scatter_float(gradient_of(f.gz), result + 2 * n, at, used);
+    scatter_float(f.c * NORM, result + 3 * n, at, used);
+    k += number;
   }
 }
 

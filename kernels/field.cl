@@ -5,7 +5,7 @@
 // W is the cubic spline of smoothing length h = s (two particle radii, support two h) times s^3, but
 // for .004 of its peak, as a polynomial in the squared distance, which needs neither a root nor a
 // division:
-//   W = (W0 v^3 + W1 v^4 + W2 v^5 + W3 v^6) / pi,    v = 1 - d^2 / 4^2
+//   W = (W0 v^3 + W1 v^4 + W2 v^5 + W3 v^6) / pi,    v = 4^2 - d^2
 // with the spline's value at the middle and at a particle's radius, and its integral 1
 // (docs/method.md).
 //
@@ -14,57 +14,41 @@
 
 #define NORM 0.318309886f  // 1 / pi
 #define SUPPORT 4.0f       // particle radii; no cell has a smaller side
-#define W0 0.243067f
-#define W1 0.456322f
-#define W2 -0.842290f
-#define W3 1.142901f
+#define W0 (0.243067f / 4096.0f)  // v^3 of a v that is 1 in the middle
+#define W1 (0.456322f / 65536.0f)
+#define W2 (-0.842290f / 1048576.0f)
+#define W3 (1.142901f / 16777216.0f)
 
-// pi C and the gradient of pi C times h^2, in particle radii.
+// pi C and a quarter of its gradient, 1 / particle radii.
 typedef struct {
   floatv c, gx, gy, gz;
 } Field;
 
+// A part of C's gradient. A sum of fused products that is zero has whatever sign the device gives it.
+inline floatv gradient_of(const floatv sum) { return plain_zero(sum * (4.0f * NORM)); }
+
 // Adds what the particle with `weight` at distance (dx, dy, dz) does to the field, v = 0 where it is
-// out of reach. The gradient's sums may be zero and are not fused: some devices' fma makes a -0 of
-// them.
+// out of reach.
 inline void add_share(Field* sum, const floatv v, const floatv dx, const floatv dy, const floatv dz,
                       const float weight, const int with_gradient) {
-  const floatv vv = v * v;
+  const floatv vv = weight * (v * v);
   const floatv share =
-      fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0)) * (vv * v);
-  sum->c = fma((floatv)(weight), share, sum->c);
+      fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0));
+  sum->c = fma(share, vv * v, sum->c);
   if (!with_gradient) return;
   // -dW/dv / 2, times x - x_j
   const floatv cubic = fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2));
-  const floatv slope = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0));
-  const floatv g = weight * (slope * vv);
-  sum->gx += g * dx;
-  sum->gy += g * dy;
-  sum->gz += g * dz;
+  const floatv g = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0)) * vv;
+  sum->gx = fma(g, dx, sum->gx);
+  sum->gy = fma(g, dy, sum->gy);
+  sum->gz = fma(g, dz, sum->gz);
 }
 
 inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
                          const float weight, const int with_gradient) {
-  const floatv squared = fma(dx, dx, fma(dy, dy, dz * dz));
-  const floatv reach = fma(squared, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f));
-  add_share(sum, larger(reach, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
-}
-
-// Appends the taken lanes of the values from `first` on; without branches, which nobody could
-// foretell. `item` has room for WIDTH more than are counted. Byte k of the product is how many of
-// the lanes 0 .. k are taken, so that no lane waits for the one before.
-inline int append(const intv take, const int first, int* item, const int count) {
-#if WIDTH == 1
-  item[count] = first;
-  return count + (take ? 1 : 0);
-#else
-  const ulong ones = 0x0101010101010101ul;
-  const ulong upto = (as_ulong(convert_char8(take)) & ones) * ones, before = upto << 8;
-  int* next = item + count;
-#pragma unroll
-  for (int l = 0; l < WIDTH; ++l) next[before >> 8 * l & 255] = first + l;
-  return count + (int)(upto >> 56);
-#endif
+  const floatv v =
+      fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(SUPPORT * SUPPORT))));
+  add_share(sum, larger(v, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
 }
 
 // Adds the listed particles.
@@ -77,41 +61,23 @@ inline void add_listed(const Cells cells, global const float* weight, const int*
   }
 }
 
-// Particles that are listed before they are summed.
-#if WIDTH == 1
-#define AT_A_TIME 1
-#else
-#define AT_A_TIME 128
-#endif
-
-// Adds the field at points of the cell (cx, cy, cz) where wanted; what other lanes get means
-// nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
+// Adds the field at points of the `wide` cells from (cx, cy, cz) on along x where wanted; what other
+// lanes get means nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
 // of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
-                             const int cy, const int cz, const floatv x, const floatv y,
+                             const int cy, const int cz, const int wide, const floatv x, const floatv y,
                              const floatv z, const intv wanted, const int with_gradient,
                              Field* sum) {
   global const int* tags = (global const int*)cells.tag;
-  const floatv nowhere = (floatv)(INFINITY), none = (floatv)(0.0f);
-  const float x0 = least_lane(SELECT(nowhere, x, wanted)),
-              x1 = -least_lane(SELECT(nowhere, -x, wanted));
-  const float y0 = least_lane(SELECT(nowhere, y, wanted)),
-              y1 = -least_lane(SELECT(nowhere, -y, wanted));
-  const float z0 = least_lane(SELECT(nowhere, z, wanted)),
-              z1 = -least_lane(SELECT(nowhere, -z, wanted));
+  const Box box = box_of(x, y, z, wanted);
   int item[AT_A_TIME + 2 * WIDTH], count = 0;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j) {
       const int tag = (int)tag_of(cx, cy + j, cz + k);
-      Row row = row_of(cx - 1, cy + j, cz + k, 3, cells.mask);
+      Row row = row_of(cx - 1, cy + j, cz + k, wide + 2, cells.mask);
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
-          const floatv px = LOADF(cells.x + p), py = LOADF(cells.y + p), pz = LOADF(cells.z + p);
-          const floatv dx = larger(larger(x0 - px, px - x1), none);
-          const floatv dy = larger(larger(y0 - py, py - y1), none);
-          const floatv dz = larger(larger(z0 - pz, pz - z1), none);
-          const floatv apart = fma(dx, dx, fma(dy, dy, dz * dz));
-          count = append((apart < SUPPORT * SUPPORT + 0.01f) & SAME_ROW(LOADI(tags + p), tag) &
+          count = append(near_box(box, cells, p, SUPPORT) & SAME_ROW(LOADI(tags + p), tag) &
                              (LANES < (float)(row.end - p)),
                          p, item, count);
           if (count < AT_A_TIME) continue;
@@ -146,14 +112,16 @@ inline int at_lane(const intv v, const intv lane) {
 #endif
 }
 
-// Takes those that lie in the cell of the first that is left.
-inline intv take_cell(Points* p) {
+// Takes those that lie in the cell of the first that is left, or in others of `span` cells of the row
+// from there on.
+inline intv take_cells(Points* p, const int span) {
   const int left = BITS(p->left);
   const intv first = TO_INTV(LANES) == popcount((left & -left) - 1);
   p->cx = at_lane(p->x, first);
   p->cy = at_lane(p->y, first);
   p->cz = at_lane(p->z, first);
-  const intv here = p->left & (p->x == p->cx) & (p->y == p->cy) & (p->z == p->cz);
+  const intv here = p->left & (p->x >= p->cx) & (p->x < p->cx + span) & (p->y == p->cy) &
+                    (p->z == p->cz);
   p->left &= !here;
   return here;
 }
@@ -165,21 +133,20 @@ inline void take_field(Field* field, const Field from, const intv here) {
   field->gz = SELECT(field->gz, from.gz, here);
 }
 
-// Rays by their length: SUPPORT l from the plane of depth 0 on, they are at depth t = l deep. Along
+// Rays by their length: l from the plane of depth 0 on, they are at depth t = l deep. Along
 // a ray the squared distance from a particle is a parabola, so
 //   v = most - (l + at)^2
 // with `most`, the greatest v there is, and `at` of the ray and the particle.
 typedef struct {
   Rays r;
-  floatv deep;    // t / l = SUPPORT / |D|
+  floatv deep;    // t / l = 1 / |D|
   floatv length;  // l / t
-  floatv ex, ey;  // D / |D| / SUPPORT
+  floatv ex, ey;  // D / |D|
 } Lines;
 
 inline Lines lines_of(const Rays r) {
-  const floatv length = (1.0f / SUPPORT) * sqrt(r.a), deep = 1.0f / length;
-  const floatv share = deep * (1.0f / (SUPPORT * SUPPORT));
-  const Lines line = {r, deep, length, share * r.dx, share * r.dy};
+  const floatv length = sqrt(r.a), deep = 1.0f / length;
+  const Lines line = {r, deep, length, deep * r.dx, deep * r.dy};
   return line;
 }
 
@@ -194,7 +161,7 @@ inline Parabola parabola_of(const Lines* line, const float px, const float py, c
   const floatv along = fma(x, line->ex, y * line->ey), apart = fma(x, x, y * y);
   const Parabola p = {
       fma((floatv)(pz), line->length, along),
-      fma(along, along, fma(apart, (floatv)(-1.0f / (SUPPORT * SUPPORT)), (floatv)(1.0f)))};
+      fma(along, along, SUPPORT * SUPPORT - apart)};
   return p;
 }
 
@@ -226,7 +193,7 @@ inline Field field_at(const Cells cells, global const float* weight, const Lines
   Field field = {none, none, none, none};
   Points points = points_at(cells, s.x, s.y, s.z);
   while (ANY(points.left)) {
-    const intv here = take_cell(&points);
+    const intv here = take_cells(&points, 1);
     Field sum = {none, none, none, none};
     for (int row_at = 0; row_at < 9; ++row_at) {
       const int y_at = points.cy + row_at % 3 - 1, z_at = points.cz + row_at / 3 - 1;
@@ -255,6 +222,8 @@ typedef struct {
 // Vectors of rays that one search of the cells serves: each then takes its own from what is found.
 #if WIDTH == 1
 #define VECTORS 1
+#elif WIDTH == 16
+#define VECTORS 4
 #else
 #define VECTORS 6
 #endif
@@ -457,7 +426,7 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
       p[m] = item[min(k + m, found - 1)];
       parabola[m] = parabola_of(line, cells.x[p[m]], cells.y[p[m]], cells.z[p[m]]);
       const floatv beyond = larger(fabs(middle + parabola[m].at) - extent, (floatv)(0.0f));
-      reaches[m] = ANY(fma(-beyond, beyond, parabola[m].most) > -0.001f) && k + m < found;
+      reaches[m] = ANY(fma(-beyond, beyond, parabola[m].most) > -0.016f) && k + m < found;
     }
 #pragma unroll
     for (int m = 0; m < AT_ONCE; ++m) {

@@ -148,12 +148,6 @@ inline floatv solve(floatv* A, floatv* b) {
   return least;
 }
 
-// 0 for -0, by its bits: some runtimes take x + 0 for x.
-inline floatv plain_zero(const floatv x) {
-  const intv bits = AS_INTV(x);
-  return AS_FLOATV(SELECT(bits, (intv)(0), bits == (intv)(INT_MIN)));
-}
-
 // The quadric a (in: its right-hand side) of the sums in m. Returns the smallest pivot, see solve.
 inline floatv quadric_of(const floatv* m, floatv* a, const float ridge) {
   floatv A[55];

@@ -157,6 +157,12 @@ inline float least_lane(const floatv v) {
 inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
 inline floatv smaller(const floatv a, const floatv b) { return SELECT(b, a, a < b); }
 
+// 0 for -0, by its bits: some runtimes take x + 0 for x.
+inline floatv plain_zero(const floatv x) {
+  const intv bits = AS_INTV(x);
+  return AS_FLOATV(SELECT(bits, (intv)(0), bits == (intv)(INT_MIN)));
+}
+
 // exp(x) for x <= 0, the same bits on every device: 2^(x/ln 2) split into an integer part, set as
 // the exponent's bits, and a polynomial on [-1/2, 1/2]; relative error 2e-7. Below -87: zero.
 inline floatv exp_negative(const floatv x) {
@@ -246,6 +252,12 @@ inline Part part_of(global const int* end, const int2 range, const int bins_x) {
   return part;
 }
 
+// Where a part's rows lie, row r in lane r; grid: first sample and step. What a particle says of a row
+// is worked out for all of them at once, and stored.
+inline floatv rows_of(const Part part, const float2 grid) {
+  return grid.x + grid.y * ((float)part.j + LANES);
+}
+
 // The deepest value of a part's map.
 inline float deepest_of(const floatv* map) {
   floatv deepest = map[0];
@@ -294,9 +306,34 @@ inline intv last_of(const intv cell, const int count, const int shift) {
   return min(((cell + 1) << shift) - 1, (intv)(count - 1));
 }
 
-// Stores the values of WIDTH particles at place k of their records of eight.
-inline void store_record(const floatv value, global float* records, const int k) {
-  float lanes[WIDTH];
-  STOREF(value, lanes);
-  for (int lane = 0; lane < WIDTH; ++lane) records[8 * lane + k] = lanes[lane];
+// Stores the records of eight values of WIDTH particles: a value's lanes are theirs.
+inline void store_records(const floatv* value, global float* records) {
+#if WIDTH == 8
+  float8 pair[8], four[8];
+#pragma unroll
+  for (int k = 0; k < 8; k += 2) {  // lanes 0, 1, 4, 5 of two values; the others
+    const float8 a = value[k], b = value[k + 1];
+    pair[k] = (float8)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5);
+    pair[k + 1] = (float8)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7);
+  }
+#pragma unroll
+  for (int k = 0; k < 8; k += 4) {  // four values of lanes 0 and 4, 1 and 5, 2 and 6, 3 and 7
+    four[k] = (float8)(pair[k].s01, pair[k + 2].s01, pair[k].s45, pair[k + 2].s45);
+    four[k + 1] = (float8)(pair[k].s23, pair[k + 2].s23, pair[k].s67, pair[k + 2].s67);
+    four[k + 2] = (float8)(pair[k + 1].s01, pair[k + 3].s01, pair[k + 1].s45, pair[k + 3].s45);
+    four[k + 3] = (float8)(pair[k + 1].s23, pair[k + 3].s23, pair[k + 1].s67, pair[k + 3].s67);
+  }
+#pragma unroll
+  for (int lane = 0; lane < 4; ++lane) {
+    vstore8((float8)(four[lane].lo, four[lane + 4].lo), lane, records);
+    vstore8((float8)(four[lane].hi, four[lane + 4].hi), lane + 4, records);
+  }
+#else
+#pragma unroll
+  for (int k = 0; k < 8; ++k) {
+    float lanes[WIDTH];
+    STOREF(value[k], lanes);
+    for (int lane = 0; lane < WIDTH; ++lane) records[8 * lane + k] = lanes[lane];
+  }
+#endif
 }

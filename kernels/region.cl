@@ -53,6 +53,7 @@ kernel void draw_triangles(global const float* record,  // [stride][16]
   if (!asked[block_of(part.i, part.j, samples.x)]) return;
   const intv column = TO_INTV(LANES) + part.column;
   const floatv x = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  const floatv y = rows_of(part, grid);
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
   for (int e = part.begin; e < part.end; ++e) {
@@ -63,13 +64,15 @@ kernel void draw_triangles(global const float* record,  // [stride][16]
     const float inverse = r.s6;
     const floatv du = x - r.s0, a = du * r.s5, b = du * r.s3;
     const intv within = (column >= (packed & 15)) & (column <= (packed >> 4 & 15));
+    float a_of_row[WIDTH], b_of_row[WIDTH];
+    STOREF(r.s4 * (y - r.s1), a_of_row);
+    STOREF(r.s2 * (y - r.s1), b_of_row);
     for (int j = j0; j <= j1; ++j) {
       const int row = j - part.row;
-      const float dv = grid.x + grid.y * (float)(part.j + row) - r.s1;
-      const floatv l1 = (a - r.s4 * dv) * inverse, l2 = (r.s2 * dv - b) * inverse;
+      const floatv l1 = (a - a_of_row[row]) * inverse, l2 = (b_of_row[row] - b) * inverse;
       const floatv l0 = 1.0f - l1 - l2;
       const intv inside = within & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
-      if (!ANY(inside)) continue;
+      if (WIDTH == 1 && !ANY(inside)) continue;  // of eight samples nobody could foretell it
       floatv d = l0 * r.s7 + l1 * r.s8 + l2 * r.s9;
       if (perspective) d = 1.0f / d;
       map[row] = SELECT(map[row], d, inside & (d > 0.0f) & (d < map[row]));

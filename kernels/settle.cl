@@ -58,7 +58,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
   const Lines line = lines_of(r);
   Near near;
   const floatv at = line.length * probes->at, end = line.length * to;
-  const float per_sum = -1.5f / SUPPORT * NORM / level;
+  const float per_sum = -1.5f * NORM / level;
   floatv l = line.length * from, low = l;  // the last point below the level
   floatv short_of = (floatv)(-level);      // how far below
   intv going = wanted & (from <= to), fresh = going, steps = (intv)(0), left = probes->wanted;
@@ -89,9 +89,9 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       short_of = SELECT(short_of, c - level, below);
       // Twice what the steepest rise on usual frames, 4/3 levels a radius, needs to the level. What
       // a step passes over is shorter than half a radius, at a lone particle than a tenth of one.
-      const floatv wish = fma(sum, (floatv)(per_sum), (floatv)(1.5f / SUPPORT));
+      const floatv wish = fma(sum, (floatv)(per_sum), (floatv)(1.5f));
       const floatv step =
-          smaller(larger(wish, (floatv)(0.3f / SUPPORT)), (floatv)(1.0f / SUPPORT));
+          smaller(larger(wish, (floatv)(0.3f)), (floatv)(1.0f));
       l = SELECT(l, l + step, below);
       steps += SELECT((intv)(0), (intv)(1), here);
       going &= !inside & (l <= end) & (steps < 1000);
@@ -103,10 +103,9 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
     floatv high = l, middle = low + (high - low) * (short_of / (short_of - over));
     for (int round = 1;; ++round) {
       const Field f = field_near(cells, weight, &near, &line, middle, 1);
-      const floatv gx = f.gx * (0.25f * NORM), gy = f.gy * (0.25f * NORM),
-                   gz = f.gz * (0.25f * NORM);
+      const floatv gx = gradient_of(f.gx), gy = gradient_of(f.gy), gz = gradient_of(f.gz);
       const floatv there = f.c * NORM - level, slope = line.deep * (gx * r.dx + gy * r.dy - gz);
-      const intv ready = slope * (NEWTON / SUPPORT) >= fabs(there);
+      const intv ready = slope * NEWTON >= fabs(there);
       const intv last = found & (ready | (intv)(round == REFINE ? -1 : 0));
       const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
       const intv crossed = last & (size > 0.0f);
@@ -272,8 +271,12 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const intv changed = listed & (share < 1.0f), both = share > 0.0f;
   const intv drawn = changed & (c.depth < INFINITY), gone = changed & !(c.depth < INFINITY);
   const floatv rest = 1.0f - share;
-  const floatv mx = gather_float(normal, at), my = gather_float(normal + n, at),
-               mz = gather_float(normal + 2 * n, at);
+  floatv mx = none, my = none, mz = none;
+  if (ANY(drawn & both)) {  // maps that a CPU waits for
+    mx = gather_float(normal, at);
+    my = gather_float(normal + n, at);
+    mz = gather_float(normal + 2 * n, at);
+  }
   const floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
   const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
   const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
@@ -281,6 +284,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx / size, ny / size, nz / size,
                 at, drawn, n, depth, normal);
   mark_splash(at, drawn & (share <= 0.5f), group, kind);
+  if (!ANY(gone)) return;
   scatter_float(nowhere, depth, at, gone);
   scatter_float(t0, behind, at, gone);
 }

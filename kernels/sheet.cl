@@ -1,5 +1,39 @@
 // sheet.cl: means over the fits of the same sheet around each fit (docs/method.md, fit and trust).
 
+// Fits by cells.
+typedef struct {
+  Cells cells;
+  int n;
+  global const float* normal;  // [3][n] in bucket order
+  global const float* share;   // [n]
+  global const float* value;   // [2][n]
+  float reach, low, high;
+} Fits;
+
+// Sums of the weights of fits, and of what they weigh.
+typedef struct {
+  floatv weight, a, b;
+} Sums;
+
+// Adds the listed fits at places x, y, z with normals nx, ny, nz.
+inline void add_fits(const Fits fits, const int* item, const int count, const floatv x,
+                     const floatv y, const floatv z, const floatv nx, const floatv ny,
+                     const floatv nz, Sums* sums) {
+  const int n = fits.n;
+  global const float* normal = fits.normal;
+  for (int k = 0; k < count; ++k) {
+    const int p = item[k];
+    const floatv dx = x - fits.cells.x[p], dy = y - fits.cells.y[p], dz = z - fits.cells.z[p];
+    const floatv near = 1.0f - sqrt(dx * dx + dy * dy + dz * dz) * (1.0f / fits.reach);
+    const floatv same = nx * normal[p] + ny * normal[n + p] + nz * normal[2 * n + p];
+    const floatv w =
+        fits.share[p] * larger(near, (floatv)(0.0f)) * smooth_step(fits.low, fits.high, same);
+    sums->weight += w;
+    sums->a += w * fits.value[p];
+    sums->b += w * fits.value[n + p];
+  }
+}
+
 // Up to WIDTH fits of one cell at a time, BLOCK a work-item. A fit at distance l whose normal is n'
 // weighs
 //   share (1 - l / reach) smoothstep(low, high, n.n').
@@ -13,6 +47,7 @@ kernel void average_on_sheets(
     global const float* value,   // [2][n]
     const float reach, const float low, const float high) {
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  const Fits fits = {cells, n, normal, share, value, reach, low, high};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
   for (int first = begin; first < end;) {
@@ -20,27 +55,28 @@ kernel void average_on_sheets(
     const floatv x = LOADF(cell_x + first), y = LOADF(cell_y + first), z = LOADF(cell_z + first);
     const floatv nx = LOADF(normal + first), ny = LOADF(normal + n + first),
                  nz = LOADF(normal + 2 * n + first);
-    floatv weight = none, a = none, b = none;
+    const Box box = box_of(x, y, z, own.used);
+    Sums sums = {none, none, none};
+    int item[AT_A_TIME + 2 * WIDTH], count = 0;
     for (int k = -1; k <= 1; ++k)
       for (int j = -1; j <= 1; ++j) {
-        const uint tag = tag_of(own.cx, own.cy + j, own.cz + k);
+        const int tag = (int)tag_of(own.cx, own.cy + j, own.cz + k);
         Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, 3, mask);
         while (next_range(&row, cell_start, mask))
-          for (int p = row.begin; p < row.end; ++p) {
-            if (!SAME_ROW(cell_tag[p], tag)) continue;
-            const floatv dx = x - cell_x[p], dy = y - cell_y[p], dz = z - cell_z[p];
-            const floatv near = 1.0f - sqrt(dx * dx + dy * dy + dz * dz) * (1.0f / reach);
-            const floatv same = nx * normal[p] + ny * normal[n + p] + nz * normal[2 * n + p];
-            const floatv w =
-                share[p] * SELECT(none, near, near > 0.0f) * smooth_step(low, high, same);
-            weight += w;
-            a += w * value[p];
-            b += w * value[n + p];
+          for (int p = row.begin; p < row.end; p += WIDTH) {
+            count = append(near_box(box, cells, p, reach) &
+                               SAME_ROW(LOADI((global const int*)cell_tag + p), tag) &
+                               (LANES < (float)(row.end - p)),
+                           p, item, count);
+            if (count < AT_A_TIME) continue;
+            add_fits(fits, item, count, x, y, z, nx, ny, nz, &sums);
+            count = 0;
           }
       }
-    const floatv scale = SELECT(none, 1.0f / weight, weight > 0.0f);
-    scatter_float(a * scale, mean, own.at, own.used);
-    scatter_float(b * scale, mean + n, own.at, own.used);
+    add_fits(fits, item, count, x, y, z, nx, ny, nz, &sums);
+    const floatv scale = SELECT(none, 1.0f / sums.weight, sums.weight > 0.0f);
+    scatter_float(sums.a * scale, mean, own.at, own.used);
+    scatter_float(sums.b * scale, mean + n, own.at, own.used);
     first += own.count;
   }
 }

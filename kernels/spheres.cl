@@ -48,12 +48,9 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   const floatv slack = 3.0f * steepest * off + sqrt(doubt);
   const floatv nearest = t - radius - slack;
   STOREF(fmax(nearest, (floatv)(1e-6f)), key + p);
-  global float* record = sphere + 8 * p;
-  store_record(x, record, 0);
-  store_record(y, record, 1);
-  store_record(t, record, 2);
-  store_record(radius * radius, record, 3);
-  store_record(nearest, record, 4);
+  const floatv none = (floatv)(0.0f);
+  const floatv record[8] = {x, y, t, radius * radius, nearest, none, none, none};
+  store_records(record, sphere + 8 * p);
 
   const intv i0 = first_cell((u - 0.69f * hu) * inverse, shift);
   const intv i1 = last_cell((u + 0.69f * hu) * inverse, samples.x, shift);

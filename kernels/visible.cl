@@ -41,14 +41,8 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
   if (drawn == FRONT) bound = nearest;
   if (drawn == BEHIND) bound = -larger(larger(t - bulge, t), (floatv)(1e-6f));
   STOREF(bound, key + p);
-  global float* record = disc + 8 * p;
-  store_record(t, record, 0);
-  store_record(u, record, 1);
-  store_record(v, record, 2);
-  store_record(1.0f / ru, record, 3);
-  store_record(1.0f / rv, record, 4);
-  store_record(bulge, record, 5);
-  store_record(nearest, record, 6);
+  const floatv record[8] = {t, u, v, 1.0f / ru, 1.0f / rv, bulge, nearest, (floatv)(0.0f)};
+  store_records(record, disc + 8 * p);
 }
 
 // The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
@@ -104,6 +98,7 @@ __attribute__((always_inline)) inline void draw_discs(const Part part, global co
                                                       const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  const floatv node_v = rows_of(part, grid);
   float deepest = INFINITY, nearest[AHEAD];
   for (int e = part.begin; e < part.end; ++e) {
     const int p = entry[e].x, packed = entry[e].y, ahead = (e - part.begin) % AHEAD;
@@ -123,10 +118,12 @@ __attribute__((always_inline)) inline void draw_discs(const Part part, global co
     // Nodes outside the box are infinitely far: sqrt is NaN there and no comparison holds.
     const floatv du2 = SELECT(du * du, (floatv)(INFINITY),
                               (column < (packed & 15)) | (column > (packed >> 4 & 15)));
+    float dv2[WIDTH];
+    const floatv dv = (node_v - d.s2) * d.s4;
+    STOREF(dv * dv, dv2);
     for (int j = j0; j <= j1; ++j) {
       const int row = j - part.row;
-      const float dv = (grid.x + grid.y * (float)(part.j + row) - d.s2) * d.s4;
-      floatv front = t - bulge * sqrt(1.0f - (du2 + dv * dv));
+      floatv front = t - bulge * sqrt(1.0f - (du2 + dv2[row]));
       front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
       intv better = front < map[row];
       if (owned) better = better | ((front == map[row]) & (p < owner[row]));
@@ -194,6 +191,7 @@ inline void draw_both(const Part part, global const float* disc, global const in
                       floatv* near, floatv* other, const float2 grid, const float core) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  const floatv node_v = rows_of(part, grid);
   const float least = 1.0f - core * core;
   for (int e = part.begin; e < part.end; ++e) {
     const int packed = entry[e].y;
@@ -204,10 +202,12 @@ inline void draw_both(const Part part, global const float* disc, global const in
     // As in draw_discs.
     const floatv du2 = SELECT(du * du, (floatv)(INFINITY),
                               (column < (packed & 15)) | (column > (packed >> 4 & 15)));
+    float dv2[WIDTH];
+    const floatv dv = (node_v - d.s2) * d.s4;
+    STOREF(dv * dv, dv2);
     for (int j = j0; j <= j1; ++j) {
       const int row = j - part.row;
-      const float dv = (grid.x + grid.y * (float)(part.j + row) - d.s2) * d.s4;
-      const floatv q = 1.0f - (du2 + dv * dv), half_depth = d.s5 * sqrt(q);
+      const floatv q = 1.0f - (du2 + dv2[row]), half_depth = d.s5 * sqrt(q);
       floatv front = d.s0 - half_depth;
       front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
       near[row] = SELECT(near[row], front, front < near[row]);

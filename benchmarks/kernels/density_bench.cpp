@@ -34,10 +34,10 @@ Case prepare_gradients(Frame& frame) {
   result.items = n;
   // Position and weight read, gradient and density written.
   result.bytes = 32 * n;
-  // A pair: difference 3, square 5, v 3, its powers 2, kernel 7, its weight 2, its derivative 8,
+  // A pair: difference 3, v 7, its powers and weight 3, kernel 6, its sum 2, its derivative 7,
   // gradient 6. A particle: 4.
   result.operations =
-      36 * count_pairs(cells, download(frame.device, measure_gradients(frame.device, *device_cells,
+      34 * count_pairs(cells, download(frame.device, measure_gradients(frame.device, *device_cells,
                                                                        Measured::near_air))) +
       4 * n;
   const auto field = std::make_shared<Buffer<float>>();

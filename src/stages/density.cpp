@@ -16,7 +16,7 @@ Range items_for(std::size_t n, int width) {
 
 Range range_of_blocks(std::size_t n, int width) {
   // BLOCK particles an item (cells.cl), few items a group, which spreads them over the processors.
-  const std::size_t block = width == 1 ? 1 : 64;
+  const std::size_t block = width == 1 ? 1 : 128;
   return {(n + block - 1) / block, 1, width == 1 ? std::size_t{64} : 4, 1};
 }
 
@@ -33,7 +33,7 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   // Points of one cell share a search.
   const Cells sorted = make_cells(points, 1 / cells.inverse_cell);
   const auto density = allocate<float>(device, n);
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   launch(device, kDensity, "measure_density", items_for(n, width), width_option(width),
          upload(device, sorted.x), upload(device, sorted.y), upload(device, sorted.z), density,
          cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell,
@@ -47,7 +47,7 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   launch(device, kDensity, "measure_gradients", range_of_blocks(n, width), width_option(width),
          result, cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start,
          cells.inverse_cell, cells.mask, static_cast<cl_int>(n),

@@ -29,14 +29,14 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const Buffer<float>& behind, const RegionParams& params, bool only_gaps) {
   const SampleGrid& grid = surface.grid;
   const auto follow = allocate<float>(device, grid.size());
-  const int width = device.state().vector_width;
+  const int width = device.state().vector_width, wide = device.state().wide_width();
   launch(device, kSettle, "settle_samples", range_of(lists, width), width_option(width),
          lists.sample, lists.count, triangle_depth, reference, core, surface.trust, surface.depth,
          behind, follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell,
          cells.mask, cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
          kernel_rays(view), limits_of(params), static_cast<cl_int>(only_gaps));
   const SampleLists rest = keep_samples(device, lists, follow);
-  launch(device, kSettle, "follow_field", range_of(rest, width), width_option(width), rest.sample,
+  launch(device, kSettle, "follow_field", range_of(rest, wide), width_option(wide), rest.sample,
          rest.count, reference, core, surface.trust, surface.depth, surface.normal, surface.group,
          surface.kind, behind, cells.x, cells.y, cells.z, cells.tag, cells.start,
          cells.inverse_cell, cells.mask, cells.weight, levelled.weight, cl_int2{{grid.nx, grid.ny}},
@@ -69,7 +69,7 @@ void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
                  const RegionParams& params) {
   const SampleGrid& grid = surface.grid;
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   launch(device, kSettle, "draw_splash", range_of(lists, width), width_option(width), lists.sample,
          lists.count, extent.from, extent.to, surface.depth, surface.normal, surface.group,
          surface.kind, levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag,

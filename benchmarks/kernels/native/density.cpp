@@ -105,8 +105,7 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       for (int p = 0; p < near.count; ++p)
         add_particle<true>(field, x - near.x[p], y - near.y[p], z - near.z[p], 1.0f);
     }
-    constexpr float kSlope = 0.25f * kFieldNorm;
-    const Floats rows[4] = {field.gx * kSlope, field.gy * kSlope, field.gz * kSlope,
+    const Floats rows[4] = {gradient_of(field.gx), gradient_of(field.gy), gradient_of(field.gz),
                             inside || near.whole() ? field.c * kFieldNorm : all(-1.0f)};
     for (std::size_t row = 0; row < 4; ++row)
       for (int k = 0; k < lanes; ++k) input.result[row * input.count + a + k] = rows[row][k];

@@ -12,10 +12,11 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
-constexpr float kW0 = 0.243067f, kW1 = 0.456322f, kW2 = -0.842290f, kW3 = 1.142901f;
+constexpr float kW0 = 0.243067f / 4096, kW1 = 0.456322f / 65536, kW2 = -0.842290f / 1048576,
+                kW3 = 1.142901f / 16777216;
 constexpr int kVectors = 6, kRowCells = 32, kMostNear = 384;
 
-/// pi C and its gradient, see field.cl.
+/// pi C and a quarter of its gradient, see field.cl.
 struct FieldAt {
   Floats c{}, gx{}, gy{}, gz{};
 };
@@ -23,25 +24,26 @@ struct FieldAt {
 template <bool WithGradient>
 [[gnu::always_inline]] inline void add_share(FieldAt& sum, const Floats& v, const Floats& dx,
                                              const Floats& dy, const Floats& dz, float weight) {
-  const Floats vv = v * v;
+  const Floats vv = weight * (v * v);
   const Floats share = fused(fused(fused(all(kW3), v, all(kW2)), v, all(kW1)), v, all(kW0));
-  sum.c = fused(all(weight), share * (vv * v), sum.c);
+  sum.c = fused(share, vv * v, sum.c);
   if (!WithGradient) return;
-  const Floats slope =
-      fused(fused(fused(all(-3.0f * kW3), v, all(-2.5f * kW2)), v, all(-2.0f * kW1)), v,
-            all(-1.5f * kW0));
-  const Floats g = weight * (slope * vv);
-  sum.gx += g * dx;
-  sum.gy += g * dy;
-  sum.gz += g * dz;
+  const Floats g = fused(fused(fused(all(-3.0f * kW3), v, all(-2.5f * kW2)), v, all(-2.0f * kW1)),
+                         v, all(-1.5f * kW0)) *
+                   vv;
+  sum.gx = fused(g, dx, sum.gx);
+  sum.gy = fused(g, dy, sum.gy);
+  sum.gz = fused(g, dz, sum.gz);
 }
+
+/// As gradient_of in field.cl; here a zero is always 0.
+inline Floats gradient_of(const Floats& sum) { return sum * (4.0f * kFieldNorm); }
 
 template <bool WithGradient>
 [[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
                                                 const Floats& dz, float weight) {
-  const Floats reach =
-      fused(fused(dx, dx, fused(dy, dy, dz * dz)), all(-1.0f / (kSupport * kSupport)), all(1.0f));
-  add_share<WithGradient>(sum, larger(reach, Floats{}), dx, dy, dz, weight);
+  const Floats v = fused(-dx, dx, fused(-dy, dy, fused(-dz, dz, all(kSupport * kSupport))));
+  add_share<WithGradient>(sum, larger(v, Floats{}), dx, dy, dz, weight);
 }
 
 /// Rays by their length, and a particle's share along them, see field.cl.
@@ -49,11 +51,10 @@ struct Lines {
   Rays r;
   Floats deep, length, ex, ey;
   explicit Lines(const Rays& rays) : r(rays) {
-    length = (1.0f / kSupport) * root(r.dx * r.dx + r.dy * r.dy + 1.0f);
+    length = root(r.dx * r.dx + r.dy * r.dy + 1.0f);
     deep = 1.0f / length;
-    const Floats share = deep * (1.0f / (kSupport * kSupport));
-    ex = share * r.dx;
-    ey = share * r.dy;
+    ex = deep * r.dx;
+    ey = deep * r.dy;
   }
 };
 struct Parabola {
@@ -65,7 +66,7 @@ struct Parabola {
   const Floats x = fused(t, line.r.dx, line.r.ox) - px, y = fused(t, line.r.dy, line.r.oy) - py;
   const Floats along = fused(x, line.ex, y * line.ey), apart = fused(x, x, y * y);
   return {fused(all(pz), line.length, along),
-          fused(along, along, fused(apart, all(-1.0f / (kSupport * kSupport)), all(1.0f)))};
+          fused(along, along, kSupport * kSupport - apart)};
 }
 
 /// Points of rays.
@@ -272,7 +273,7 @@ inline void list_near(const Cells& cells, Around& around, const Lines& line, con
     const Floats beyond = larger(magnitude(middle + to_it.at) - extent, Floats{});
     near.item[count] = p;
     near.parabola[count] = to_it;
-    count += any(fused(-beyond, beyond, to_it.most) > -0.001f);
+    count += any(fused(-beyond, beyond, to_it.most) > -0.016f);
   }
   near.count = count;
 }

@@ -47,7 +47,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
   const Lines line(r);
   Near near;
   const Floats at = line.length * probes.at, end = line.length * to;
-  const float per_sum = -1.5f / kSupport * kFieldNorm / level;
+  const float per_sum = -1.5f * kFieldNorm / level;
   Floats l = line.length * from, low = l, short_of = all(-level);
   Ints going = wanted & (from <= to), fresh = going, steps{}, left = probes.wanted;
   while (any(going | left)) {
@@ -73,8 +73,8 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       fresh &= ~here;
       low = below ? l : low;
       short_of = below ? c - level : short_of;
-      const Floats step = fused(sum, all(per_sum), all(1.5f / kSupport));
-      l = below ? l + smaller(larger(step, all(0.3f / kSupport)), all(1.0f / kSupport)) : l;
+      const Floats step = fused(sum, all(per_sum), all(1.5f));
+      l = below ? l + smaller(larger(step, all(0.3f)), all(1.0f)) : l;
       steps -= here;
       going &= ~inside & (l <= end) & (steps < 1000);
       here = going & (l <= window);
@@ -83,11 +83,10 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
     Floats high = l, middle = low + (high - low) * (short_of / (short_of - over));
     for (int round = 1;; ++round) {
       const FieldAt f = field_near<true>(cells, weight, near, line, middle);
-      constexpr float kScale = 0.25f * kFieldNorm;
-      const Floats gx = f.gx * kScale, gy = f.gy * kScale, gz = f.gz * kScale;
+      const Floats gx = gradient_of(f.gx), gy = gradient_of(f.gy), gz = gradient_of(f.gz);
       const Floats there = f.c * kFieldNorm - level,
                    slope = line.deep * (gx * r.dx + gy * r.dy - gz);
-      const Ints ready = slope * (kNewton / kSupport) >= magnitude(there);
+      const Ints ready = slope * kNewton >= magnitude(there);
       const Ints done = round == kRefine ? found : found & ready;
       const Floats size = root(gx * gx + gy * gy + gz * gz);
       const Ints crossed = done & (size > 0.0f);
