@@ -8,7 +8,8 @@
 #define SPAN (WIDTH * 3 / 8)
 #endif
 
-// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the arrays are padded.
+// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the
+// arrays are padded.
 kernel void measure_density(global const float* x, global const float* y, global const float* z,
                             global float* density,  // [n]
                             global const float* cell_x, global const float* cell_y,
