@@ -36,26 +36,28 @@ kernel void splat_behind(global const int* sample, global const int* count,
                          const int bins_x, const int2 samples,
                          const float2 grid,  // first sample and step, pixels
                          const float gap) {
-  const int tile = tile_of_group();
+  const int tile = tile_of_group(), tiles_x = (samples.x + TILE - 1) / TILE;
+  const int corner = tile / tiles_x * TILE * samples.x + tile % tiles_x * TILE;
   for (int place = item_of_tile() * WIDTH; place < count[tile]; place += TILE_ITEMS * WIDTH) {
-    int at[WIDTH], column[WIDTH], row[WIDTH], bin[WIDTH], left[WIDTH], mine[WIDTH];
-    for (int k = 0; k < WIDTH; ++k) {
-      at[k] = sample[tile * TILE_SAMPLES + min(place + k, count[tile] - 1)];
-      column[k] = at[k] % samples.x;
-      row[k] = at[k] / samples.x;
-      bin[k] = row[k] / BIN * bins_x + column[k] / BIN;
-      left[k] = place + k < count[tile] && bin[k] >= range.x && bin[k] < range.y;
-    }
-    const intv i = LOADI(column), j = LOADI(row);
+    int at[WIDTH], column[WIDTH], row[WIDTH], bin[WIDTH];
+    global const int* list = sample + tile * TILE_SAMPLES + place;
+    const intv used = TO_INTV(LANES) < count[tile] - place;
+    const intv listed = SELECT((intv)(list[0]), LOADI(list), used);
+    // As in samples.cl, without a division of integers for each lane.
+    const intv j = TO_INTV((TO_FLOATV(listed - corner) + 0.5f) / (float)samples.x) +
+                   corner / samples.x;
+    const intv i = listed - j * samples.x, in_bin = j / BIN * bins_x + i / BIN;
+    STOREI(listed, at);
+    STOREI(i, column);
+    STOREI(j, row);
+    STOREI(in_bin, bin);
     const floatv u = grid.x + grid.y * TO_FLOATV(i), v = grid.x + grid.y * TO_FLOATV(j);
     const floatv least = gather_float(behind, at) + gap;
+    intv left = used & (in_bin >= range.x) & (in_bin < range.y);
     for (int lane = 0; lane < WIDTH; ++lane) {  // the lanes of one bin go together
-      if (!left[lane]) continue;
-      for (int k = 0; k < WIDTH; ++k) {
-        mine[k] = left[k] && bin[k] == bin[lane] ? -1 : 0;
-        if (mine[k]) left[k] = 0;
-      }
-      const intv here = LOADI(mine);
+      if (!(BITS(left) >> lane & 1)) continue;
+      const intv here = left & (in_bin == bin[lane]);
+      left &= !here;
       const float before = least_lane(SELECT((floatv)(INFINITY), least, here));
       const intv i_in = i - column[lane] / BIN * BIN, j_in = j - row[lane] / BIN * BIN;
       floatv map = (floatv)(INFINITY);

@@ -59,22 +59,27 @@ inline int next_range(Row* row, global const int* start, const uint mask) {
   return 1;
 }
 
-// Particles that a work-item takes one after another, up to WIDTH of one cell at a time.
+// Particles that a work-item takes one after another, up to WIDTH at a time that lie in one cell or in
+// SPAN cells of a row.
 #if WIDTH == 1
 #define BLOCK 1
+#define SPAN 1
 #else
 #define BLOCK 128
+#define SPAN (WIDTH * 3 / 8)
 #endif
 
 typedef struct {
-  int cx, cy, cz;  // their cell
+  int cx, cy, cz;  // their first cell
+  int wide;        // the last one's distance from there, cells, and one
   int count;
   int at[WIDTH];  // places; lanes that are not in use hold what follows
   intv used;
 } Together;
 
-// The particle at `first` and those that follow it in the same cell, before `end`.
-inline Together particles_together(const Cells cells, const int first, const int end, const int n) {
+// The particle at `first` and those that follow it in `span` cells of a row, before `end`.
+inline Together particles_together(const Cells cells, const int span, const int first,
+                                   const int end, const int n) {
   const float c = cells.inverse_cell;
   const intv lane = TO_INTV(LANES);
   const intv x = cells_of(LOADF(cells.x + first), c), y = cells_of(LOADF(cells.y + first), c),
@@ -83,8 +88,9 @@ inline Together particles_together(const Cells cells, const int first, const int
   t.cx = cell_of(cells.x[first], c);
   t.cy = cell_of(cells.y[first], c);
   t.cz = cell_of(cells.z[first], c);
-  const int same = BITS((x == t.cx) & (y == t.cy) & (z == t.cz) & (lane < end - first));
+  const int same = BITS((x >= t.cx) & (x < t.cx + span) & (y == t.cy) & (z == t.cz) & (lane < end - first));
   t.count = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
+  t.wide = cell_of(cells.x[first + t.count - 1], c) - t.cx + 1;
   STOREI(min(first + lane, (intv)(n - 1)), t.at);
   t.used = lane < t.count;
   return t;

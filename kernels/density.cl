@@ -1,14 +1,8 @@
 // density.cl: measures the density field (field.cl), which decides where the surface ends
 // (paper 2.4.1).
 
-// Points that are summed at together lie in so many cells of a row.
-#if WIDTH == 1
-#define SPAN 1
-#else
-#define SPAN (WIDTH * 3 / 8)
-#endif
-
-// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the arrays are padded.
+// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the
+// arrays are padded.
 kernel void measure_density(global const float* x, global const float* y, global const float* z,
                             global float* density,  // [n]
                             global const float* cell_x, global const float* cell_y,
@@ -75,7 +69,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
   Slice before, here, after;                  // and what is around it
   int place[BLOCK + WIDTH], count = 0;        // those that are measured
   for (int first = begin; first < end;) {
-    const Together own = particles_together(cells, first, end, n);
+    const Together own = particles_together(cells, 1, first, end, n);
     if (least > 0 && (own.cx != x || own.cy != y || own.cz != z)) {
       const int next = own.cx - 1 == x && own.cy == y && own.cz == z;  // two slices are the same
       x = own.cx;

@@ -62,12 +62,13 @@ inline void add_listed(const Cells cells, global const float* weight, const int*
 }
 
 // Adds the field at points of the `wide` cells from (cx, cy, cz) on along x where wanted; what other
-// lanes get means nothing. Others of the same row in the buckets are far away. Half of what the 27 cells hold is out
-// of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.
+// lanes get means nothing. Others of the same row in the buckets are far away. Half of what the cells
+// around hold is out of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes
+// shows it.
 inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
-                             const int cy, const int cz, const int wide, const floatv x, const floatv y,
-                             const floatv z, const intv wanted, const int with_gradient,
-                             Field* sum) {
+                             const int cy, const int cz, const int wide, const floatv x,
+                             const floatv y, const floatv z, const intv wanted,
+                             const int with_gradient, Field* sum) {
   global const int* tags = (global const int*)cells.tag;
   const Box box = box_of(x, y, z, wanted);
   int item[AT_A_TIME + 2 * WIDTH], count = 0;

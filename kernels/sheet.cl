@@ -34,7 +34,7 @@ inline void add_fits(const Fits fits, const int* item, const int count, const fl
   }
 }
 
-// Up to WIDTH fits of one cell at a time, BLOCK a work-item. A fit at distance l whose normal is n'
+// Up to WIDTH fits of SPAN cells of a row at a time, BLOCK a work-item. A fit at distance l whose normal is n'
 // weighs
 //   share (1 - l / reach) smoothstep(low, high, n.n').
 kernel void average_on_sheets(
@@ -51,7 +51,7 @@ kernel void average_on_sheets(
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
   for (int first = begin; first < end;) {
-    const Together own = particles_together(cells, first, end, n);
+    const Together own = particles_together(cells, SPAN, first, end, n);
     const floatv x = LOADF(cell_x + first), y = LOADF(cell_y + first), z = LOADF(cell_z + first);
     const floatv nx = LOADF(normal + first), ny = LOADF(normal + n + first),
                  nz = LOADF(normal + 2 * n + first);
@@ -61,7 +61,7 @@ kernel void average_on_sheets(
     for (int k = -1; k <= 1; ++k)
       for (int j = -1; j <= 1; ++j) {
         const int tag = (int)tag_of(own.cx, own.cy + j, own.cz + k);
-        Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, 3, mask);
+        Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, own.wide + 2, mask);
         while (next_range(&row, cell_start, mask))
           for (int p = row.begin; p < row.end; p += WIDTH) {
             count = append(near_box(box, cells, p, reach) &

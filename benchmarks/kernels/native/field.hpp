@@ -1,5 +1,5 @@
-// The density field along rays, as field.cl has it: one search of the cells for up to 48 rays, of
-// which eight take what is near them. Everything has internal linkage.
+// The density field along rays, as field.cl has it: one search of the cells for up to 64 rays, of
+// which kWidth take what is near them. Everything has internal linkage.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 constexpr float kFieldNorm = 0.318309886f, kSupport = 4.0f, kDeepest = 24.0f;
 constexpr float kW0 = 0.243067f / 4096, kW1 = 0.456322f / 65536, kW2 = -0.842290f / 1048576,
                 kW3 = 1.142901f / 16777216;
-constexpr int kVectors = 6, kRowCells = 32, kMostNear = 384;
+constexpr int kVectors = kWidth == 16 ? 4 : 6, kRowCells = 32, kMostNear = 384;
 
 /// pi C and a quarter of its gradient, see field.cl.
 struct FieldAt {
@@ -65,8 +65,7 @@ struct Parabola {
   const Floats t = all(-pz);
   const Floats x = fused(t, line.r.dx, line.r.ox) - px, y = fused(t, line.r.dy, line.r.oy) - py;
   const Floats along = fused(x, line.ex, y * line.ey), apart = fused(x, x, y * y);
-  return {fused(all(pz), line.length, along),
-          fused(along, along, kSupport * kSupport - apart)};
+  return {fused(all(pz), line.length, along), fused(along, along, kSupport * kSupport - apart)};
 }
 
 /// Points of rays.
@@ -91,14 +90,14 @@ template <bool WithGradient>
 FieldAt field_at(const Cells& cells, const float* weight, const Lines& line, const Floats& l) {
   const Stops s(line, l);
   FieldAt field;
-  for (unsigned left = 255; left;) {
+  for (unsigned left = (1u << kWidth) - 1; left;) {
     const int first = __builtin_ctz(left);
     const auto cell = [&](int lane, const Floats& p) {
       return cell_of(p[lane], cells.inverse_cell);
     };
     const int cx = cell(first, s.x), cy = cell(first, s.y), cz = cell(first, s.z);
     Ints here{};
-    for (int lane = first; lane < 8; ++lane)
+    for (int lane = first; lane < kWidth; ++lane)
       if (cell(lane, s.x) == cx && cell(lane, s.y) == cy && cell(lane, s.z) == cz) here[lane] = -1;
     left &= ~bits_of(here);
     FieldAt sum;
@@ -202,7 +201,7 @@ void search_cells(const Cells& cells, const Axis& b, Listed<Most>& found) {
         const int count = std::min(i1 - i + 1, kRowCells);
         const std::int32_t tag = bucket_of(cells, i, j, k).tag;
         visit_row(cells, i, j, k, count, [&](int begin, int end) {
-          for (int p = begin; p < end && found.whole(); p += 8) {
+          for (int p = begin; p < end && found.whole(); p += kWidth) {
             const Floats px = load(cells.x + p), py = load(cells.y + p), pz = load(cells.z + p);
             const Ints tags = load(cells.tag + p);
             const unsigned take =

@@ -83,11 +83,11 @@ inline float most_lane(const Floats& a) {
   for (int k = 1; k < kWidth; ++k) most = most > a[k] ? most : a[k];
   return most;
 }
-#ifndef MENISCUS_WIDE
 inline float sum_of(const Floats& a) {
-  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+  float sum = a[0];
+  for (int k = 1; k < kWidth; ++k) sum += a[k];
+  return sum;
 }
-#endif
 /// Stores the lanes that are set in `bits` one after the other, and anything in the rest of kWidth.
 template <class Vector, class T>
 inline void pack(unsigned bits, const Vector& v, T* to) {

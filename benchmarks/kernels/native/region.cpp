@@ -11,7 +11,6 @@ void draw_triangles(const Triangles& triangles, std::size_t begin, std::size_t e
         const Floats l1 = (du * r[5] - r[4] * dv) * r[6], l2 = (r[2] * dv - du * r[3]) * r[6];
         const Floats l0 = 1.0f - l1 - l2;
         const Ints met = inside & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
-        if (!any(met)) return;
         Floats depth = l0 * r[7] + l1 * r[8] + l2 * r[9];
         if (triangles.perspective) depth = 1.0f / depth;
         map = met & (depth > 0.0f) & (depth < map) ? depth : map;

@@ -1,3 +1,4 @@
+#define MENISCUS_WIDE
 #include <limits>
 
 #include "kernels/native/field.hpp"
@@ -7,7 +8,7 @@ namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 8.0f;
 constexpr float kNewton = 1.0f / 2048.0f;
-constexpr int kTakes = 8 * kVectors, kRefine = 8;
+constexpr int kTakes = kWidth * kVectors, kRefine = 8;
 
 inline float least_wanted(const Floats& t, const Ints& wanted) {
   return -most_lane(wanted ? -t : all(-kNowhere));
@@ -16,8 +17,8 @@ inline float least_wanted(const Floats& t, const Ints& wanted) {
 // As many as kVectors vectors of a tile's list from `place` on, which share a search.
 inline int load_work(const Lists& lists, int tile, int place, Lanes* lanes, Around& around) {
   int v = 0;
-  for (; v < kVectors && place + 8 * v < lists.count[tile]; ++v) {
-    load_lanes(lists, tile, place + 8 * v, lanes[v]);
+  for (; v < kVectors && place + kWidth * v < lists.count[tile]; ++v) {
+    load_lanes(lists, tile, place + kWidth * v, lanes[v]);
     around.rays[v] = lanes[v].rays;
     around.wanted[v] = lanes[v].used;
   }
