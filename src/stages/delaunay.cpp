@@ -4,7 +4,9 @@
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "stages/triangulate.hpp"
@@ -12,7 +14,38 @@
 namespace meniscus {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Exact = CGAL::Exact_predicates_inexact_constructions_kernel;
+
+// Tells most points inside a circle from those outside by one determinant in doubles: where that is
+// larger than what its rounding can come to among these points, its sign is right. The rest is the
+// exact kernel's.
+struct Kernel : Exact {
+  double rounding = INFINITY;  // of the determinant
+
+  // For points that lie at most `extent` from each other along each axis: rounding is less than
+  // (10 + 96 e) e times the sum of the products' sizes (Shewchuk 1997), which is 12 extent^4 at
+  // most.
+  void spread_over(double extent) {
+    constexpr double kEpsilon = 0x1p-53;
+    rounding = 121 * kEpsilon * extent * extent * extent * extent;
+  }
+
+  struct Side_of_oriented_circle_2 {
+    double rounding;
+    CGAL::Oriented_side operator()(const Point_2& a, const Point_2& b, const Point_2& c,
+                                   const Point_2& d) const {
+      const double ax = a.x() - d.x(), ay = a.y() - d.y(), bx = b.x() - d.x(), by = b.y() - d.y(),
+                   cx = c.x() - d.x(), cy = c.y() - d.y();
+      const double determinant = (ax * ax + ay * ay) * (bx * cy - cx * by) +
+                                 (bx * bx + by * by) * (cx * ay - ax * cy) +
+                                 (cx * cx + cy * cy) * (ax * by - bx * ay);
+      if (determinant > rounding) return CGAL::ON_POSITIVE_SIDE;
+      if (determinant < -rounding) return CGAL::ON_NEGATIVE_SIDE;
+      return Exact().side_of_oriented_circle_2_object()(a, b, c, d);
+    }
+  };
+  Side_of_oriented_circle_2 side_of_oriented_circle_2_object() const { return {rounding}; }
+};
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<std::int32_t, Kernel>;
 using Structure = CGAL::Triangulation_data_structure_2<VertexBase>;
 using Delaunay = CGAL::Delaunay_triangulation_2<Kernel, Structure>;
@@ -36,26 +69,31 @@ std::uint32_t along_curve(std::uint32_t x, std::uint32_t y, int bits) {
 // The order in which points go into the triangulation: every 64th, every 16th, every fourth, then
 // all others, each time along a curve. Few triangles are made in vain, and the walk to each is
 // short.
-std::vector<std::int32_t> insertion_order(const std::vector<ScreenPoint>& points) {
+std::vector<std::int32_t> insertion_order(const std::vector<ScreenPoint>& points,
+                                          const ScreenPoint& low, double extent) {
   constexpr int kBits = 8;
-  ScreenPoint low{INFINITY, INFINITY}, high{-INFINITY, -INFINITY};
-  for (const ScreenPoint& p : points) {
-    low = {std::min(low.u, p.u), std::min(low.v, p.v)};
-    high = {std::max(high.u, p.u), std::max(high.v, p.v)};
-  }
-  const double scale = ((1 << kBits) - 1) / std::max({high.u - low.u, high.v - low.v, 1e-9});
-  std::vector<std::uint64_t> keys(points.size());  // round, place on the curve, index
+  const double scale = ((1 << kBits) - 1) / std::max(extent, 1e-9);
+  std::vector<std::uint32_t> keys(points.size());  // round, place on the curve
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::uint64_t round = i % 64 == 0 ? 0 : i % 16 == 0 ? 1 : i % 4 == 0 ? 2 : 3;
-    const std::uint64_t place =
+    const std::uint32_t round = i % 64 == 0 ? 0 : i % 16 == 0 ? 1 : i % 4 == 0 ? 2 : 3;
+    const std::uint32_t place =
         along_curve(static_cast<std::uint32_t>((points[i].u - low.u) * scale),
                     static_cast<std::uint32_t>((points[i].v - low.v) * scale), kBits);
-    keys[i] = round << 62 | place << 32 | i;
+    keys[i] = round << (2 * kBits) | place;
   }
-  std::sort(keys.begin(), keys.end());
-  std::vector<std::int32_t> order(points.size());
-  for (std::size_t k = 0; k < order.size(); ++k)
-    order[k] = static_cast<std::int32_t>(keys[k] & 0xffffffffu);
+  // Those with equal keys in their order: counted by the low half of the keys, then by the high
+  // one.
+  constexpr int kHalf = kBits + 1;
+  std::vector<std::int32_t> order(points.size()), sorted(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (int shift = 0; shift < 2 * kHalf; shift += kHalf) {
+    const auto digit = [&](std::int32_t i) { return keys[i] >> shift & ((1u << kHalf) - 1); };
+    std::array<std::int32_t, (1 << kHalf) + 1> start{};
+    for (const std::int32_t i : order) ++start[digit(i) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    for (const std::int32_t i : order) sorted[start[digit(i)]++] = i;
+    order.swap(sorted);
+  }
   return order;
 }
 
@@ -81,10 +119,18 @@ struct ScreenDelaunay::Net {
 // on the order, because CGAL settles cocircular points by a symbolic perturbation in the
 // lexicographic order of the points, when it inserts and when it removes.
 void ScreenDelaunay::Net::insert_all() {
-  triangulation.clear();
+  ScreenPoint low{INFINITY, INFINITY}, high{-INFINITY, -INFINITY};
+  for (const ScreenPoint& p : points) {
+    low = {std::min(low.u, p.u), std::min(low.v, p.v)};
+    high = {std::max(high.u, p.u), std::max(high.v, p.v)};
+  }
+  const double extent = std::max({high.u - low.u, high.v - low.v, 0.0});
+  Kernel kernel;
+  kernel.spread_over(extent);
+  triangulation = Delaunay(kernel);
   vertex.assign(points.size(), nullptr);
   Delaunay::Face_handle hint;
-  for (const std::int32_t index : insertion_order(points)) {
+  for (const std::int32_t index : insertion_order(points, low, extent)) {
     const std::size_t before = triangulation.number_of_vertices();
     const auto at = triangulation.insert({points[index].u, points[index].v}, hint);
     hint = at->face();
