@@ -10,6 +10,7 @@
 #include "exact_math.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "order_statistics.hpp"
 #include "origin.hpp"
 #include "parallel.hpp"
 #include "pipeline.hpp"
@@ -120,14 +121,10 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
   std::array<float, 3> low{}, high{};
   const auto gather = [&](const std::vector<float>& values, std::vector<float>& to, std::size_t k) {
     to.resize(order.size());
-    float least = INFINITY, most = -INFINITY;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      to[i] = values[order[i]];
-      least = std::min(least, to[i]);
-      most = std::max(most, to[i]);
-    }
-    low[k] = least;
-    high[k] = most;
+    for (std::size_t i = 0; i < order.size(); ++i) to[i] = values[order[i]];
+    const Bounds bounds = bounds_of(to);
+    low[k] = bounds.least;
+    high[k] = bounds.most;
   };
   const std::array axes{std::pair{&particles.x, &world.x}, std::pair{&particles.y, &world.y},
                         std::pair{&particles.z, &world.z}};

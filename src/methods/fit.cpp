@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "methods/methods.hpp"
+#include "order_statistics.hpp"
 #include "parallel.hpp"
 #include "stage_clock.hpp"
 #include "stages/behind.hpp"
@@ -35,10 +36,7 @@ struct FittedFrame {
 };
 
 double least_radius(const Projected& projected) {
-  double least = INFINITY;
-  for (std::size_t i = 0; i < projected.size(); ++i)
-    least = std::min<double>({least, projected.ku[i], projected.kv[i]});
-  return least;
+  return std::min(bounds_of(projected.ku).least, bounds_of(projected.kv).least);
 }
 
 // Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
