@@ -103,7 +103,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     y = cell_of(cell_y[at[0]], c);
     z = cell_of(cell_z[at[0]], c);
     const intv cx = cells_of(px, c);
-    const int same = BITS((cx >= x) & (cx < x + SPAN) & (cells_of(py, c) == y) &
+    const int same = BITS((intv)(cx >= x) & (cx < x + SPAN) & (cells_of(py, c) == y) &
                           (cells_of(pz, c) == z) & (lane < count - k));
     const int number = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
     const int wide = cell_of(cell_x[at[number - 1]], c) - x + 1;

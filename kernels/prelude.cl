@@ -236,7 +236,7 @@ typedef struct {
 
 // range: the bins that are listed; end: see fill_bins. Beyond the range, a part without entries.
 inline Part part_of(global const int* end, const int2 range, const int bins_x) {
-  const int items = BIN * BIN / (WIDTH * ROWS);
+  const int items = max(BIN * BIN / (WIDTH * ROWS), 1);
   const int id = get_global_id(0), item = id % items;
   Part part;
   part.bin = range.x + id / items;

@@ -193,7 +193,7 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
                      global const float* reference, global const float* core,
                      global const float* trust, global const float* depth, const float4 limits,
                      const int only_gaps) {
-  const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
+  const floatv none = (floatv)(0.0f);
   Verdict v;
   v.t0 = gather_float(reference, at);
   v.t = gather_float(depth, at);

@@ -12,6 +12,7 @@
 #include "exact_math.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "order_statistics.hpp"
 #include "origin.hpp"
 #include "parallel.hpp"
 #include "pipeline.hpp"

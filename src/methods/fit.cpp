@@ -4,6 +4,7 @@
 
 #include "bounds.hpp"
 #include "methods/methods.hpp"
+#include "order_statistics.hpp"
 #include "parallel.hpp"
 #include "stage_clock.hpp"
 #include "stages/behind.hpp"

@@ -9,6 +9,7 @@
 #include <string>
 #include <tuple>
 
+#include "order_statistics.hpp"
 #include "parallel.hpp"
 #include "stages/bins.hpp"
 
@@ -75,11 +76,10 @@ SampleGrid visibility_grid(const View& view, const Projected& projected,
   radii.reserve(candidates.size());
   for (const std::int32_t i : candidates)
     radii.push_back(std::min(projected.ku[i], projected.kv[i]));
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
+  const double middle = median_of(std::move(radii));
   const double pixels = static_cast<double>(view.width) * view.height;
   const double least = std::max(0.125, std::sqrt(pixels / (1 << 24)));
-  return node_grid(view, std::clamp(static_cast<double>(*middle) / 4, least, std::max(least, 2.0)));
+  return node_grid(view, std::clamp(middle / 4, least, std::max(least, 2.0)));
 }
 
 }  // namespace
