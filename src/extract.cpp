@@ -6,7 +6,6 @@
 #include <numbers>
 #include <utility>
 
-#include "bounds.hpp"
 #include "canonical_order.hpp"
 #include "device/device.hpp"
 #include "exact_math.hpp"

@@ -2,7 +2,6 @@
 // sheets; the density field where no fit can be trusted.
 #include <utility>
 
-#include "bounds.hpp"
 #include "methods/methods.hpp"
 #include "order_statistics.hpp"
 #include "parallel.hpp"
