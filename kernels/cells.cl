@@ -117,8 +117,16 @@ inline int append_eight(const int8 take, const int first, int* item, const int c
 inline int append(const intv take, const int first, int* item, const int count) {
 #if WIDTH == 16
   return append_eight(take.hi, first + 8, item, append_eight(take.lo, first, item, count));
-#else
+#elif WIDTH == 8
   return append_eight(take, first, item, count);
+#else
+  int lanes[WIDTH], next = count;
+  STOREI(take, lanes);
+  for (int l = 0; l < WIDTH; ++l) {
+    item[next] = first + l;
+    next -= lanes[l];
+  }
+  return next;
 #endif
 }
 #endif

@@ -9,12 +9,11 @@
 #endif
 
 // Samples are taken in tiles (samples.cl). TILE_ITEMS work-items go through a tile's list, in one
-// work-group or, where a device allows no such groups, in several. Most lists are short, and items that
-// find nothing to do take a GPU its time, too.
+// work-group or, where a device allows no such groups, in several.
 #define TILE 16
 #define TILE_SAMPLES 256
 #if WIDTH == 1
-#define TILE_ITEMS 64
+#define TILE_ITEMS TILE_SAMPLES
 #else
 #define TILE_ITEMS 1
 #endif

@@ -382,7 +382,7 @@ kernel void settle_points(
   const Rays r = rays_at(rays, points[p], points[n + p]);
   Around around;
   around.vectors = 1;
-  around.count = -2;
+  around.count = -1;  // nothing to share: every point searches for itself
   const Verdict verdict = judge(&p, 1, triangle, reference, core, trust, depth, limits, 0);
   settle(verdict, &p, 1, r, depth, behind, to_follow, cells, weight, &around);
   if (to_follow[p] < INFINITY)

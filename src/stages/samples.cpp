@@ -87,7 +87,7 @@ SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<
 }
 
 Range range_of(const SampleLists& lists, int width) {
-  const std::size_t items = width == 1 ? 64 : 1;  // TILE_ITEMS of prelude.cl
+  const std::size_t items = width == 1 ? kTileSamples : 1;
   return {lists.tiles() * items, 1, items, 1};
 }
 

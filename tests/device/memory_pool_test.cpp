@@ -71,7 +71,8 @@ TEST(MemoryPool, HoldsNoMoreThanWasUsedAtATime) {
     const auto a = allocate<char>(device, 4 * kHalf + frame * 8 * kMany);
     const auto b = allocate<char>(device, 4 * kHalf);
     device.state().queue.finish();
-    const std::uint64_t most = (8 * kHalf + frame * 8 * kMany) * 17 / 16 + 4096;
+    std::uint64_t most = (8 * kHalf + frame * 8 * kMany) * 17 / 16 + 4096;
+    if (!device.state().is_in_place()) most = std::max<std::uint64_t>(2 * most, 256 << 20);
     EXPECT_LE(memory_left(memory, most), most) << frame;
   }
   device.state().pool->reuse(false);
@@ -101,6 +102,7 @@ TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
 
 TEST(MemoryPool, SharedMemoryIsUsedAgainWhenNobodyReadsItAnyMore) {
   Device device;
+  if (!device.state().is_in_place()) GTEST_SKIP() << "the device has memory of its own";
   const auto& memory = *device.state().memory;
   void *first = nullptr, *other = nullptr;
   {

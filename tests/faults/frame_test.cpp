@@ -17,7 +17,7 @@ class FaultyFrame : public FaultyRuntime {
 TEST_F(FaultyFrame, IsExtractedAgainWhenMemoryRanOutOnce) {
   write_particles("in.ply", block(4));
   ASSERT_EQ(run(words("a")).exit_code, 0);
-  for (const char* call : {"clCreateBuffer:1", "clEnqueueNDRangeKernel:5"}) {
+  for (const char* call : {"clCreateBuffer:3", "clEnqueueNDRangeKernel:5"}) {
     const Outcome outcome = run(words("b"), failing({{"MENISCUS_FAIL_CALL", call}}));
     ASSERT_EQ(outcome.exit_code, 0) << call << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: in.ply: extracted again in smaller "

@@ -54,8 +54,8 @@ std::vector<Fault> faults() {
        "nx - 2 - place", "smooth_rows", ""},
       {"TheNeighbourBeyondTheRow", "ssm.cl", "kernel void depth_normals", "place == nx - 1",
        "place == nx", "depth_normals", ""},
-      {"TheLastSampleOfAList", "list_samples.cl", "kernel void keep_samples", "k < count[tile]",
-       "k < count[tile] - 1", "keep_samples", ""},
+      {"TheLastSampleOfAList", "list_samples.cl", "kernel void keep_samples",
+       "listed = count[tile]", "listed = count[tile] - 1", "keep_samples", ""},
       {"TheLastRowOfABin", "visible.cl", "kernel void count_owned", "row < ROWS; ++row) least",
        "row < ROWS - 1; ++row) least", "count_owned", ""},
       // Lost ties.
