@@ -88,7 +88,8 @@ inline Together particles_together(const Cells cells, const int span, const int 
   t.cx = cell_of(cells.x[first], c);
   t.cy = cell_of(cells.y[first], c);
   t.cz = cell_of(cells.z[first], c);
-  const int same = BITS((x >= t.cx) & (x < t.cx + span) & (y == t.cy) & (z == t.cz) & (lane < end - first));
+  const int same = BITS((x >= t.cx) & (x < t.cx + span) & (y == t.cy) & (z == t.cz) &
+                        (lane < end - first));
   t.count = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
   t.wide = cell_of(cells.x[first + t.count - 1], c) - t.cx + 1;
   STOREI(min(first + lane, (intv)(n - 1)), t.at);

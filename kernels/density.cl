@@ -15,6 +15,7 @@ kernel void measure_density(global const float* x, global const float* y, global
   const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
   floatv c = none;
   Points points = points_at(cells, px, py, pz);
+  points.left = TO_INTV(LANES) < n - p;  // what lies beyond is in no order
   while (ANY(points.left)) {
     const intv here = take_cells(&points, SPAN);
     const intv last = TO_INTV(LANES) == 31 - clz(BITS(here));

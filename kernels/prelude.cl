@@ -217,7 +217,7 @@ inline Rays rays_at(const float16 ray, const floatv u, const floatv v) {
 }
 
 // Particles are drawn bin by bin (bins.cl): a bin is BIN x BIN samples, and a work-item draws ROWS
-// rows of WIDTH of them: all of a bin, or one sample of it.
+// rows of WIDTH of them: all of a bin, or one sample of it. So WIDTH is 1 here, or BIN or more.
 #define BIN 8
 #if WIDTH == 1
 #define ROWS 1

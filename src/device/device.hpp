@@ -135,7 +135,7 @@ struct Device::State {
   /// launches are timed.
   std::vector<std::pair<std::string, double>> take_times();
   /// Whether launches are timed from now on (default). A GPU's driver takes twice as long for one
-  /// that is.
+  /// that is. Waits for all work where that changes; times not taken yet are lost.
   void time_kernels(bool on);
 
  private:
@@ -173,11 +173,13 @@ std::size_t most_values(Device& device) {
 /// A buffer filled with `value`.
 template <class T>
 Buffer<T> filled(Device& device, std::size_t size, const T& value) {
+  static_assert(sizeof(T) == 1 || sizeof(T) == 4, "fill patterns are one or four bytes");
   return {device.state().filled_bytes(&value, sizeof(T), size * sizeof(T)), size};
 }
 
 /// Values that the host writes, all of them, for a buffer that done() makes of them: in place where
-/// the device shares the host's memory, else copied when they are done. Neither waits.
+/// the device shares the host's memory, else copied when they are done, without a wait where the
+/// memory allows it (staging.hpp).
 template <class T>
 class Upload {
  public:
@@ -254,8 +256,7 @@ std::vector<T> download(Device& device, const Buffer<T>& buffer) {
   return std::vector<T>(view.data(), view.data() + view.size());
 }
 
-/// While this lives launches are timed, or are not unless somebody watches them; nothing may be on
-/// its way when it ends.
+/// While this lives launches are timed, or are not unless somebody watches them.
 class TimedKernels {
  public:
   TimedKernels(Device& device, bool timed) : state_(device.state()), before_(state_.timed) {

@@ -41,10 +41,10 @@ class Memory {
 
 /// The memory of one device and its queue. Fresh memory costs a page fault for every 4 KB, in every
 /// frame; what is given back is used again for buffers of about the same size.
-/// All commands on it must go to one in-order queue: what was given back may still be in use by
-/// queued commands, which then come before those of its next user.
-/// The pool holds no more than the most that was in use at a time, or 64 MB; on a device with
-/// memory of its own twice that, or 256 MB: drivers take as long for a buffer as for a small
+/// All commands on it must go to one in-order queue, or to another after the first is finished:
+/// what was given back may still be in use by queued commands, which then come before those of its
+/// next user. The pool holds no more than the most that was in use at a time, or 64 MB; on a device
+/// with memory of its own twice that, or 256 MB: drivers take as long for a buffer as for a small
 /// kernel. Handles may outlive the pool and the device, and may be dropped by any thread.
 class MemoryPool {
  public:

@@ -95,7 +95,7 @@ Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
   std::vector<std::size_t> sizes = effort.copy_bytes;
   if (!device.state().is_in_place()) sizes.push_back(8 * sizes.back());  // caches are large there
   for (const std::size_t bytes : sizes) {
-    if (bytes / 2 > device.info().largest_buffer) continue;
+    if (bytes / 2 > device.state().most_bytes()) continue;
     const std::size_t values = bytes / 2 / sizeof(float) / 512 * 512;
     const auto from = filled<float>(device, values, 1.0f), to = filled<float>(device, values, 0.0f);
     const double seconds = best_seconds(device, effort, [&] {

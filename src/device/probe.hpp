@@ -39,7 +39,8 @@ struct LaunchCost {
 /// The best of several tries. Throws DeviceError.
 LaunchCost measure_launches(Device& device, int tries);
 
-/// How much is measured.
+/// How much is measured; on a device with memory of its own also a copy of eight times the last
+/// size.
 struct ProbeEffort {
   std::vector<std::size_t> copy_bytes{std::size_t{1} << 18, std::size_t{1} << 21,
                                       std::size_t{1} << 24, std::size_t{1} << 27};

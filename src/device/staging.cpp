@@ -59,7 +59,10 @@ HostMemory Staging::take(const cl::CommandQueue& queue, std::size_t bytes) {
   const auto has_room = [&](const auto& chunk) { return chunk->size - chunk->used >= size; };
   auto found = std::find_if(chunks_.begin(), chunks_.end(), has_room);
   if (found == chunks_.end()) {
-    if (!add_chunk(queue, size)) {
+    const auto has_room_then = [&](const auto& chunk) {
+      return chunk->parts == 0 && chunk->size >= size;
+    };
+    if (!add_chunk(queue, size) && std::any_of(chunks_.begin(), chunks_.end(), has_room_then)) {
       queue.finish();
       waited();
     }

@@ -59,15 +59,16 @@ TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWroteAndZerosBehind) {
 // What is on its way is not written over, however much there is of it; nor what is being looked at.
 TEST_F(DeviceBuffer, ManyUploadsWithoutAWaitStayWhole) {
   stage(device_, true);
-  constexpr std::size_t kLarge = 3 << 18;  // 3 MB: 270 MB in all, more than is ever staged
+  constexpr std::size_t kLarge = 3 << 18;  // 3 MB: 300 MB in all, more than is ever staged
+  constexpr int kUploads = 150;
   std::vector<Buffer<int>> buffers;
-  for (int k = 0; k < 90; ++k) {
+  for (int k = 0; k < kUploads; ++k) {
     Upload<int> values(device_, k % 3 == 2 ? 5 : kLarge);
     std::fill_n(values.data(), values.size(), k);
     buffers.push_back(values.done());
   }
   const HostView first(device_, buffers.front());
-  for (int k = 0; k < 90; ++k) {
+  for (int k = 0; k < kUploads; ++k) {
     const std::vector<int> found = download(device_, buffers[static_cast<std::size_t>(k)]);
     ASSERT_EQ(found, std::vector<int>(k % 3 == 2 ? 5 : kLarge, k));
   }
