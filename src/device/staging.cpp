@@ -34,9 +34,12 @@ Staging::~Staging() {
 }
 
 bool Staging::add_chunk(const cl::CommandQueue& queue, std::size_t bytes) {
-  constexpr std::size_t kLeast = 16 << 20, kMost = 256 << 20;
-  const std::size_t size = std::max(kLeast, std::bit_ceil(bytes));
-  if (refused_ || size > kMost - locked_) return false;
+  // As much again each time: small frames lock little, large ones few chunks.
+  constexpr std::size_t kLeast = 1 << 20, kMost = 256 << 20;
+  const std::size_t left = kMost - locked_;
+  const std::size_t size =
+      std::max(std::min(std::max(kLeast, locked_), left), std::bit_ceil(bytes));
+  if (refused_ || size > left) return false;
   try {
     auto chunk = std::make_unique<StagingChunk>();
     chunk->queue = queue;
