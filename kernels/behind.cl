@@ -36,16 +36,13 @@ kernel void splat_behind(global const int* sample, global const int* count,
                          const int bins_x, const int2 samples,
                          const float2 grid,  // first sample and step, pixels
                          const float gap) {
-  const int tile = tile_of_group(), tiles_x = (samples.x + TILE - 1) / TILE;
-  const int corner = tile / tiles_x * TILE * samples.x + tile % tiles_x * TILE;
+  const int tile = tile_of_group();
   for (int place = item_of_tile() * WIDTH; place < count[tile]; place += TILE_ITEMS * WIDTH) {
     int at[WIDTH], column[WIDTH], row[WIDTH], bin[WIDTH];
     global const int* list = sample + tile * TILE_SAMPLES + place;
     const intv used = TO_INTV(LANES) < count[tile] - place;
     const intv listed = SELECT((intv)(list[0]), LOADI(list), used);
-    // As in samples.cl, without a division of integers for each lane.
-    const intv j = TO_INTV((TO_FLOATV(listed - corner) + 0.5f) / (float)samples.x) +
-                   corner / samples.x;
+    const intv j = rows_in(tile, listed, samples.x);
     const intv i = listed - j * samples.x, in_bin = j / BIN * bins_x + i / BIN;
     STOREI(listed, at);
     STOREI(i, column);

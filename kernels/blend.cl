@@ -175,19 +175,7 @@ inline intv find_near(const List list, const int k, const Beam b) {
          (fabs(x * kx + y * ky) < 1.01f * width + 0.01f) & (LANES < (float)(list.count - k));
 }
 
-// The box of some points, and which of the WIDTH fits from place k of a list reach it, as above.
-typedef struct {
-  float x0, x1, y0, y1, z0, z1;
-} Box;
-
-inline Box box_of(const floatv x, const floatv y, const floatv z, const intv some) {
-  const floatv nowhere = (floatv)(INFINITY);
-  const Box b = {least_lane(SELECT(nowhere, x, some)), -least_lane(SELECT(nowhere, -x, some)),
-                 least_lane(SELECT(nowhere, y, some)), -least_lane(SELECT(nowhere, -y, some)),
-                 least_lane(SELECT(nowhere, z, some)), -least_lane(SELECT(nowhere, -z, some))};
-  return b;
-}
-
+// Which of the WIDTH fits from place k of a list reach a box, as above.
 inline intv near_box(const List list, const int k, const Box b) {
   global const float* row = list.place + k;
   const floatv none = (floatv)(0.0f), x = LOADF(row), y = LOADF(row + list.stride),

@@ -132,19 +132,6 @@ inline int append(const intv take, const int first, int* item, const int count) 
 }
 #endif
 
-// The box around points.
-typedef struct {
-  float x0, x1, y0, y1, z0, z1;
-} Box;
-
-inline Box box_of(const floatv x, const floatv y, const floatv z, const intv wanted) {
-  const floatv nowhere = (floatv)(INFINITY);
-  const Box box = {least_lane(SELECT(nowhere, x, wanted)), -least_lane(SELECT(nowhere, -x, wanted)),
-                   least_lane(SELECT(nowhere, y, wanted)), -least_lane(SELECT(nowhere, -y, wanted)),
-                   least_lane(SELECT(nowhere, z, wanted)), -least_lane(SELECT(nowhere, -z, wanted))};
-  return box;
-}
-
 // Which of the particles from p on are within `reach` of a box, with room for rounding.
 inline intv near_box(const Box box, const Cells cells, const int p, const float reach) {
   const floatv none = (floatv)(0.0f);

@@ -156,6 +156,19 @@ inline float least_lane(const floatv v) {
 inline floatv larger(const floatv a, const floatv b) { return SELECT(b, a, a > b); }
 inline floatv smaller(const floatv a, const floatv b) { return SELECT(b, a, a < b); }
 
+// The box around points, where wanted.
+typedef struct {
+  float x0, x1, y0, y1, z0, z1;
+} Box;
+
+inline Box box_of(const floatv x, const floatv y, const floatv z, const intv wanted) {
+  const floatv nowhere = (floatv)(INFINITY);
+  const Box box = {least_lane(SELECT(nowhere, x, wanted)), -least_lane(SELECT(nowhere, -x, wanted)),
+                   least_lane(SELECT(nowhere, y, wanted)), -least_lane(SELECT(nowhere, -y, wanted)),
+                   least_lane(SELECT(nowhere, z, wanted)), -least_lane(SELECT(nowhere, -z, wanted))};
+  return box;
+}
+
 // 0 for -0, by its bits: some runtimes take x + 0 for x.
 inline floatv plain_zero(const floatv x) {
   const intv bits = AS_INTV(x);

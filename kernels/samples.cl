@@ -30,23 +30,27 @@ inline int dealt_tile(void) {
 // Which of the TILE_ITEMS items of its tile a work-item is.
 inline int item_of_tile(void) { return (int)get_global_id(0) % TILE_ITEMS; }
 
+// The rows that samples of a tile lie in, without a division of integers for each lane: from the tile's
+// first row on, small numbers, which half a sample keeps off the next row.
+inline intv rows_in(const int tile, const intv at, const int nx) {
+  const int tiles_x = (nx + TILE - 1) / TILE;
+  const int corner = tile / tiles_x * TILE * nx + tile % tiles_x * TILE;
+  return TO_INTV((TO_FLOATV(at - corner) + 0.5f) / (float)nx) + corner / nx;
+}
+
 // The lanes from `place` on of a tile. Returns whether any is in use.
 inline int load_lanes(const int tile, const int place,
                       global const int* sample,  // [tiles][256]
                       global const int* count,   // [tiles]
                       const int nx, const float first, const float step, const float16 rays,
                       Lanes* lanes) {
-  const int tiles_x = (nx + TILE - 1) / TILE;
-  const int corner = tile / tiles_x * TILE * nx + tile % tiles_x * TILE;
   if (place >= count[tile]) return 0;
   // Loaded whole, which a list has room for: what is put together value by value waits to be read.
   global const int* list = sample + tile * TILE_SAMPLES + place;
   lanes->used = TO_INTV(LANES) < count[tile] - place;
   const intv at = SELECT((intv)(list[0]), LOADI(list), lanes->used);
   STOREI(at, lanes->at);
-  // Rows below the tile's first, without a division of integers for each lane: small numbers, which
-  // half a sample keeps off the next row.
-  const intv row = TO_INTV((TO_FLOATV(at - corner) + 0.5f) / (float)nx) + corner / nx;
+  const intv row = rows_in(tile, at, nx);
   const floatv u = first + step * TO_FLOATV(at - row * nx), v = first + step * TO_FLOATV(row);
   lanes->rays = rays_at(rays, u, v);
   return 1;
