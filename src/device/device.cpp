@@ -417,8 +417,10 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
     state_->wide = info.kind == DeviceKind::cpu &&
                    info.handle.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() >= 16;
     if (info.kind != DeviceKind::cpu) state_->staging = std::make_unique<Staging>(state_->context);
+    // An error that the work left behind is met again by the next command.
+    const auto wait = [state = state_.get()] { clFinish(state->queue()); };
     state_->pool = std::make_unique<MemoryPool>(state_->context, state_->memory,
-                                                info.largest_buffer, state_->is_in_place());
+                                                info.largest_buffer, state_->is_in_place(), wait);
   } catch (const cl::Error& error) {
     state_->fail("opening the device", error);
   }

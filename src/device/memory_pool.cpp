@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <new>
+#include <thread>
 #include <utility>
 
 #include "device/device.hpp"
+#include "device/opencl_error.hpp"
 
 namespace meniscus {
 
@@ -115,20 +118,26 @@ void MemoryPool::Shelf::shrink(std::uint64_t most) {
 }
 
 MemoryPool::MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count,
-                       std::size_t largest, bool in_place)
-    : context_(std::move(context)), count_(std::move(count)), largest_(largest) {
+                       std::size_t largest, bool in_place, std::function<void()> wait)
+    : context_(std::move(context)),
+      count_(std::move(count)),
+      largest_(largest),
+      wait_(std::move(wait)) {
   shelf_->in_place = in_place;
 }
 
-// What make_buffer() makes; where that fails, once more without what lies idle.
+// What make_buffer() makes; where there is no memory for it, once more without what lies idle.
 template <class Make>
 cl::Buffer MemoryPool::make(std::size_t size, const Make& make_buffer) {
-  shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
+  {
+    const std::lock_guard lock(shelf_->mutex);
+    shelf_->shrink(std::max(shelf_->most(), shelf_->used + size) - size);
+  }
   try {
     return make_buffer();
-  } catch (const cl::Error&) {
-    if (shelf_->idle == 0) throw;
-    shelf_->shrink(0);
+  } catch (const cl::Error& error) {
+    if (!is_out_of_memory(error.err())) throw;
+    drop_idle();
     return make_buffer();
   }
 }
@@ -154,10 +163,11 @@ Memory MemoryPool::take(std::size_t bytes) {
       found->second.erase(latest);
       if (found->second.empty()) shelf_->blocks.erase(found);
       shelf_->idle -= size;
-    } else {
-      buffer = make(size, [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, size); });
-      count_while_it_lives(count_, buffer, size);
     }
+  }
+  if (!buffer()) {
+    buffer = make(size, [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, size); });
+    count_while_it_lives(count_, buffer, size);
   }
   return hand_out(std::move(buffer), size, true);
 }
@@ -183,14 +193,9 @@ HostMemory MemoryPool::take_host(std::size_t bytes) {
 
 Memory MemoryPool::share(HostMemory memory) {
   const std::size_t size = memory.size;
-  cl::Buffer buffer;
-  {
-    const std::lock_guard lock(shelf_->mutex);
-    buffer = make(size, [&] {
-      return cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size,
-                        memory.bytes.get());
-    });
-  }
+  cl::Buffer buffer = make(size, [&] {
+    return cl::Buffer(context_, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, size, memory.bytes.get());
+  });
   count_while_it_lives(count_, buffer, size,
                        std::make_unique<SharedBytes>(std::move(memory), shelf_));
   return hand_out(std::move(buffer), size, false);
@@ -206,11 +211,19 @@ void MemoryPool::reuse(bool on) {
 }
 
 void MemoryPool::drop_idle() {
-  const std::lock_guard lock(shelf_->mutex);
-  shelf_->shrink(0);
-  shelf_->host.clear();
-  shelf_->idle_shared = 0;
-  shelf_->most_shared = shelf_->shared;
+  wait_();  // with the shelf unlocked: what the driver lets go of comes back to it
+  std::uint64_t used = 0;
+  {
+    const std::lock_guard lock(shelf_->mutex);
+    shelf_->shrink(0);
+    shelf_->host.clear();
+    shelf_->idle_shared = 0;
+    shelf_->most_shared = shelf_->shared;
+    used = shelf_->used;
+  }
+  // PoCL's threads let go of a command's memory a moment after they have said that it is done.
+  for (int ms = 0; ms < 100 && count_->now() > used; ++ms)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 }  // namespace meniscus

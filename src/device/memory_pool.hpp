@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -49,8 +50,9 @@ class Memory {
 class MemoryPool {
  public:
   /// `largest`: bytes that one buffer may have. `in_place`: the device uses the host's memory.
+  /// `wait`: until no command is left in the queue.
   MemoryPool(cl::Context context, std::shared_ptr<DeviceMemory> count, std::size_t largest,
-             bool in_place);
+             bool in_place, std::function<void()> wait);
 
   /// At least `bytes`, with any content. Throws cl::Error.
   Memory take(std::size_t bytes);
@@ -66,7 +68,7 @@ class MemoryPool {
   /// Whether memory is used again (default). When not, what is given back goes to the driver.
   void reuse(bool on);
 
-  /// Gives what nobody uses back to the driver.
+  /// Gives what nobody uses back to the driver, and waits until it has it: for all work.
   void drop_idle();
 
  private:
@@ -88,13 +90,14 @@ class MemoryPool {
     std::multimap<std::size_t, HostMemory> host;                 // idle: by size
   };
 
-  template <class Make>  // while the shelf is locked
+  template <class Make>
   cl::Buffer make(std::size_t size, const Make& make_buffer);
   Memory hand_out(cl::Buffer&& buffer, std::size_t size, bool again);
 
   cl::Context context_;
   std::shared_ptr<DeviceMemory> count_;
   std::size_t largest_;
+  std::function<void()> wait_;
   std::shared_ptr<Shelf> shelf_ = std::make_shared<Shelf>();
 };
 

@@ -81,6 +81,26 @@ TEST(MemoryPool, HoldsNoMoreThanWasUsedAtATime) {
 }
 
 // What is queued may still read it when its last handle goes; then the driver lets go of it.
+// Commands keep the memory they use: a frame that fits into memory once has to fit every time.
+TEST(MemoryPool, WhatIsDroppedIsFreeAtOnce) {
+  Device device;
+  const auto& memory = *device.state().memory;
+  for (int frame = 0; frame < 20; ++frame) {
+    const Buffer<float> left = allocate<float>(device, 1000);
+    {
+      const Buffer<float> from = filled(device, 4 * kMany, 1.0f);
+      const Buffer<float> shared = upload(device, std::vector<float>(kMany, 2.0f));
+      const Buffer<float> to = allocate<float>(device, 4 * kMany);
+      for (int copy = 0; copy < 10; ++copy) {
+        device.state().queue.enqueueCopyBuffer(from.memory, to.memory, 0, 0, 16 * kMany);
+        device.state().queue.enqueueCopyBuffer(shared.memory, to.memory, 0, 0, 4 * kMany);
+      }
+    }
+    device.state().pool->drop_idle();
+    EXPECT_LT(memory.now(), kMany) << frame;
+  }
+}
+
 TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
   Device device;
   const auto& memory = *device.state().memory;
