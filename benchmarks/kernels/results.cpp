@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/json_reason.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::bench {
@@ -204,7 +205,7 @@ BenchRun from_json(const std::string& text, const std::string& name) try {
   }
   return run;
 } catch (const nlohmann::json::exception& error) {
-  throw InputError(name + ": is not what meniscus bench --json writes (" + error.what() + ")");
+  throw InputError(name + ": is not what meniscus bench --json writes: " + reason_of(error));
 } catch (const InputError& error) {
   throw InputError(name + ": " + error.what());
 }

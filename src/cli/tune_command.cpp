@@ -1,4 +1,5 @@
 // `tune`: measures how a device's kernels are launched fastest, and keeps it for all later runs.
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -7,6 +8,7 @@
 #include "cli/options.hpp"
 #include "device/tuning.hpp"
 #include "frame/tune.hpp"
+#include "printed.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -34,7 +36,8 @@ void tune_device(const DeviceInfo& info, const TuneOptions& options) {
       note += "  does not run: " + trial.error;
     else if (!trial.same_bits)
       note += "  other bits: not used";
-    std::printf("  %-24s %8.1f ms%s\n", to_string(trial.tuning).c_str(), trial.ms, note.c_str());
+    const std::string time = std::isfinite(trial.ms) ? printed("%8.1f ms", trial.ms) : "";
+    std::printf("  %-24s %11s%s\n", to_string(trial.tuning).c_str(), time.c_str(), note.c_str());
   }
   if (!keep_tuning(info, run.best))
     throw Error(

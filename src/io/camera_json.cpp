@@ -1,9 +1,9 @@
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/input_file.hpp"
+#include "io/json_reason.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
@@ -55,10 +55,7 @@ json parse(const InputFile& file) {
   try {
     return json::parse(file.bytes);
   } catch (const json::exception& error) {
-    // Its text begins with "[json.exception. ...] ".
-    const std::string text = error.what();
-    const std::size_t prefix = text.find("] ");
-    fail(file, "", "is not JSON: " + text.substr(prefix == std::string::npos ? 0 : prefix + 2));
+    fail(file, "", "is not JSON: " + reason_of(error));
   }
 }
 

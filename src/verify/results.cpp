@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "io/json_reason.hpp"
 #include "meniscus/error.hpp"
 #include "page/page.hpp"
 #include "printed.hpp"
@@ -60,12 +61,13 @@ auto parsed(const std::string& name, const Work& work) {
   try {
     return work();
   } catch (const Json::exception& error) {
-    throw InputError(name + ": is no JSON of meniscus verify: " + error.what());
+    throw InputError(name + ": is not what meniscus verify --json writes: " + reason_of(error));
   } catch (const InvalidArgument& error) {
-    throw InputError(name + ": is no JSON of meniscus verify: " + error.what());
+    throw InputError(name + ": is not what meniscus verify --json writes: " + error.what());
   } catch (const std::out_of_range&) {
-    throw InputError(name +
-                     ": is no JSON of meniscus verify: a row names a device that is not there");
+    throw InputError(
+        name +
+        ": is not what meniscus verify --json writes: a row names a device that is not there");
   }
 }
 

@@ -119,6 +119,7 @@ void expect_refused(const std::string& text, const std::string& part) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), testing::StartsWith("old.json: "));
     EXPECT_THAT(error.what(), testing::HasSubstr(part));
+    EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("json.exception")));
   }
 }
 
