@@ -43,6 +43,11 @@ void fill(Tile& tile, const FrameRecord& record, int width) {
       tile.picture = shrunk(read_png(png), width);
     } else if (!exr.empty()) {
       const Surface surface = read_exr(exr);
+      if (surface.normal.empty()) {
+        tile.why_none = "no picture";
+        tile.details = exr + " has no normals to draw it with (give --aov N, or a PNG among -o)";
+        return;
+      }
       tile.picture =
           shrunk({surface.camera.width, surface.camera.height, draw_preview(surface, Preview::lit)},
                  width);

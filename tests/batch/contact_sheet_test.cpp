@@ -116,6 +116,10 @@ TEST_F(ContactSheet, SaysWhyThereIsNoPicture) {
   expect(frame(1, {"a.exr"}), "cannot be read", "a.exr: cannot be opened");
   expect(frame(1, {"a.png"}), "cannot be read", "a.png: cannot be opened");
   expect(frame(1, {"a.ply"}), "no picture", "neither");
+  Surface depth = surface;
+  depth.normal.clear();
+  write_exr(folder / "depth.exr", depth, {});
+  expect(frame(1, {"depth.exr"}), "no picture", "depth.exr has no normals");
   FrameRecord failed = frame(1, {"a.exr"});
   failed.status = FrameStatus::failed;
   failed.error = "in.ply: is empty";
