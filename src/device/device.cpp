@@ -373,6 +373,14 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
   }
 }
 
+void Device::State::begin() {
+  try {
+    queue.flush();
+  } catch (const cl::Error& error) {
+    fail("beginning with the kernels", error);
+  }
+}
+
 std::vector<std::pair<std::string, double>> Device::State::take_times() {
   std::vector<std::pair<std::string, double>> times;
   try {

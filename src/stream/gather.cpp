@@ -239,19 +239,24 @@ void select_near(
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const Buffer<cl_uint> selected = allocate<cl_uint>(device, chunk);
   const Buffer<float> limit = upload(device, map.limit);
+  // A chunk's particles are taken while the device looks at the next one's.
+  ParticleChunk before;
   std::vector<cl_uint> places;
-  for_each_chunk(source, chunk, also, [&](const ParticleChunk& now) {
+  for_each_chunk(source, chunk, also, [&](ParticleChunk& now) {
     buffers.fill(device, now);
     const Buffer<cl_int> count = filled<cl_int>(device, 1, 0);
     launch(device, "stream.cl", "select_near", {(now.count + width - 1) / width},
            width_option(device.state().vector_width), buffers.x, buffers.y, buffers.z, map.layer,
            limit, selected, count, static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row,
            p.w_row, p.extent, p.map, p.cells, cl_int2{{map.block, map.blocks_x}});
+    device.state().begin();
+    if (!places.empty()) take(before, places);
     places.resize(static_cast<std::size_t>(download(device, count)[0]));
     if (!places.empty())
       device.state().read_bytes(selected.memory, places.data(), places.size() * sizeof(cl_uint));
-    take(now, places);
+    std::swap(now, before);
   });
+  if (!places.empty()) take(before, places);
 }
 
 }  // namespace meniscus

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 20;  // particles
 constexpr std::size_t kRun = 1024;                    // particles that are looked at together
+constexpr std::size_t kFew = 64;                      // of which hardly one is of a large sample
 constexpr std::int64_t kNoParticle = std::numeric_limits<std::int64_t>::max();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -24,6 +25,17 @@ std::uint32_t hash_of(float x, float y, float z) {
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;
   h = (h ^ (h >> 12)) * 0x297a2d39u;
   return h ^ (h >> 15);
+}
+
+// Adds the particles whose hash is at most `most`. Whether there is one is asked of all at once.
+void add_sample(const ParticleChunk& chunk, std::size_t begin, std::size_t end, std::uint32_t most,
+                std::vector<std::array<float, 3>>& sample) {
+  const float *const x = chunk.x.data(), *const y = chunk.y.data(), *const z = chunk.z.data();
+  std::uint32_t any = 0;
+  for (std::size_t i = begin; i < end; ++i) any |= hash_of(x[i], y[i], z[i]) <= most;
+  if (!any) return;
+  for (std::size_t i = begin; i < end; ++i)
+    if (hash_of(x[i], y[i], z[i]) <= most) sample.push_back({x[i], y[i], z[i]});
 }
 
 // Whole numbers that order as floats do.
@@ -103,7 +115,7 @@ Found merged(const std::vector<Found>& ranks) {
 }  // namespace
 
 void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
-                    const std::function<void(const ParticleChunk&)>& work) {
+                    const std::function<void(ParticleChunk&)>& work) {
   const bool radius = also.radius && source.has_radius();
   const bool velocity = also.velocity && source.has_velocity();
   const auto read = [&](ParticleChunk& chunk, const ParticleRange& range) {
@@ -193,6 +205,12 @@ Survey survey_particles(const ParticleSource& source) {
           found.low[a] = std::min(found.low[a], from_ordered(least[a]));
           found.high[a] = std::max(found.high[a], from_ordered(largest[a]));
         }
+      if (good && chunk.radius.empty()) {
+        found.finite += static_cast<std::int64_t>(end - begin);
+        for (std::size_t from = begin; from < end; from += kFew)
+          add_sample(chunk, from, std::min(from + kFew, end), most, survey.sample);
+        continue;
+      }
       for (std::size_t i = begin; i < end; ++i) {
         const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
         const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);

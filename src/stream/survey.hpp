@@ -30,9 +30,10 @@ struct ChunkValues {
 };
 
 /// Calls work(chunk) for all particles of this process's share, at most `size` at a time, in order;
-/// the next chunk is read by another thread meanwhile. Throws what reading or `work` throws.
+/// the next chunk is read by another thread meanwhile. `work` may keep the chunk by swapping it for
+/// another one, whose memory is then used again. Throws what reading or `work` throws.
 void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
-                    const std::function<void(const ParticleChunk&)>& work);
+                    const std::function<void(ParticleChunk&)>& work);
 
 struct Survey {
   std::int64_t size = 0, finite = 0;            // particles; those whose coordinates are all finite

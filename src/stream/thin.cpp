@@ -111,11 +111,12 @@ void VoxelGrid::add(float x, float y, float z, bool seen, const Vec3& velocity) 
   const Vec3d p = (Vec3d{x, y, z} - origin_) / side_;
   std::array<std::int64_t, 3> cell{}, place{};
   for (std::size_t a = 0; a < 3; ++a) {
-    const double along = dot(kAxes[a], p);
-    const double whole = std::clamp(std::floor(along), -static_cast<double>(kFarthest),
-                                    static_cast<double>(kFarthest));
-    cell[a] = static_cast<std::int64_t>(whole);
-    place[a] = static_cast<std::int64_t>((along - whole) * kUnit);
+    const double along = dot(kAxes[a], p), most = static_cast<double>(kFarthest);
+    const double inside = std::clamp(along, -most, most);
+    // Its floor, without the call that std::floor is where the processor may be an old one.
+    cell[a] = static_cast<std::int64_t>(inside);
+    cell[a] -= static_cast<double>(cell[a]) > inside;
+    place[a] = static_cast<std::int64_t>((along - static_cast<double>(cell[a])) * kUnit);
   }
   // Particles that follow each other in a file are often neighbours.
   const std::uint64_t key = key_of(cell);

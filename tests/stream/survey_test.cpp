@@ -190,6 +190,27 @@ TEST(Chunks, HoldAllParticlesInOrder) {
   }
 }
 
+TEST(Chunks, CanBeKeptForOthers) {
+  const Particles particles = random_particles(1000, true);
+  for (const std::size_t size : {63, 400, 1000}) {
+    Particles seen;
+    const auto see = [&](const ParticleChunk& chunk) {
+      EXPECT_EQ(chunk.first, chunk.count == 0 ? 0 : static_cast<std::int64_t>(seen.x.size()));
+      const auto end = static_cast<std::ptrdiff_t>(chunk.count);
+      seen.x.insert(seen.x.end(), chunk.x.begin(), chunk.x.begin() + end);
+      seen.radius.insert(seen.radius.end(), chunk.radius.begin(), chunk.radius.begin() + end);
+    };
+    ParticleChunk before;
+    for_each_chunk(*source_of(particles), size, {.radius = true}, [&](ParticleChunk& chunk) {
+      see(before);
+      std::swap(chunk, before);
+    });
+    see(before);
+    EXPECT_EQ(seen.x, particles.x);
+    EXPECT_EQ(seen.radius, particles.radius);
+  }
+}
+
 TEST(Chunks, HoldOnlyWhatIsAskedForAndThere) {
   Particles particles = random_particles(100, true);
   particles.vx = particles.y;
