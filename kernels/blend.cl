@@ -56,8 +56,12 @@ inline floatv value_at(global const float* g, const floatv x, const floatv y, co
   return fma((floatv)(0.5f), doubled, (floatv)(g[0]));
 }
 
+inline floatv dot_of(const floatv ax, const floatv ay, const floatv az, const floatv bx,
+                     const floatv by, const floatv bz) {
+  return fma(ax, bx, fma(ay, by, az * bz));
+}
 inline floatv square_of(const floatv x, const floatv y, const floatv z) {
-  return fma(x, x, fma(y, y, z * z));
+  return dot_of(x, y, z, x, y, z);
 }
 
 // Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
@@ -329,7 +333,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       floatv least = (floatv)(1.0f);
       for (int k = 0; k < kept; ++k)
         least = smaller(SELECT((floatv)(1.0f),
-                               cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az,
+                               dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az),
                                cache[k].weight > 0.0f),
                         least);
       one_sheet = !ANY(smooth_step(sheets.x, sheets.y, least) < 1.0f);
@@ -344,10 +348,10 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
         else if (!hit_fit(fits, listed.met.fit[rest + k - kept], s, d_max, &hit))
           continue;
         const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
-                                                  hit.gx * ax + hit.gy * ay + hit.gz * az);
-        nx += a * hit.gx;
-        ny += a * hit.gy;
-        nz += a * hit.gz;
+                                                  dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+        nx = fma(a, hit.gx, nx);
+        ny = fma(a, hit.gy, ny);
+        nz = fma(a, hit.gz, nz);
       }
     }
     const floatv size = nx * nx + ny * ny + nz * nz;
@@ -368,7 +372,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
       const floatv share =
-          smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
+          smooth_step(sheets.x, sheets.y, dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(&A, foot, s, hit, share);
       add_hit(&B, foot, s, hit, 1.0f - share);
     }
@@ -429,20 +433,20 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       gy *= slope;
       gz *= slope;
       const floatv same =
-          smooth_step(sheets.x, sheets.y, gx * out.nx + gy * out.ny + gz * out.nz);
+          smooth_step(sheets.x, sheets.y, dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
       const floatv q = larger(1.0f - squared, (floatv)(0.0f));
       const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
       const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
-      const intv away = gx * s.dx + gy * s.dy - gz > 0.0f;
+      const intv away = fma(gx, s.dx, fma(gy, s.dy, -gz)) > 0.0f;
       const floatv w = SELECT((floatv)(0.0f), weight, away);
       wr += w;
-      fr += SELECT((floatv)(0.0f), w * f, away);
-      crx += w * foot[0];
-      cry += w * foot[1];
-      crz += w * foot[2];
-      nrx += SELECT((floatv)(0.0f), w * gx, away);
-      nry += SELECT((floatv)(0.0f), w * gy, away);
-      nrz += SELECT((floatv)(0.0f), w * gz, away);
+      fr = fma(w, f, fr);
+      crx = fma(w, (floatv)(foot[0]), crx);
+      cry = fma(w, (floatv)(foot[1]), cry);
+      crz = fma(w, (floatv)(foot[2]), crz);
+      nrx = fma(w, gx, nrx);
+      nry = fma(w, gy, nry);
+      nrz = fma(w, gz, nrz);
     }
   }
   const floatv vr = 1.0f / larger(wr, tiny);

@@ -33,8 +33,12 @@ struct Hit {
   return fused(all(0.5f), fused(gx + g[1], x, fused(gy + g[2], y, (gz + g[3]) * z)), all(g[0]));
 }
 
+[[gnu::always_inline]] inline Floats dot_of(const Floats& ax, const Floats& ay, const Floats& az,
+                                            const Floats& bx, const Floats& by, const Floats& bz) {
+  return fused(ax, bx, fused(ay, by, az * bz));
+}
 [[gnu::always_inline]] inline Floats square_of(const Floats& x, const Floats& y, const Floats& z) {
-  return fused(x, x, fused(y, y, z * z));
+  return dot_of(x, y, z, x, y, z);
 }
 
 // Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do
@@ -269,7 +273,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     if (one_sheet) {
       Floats least = one;
       for (int k = 0; k < kept; ++k) {
-        const Floats cosine = cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az;
+        const Floats cosine = dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az);
         least = smaller(least, cache[k].weight > 0.0f ? cosine : one);
       }
       one_sheet = !any(same(least) < 1.0f);
@@ -278,10 +282,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     if (!one_sheet) {
       nx = ny = nz = none;
       each_hit([&](const Hit& hit, const float*) {
-        const Floats a = hit.weight * same(hit.gx * ax + hit.gy * ay + hit.gz * az);
-        nx += a * hit.gx;
-        ny += a * hit.gy;
-        nz += a * hit.gz;
+        const Floats a = hit.weight * same(dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+        nx = fused(a, hit.gx, nx);
+        ny = fused(a, hit.gy, ny);
+        nz = fused(a, hit.gz, nz);
       });
     }
     const Floats size = nx * nx + ny * ny + nz * nz;
@@ -293,7 +297,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   if (!one_sheet) {
     A = Sheet{};
     each_hit([&](const Hit& hit, const float* foot) {
-      const Floats share = same(hit.gx * ax + hit.gy * ay + hit.gz * az);
+      const Floats share = same(dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(A, foot, s, hit, share);
       add_hit(B, foot, s, hit, 1.0f - share);
     });
@@ -343,17 +347,17 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const Floats q = larger(1.0f - squared, none);
       const Floats flat = larger(1.0f - 0.25f * f * f, none);
       const Floats weight =
-          g[13] * q * q * q * (1.0f - same(gx * out.nx + gy * out.ny + gz * out.nz)) * flat;
-      const Ints away = gx * s.dx + gy * s.dy - gz > 0.0f;
+          g[13] * q * q * q * (1.0f - same(dot_of(gx, gy, gz, out.nx, out.ny, out.nz))) * flat;
+      const Ints away = fused(gx, s.dx, fused(gy, s.dy, -gz)) > 0.0f;
       const Floats w = away ? weight : none;
       wr += w;
-      fr += away ? w * f : none;
-      crx += w * foot[0];
-      cry += w * foot[1];
-      crz += w * foot[2];
-      nrx += away ? w * gx : none;
-      nry += away ? w * gy : none;
-      nrz += away ? w * gz : none;
+      fr = fused(w, f, fr);
+      crx = fused(w, all(foot[0]), crx);
+      cry = fused(w, all(foot[1]), cry);
+      crz = fused(w, all(foot[2]), crz);
+      nrx = fused(w, gx, nrx);
+      nry = fused(w, gy, nry);
+      nrz = fused(w, gz, nrz);
     }
   const Floats vr = 1.0f / larger(wr, tiny);
   const Floats rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
