@@ -40,12 +40,28 @@ typedef struct {
   global const float* foot;    // [fits][4] eye space; reach
 } Fits;
 
-// The gradient of a fit's quadric at X from its foot.
+// The gradient of a fit's quadric at X from its foot. (A sum of fused products that is zero has
+// whatever sign the device gives it.)
 inline void gradient_at(global const float* g, const floatv x, const floatv y, const floatv z,
                         floatv* gx, floatv* gy, floatv* gz) {
-  *gx = g[1] + g[4] * (x + x) + g[7] * y + g[9] * z;
-  *gy = g[2] + g[5] * (y + y) + g[7] * x + g[8] * z;
-  *gz = g[3] + g[6] * (z + z) + g[8] * y + g[9] * x;
+  *gx = fma((floatv)(g[4]), x + x, fma((floatv)(g[7]), y, fma((floatv)(g[9]), z, (floatv)(g[1]))));
+  *gy = fma((floatv)(g[5]), y + y, fma((floatv)(g[7]), x, fma((floatv)(g[8]), z, (floatv)(g[2]))));
+  *gz = fma((floatv)(g[6]), z + z, fma((floatv)(g[8]), y, fma((floatv)(g[9]), x, (floatv)(g[3]))));
+}
+
+// Its value there.
+inline floatv value_at(global const float* g, const floatv x, const floatv y, const floatv z,
+                       const floatv gx, const floatv gy, const floatv gz) {
+  const floatv doubled = fma(gx + g[1], x, fma(gy + g[2], y, (gz + g[3]) * z));
+  return fma((floatv)(0.5f), doubled, (floatv)(g[0]));
+}
+
+inline floatv dot_of(const floatv ax, const floatv ay, const floatv az, const floatv bx,
+                     const floatv by, const floatv bz) {
+  return fma(ax, bx, fma(ay, by, az * bz));
+}
+inline floatv square_of(const floatv x, const floatv y, const floatv z) {
+  return dot_of(x, y, z, x, y, z);
 }
 
 // Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
@@ -58,25 +74,25 @@ inline int counts(const Entry e) { return ANY(e.squared < 1.0f); }
 inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const float d_max) {
   global const float* g = fits.record + RECORD * fit;
   global const float* foot = fits.foot + 4 * fit;
-  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
+  const floatv none = (floatv)(0.0f);
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   floatv gx, gy, gz;
   gradient_at(g, x, y, z, &gx, &gy, &gz);
   // f along the ray: C + B tau + A tau^2
-  const floatv C = g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z);
-  const floatv B = gx * s.dx + gy * s.dy - gz;
-  const floatv A = (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy +
-                   g[6];
-  const floatv D = B * B - 4.0f * A * C;
-  const floatv root = sqrt(larger(D, none));
-  // The entering root in its stable form: f falls there.
-  const intv falls = B < 0.0f, curved = fabs(A) > 1e-12f;
-  const floatv root_tau = SELECT(-(B + root), 2.0f * C, falls) /
-                          SELECT(2.0f * SELECT(one, A, curved), root - B, falls);
-  const intv met = (D >= 0.0f) & (fabs(root_tau) <= 4.0f * d_max) & (falls | curved);
+  const floatv C = value_at(g, x, y, z, gx, gy, gz);
+  const floatv B = fma(gx, s.dx, fma(gy, s.dy, -gz));
+  const floatv ax = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
+               ay = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
+  const floatv A = fma(ax, s.dx, fma(ay, s.dy, (floatv)(g[6])));
+  const floatv D = fma(B, B, -4.0f * A * C);
+  // The entering root in its stable form: f falls there. Without one it is no number.
+  const intv falls = B < 0.0f;
+  const floatv sum = fabs(B) + sqrt(D);
+  const floatv root_tau = SELECT(-sum, 2.0f * C, falls) / SELECT(2.0f * A, sum, falls);
+  const intv met = fabs(root_tau) <= 4.0f * d_max;
   const floatv tau = SELECT(none, root_tau, met);
-  const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
-  const floatv squared = (px * px + py * py + pz * pz) * g[10];
+  const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
+  const floatv squared = square_of(px, py, pz) * g[10];
   const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met)};
   return e;
 }
@@ -88,14 +104,14 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   global const float* foot = fits.foot + 4 * fit;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
-  const floatv px = x + tau * s.dx, py = y + tau * s.dy, pz = z - tau;
+  const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
   floatv gx, gy, gz;
   const floatv near = larger(one - squared, none);
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
-  const floatv slope = 1.0f / sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
+  const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
   hit->tau = tau;
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
-  const floatv facing = (gx * s.dx + gy * s.dy - gz) * slope;
+  const floatv facing = fma(gx, s.dx, fma(gy, s.dy, -gz)) * slope;
   const intv met = fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
   const floatv steep = SELECT(none, near * near * g[11], met);
   hit->weight = steep * near;
@@ -186,6 +202,18 @@ inline intv near_box(const List list, const int k, const Box b) {
   return (dx * dx + dy * dy + dz * dz < reach * reach) & (LANES < (float)(list.count - k));
 }
 
+// Appends the places of the lanes that are set, from k on; without branches, which nobody could foretell.
+inline int list_lanes(const intv set, const int k, int* place, const int before) {
+  int lanes[WIDTH], count = before;
+  STOREI(set, lanes);
+#pragma unroll
+  for (int l = 0; l < WIDTH; ++l) {
+    place[count] = k + l;
+    count += lanes[l] != 0;
+  }
+  return count;
+}
+
 typedef struct {
   floatv depth;       // particle radii; +infinity where no fit is met
   floatv nx, ny, nz;  // unit, eye axes
@@ -213,23 +241,22 @@ inline void add_hit(Sheet* sum, global const float* foot, const Sample s, const 
                     const floatv share) {
   const floatv w = share * hit.weight;
   sum->w += w;
-  sum->t += w * hit.tau;
-  sum->cx += w * foot[0];
-  sum->cy += w * foot[1];
-  sum->cz += w * foot[2];
-  sum->nx += w * hit.gx;
-  sum->ny += w * hit.gy;
-  sum->nz += w * hit.gz;
-  const floatv p = share * hit.pull;
-  const floatv px = p * (s.sx + hit.tau * s.dx - foot[0]);
-  const floatv py = p * (s.sy + hit.tau * s.dy - foot[1]);
-  const floatv pz = p * (-(s.t + hit.tau) - foot[2]);
-  sum->vx += px;
-  sum->vy += py;
-  sum->vz += pz;
-  sum->ux += px * hit.tau;
-  sum->uy += py * hit.tau;
-  sum->uz += pz * hit.tau;
+  sum->t = fma(w, hit.tau, sum->t);
+  sum->cx = fma(w, (floatv)(foot[0]), sum->cx);
+  sum->cy = fma(w, (floatv)(foot[1]), sum->cy);
+  sum->cz = fma(w, (floatv)(foot[2]), sum->cz);
+  sum->nx = fma(w, hit.gx, sum->nx);
+  sum->ny = fma(w, hit.gy, sum->ny);
+  sum->nz = fma(w, hit.gz, sum->nz);
+  const floatv v = share * hit.pull, u = v * hit.tau;
+  const floatv px = fma(hit.tau, s.dx, s.sx - foot[0]), py = fma(hit.tau, s.dy, s.sy - foot[1]),
+               pz = -s.t - foot[2] - hit.tau;
+  sum->vx = fma(v, px, sum->vx);
+  sum->vy = fma(v, py, sum->vy);
+  sum->vz = fma(v, pz, sum->vz);
+  sum->ux = fma(u, px, sum->ux);
+  sum->uy = fma(u, py, sum->uy);
+  sum->uz = fma(u, pz, sum->uz);
 }
 
 // The fits of a tile: those that rays may meet, and those that may turn away from the eye there.
@@ -247,7 +274,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   int cached_group[CACHED];
   int kept = 0;                 // hits in the cache
   int rest = listed.met.count;  // first listed fit that did not fit into it
-  int near[WIDTH];
+  int place[BLOCK + WIDTH];
   floatv best = none;
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
@@ -256,20 +283,15 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   clear_sheet(&A);
   for (int from = 0; from < listed.met.count; from += BLOCK) {
     const int to = min(from + BLOCK, listed.met.count);
-    int place[BLOCK + WIDTH];
     Entry entry[BLOCK];
     int found = 0, met = 0;
-    for (int k = from; k < to; k += WIDTH) {
-      STOREI(find_near(listed.met, k, beam), near);
-#pragma unroll
-      for (int l = 0; l < WIDTH; ++l) {
-        place[found] = k + l;
-        found += near[l] != 0;
-      }
-    }
+    for (int k = from; k < to; k += WIDTH)
+      found = list_lanes(find_near(listed.met, k, beam), k, place, found);
     for (int n = 0; n < found; ++n) {
-      place[met] = place[n];
-      entry[met] = meet_fit(fits, listed.met.fit[place[n]], s, d_max);
+      // Read before it is stored: else it waits for `met`, and so for the fit before.
+      const int at = place[n];
+      place[met] = at;
+      entry[met] = meet_fit(fits, listed.met.fit[at], s, d_max);
       met += counts(entry[met]);
     }
     for (int n = 0; n < met; ++n) {
@@ -288,7 +310,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       ax = SELECT(ax, hit.gx, better);
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
-      trust += hit.weight * fits.record[RECORD * fit + 12];
+      trust = fma(hit.weight, (floatv)(fits.record[RECORD * fit + 12]), trust);
       add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
@@ -311,7 +333,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       floatv least = (floatv)(1.0f);
       for (int k = 0; k < kept; ++k)
         least = smaller(SELECT((floatv)(1.0f),
-                               cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az,
+                               dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az),
                                cache[k].weight > 0.0f),
                         least);
       one_sheet = !ANY(smooth_step(sheets.x, sheets.y, least) < 1.0f);
@@ -326,10 +348,10 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
         else if (!hit_fit(fits, listed.met.fit[rest + k - kept], s, d_max, &hit))
           continue;
         const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
-                                                  hit.gx * ax + hit.gy * ay + hit.gz * az);
-        nx += a * hit.gx;
-        ny += a * hit.gy;
-        nz += a * hit.gz;
+                                                  dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+        nx = fma(a, hit.gx, nx);
+        ny = fma(a, hit.gy, ny);
+        nz = fma(a, hit.gz, nz);
       }
     }
     const floatv size = nx * nx + ny * ny + nz * nz;
@@ -350,7 +372,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
       const floatv share =
-          smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
+          smooth_step(sheets.x, sheets.y, dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(&A, foot, s, hit, share);
       add_hit(&B, foot, s, hit, 1.0f - share);
     }
@@ -383,45 +405,49 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   const floatv lb = share / sqrt(larger(gbx * gbx + gby * gby + gbz * gbz, tiny));
   const floatv nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
   const floatv size = 1.0f / sqrt(larger(nx * nx + ny * ny + nz * nz, tiny));
-  out.nx = nx * size;
-  out.ny = ny * size;
-  out.nz = nz * size;
+  out.nx = plain_zero(nx * size);  // see gradient_at
+  out.ny = plain_zero(ny * size);
+  out.nz = plain_zero(nz * size);
   // Where the fluid turns away from the eye no ray enters it, and hidden fits tell of sheet R. A
   // convex edge between the surface and R ends the surface where it leaves R's fluid.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
   const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
-  for (int k = 0; k < listed.rim.count; ++k) {
-    if (k % WIDTH == 0) STOREI(near_box(listed.rim, k, box), near);
-    if (!near[k % WIDTH]) continue;
-    global const float* g = fits.record + RECORD * listed.rim.fit[k];
-    global const float* foot = fits.foot + 4 * listed.rim.fit[k];
-    const floatv x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
-    const floatv squared = (x * x + y * y + z * z) * g[10];
-    if (!ANY(squared < 1.0f)) continue;
-    floatv gx, gy, gz;
-    gradient_at(g, x, y, z, &gx, &gy, &gz);
-    const floatv slope = 1.0f / sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-20f)));
-    const floatv f =
-        (g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z)) * slope;
-    gx *= slope;
-    gy *= slope;
-    gz *= slope;
-    const floatv same =
-        smooth_step(sheets.x, sheets.y, gx * out.nx + gy * out.ny + gz * out.nz);
-    const floatv q = larger(1.0f - squared, (floatv)(0.0f));
-    const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
-    const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
-    const intv away = gx * s.dx + gy * s.dy - gz > 0.0f;
-    const floatv w = SELECT((floatv)(0.0f), weight, away);
-    wr += w;
-    fr += SELECT((floatv)(0.0f), w * f, away);
-    crx += w * foot[0];
-    cry += w * foot[1];
-    crz += w * foot[2];
-    nrx += SELECT((floatv)(0.0f), w * gx, away);
-    nry += SELECT((floatv)(0.0f), w * gy, away);
-    nrz += SELECT((floatv)(0.0f), w * gz, away);
+  for (int from = 0; from < listed.rim.count; from += BLOCK) {
+    const int to = min(from + BLOCK, listed.rim.count);
+    int found = 0;
+    for (int k = from; k < to; k += WIDTH)
+      found = list_lanes(near_box(listed.rim, k, box), k, place, found);
+    for (int n = 0; n < found; ++n) {
+      const int fit = listed.rim.fit[place[n]];
+      global const float* g = fits.record + RECORD * fit;
+      global const float* foot = fits.foot + 4 * fit;
+      const floatv x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
+      const floatv squared = square_of(x, y, z) * g[10];
+      if (!ANY(squared < 1.0f)) continue;
+      floatv gx, gy, gz;
+      gradient_at(g, x, y, z, &gx, &gy, &gz);
+      const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
+      const floatv f = value_at(g, x, y, z, gx, gy, gz) * slope;
+      gx *= slope;
+      gy *= slope;
+      gz *= slope;
+      const floatv same =
+          smooth_step(sheets.x, sheets.y, dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
+      const floatv q = larger(1.0f - squared, (floatv)(0.0f));
+      const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
+      const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
+      const intv away = fma(gx, s.dx, fma(gy, s.dy, -gz)) > 0.0f;
+      const floatv w = SELECT((floatv)(0.0f), weight, away);
+      wr += w;
+      fr = fma(w, f, fr);
+      crx = fma(w, (floatv)(foot[0]), crx);
+      cry = fma(w, (floatv)(foot[1]), cry);
+      crz = fma(w, (floatv)(foot[2]), crz);
+      nrx = fma(w, gx, nrx);
+      nry = fma(w, gy, nry);
+      nrz = fma(w, gz, nrz);
+    }
   }
   const floatv vr = 1.0f / larger(wr, tiny);
   const floatv rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;

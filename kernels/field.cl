@@ -55,10 +55,12 @@ inline void add_particle(Field* sum, const floatv dx, const floatv dy, const flo
 inline void add_listed(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,
                        const int with_gradient, Field* sum) {
+  Field field = *sum;  // else it is stored after each of them
   for (int k = 0; k < count; ++k) {
     const int p = item[k];
-    add_particle(sum, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p], with_gradient);
+    add_particle(&field, x - cells.x[p], y - cells.y[p], z - cells.z[p], weight[p], with_gradient);
   }
+  *sum = field;
 }
 
 // Adds the field at points of the `wide` cells from (cx, cy, cz) on along x where wanted; what other

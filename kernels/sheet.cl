@@ -18,7 +18,8 @@ typedef struct {
 // Adds the listed fits at places x, y, z with normals nx, ny, nz.
 inline void add_fits(const Fits fits, const int* item, const int count, const floatv x,
                      const floatv y, const floatv z, const floatv nx, const floatv ny,
-                     const floatv nz, Sums* sums) {
+                     const floatv nz, Sums* result) {
+  Sums sums = *result;  // see add_listed in field.cl
   const int n = fits.n;
   global const float* normal = fits.normal;
   for (int k = 0; k < count; ++k) {
@@ -28,10 +29,11 @@ inline void add_fits(const Fits fits, const int* item, const int count, const fl
     const floatv same = nx * normal[p] + ny * normal[n + p] + nz * normal[2 * n + p];
     const floatv w =
         fits.share[p] * larger(near, (floatv)(0.0f)) * smooth_step(fits.low, fits.high, same);
-    sums->weight += w;
-    sums->a += w * fits.value[p];
-    sums->b += w * fits.value[n + p];
+    sums.weight += w;
+    sums.a += w * fits.value[p];
+    sums.b += w * fits.value[n + p];
   }
+  *result = sums;
 }
 
 // Up to WIDTH fits of SPAN cells of a row at a time, BLOCK a work-item. A fit at distance l whose

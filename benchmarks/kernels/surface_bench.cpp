@@ -189,8 +189,8 @@ Case prepare_blend(Frame& frame) {
   Case result = frame_case(frame, "blend_groups");
   // A reference read; depth, normal, group and trust written; records of 20 values a fit.
   result.bytes = 28 * result.items + 80.0 * static_cast<double>(frame.fits().size());
-  // A hit: the quadric on the ray 49, its root 10, distance 13, gradient 23, weight 5, normal and
-  // pull 11, sums 39, sheets 10. A pixel: sheets and normal 140.
+  // A hit: the quadric on the ray 49, its root 9, distance 13, gradient 23, weight 5, normal and
+  // pull 11, sums 40, sheets 10. A pixel: sheets and normal 140.
   result.operations = 160 * count_hits(frame) + 140 * result.items;
   add_native(result, frame, "blend_groups", {12, 13, 14, 15}, blend_input, native::blend_groups);
   return result;

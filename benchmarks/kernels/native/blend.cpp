@@ -21,12 +21,28 @@ struct Hit {
 [[gnu::always_inline]] inline void gradient_at(const float* g, const Floats& x, const Floats& y,
                                                const Floats& z, Floats& gx, Floats& gy,
                                                Floats& gz) {
-  gx = g[1] + g[4] * (x + x) + g[7] * y + g[9] * z;
-  gy = g[2] + g[5] * (y + y) + g[7] * x + g[8] * z;
-  gz = g[3] + g[6] * (z + z) + g[8] * y + g[9] * x;
+  const Floats xy = all(g[7]), yz = all(g[8]), zx = all(g[9]);
+  gx = fused(all(g[4]), x + x, fused(xy, y, fused(zx, z, all(g[1]))));
+  gy = fused(all(g[5]), y + y, fused(xy, x, fused(yz, z, all(g[2]))));
+  gz = fused(all(g[6]), z + z, fused(yz, y, fused(zx, x, all(g[3]))));
 }
 
-// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
+[[gnu::always_inline]] inline Floats value_at(const float* g, const Floats& x, const Floats& y,
+                                              const Floats& z, const Floats& gx, const Floats& gy,
+                                              const Floats& gz) {
+  return fused(all(0.5f), fused(gx + g[1], x, fused(gy + g[2], y, (gz + g[3]) * z)), all(g[0]));
+}
+
+[[gnu::always_inline]] inline Floats dot_of(const Floats& ax, const Floats& ay, const Floats& az,
+                                            const Floats& bx, const Floats& by, const Floats& bz) {
+  return fused(ax, bx, fused(ay, by, az * bz));
+}
+[[gnu::always_inline]] inline Floats square_of(const Floats& x, const Floats& y, const Floats& z) {
+  return dot_of(x, y, z, x, y, z);
+}
+
+// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do
+// not.
 struct Entry {
   Floats tau, squared;
   bool counts() const { return any(squared < 1.0f); }
@@ -34,23 +50,23 @@ struct Entry {
 
 [[gnu::always_inline]] inline Entry entry_of(const float* g, const float* foot, const Sample& s,
                                              float d_max) {
-  const Floats none{}, one = all(1.0f);
   const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   Floats gx, gy, gz;
   gradient_at(g, x, y, z, gx, gy, gz);
-  const Floats C = g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z);
-  const Floats B = gx * s.dx + gy * s.dy - gz;
-  const Floats A = (g[4] * s.dx + g[7] * s.dy - g[9]) * s.dx + (g[5] * s.dy - g[8]) * s.dy + g[6];
-  const Floats D = B * B - 4.0f * A * C;
-  const Floats sqrt_d = root(larger(D, none));
-  const Ints falls = B<0.0f, curved = magnitude(A)> 1e-12f;
-  const Floats tau =
-      (falls ? 2.0f * C : -(B + sqrt_d)) / (falls ? sqrt_d - B : 2.0f * (curved ? A : one));
-  const Ints met = (D >= 0.0f) & (magnitude(tau) <= 4.0f * d_max) & (falls | curved);
+  const Floats C = value_at(g, x, y, z, gx, gy, gz);
+  const Floats B = fused(gx, s.dx, fused(gy, s.dy, -gz));
+  const Floats ax = fused(all(g[4]), s.dx, fused(all(g[7]), s.dy, all(-g[9]))),
+               ay = fused(all(g[5]), s.dy, all(-g[8]));
+  const Floats A = fused(ax, s.dx, fused(ay, s.dy, all(g[6])));
+  const Floats D = fused(B, B, -4.0f * A * C);
+  const Ints falls = B < 0.0f;
+  const Floats sum = magnitude(B) + root(D);
+  const Floats tau = (falls ? 2.0f * C : -sum) / (falls ? sum : 2.0f * A);
+  const Ints met = magnitude(tau) <= 4.0f * d_max;
   Entry entry;
-  entry.tau = met ? tau : none;
-  const Floats px = x + entry.tau * s.dx, py = y + entry.tau * s.dy, pz = z - entry.tau;
-  entry.squared = met ? (px * px + py * py + pz * pz) * g[10] : all(kNowhere);
+  entry.tau = met ? tau : Floats{};
+  const Floats px = fused(entry.tau, s.dx, x), py = fused(entry.tau, s.dy, y), pz = z - entry.tau;
+  entry.squared = met ? square_of(px, py, pz) * g[10] : all(kNowhere);
   return entry;
 }
 
@@ -61,9 +77,9 @@ struct Entry {
   const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   const Floats near = larger(one - entry.squared, none);
   Floats gx, gy, gz;
-  gradient_at(g, x + tau * s.dx, y + tau * s.dy, z - tau, gx, gy, gz);
-  const Floats slope = 1.0f / root(larger(gx * gx + gy * gy + gz * gz, all(1e-20f)));
-  const Floats facing = (gx * s.dx + gy * s.dy - gz) * slope;
+  gradient_at(g, fused(tau, s.dx, x), fused(tau, s.dy, y), z - tau, gx, gy, gz);
+  const Floats slope = 1.0f / root(larger(square_of(gx, gy, gz), all(1e-20f)));
+  const Floats facing = fused(gx, s.dx, fused(gy, s.dy, -gz)) * slope;
   const Ints met = magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max;
   const Floats steep = met ? near * near * g[11] : none;
   hit.tau = tau;
@@ -154,23 +170,22 @@ struct Sheet {
                                            const Hit& hit, const Floats& share) {
   const Floats w = share * hit.weight;
   sum.w += w;
-  sum.t += w * hit.tau;
-  sum.cx += w * foot[0];
-  sum.cy += w * foot[1];
-  sum.cz += w * foot[2];
-  sum.nx += w * hit.gx;
-  sum.ny += w * hit.gy;
-  sum.nz += w * hit.gz;
-  const Floats p = share * hit.pull;
-  const Floats px = p * (s.sx + hit.tau * s.dx - foot[0]);
-  const Floats py = p * (s.sy + hit.tau * s.dy - foot[1]);
-  const Floats pz = p * (-(s.t + hit.tau) - foot[2]);
-  sum.vx += px;
-  sum.vy += py;
-  sum.vz += pz;
-  sum.ux += px * hit.tau;
-  sum.uy += py * hit.tau;
-  sum.uz += pz * hit.tau;
+  sum.t = fused(w, hit.tau, sum.t);
+  sum.cx = fused(w, all(foot[0]), sum.cx);
+  sum.cy = fused(w, all(foot[1]), sum.cy);
+  sum.cz = fused(w, all(foot[2]), sum.cz);
+  sum.nx = fused(w, hit.gx, sum.nx);
+  sum.ny = fused(w, hit.gy, sum.ny);
+  sum.nz = fused(w, hit.gz, sum.nz);
+  const Floats v = share * hit.pull, u = v * hit.tau;
+  const Floats px = fused(hit.tau, s.dx, s.sx - foot[0]), py = fused(hit.tau, s.dy, s.sy - foot[1]),
+               pz = -s.t - foot[2] - hit.tau;
+  sum.vx = fused(v, px, sum.vx);
+  sum.vy = fused(v, py, sum.vy);
+  sum.vz = fused(v, pz, sum.vz);
+  sum.ux = fused(u, px, sum.ux);
+  sum.uy = fused(u, py, sum.uy);
+  sum.uz = fused(u, pz, sum.uz);
 }
 
 inline Floats inverse_root(const Floats& squared, float least) {
@@ -214,9 +229,9 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       near += __builtin_popcount(bits);
     }
     for (int n = 0; n < near; ++n) {
-      place[count] = place[n];
-      entry[count] = entry_of(fit_at(listed.met.fit[place[n]]), foot_of(listed.met.fit[place[n]]),
-                              s, in.d_max);
+      const std::int32_t at = place[n], fit = listed.met.fit[at];  // before `count` is waited for
+      place[count] = at;
+      entry[count] = entry_of(fit_at(fit), foot_of(fit), s, in.d_max);
       count += entry[count].counts();
     }
     for (int n = 0; n < count; ++n) {
@@ -236,7 +251,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       ax = better ? hit.gx : ax;
       ay = better ? hit.gy : ay;
       az = better ? hit.gz : az;
-      trust += hit.weight * g[12];
+      trust = fused(hit.weight, all(g[12]), trust);
       add_hit(A, foot_of(fit), s, hit, one);
     }
   }
@@ -258,7 +273,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     if (one_sheet) {
       Floats least = one;
       for (int k = 0; k < kept; ++k) {
-        const Floats cosine = cache[k].gx * ax + cache[k].gy * ay + cache[k].gz * az;
+        const Floats cosine = dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az);
         least = smaller(least, cache[k].weight > 0.0f ? cosine : one);
       }
       one_sheet = !any(same(least) < 1.0f);
@@ -267,10 +282,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     if (!one_sheet) {
       nx = ny = nz = none;
       each_hit([&](const Hit& hit, const float*) {
-        const Floats a = hit.weight * same(hit.gx * ax + hit.gy * ay + hit.gz * az);
-        nx += a * hit.gx;
-        ny += a * hit.gy;
-        nz += a * hit.gz;
+        const Floats a = hit.weight * same(dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+        nx = fused(a, hit.gx, nx);
+        ny = fused(a, hit.gy, ny);
+        nz = fused(a, hit.gz, nz);
       });
     }
     const Floats size = nx * nx + ny * ny + nz * nz;
@@ -282,7 +297,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   if (!one_sheet) {
     A = Sheet{};
     each_hit([&](const Hit& hit, const float* foot) {
-      const Floats share = same(hit.gx * ax + hit.gy * ay + hit.gz * az);
+      const Floats share = same(dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(A, foot, s, hit, share);
       add_hit(B, foot, s, hit, 1.0f - share);
     });
@@ -320,30 +335,29 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const int fit = listed.rim.fit[k + __builtin_ctz(near)];
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       const Floats x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
-      const Floats squared = (x * x + y * y + z * z) * g[10];
+      const Floats squared = square_of(x, y, z) * g[10];
       if (!any(squared < 1.0f)) continue;
       Floats gx, gy, gz;
       gradient_at(g, x, y, z, gx, gy, gz);
-      const Floats slope = inverse_root(gx * gx + gy * gy + gz * gz, 1e-20f);
-      const Floats f =
-          (g[0] + 0.5f * ((gx + g[1]) * x + (gy + g[2]) * y + (gz + g[3]) * z)) * slope;
+      const Floats slope = inverse_root(square_of(gx, gy, gz), 1e-20f);
+      const Floats f = value_at(g, x, y, z, gx, gy, gz) * slope;
       gx *= slope;
       gy *= slope;
       gz *= slope;
       const Floats q = larger(1.0f - squared, none);
       const Floats flat = larger(1.0f - 0.25f * f * f, none);
       const Floats weight =
-          g[13] * q * q * q * (1.0f - same(gx * out.nx + gy * out.ny + gz * out.nz)) * flat;
-      const Ints away = gx * s.dx + gy * s.dy - gz > 0.0f;
+          g[13] * q * q * q * (1.0f - same(dot_of(gx, gy, gz, out.nx, out.ny, out.nz))) * flat;
+      const Ints away = fused(gx, s.dx, fused(gy, s.dy, -gz)) > 0.0f;
       const Floats w = away ? weight : none;
       wr += w;
-      fr += away ? w * f : none;
-      crx += w * foot[0];
-      cry += w * foot[1];
-      crz += w * foot[2];
-      nrx += away ? w * gx : none;
-      nry += away ? w * gy : none;
-      nrz += away ? w * gz : none;
+      fr = fused(w, f, fr);
+      crx = fused(w, all(foot[0]), crx);
+      cry = fused(w, all(foot[1]), cry);
+      crz = fused(w, all(foot[2]), crz);
+      nrx = fused(w, gx, nrx);
+      nry = fused(w, gy, nry);
+      nrz = fused(w, gz, nrz);
     }
   const Floats vr = 1.0f / larger(wr, tiny);
   const Floats rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
