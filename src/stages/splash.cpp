@@ -38,7 +38,8 @@ std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest)
                             if (found.size() < most) found.resize(most);
                             near += find(cells, first, last, tag, at, link * link, found.data());
                             return near <= largest;
-                          });
+                          },
+                          kNearRowsFirst);
       if (body || near > largest) own[p - begin] = kBody;
     }
     for (std::size_t p = begin; p < end; ++p) state[cells.item[p]] = own[p - begin];

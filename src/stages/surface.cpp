@@ -214,7 +214,8 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
             if (found.size() < most) found.resize(most);
             near[k] = find(cells, first, last, tag, at, kReach * kReach, found.data()) > 0;
             return near[k] == 0;
-          });
+          },
+          kNearRowsFirst);
     }
   });
   Visible result;
