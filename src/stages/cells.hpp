@@ -121,6 +121,18 @@ using NearFinder = std::size_t(const Cells& cells, std::int32_t first, std::int3
 /// Those that this processor can run, all with the same result, the fastest first.
 std::vector<NearFinder*> near_finders();
 
+/// How many points before one NearBefore looks at.
+inline constexpr std::int32_t kBefore = 16;
+
+/// Tells of each of the points [begin, end), in bucket order, which of the kBefore points before it
+/// and not before `begin` lie within a reach of it: the lowest of `near`'s bits stands for the
+/// first of them.
+using NearBefore = void(const Cells& cells, std::int32_t begin, std::int32_t end,
+                        float squared_reach, std::uint16_t* near);
+
+/// Like near_finders().
+std::vector<NearBefore*> before_finders();
+
 /// Calls visit(k) for every point k of these cells, until visit returns false.
 template <class Visit>
 void visit_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
