@@ -222,6 +222,7 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
       visit_ranges_near(
           cells, at[0], at[1], at[2],
           [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+            if (first == last) return true;  // mostly
             const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
             if (found.size() < most) found.resize(most);
             near[k] = find(cells, first, last, tag, at, kReach * kReach, found.data()) > 0;
