@@ -65,14 +65,17 @@ TileLists list_boxes(const std::vector<Box>& boxes, const std::vector<char>& wan
   return tiles;
 }
 
-// The length of a fit's gradient at its foot.
-double slope_of(const float* c) { return std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3]); }
+// What a fit's gradient can be within its reach.
+struct Slopes {
+  double at_foot;  // its length there
+  double bend;     // how far the Hessian lets it turn away per particle radius
+};
 
-// How far its Hessian lets a fit's gradient turn away per particle radius.
-double bend_of(const float* c) {
+Slopes slopes_of(const float* c) {
   const auto square = [](double x) { return x * x; };
-  return std::sqrt(4 * (square(c[4]) + square(c[5]) + square(c[6])) +
-                   2 * (square(c[7]) + square(c[8]) + square(c[9])));
+  return {std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3]),
+          std::sqrt(4 * (square(c[4]) + square(c[5]) + square(c[6])) +
+                    2 * (square(c[7]) + square(c[8]) + square(c[9])))};
 }
 
 // Where rays are looked for that meet a fit at its points where f is at most `value` from zero:
@@ -83,10 +86,10 @@ struct Slab {
   double reach, thick;  // half the slab's
 };
 
-Slab slab_of(const BlendRecords& records, std::size_t k, double value) {
+Slab slab_of(const BlendRecords& records, std::size_t k, const Slopes& slopes, double value) {
   const float *c = &records.record[k * kRecord], *foot = &records.foot[4 * k];
-  const double reach = 1.01 * foot[3], slope = std::max(slope_of(c), 1e-6);
-  const double off = value + std::abs(c[0]) + bend_of(c) * reach * reach / 2 + 0.02;
+  const double reach = 1.01 * foot[3], slope = std::max(slopes.at_foot, 1e-6);
+  const double off = value + std::abs(c[0]) + slopes.bend * reach * reach / 2 + 0.02;
   return {
       {foot[0], foot[1], foot[2]}, {c[1] / slope, c[2] / slope, c[3] / slope}, reach, off / slope};
 }
@@ -104,15 +107,15 @@ Vec3d half_sides(const Slab& slab) {
 // Whether a fit's gradient may point away from the eye anywhere within its reach: at X from
 // its foot it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
 // at a corner of the box because rays are affine in the pixels.
-bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k, const Box& box,
-                   const SampleGrid& grid) {
+bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k,
+                   const Slopes& slopes, const Box& box, const SampleGrid& grid) {
   const float* c = &records.record[k * kRecord];
-  const double hessian = bend_of(c), reach = records.foot[4 * k + 3];
+  const double reach = records.foot[4 * k + 3];
   for (const int i : {box.i0 - 1, box.i1 + 1})
     for (const int j : {box.j0 - 1, box.j1 + 1}) {
       const Vec3d d = ray_direction(view, grid.first + grid.step * i, grid.first + grid.step * j);
       const double along = c[1] * d.x + c[2] * d.y + c[3] * d.z;
-      if (along + (hessian * reach + 1e-3) * length(d) > 0) return true;
+      if (along + (slopes.bend * reach + 1e-3) * length(d) > 0) return true;
     }
   return false;
 }
@@ -221,10 +224,11 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
     for (std::size_t k = begin; k < end; ++k) {
       const float *c = &records.record[k * kRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
-      if (c[11] > 0) put(met, k, slab_of(records, k, 0));
+      const Slopes slopes = slopes_of(c);
+      if (c[11] > 0) put(met, k, slab_of(records, k, slopes, 0));
       if (!(c[13] > 0)) continue;
-      put(rim, k, slab_of(records, k, kRimDepth * (slope_of(c) + bend_of(c) * reach)));
-      rim.wanted[k] = may_turn_away(view, records, k, rim.box[k], grid);
+      put(rim, k, slab_of(records, k, slopes, kRimDepth * (slopes.at_foot + slopes.bend * reach)));
+      rim.wanted[k] = may_turn_away(view, records, k, slopes, rim.box[k], grid);
     }
   });
   const auto list = [&](Fits& fits) { fits.lists = list_boxes(fits.box, fits.wanted, grid); };

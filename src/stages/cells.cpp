@@ -33,6 +33,20 @@ std::size_t find_near(const Cells& cells, std::int32_t first, std::int32_t last,
   return count;
 }
 
+void near_before(const Cells& cells, std::int32_t begin, std::int32_t end, float squared_reach,
+                 std::uint16_t* near) {
+  for (std::int32_t p = begin; p < end; ++p) {
+    std::uint32_t bits = 0;
+    for (std::int32_t q = std::max(p - kBefore, begin); q < p; ++q) {
+      const float dx = cells.x[q] - cells.x[p], dy = cells.y[q] - cells.y[p],
+                  dz = cells.z[q] - cells.z[p];
+      bits |= static_cast<std::uint32_t>(dx * dx + dy * dy + dz * dz < squared_reach)
+              << (kBefore - (p - q));
+    }
+    near[p - begin] = static_cast<std::uint16_t>(bits);
+  }
+}
+
 #ifdef MENISCUS_X86
 // Sixteen at a time: less than half the time. What is near moves together in a register, which is
 // stored whole.
@@ -62,6 +76,25 @@ __attribute__((target("avx512f"))) std::size_t find_near_avx512(
   }
   return count;
 }
+
+__attribute__((target("avx512f"))) void near_before_avx512(const Cells& cells, std::int32_t begin,
+                                                           std::int32_t end, float squared_reach,
+                                                           std::uint16_t* near) {
+  static_assert(kBefore == 16);
+  const float *const x = cells.x.data(), *const y = cells.y.data(), *const z = cells.z.data();
+  const __m512 most = _mm512_set1_ps(squared_reach);
+  for (std::int32_t p = begin; p < end; ++p) {
+    const __mmask16 there =
+        static_cast<__mmask16>(p - begin < kBefore ? 0xffff << (kBefore - (p - begin)) : 0xffff);
+    const std::int32_t first = p - kBefore;
+    const __m512 dx = _mm512_sub_ps(_mm512_maskz_loadu_ps(there, x + first), _mm512_set1_ps(x[p])),
+                 dy = _mm512_sub_ps(_mm512_maskz_loadu_ps(there, y + first), _mm512_set1_ps(y[p])),
+                 dz = _mm512_sub_ps(_mm512_maskz_loadu_ps(there, z + first), _mm512_set1_ps(z[p]));
+    const __m512 squared = _mm512_add_ps(
+        _mm512_add_ps(_mm512_mul_ps(dx, dx), _mm512_mul_ps(dy, dy)), _mm512_mul_ps(dz, dz));
+    near[p - begin] = _mm512_mask_cmp_ps_mask(there, squared, most, _CMP_LT_OQ);
+  }
+}
 #endif
 
 }  // namespace
@@ -71,6 +104,13 @@ std::vector<NearFinder*> near_finders() {
   if (__builtin_cpu_supports("avx512f")) return {find_near_avx512, find_near};
 #endif
   return {find_near};
+}
+
+std::vector<NearBefore*> before_finders() {
+#ifdef MENISCUS_X86
+  if (__builtin_cpu_supports("avx512f")) return {near_before_avx512, near_before};
+#endif
+  return {near_before};
 }
 
 Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,

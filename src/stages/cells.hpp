@@ -63,12 +63,21 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
 /// The same of points that are rounded to float first.
 Cells make_cells(const std::vector<Vec3d>& points, float cell);
 
+/// The rows of cells around one: how many cells along y and z each lies from it.
+using RowsAround = std::array<std::array<std::int32_t, 2>, 9>;
+inline constexpr RowsAround kRowsInOrder{
+    {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {0, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
+/// Whoever looks for any point or for so many of them finds them sooner.
+inline constexpr RowsAround kNearRowsFirst{
+    {{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}};
+
 /// Calls visit(begin, end, tag) for the ranges of points (positions in bucket order) that hold the
 /// 27 cells around (x, y, z) as far as they lie within a cell side of it, until visit returns
 /// false. Points of the cells are those whose tags are of the row of `tag`. Every point within one
 /// cell side is among them; a few may lie far away (more than kFewestBuckets - 3 cells).
 template <class Visit>
-void visit_ranges_near(const Cells& cells, float x, float y, float z, Visit&& visit) {
+void visit_ranges_near(const Cells& cells, float x, float y, float z, Visit&& visit,
+                       const RowsAround& rows = kRowsInOrder) {
   const std::int32_t cx = cell_of(x, cells.inverse_cell), cy = cell_of(y, cells.inverse_cell),
                      cz = cell_of(z, cells.inverse_cell);
   // How far the cells on either side are, in cell sides; coordinates far from 0 are rounded.
@@ -82,22 +91,21 @@ void visit_ranges_near(const Cells& cells, float x, float y, float z, Visit&& vi
                                 square(std::max(1 - from_low - slack, 0.0f))};
   };
   const auto far_x = squares(x, cx), far_y = squares(y, cy), far_z = squares(z, cz);
-  for (std::int32_t k = -1; k <= 1; ++k)
-    for (std::int32_t j = -1; j <= 1; ++j) {
-      const float rest =
-          1 - far_y[static_cast<std::size_t>(j + 1)] - far_z[static_cast<std::size_t>(k + 1)];
-      if (rest < 0) continue;
-      const std::int32_t low = far_x[0] > rest ? 0 : -1, high = far_x[2] > rest ? 0 : 1;
-      const std::uint32_t tag = tag_of(cx, cy + j, cz + k);
-      std::uint32_t bucket = bucket_of(cx + low, cy + j, cz + k, cells.mask);
-      std::uint32_t left = static_cast<std::uint32_t>(high - low + 1);
-      while (left > 0) {  // again where the last bucket lies between the row's
-        const std::uint32_t count = std::min(left, cells.mask + 1 - bucket);
-        if (!visit(cells.start[bucket], cells.start[bucket + count], tag)) return;
-        left -= count;
-        bucket = 0;
-      }
+  for (const auto& [j, k] : rows) {
+    const float rest =
+        1 - far_y[static_cast<std::size_t>(j + 1)] - far_z[static_cast<std::size_t>(k + 1)];
+    if (rest < 0) continue;
+    const std::int32_t low = far_x[0] > rest ? 0 : -1, high = far_x[2] > rest ? 0 : 1;
+    const std::uint32_t tag = tag_of(cx, cy + j, cz + k);
+    std::uint32_t bucket = bucket_of(cx + low, cy + j, cz + k, cells.mask);
+    std::uint32_t left = static_cast<std::uint32_t>(high - low + 1);
+    while (left > 0) {  // again where the last bucket lies between the row's
+      const std::uint32_t count = std::min(left, cells.mask + 1 - bucket);
+      if (!visit(cells.start[bucket], cells.start[bucket + count], tag)) return;
+      left -= count;
+      bucket = 0;
     }
+  }
 }
 
 /// What a NearFinder may write beyond a range's length.
@@ -112,6 +120,18 @@ using NearFinder = std::size_t(const Cells& cells, std::int32_t first, std::int3
 
 /// Those that this processor can run, all with the same result, the fastest first.
 std::vector<NearFinder*> near_finders();
+
+/// How many points before one NearBefore looks at.
+inline constexpr std::int32_t kBefore = 16;
+
+/// Tells of each of the points [begin, end), in bucket order, which of the kBefore points before it
+/// and not before `begin` lie within a reach of it: the lowest of `near`'s bits stands for the
+/// first of them.
+using NearBefore = void(const Cells& cells, std::int32_t begin, std::int32_t end,
+                        float squared_reach, std::uint16_t* near);
+
+/// Like near_finders().
+std::vector<NearBefore*> before_finders();
 
 /// Calls visit(k) for every point k of these cells, until visit returns false.
 template <class Visit>

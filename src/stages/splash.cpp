@@ -14,34 +14,34 @@ enum : char { kUnknown, kBody, kSplash };
 // `largest`, because enough particles are near or one that is near is body. Inside the fluid that
 // is nearly always so after a look at those before it in the cells' order, which lie near.
 std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest) {
-  constexpr std::size_t kBefore = 12;
   std::vector<char> state(cells.item.size(), kUnknown);
   NearFinder* const find = near_finders()[0];
+  NearBefore* const find_before = before_finders()[0];
   constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
   parallel_for(state.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<char> own(end - begin, kUnknown);  // what is known here; others' is not looked at
+    std::vector<std::uint16_t> near_before(end - begin);
+    find_before(cells, static_cast<std::int32_t>(begin), static_cast<std::int32_t>(end),
+                link * link, near_before.data());
+    std::uint32_t before = 0;  // which of those before are known to be body
     std::vector<std::int32_t> found;
     for (std::size_t p = begin; p < end; ++p) {
       const std::array at{cells.x[p], cells.y[p], cells.z[p]};
-      bool body = largest == 0;
-      for (std::size_t q = p; !body && q > begin && p - q < kBefore; --q) {
-        const float dx = cells.x[q - 1] - at[0], dy = cells.y[q - 1] - at[1],
-                    dz = cells.z[q - 1] - at[2];
-        body = own[q - 1 - begin] == kBody && dx * dx + dy * dy + dz * dz < link * link;
-      }
+      bool body = largest == 0 || (near_before[p - begin] & before) != 0;
       std::size_t near = 0;  // itself among them
       if (!body)
-        visit_ranges_near(cells, at[0], at[1], at[2],
-                          [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
-                            const std::size_t most =
-                                static_cast<std::size_t>(last - first) + kNearRoom;
-                            if (found.size() < most) found.resize(most);
-                            near += find(cells, first, last, tag, at, link * link, found.data());
-                            return near <= largest;
-                          });
-      if (body || near > largest) own[p - begin] = kBody;
+        visit_ranges_near(
+            cells, at[0], at[1], at[2],
+            [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+              const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
+              if (found.size() < most) found.resize(most);
+              near += find(cells, first, last, tag, at, link * link, found.data());
+              return near <= largest;
+            },
+            kNearRowsFirst);
+      body |= near > largest;
+      if (body) state[cells.item[p]] = kBody;
+      before = (before >> 1) | (body ? 1u << (kBefore - 1) : 0);
     }
-    for (std::size_t p = begin; p < end; ++p) state[cells.item[p]] = own[p - begin];
   });
   return state;
 }

@@ -134,20 +134,32 @@ FieldSurface find_surface(const Visible& seen, const Cells& cells,
   for (const std::int32_t i : seen.index) position[i] = kSeen;
   constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    // Those that may be taken, without branches, which would be foretold badly.
+    std::vector<std::uint32_t> maybe(end - begin);
+    std::size_t number = 0;
     for (std::size_t p = begin; p < end; ++p) {
+      const float x = gradients[p], y = gradients[n + p], z = gradients[2 * n + p];
+      maybe[number] = static_cast<std::uint32_t>(p);
+      // Below 0.0025 nothing is steep; the margin is for rounding.
+      number += (x * x + y * y + z * z > 0.002f) | (position[cells.item[p]] == kSeen);
+    }
+    for (const std::size_t p : std::span(maybe).first(number)) {
       std::int32_t& own = position[cells.item[p]];
       if (own != kSeen) {
-        const Vec3d descent = descent_at(p);
-        if (!(dot(descent, descent) > 0.002)) continue;  // most of them; decides but near 0.0025
-        const double steep = 2 * length(descent);        // 1/s
+        const double steep = 2 * length(descent_at(p));  // 1/s
         if (!(steep > 0.1 && openness(p, steep) > 0.01)) continue;
       }
       own = static_cast<std::int32_t>(p);
     }
   });
   FieldSurface surface;
-  for (std::size_t i = 0; i < n; ++i)
-    if (position[i] >= 0) surface.index.push_back(static_cast<std::int32_t>(i));
+  surface.index.resize(n);
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    surface.index[taken] = static_cast<std::int32_t>(i);
+    taken += position[i] >= 0;
+  }
+  surface.index.resize(taken);
   surface.weight.resize(surface.index.size());
   surface.descent.resize(surface.index.size());
   parallel_for(surface.index.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -210,11 +222,13 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
       visit_ranges_near(
           cells, at[0], at[1], at[2],
           [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+            if (first == last) return true;  // mostly
             const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
             if (found.size() < most) found.resize(most);
             near[k] = find(cells, first, last, tag, at, kReach * kReach, found.data()) > 0;
             return near[k] == 0;
-          });
+          },
+          kNearRowsFirst);
     }
   });
   Visible result;

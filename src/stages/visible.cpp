@@ -72,10 +72,10 @@ void draw_all(Device& device, const std::string& kernel, const Discs& discs, con
 // a footprint has some 160 nodes; bounded by two pixels and by 2^24 nodes.
 SampleGrid visibility_grid(const View& view, const Projected& projected,
                            const std::vector<std::int32_t>& candidates) {
-  std::vector<float> radii;
-  radii.reserve(candidates.size());
-  for (const std::int32_t i : candidates)
-    radii.push_back(std::min(projected.ku[i], projected.kv[i]));
+  std::vector<float> radii(candidates.size());
+  std::ranges::transform(candidates, radii.begin(), [&](std::int32_t i) {
+    return std::min(projected.ku[i], projected.kv[i]);
+  });
   const double middle = median_of(std::move(radii));
   const double pixels = static_cast<double>(view.width) * view.height;
   const double least = std::max(0.125, std::sqrt(pixels / (1 << 24)));
@@ -112,8 +112,13 @@ SplatParticles upload_splats(Device& device, const Projected& projected,
   });
   for (std::size_t r = 0; r < 6; ++r)
     std::fill(values.data() + r * stride + n, values.data() + (r + 1) * stride, 0.0f);
-  double pixels = 0;
-  for (const std::int32_t i : indices) pixels += std::min(projected.ku[i], projected.kv[i]);
+  // Four sums: one after the other would wait for each.
+  std::array<double, 4> sums{};
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = static_cast<std::size_t>(indices[k]);
+    sums[k % 4] += std::min(projected.ku[i], projected.kv[i]);
+  }
+  const double pixels = sums[0] + sums[1] + sums[2] + sums[3];
   return {values.done(), static_cast<int>(n), static_cast<int>(stride),
           n > 0 ? pixels / static_cast<double>(n) : 0};
 }

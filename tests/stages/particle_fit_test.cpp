@@ -72,6 +72,33 @@ TEST(NearFinders, FindTheSameInAnyRange) {
   EXPECT_GT(most, 32u);  // more than two vectors
 }
 
+TEST(BeforeFinders, TellTheSameInAnyRange) {
+  constexpr float kReach = 5;
+  const Projected p = scattered(3000, 12, 5);
+  const Cells cells = make_cells(p.x, p.y, p.z, kReach);
+  for (const std::int32_t begin : {0, 7, 300})
+    for (const std::int32_t length : {0, 1, 16, 17, 200}) {
+      std::vector<std::uint16_t> expected(static_cast<std::size_t>(length), 0);
+      for (std::int32_t k = 0; k < length; ++k)
+        for (std::int32_t bit = std::max(0, kBefore - k); bit < kBefore; ++bit) {
+          const std::int32_t own = begin + k, other = own - kBefore + bit;
+          const float dx = cells.x[other] - cells.x[own], dy = cells.y[other] - cells.y[own],
+                      dz = cells.z[other] - cells.z[own];
+          if (dx * dx + dy * dy + dz * dz < kReach * kReach)
+            expected[static_cast<std::size_t>(k)] |= static_cast<std::uint16_t>(1u << bit);
+        }
+      if (length == 200) {
+        EXPECT_GT(std::count(expected.begin(), expected.end(), 0), 0);
+        EXPECT_LT(std::count(expected.begin(), expected.end(), 0), 190);
+      }
+      for (NearBefore* const find : before_finders()) {
+        std::vector<std::uint16_t> near(static_cast<std::size_t>(length), 0xffff);
+        find(cells, begin, begin + length, kReach * kReach, near.data());
+        EXPECT_EQ(near, expected) << begin << " + " << length;
+      }
+    }
+}
+
 TEST(FitLists, HoldEveryNeighbourOnce) {
   constexpr float kReach = 7;
   // Two sheets, of which one is sparse, and more fits than a processor takes at a time.
