@@ -202,7 +202,8 @@ inline intv near_box(const List list, const int k, const Box b) {
   return (dx * dx + dy * dy + dz * dz < reach * reach) & (LANES < (float)(list.count - k));
 }
 
-// Appends the places of the lanes that are set, from k on; without branches, which nobody could foretell.
+// Appends the places of the lanes that are set, from k on; without branches, which nobody could
+// foretell.
 inline int list_lanes(const intv set, const int k, int* place, const int before) {
   int lanes[WIDTH], count = before;
   STOREI(set, lanes);
@@ -440,6 +441,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       const intv away = fma(gx, s.dx, fma(gy, s.dy, -gz)) > 0.0f;
       const floatv w = SELECT((floatv)(0.0f), weight, away);
       wr += w;
+      // The next ones are no numbers where the depth is infinite; wr is 0 there.
       fr = fma(w, f, fr);
       crx = fma(w, (floatv)(foot[0]), crx);
       cry = fma(w, (floatv)(foot[1]), cry);

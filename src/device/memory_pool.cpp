@@ -216,14 +216,15 @@ void MemoryPool::drop_idle() {
   {
     const std::lock_guard lock(shelf_->mutex);
     shelf_->shrink(0);
-    shelf_->host.clear();
-    shelf_->idle_shared = 0;
-    shelf_->most_shared = shelf_->shared;
     used = shelf_->used;
   }
   // PoCL's threads let go of a command's memory a moment after they have said that it is done.
   for (int ms = 0; ms < 100 && count_->now() > used; ++ms)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const std::lock_guard lock(shelf_->mutex);
+  shelf_->host.clear();
+  shelf_->idle_shared = 0;
+  shelf_->most_shared = shelf_->shared;
 }
 
 }  // namespace meniscus

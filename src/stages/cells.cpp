@@ -81,9 +81,12 @@ __attribute__((target("avx512f"))) void near_before_avx512(const Cells& cells, s
                                                            std::int32_t end, float squared_reach,
                                                            std::uint16_t* near) {
   static_assert(kBefore == 16);
+  // There are not as many before the first ones of all.
+  const std::int32_t rest = std::min(end, std::max(begin, kBefore));
+  near_before(cells, begin, rest, squared_reach, near);
   const float *const x = cells.x.data(), *const y = cells.y.data(), *const z = cells.z.data();
   const __m512 most = _mm512_set1_ps(squared_reach);
-  for (std::int32_t p = begin; p < end; ++p) {
+  for (std::int32_t p = rest; p < end; ++p) {
     const __mmask16 there =
         static_cast<__mmask16>(p - begin < kBefore ? 0xffff << (kBefore - (p - begin)) : 0xffff);
     const std::int32_t first = p - kBefore;

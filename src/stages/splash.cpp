@@ -14,6 +14,7 @@ enum : char { kUnknown, kBody, kSplash };
 // `largest`, because enough particles are near or one that is near is body. Inside the fluid that
 // is nearly always so after a look at those before it in the cells' order, which lie near.
 std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest) {
+  if (largest == 0) return std::vector<char>(cells.item.size(), kBody);
   std::vector<char> state(cells.item.size(), kUnknown);
   NearFinder* const find = near_finders()[0];
   NearBefore* const find_before = before_finders()[0];
@@ -26,7 +27,7 @@ std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest)
     std::vector<std::int32_t> found;
     for (std::size_t p = begin; p < end; ++p) {
       const std::array at{cells.x[p], cells.y[p], cells.z[p]};
-      bool body = largest == 0 || (near_before[p - begin] & before) != 0;
+      bool body = (near_before[p - begin] & before) != 0;
       std::size_t near = 0;  // itself among them
       if (!body)
         visit_ranges_near(

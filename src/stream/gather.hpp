@@ -44,9 +44,9 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
                      std::size_t chunk, double cell, double border, double margin, double block,
                      double around, double reach, double thickness);
 
-/// Calls take(chunk, places) for every chunk of this process's share, with the places of the
-/// particles in view before their block's limit, in any order; the highest bit marks those of the
-/// front layer.
+/// Calls take(chunk, places) for every chunk of this process's share that has any, with the places
+/// of the particles in view before their block's limit, in any order; the highest bit marks those
+/// of the front layer. The device looks at the next chunk meanwhile.
 void select_near(
     Device& device, const View& view, const ParticleSource& source, std::size_t chunk,
     const FrontMap& map, const ChunkValues& also,

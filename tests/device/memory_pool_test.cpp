@@ -80,7 +80,6 @@ TEST(MemoryPool, HoldsNoMoreThanWasUsedAtATime) {
   EXPECT_EQ(memory_left(memory), 0u);
 }
 
-// What is queued may still read it when its last handle goes; then the driver lets go of it.
 // Commands keep the memory they use: a frame that fits into memory once has to fit every time.
 TEST(MemoryPool, WhatIsDroppedIsFreeAtOnce) {
   Device device;
@@ -101,6 +100,7 @@ TEST(MemoryPool, WhatIsDroppedIsFreeAtOnce) {
   }
 }
 
+// What is queued may still read it when its last handle goes; then the driver lets go of it.
 TEST(MemoryPool, SharedMemoryLivesAsLongAsItIsUsed) {
   Device device;
   const auto& memory = *device.state().memory;

@@ -27,8 +27,7 @@ TEST_F(FaultyFrame, IsExtractedAgainWhenMemoryRanOutOnce) {
   EXPECT_EQ(read("b.ply"), read("a.ply"));
 }
 
-// Commands under way may hold what it needs.
-TEST_F(FaultyFrame, AsksForABufferAgainWhenAllWorkIsDone) {
+TEST_F(FaultyFrame, AsksForABufferAgain) {
   write_particles("in.ply", block(4));
   ASSERT_EQ(run(words("a")).exit_code, 0);
   const Outcome outcome = run(words("b"), failing({{"MENISCUS_FAIL_CALL", "clCreateBuffer:3"}}));
