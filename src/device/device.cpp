@@ -373,11 +373,11 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
   }
 }
 
-void Device::State::begin() {
+void Device::State::flush() {
   try {
     queue.flush();
   } catch (const cl::Error& error) {
-    fail("beginning with the kernels", error);
+    fail("flushing the queue", error);
   }
 }
 

@@ -128,8 +128,8 @@ struct Device::State {
   void fill_bytes(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
                   std::size_t bytes);
 
-  /// Has the device begin with what was enqueued, while the host does something else.
-  void begin();
+  /// What was enqueued is begun while the host does something else.
+  void flush();
 
   /// Throws what a failed call comes to: `doing` says what the program was about, "filling 12 bytes".
   [[noreturn]] void fail(const std::string& doing, const cl::Error& error) const;

@@ -249,7 +249,7 @@ void select_near(
            width_option(device.state().vector_width), buffers.x, buffers.y, buffers.z, map.layer,
            limit, selected, count, static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row,
            p.w_row, p.extent, p.map, p.cells, cl_int2{{map.block, map.blocks_x}});
-    device.state().begin();
+    device.state().flush();
     if (!places.empty()) take(before, places);
     places.resize(static_cast<std::size_t>(download(device, count)[0]));
     if (!places.empty())
