@@ -29,11 +29,7 @@ void add_bench_command(CLI::App& program) {
                   "OpenCL device: a number, a part of a name, cpu or gpu, or all (default: the "
                   "fastest kind found, see meniscus devices)")
       ->type_name("D");
-  command
-      .add_option("--kernel", o.kernels,
-                  "only kernels with this in their names; may be given several times")
-      ->allow_extra_args(false)
-      ->type_name("K");
+  add_kernel_option(command, o.kernels);
   command
       .add_option_function<std::string>(
           "--particles", [&o](const std::string& text) { o.particles = parse_counts(text); },
@@ -52,7 +48,7 @@ void add_bench_command(CLI::App& program) {
       .add_option("--repetitions", o.repetitions,
                   "launches of each kernel at least (default 20); the fastest counts, and how "
                   "far the fastest quarter reaches above it is the noise")
-      ->check(CLI::Range(1, 1000))
+      ->check(from_to(1, 1000))
       ->type_name("N");
   command
       .add_option("--json", o.json, "write the results as JSON; -: to standard output, no table")

@@ -1,4 +1,5 @@
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -89,8 +90,9 @@ void for_each_frame(const BenchFrameOptions& options, const Measure& measure) {
 
 void run_bench_frame(BenchFrameOptions options) {
   use_threads(options.threads);
+  const bool to_output = options.json == "-";
   std::unique_ptr<OutputFile> json;  // better now than later
-  if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+  if (!options.json.empty() && !to_output) json = std::make_unique<OutputFile>(options.json);
   if (options.methods.empty())
     for (const MethodEntry& entry : method_list()) options.methods.push_back(entry.method);
 
@@ -112,6 +114,10 @@ void run_bench_frame(BenchFrameOptions options) {
                    f.frame.c_str(), grouped(f.particles).c_str(), f.width, f.height, f.median_ms);
     }
   });
+  if (to_output) {
+    std::fputs(frames_json(device, results).c_str(), stdout);
+    return;
+  }
   std::fprintf(stderr, "\n");
   std::fputs(frames_table(results).c_str(), stdout);
   std::printf(
@@ -141,9 +147,14 @@ void add_bench_frame_command(CLI::App& bench) {
                   "JSON file as for extract (default: the dam's, or one that frames the particles)")
       ->type_name("FILE");
   command
-      .add_option("--particle-radius", o.particle_radius,
-                  "radius of the particles in world units (default: the file's, else estimated)")
-      ->check(CLI::Validator(CLI::PositiveNumber).description(""))
+      .add_option_function<double>(
+          "--particle-radius",
+          [&o](double radius) {
+            if (!(radius > 0) || !std::isfinite(radius))
+              throw usage_error("--particle-radius must be a number > 0, in world units");
+            o.particle_radius = radius;
+          },
+          "radius of the particles in world units (default: the file's, else estimated)")
       ->type_name("R")
       ->needs(input);
   command
@@ -186,17 +197,17 @@ void add_bench_frame_command(CLI::App& bench) {
                    "follow the surface's motion, too, where the particles carry velocities");
   command
       .add_option("--seconds", o.measure.seconds, "how long each measurement goes on (default 2)")
-      ->check(CLI::Range(0.0, 1e6).description(""))
+      ->check(from_to(0.0, 1e6))
       ->type_name("S");
   command
       .add_option("--frames", o.measure.least_frames,
                   "for how many frames each measurement goes on at least (default 5)")
-      ->check(CLI::Range(1, 1'000'000).description(""))
+      ->check(from_to(1, 1'000'000))
       ->type_name("N");
   command
       .add_option("--in-flight", o.measure.in_flight,
                   "frames that are extracted at the same time for frames/s (default 2)")
-      ->check(CLI::Range(1, 64).description(""))
+      ->check(from_to(1, 64))
       ->type_name("N");
   command
       .add_option("--device", o.device,
@@ -205,7 +216,9 @@ void add_bench_frame_command(CLI::App& bench) {
       ->type_name("D");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.measure.memory);
-  command.add_option("--json", o.json, "write the figures to this file")->type_name("FILE");
+  command
+      .add_option("--json", o.json, "write the figures as JSON; -: to standard output, no table")
+      ->type_name("FILE");
   command.callback([options] { run_bench_frame(*options); });
 }
 

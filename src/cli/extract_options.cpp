@@ -191,7 +191,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
   command
       .add_option("--in-flight", o.in_flight,
                   "frames that are extracted at the same time on each device (default 2)")
-      ->check(CLI::Range(1, 64).description(""))
+      ->check(from_to(1, 64))
       ->type_name("N")
       ->group(sequence);
   command.add_option("--log", o.log, "a file of JSON lines, one a frame; --resume goes on with it")

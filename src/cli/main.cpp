@@ -76,13 +76,15 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& help) {  // --help and --version
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
-    const auto chosen = program.get_subcommands();
     const auto unknown = program.remaining();
-    if (chosen.empty() && !unknown.empty())
+    if (program.get_subcommands().empty() && !unknown.empty())
       return fail(kBadUsage, "there is no command " + unknown.front() + " (see meniscus --help)");
-    return fail(kBadUsage, std::string(error.what()) + " (see meniscus " +
-                               (chosen.empty() ? "" : chosen.front()->get_name() + " ") +
-                               "--help)");
+    std::string command = "meniscus";  // and those below it: "meniscus bench frame"
+    for (const CLI::App* at = &program; !at->get_subcommands().empty();) {
+      at = at->get_subcommands().front();
+      command += " " + at->get_name();
+    }
+    return fail(kBadUsage, std::string(error.what()) + " (see " + command + " --help)");
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "dam_break.hpp"
 #include "parallel.hpp"
+#include "printed.hpp"
 
 namespace meniscus::cli {
 
@@ -55,7 +56,25 @@ std::size_t parse_bytes(const std::string& text) {
   throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M");
 }
 
+// CLI11's own range says "Value 0 not in range 1.000000 to 1000000.000000", and in the help, too.
+template <class Number>
+CLI::Validator between(Number least, Number most, const char* format) {
+  const std::string wanted = ", must be " + printed(format, least) + " to " + printed(format, most);
+  return CLI::Validator(
+      [=](const std::string& text) {
+        Number value{};
+        const char* const end = text.data() + text.size();
+        const auto [rest, error] = std::from_chars(text.data(), end, value);
+        const bool good = error == std::errc() && rest == end && value >= least && value <= most;
+        return good ? std::string() : "is " + text + wanted;
+      },
+      "");
+}
+
 }  // namespace
+
+CLI::Validator from_to(int least, int most) { return between(least, most, "%d"); }
+CLI::Validator from_to(double least, double most) { return between(least, most, "%.0f"); }
 
 std::vector<DeviceInfo> chosen_devices(const std::string& selector) {
   if (selector != "all") return {select_device(selector)};
@@ -79,6 +98,17 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
   }
 }
 
+void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels) {
+  command
+      .add_option(
+          "--kernel", kernels,
+          "only kernels with this in their names; several separated by commas, or given one "
+          "by one")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("K,...");
+}
+
 void add_memory_option(CLI::App& command, std::size_t& memory) {
   command
       .add_option_function<std::string>(
@@ -91,13 +121,7 @@ void add_memory_option(CLI::App& command, std::size_t& memory) {
 CLI::Option* add_threads_option(CLI::App& command, int& threads) {
   return command.add_option("--threads", threads, "processor threads (default: all)")
       ->type_name("N")
-      ->check([](const std::string& text) {
-        int count = 0;
-        const char* const end = text.data() + text.size();
-        const auto [rest, error] = std::from_chars(text.data(), end, count);
-        const bool good = error == std::errc() && rest == end && count >= 1 && count <= 1024;
-        return good ? std::string() : "is " + text + ", must be 1 to 1024";
-      });
+      ->check(from_to(1, 1024));
 }
 
 void use_threads(int threads) {

@@ -42,6 +42,13 @@ std::vector<DeviceInfo> chosen_devices(const std::string& selector);
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
                           const std::vector<std::string>& names);
 
+/// What a number must be: "--in-flight: is 0, must be 1 to 64".
+CLI::Validator from_to(int least, int most);
+CLI::Validator from_to(double least, double most);
+
+/// --kernel K, parts of names, separated by commas or given several times.
+void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);
+
 /// --memory BYTES.
 void add_memory_option(CLI::App& command, std::size_t& memory);
 

@@ -58,7 +58,7 @@ void add_tune_command(CLI::App& program) {
                   "that extract takes)")
       ->type_name("D");
   command.add_option("--rounds", o.rounds, "frames of each way (default 7)")
-      ->check(CLI::Range(1, 1000))
+      ->check(from_to(1, 1000))
       ->type_name("N");
   command.add_flag("--forget", o.forget, "forget what was kept");
   command.add_flag("-q,--quiet", o.quiet, "do not tell what is being measured");

@@ -120,29 +120,35 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       .add_option("--device", o.device,
                   "OpenCL device: a number, a part of a name, cpu or gpu, or all (default)")
       ->type_name("D");
-  command
-      .add_option("--kernel", o.kernels,
-                  "only kernels with this in their names; may be given several times")
-      ->allow_extra_args(false)
-      ->type_name("K");
+  add_kernel_option(command, o.kernels);
   command
       .add_option("--size", o.size,
                   "full: all cases (default); small: what a simulator has the time for")
-      ->check(CLI::IsMember({"small", "full"}))
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            const bool good = text == "small" || text == "full";
+            return good ? std::string() : "is " + text + ", must be small or full";
+          },
+          ""))
       ->type_name("S");
   command.add_option("--json", o.json, "write the rows as JSON; -: to standard output, no table")
       ->type_name("FILE");
   command.add_option("--junit", o.junit, "write the rows as JUnit XML")->type_name("FILE");
   command.add_option("--html", o.html, "write one page: devices side by side")->type_name("FILE");
-  command
-      .add_option("--compare", o.compare,
-                  "the JSON of earlier runs instead of a run: what differs between their devices")
-      ->expected(1, 100)
-      ->type_name("A.json B.json");
+  const std::vector<CLI::Option*> of_a_run{
+      command.get_option("--device"), command.get_option("--kernel"), command.get_option("--size")};
+  CLI::Option* compare =
+      command
+          .add_option(
+              "--compare", o.compare,
+              "the JSON of earlier runs instead of a run: what differs between their devices")
+          ->expected(1, 100)
+          ->type_name("A.json B.json");
+  for (CLI::Option* option : of_a_run) compare->excludes(option);
   command
       .add_option("--timeout", o.seconds,
                   "a device that says nothing for so many seconds is given up (default 300)")
-      ->check(CLI::Range(1.0, 1e6))
+      ->check(from_to(1.0, 1e6))
       ->type_name("S");
   command.add_flag("-q,--quiet", o.quiet, "do not tell what is being verified");
   // Not for people: the canonical bits, and what the processes for each device are called with.

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli/program.hpp"
 
@@ -84,9 +85,21 @@ TEST_F(ProgramBenchKernels, ComparesWithAnEarlierRun) {
   EXPECT_THAT(read("page.html"), HasSubstr("<h2>Comparison"));
 }
 
+TEST_F(ProgramBenchKernels, KernelsAreAListToo) {
+  const Outcome outcome =
+      run({"bench", "-q", "--threads", "1", "--particles", "500", "--size", "64x48",
+           "--repetitions", "2", "--json", "-", "--kernel", "project_particles,depth_normals"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::set<std::string> kernels;
+  const auto json = nlohmann::json::parse(outcome.out);
+  for (const auto& result : json["sessions"][0]["results"]) kernels.insert(result["kernel"]);
+  EXPECT_THAT(kernels, testing::ElementsAre("depth_normals", "project_particles"));
+}
+
 TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
   expect_error(run({"bench", "--kernel", "polish"}), 2,
                {"--kernel is polish", "project_particles"});
+  expect_error(run({"bench", "--kernel", "project,polish"}), 2, {"--kernel is polish"});
   expect_error(run({"bench", "--particles", "100,many"}), 2, {"--particles is many"});
   expect_error(run({"bench", "--particles", "5"}), 2, {"--particles is 5"});
   expect_error(run({"bench", "--particles", ""}), 2, {"--particles"});

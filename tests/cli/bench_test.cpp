@@ -91,6 +91,14 @@ TEST_F(ProgramBench, LargeFilesStreamAndTheirFramesHaveTheReading) {
   EXPECT_THAT(table_, HasSubstr("with reading the file"));
 }
 
+TEST_F(ProgramBench, JsonGoesToStandardOutputAlone) {
+  const Outcome outcome = run({"bench", "frame", "--seconds", "0", "--frames", "1", "--method",
+                               "spheres", "--particles", "1000", "--size", "64x48", "--json", "-"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["results"].size(), 1u);
+  EXPECT_THAT(files(), testing::IsEmpty());
+}
+
 TEST_F(ProgramBench, SaysWhichInputIsMissing) {
   expect_error(run({"bench", "frame", "none.ply"}), 1, {"none.ply"});
   EXPECT_FALSE(exists("figures.json"));

@@ -154,7 +154,20 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"BenchSize", {"bench", "frame", "--size", "640x480,9"}, {"--size is 9"}},
         WrongUsage{
             "BenchInputAndSweep", {"bench", "frame", "in.ply", "--sweep"}, {"--sweep", "INPUT"}},
-        WrongUsage{"BenchInFlight", {"bench", "frame", "--in-flight", "0"}, {"--in-flight"}},
+        WrongUsage{"BenchInFlight",
+                   {"bench", "frame", "--in-flight", "0"},
+                   {"--in-flight: is 0, must be 1 to 64", "(see meniscus bench frame --help)"}},
+        WrongUsage{"BenchSeconds",
+                   {"bench", "frame", "--seconds", "nan"},
+                   {"--seconds: is nan, must be 0 to 1000000"}},
+        WrongUsage{"BenchRadius",
+                   {"bench", "frame", "in.ply", "--particle-radius", "inf"},
+                   {"--particle-radius must be a number > 0"}},
+        WrongUsage{
+            "VerifySize", {"verify", "--size", "huge"}, {"--size: is huge, must be small or full"}},
+        WrongUsage{"VerifyCompareRuns",
+                   {"verify", "--compare", "a.json", "b.json", "--kernel", "fit"},
+                   {"--kernel", "--compare"}},
         WrongUsage{"QuietAndVerbose", extract_with({"-q", "-v"}), {"--quiet", "--verbose"}}),
     [](const auto& info) { return std::string(info.param.name); });
 
