@@ -62,6 +62,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments, bool keep_
       execvp(argv.front(), argv.data());
     else
       execv("/proc/self/exe", argv.data());
+    dprintf(STDERR_FILENO, "%s%s cannot be started: %s\n", launched ? "MENISCUS_LAUNCHER: " : "",
+            argv.front(), std::strerror(errno));
     _exit(127);
   }
   ::close(ends[1]);

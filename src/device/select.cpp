@@ -229,7 +229,8 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
   }
   if (why)
     *why = selector.empty() ? std::string("fastest kind found (") + to_string(best->kind) + ", " +
-                                  std::to_string(best->compute_units) + " compute units)"
+                                  std::to_string(best->compute_units) +
+                                  (best->compute_units == 1 ? " compute unit)" : " compute units)")
                             : "matches \"" + selector + "\"";
   return *best;
 }

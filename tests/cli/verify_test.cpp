@@ -45,6 +45,8 @@ TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
   EXPECT_EQ(run(command, {.environment = {{"MENISCUS_LAUNCHER", "env ANYTHING=1"}}}).exit_code, 0);
   expect_error(run(command, {.environment = {{"MENISCUS_LAUNCHER", "false"}}}), 1,
                {"listing the OpenCL devices", "exit code 1"});
+  expect_error(run(command, {.environment = {{"MENISCUS_LAUNCHER", "no_such_launcher"}}}), 1,
+               {"MENISCUS_LAUNCHER: no_such_launcher cannot be started: No such file"});
 }
 
 // A device that crashes or hangs costs rows; the next process goes on behind the case.
