@@ -358,8 +358,10 @@ Finding error_of(const Expression& expression, const std::vector<Operands>& oper
     other += found[i] != bits_of(static_cast<float>(exact));
     suspect += expression.suspected && found[i] == expression.suspected(operands[i]);
   }
-  std::string reason = std::to_string(other);
-  reason += " of " + std::to_string(operands.size()) + " not as correctly rounded";
+  std::string reason = "all correctly rounded";
+  if (other > 0)
+    reason =
+        std::to_string(other) + " of " + std::to_string(operands.size()) + " not correctly rounded";
   if (suspect == operands.size()) reason += std::string("; ") + expression.suspicion;
   if (worst <= expression.allowed) return {Result::pass, reason, worst};
   return failed(reason + "; worst at " + words(operands[at], Reading::floats) + ": found " +

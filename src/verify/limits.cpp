@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "device/probe.hpp"
+#include "printed.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/probe.hpp"
 
@@ -33,11 +34,7 @@ std::string bytes_in_words(double bytes) {
   return text;
 }
 
-std::string in_words(double value, const char* unit) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3g %s", value, unit);
-  return text;
-}
+std::string in_words(double value, const char* unit) { return three_digits(value) + " " + unit; }
 
 // What the host can spare: half of the memory that is available without swapping.
 std::size_t spare_memory() {

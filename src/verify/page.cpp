@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "page/page.hpp"
 #include "printed.hpp"
@@ -25,6 +26,8 @@ td.pass, td.fail, td.skip, td.some { text-align: center; border: 1px solid var(-
 td.pass { background: var(--good-soft); } td.fail { background: var(--bad-soft); color: var(--bad); font-weight: 600; }
 td.some { background: var(--orange-soft); } td.skip { background: var(--skip-soft); color: var(--soft); }
 td.reason { white-space: normal; text-align: left; min-width: 24rem; }
+td.words { white-space: normal; min-width: 9rem; }
+td.section { white-space: normal; text-align: left; min-width: 11rem; }
 th.device { max-width: 11rem; white-space: normal; text-align: center; }
 th.sub { text-align: center; font-size: 11.5px; white-space: normal; }
 .hash { font-family: ui-monospace, Menlo, monospace; font-size: 12px; }
@@ -36,12 +39,15 @@ std::string attribute(const std::string& text) { return " title=\"" + escaped(te
 struct Cell {
   Tally tally;
   double ulp = -1;
+  bool required = false;  // one that failed must pass
   std::string why;
 
   void add(const Row& row) {
     tally.add(row.result);
     if (row.result != Result::pass && why.empty()) why = row.size + ": " + row.reason;
-    if (row.result == Result::fail) ulp = std::max(ulp, row.ulp);
+    if (row.result != Result::fail) return;
+    ulp = std::max(ulp, row.ulp);
+    required = required || row.required;
   }
   std::string html() const {
     const auto& [passed, failed, skipped] = tally;
@@ -51,7 +57,8 @@ struct Cell {
       worst.result = Result::fail;
       worst.ulp = ulp;
       const std::string error = ulp > 0 ? error_of(worst) : "differs";
-      return "<td class=\"fail\"" + attribute(why) + ">" + escaped(error) + "</td>";
+      return std::string("<td class=\"") + (required ? "fail" : "some") + "\"" + attribute(why) +
+             ">" + escaped(error) + "</td>";
     }
     if (passed == 0) return "<td class=\"skip\"" + attribute(why) + ">skipped</td>";
     return std::string("<td class=\"pass\"") +
@@ -60,6 +67,28 @@ struct Cell {
            ">" + (skipped ? "&#10003;*" : "&#10003;") + "</td>";
   }
 };
+
+// A device in a table: two drivers may give theirs the same name.
+std::string name_of(const DeviceName& device) {
+  return escaped(device.name) + "<br><small>" + escaped(device.platform) +
+         (device.driver.empty() ? "" : ", driver " + escaped(device.driver)) + "</small>";
+}
+
+// One row as a cell.
+std::string cell_of(const Row& row) {
+  const std::string error = row.ulp > 0 ? error_of(row) : "";
+  std::string words;
+  if (row.result == Result::skip)
+    words = "skipped";
+  else if (row.result == Result::fail)
+    words = error.empty() ? "differs" : error;
+  else
+    words = row.reason + (row.reason.empty() || error.empty() ? "" : ", ") + error;
+  if (words.empty()) words = "as it should";
+  const bool some = row.result == Result::fail && !row.required;
+  return std::string("<td class=\"") + (some ? "some" : to_string(row.result)) + " words\"" +
+         attribute(row.reason) + ">" + escaped(words) + "</td>";
+}
 
 std::string card_of(const DeviceResults& device) {
   std::string text = std::string("<div class=\"card ") +
@@ -77,15 +106,19 @@ std::string card_of(const DeviceResults& device) {
 
 std::string failures_of(const VerifyRun& run) {
   std::string text;
-  for (const DeviceResults& device : run.devices)
-    for (const auto& [row, cases] : device.failures())
-      text += "<tr><td class=\"word\">" + escaped(device.device.name) + "</td><td class=\"word\">" +
+  for (const DeviceResults& device : run.devices) {
+    std::vector<Failure> failures = device.failures();
+    std::stable_partition(failures.begin(), failures.end(),
+                          [](const Failure& failure) { return failure.first->required; });
+    for (const auto& [row, cases] : failures)
+      text += "<tr><td class=\"word\">" + name_of(device.device) + "</td><td class=\"word\">" +
               row->group + "</td><td class=\"word\">" + escaped(row->kernel) +
               "</td><td class=\"word\">" + escaped(row->variant) + "</td><td class=\"word\">" +
               std::to_string(cases) + "</td><td>" + error_of(*row) + "</td><td class=\"reason\">" +
               escaped(row->size + (row->size.empty() ? "" : ": ") + row->reason +
                       (row->section.empty() ? "" : " [" + row->section + "]")) +
               (row->required ? "" : " <small>(not required)</small>") + "</td></tr>\n";
+  }
   if (text.empty()) return "";
   return "<h2>What failed</h2><div class=\"panel\"><table><tr><th class=\"word\">device</th><th "
          "class=\"word\">what</th><th class=\"word\">kernel</th><th class=\"word\">variant</th><th "
@@ -97,9 +130,54 @@ std::string device_heads(const VerifyRun& run, std::size_t columns) {
   std::string text;
   for (const DeviceResults& device : run.devices)
     text += "<th class=\"device\" colspan=\"" + std::to_string(columns) + "\">" +
-            escaped(device.device.name) + "<br><small>" + escaped(device.device.platform) +
-            "</small></th>";
+            name_of(device.device) + "</th>";
   return text;
+}
+
+// What the first device finds otherwise than another: a line for each kernel and variant, with the
+// first of its cases.
+std::string differences_of(const VerifyRun& run) {
+  if (run.devices.size() < 2) return "";
+  const DeviceResults& first = run.devices.front();
+  const auto kind = [](const Row& row) { return std::tuple(row.group, row.kernel, row.variant); };
+  std::map<decltype(kind(Row{})), std::set<std::string>> sizes;
+  std::vector<const Row*> lines;  // of the first device
+  std::string counts;
+  for (std::size_t d = 1; d < run.devices.size(); ++d) {
+    const auto [same, changes] = compared(first, run.devices[d]);
+    std::int64_t differ = 0;
+    for (const auto& [before, after] : changes) {
+      if (!before || !after) continue;  // the runs had other cases
+      ++differ;
+      std::set<std::string>& cases = sizes[kind(*before)];
+      if (cases.empty()) lines.push_back(before);
+      cases.insert(before->size);
+    }
+    counts += (counts.empty() ? "" : "; ") + escaped(title_of(run.devices[d].device)) + ": " +
+              grouped(static_cast<std::int64_t>(same)) + " rows the same, <strong>" +
+              grouped(differ) + " other</strong>";
+  }
+  std::string text = "<h2>What differs</h2><p>Held against " + escaped(title_of(first.device)) +
+                     ". " + counts + ".</p>\n";
+  if (lines.empty()) return text;
+  text +=
+      "<div class=\"panel\"><table><tr><th class=\"word\">what</th><th class=\"word\">kernel</th>"
+      "<th class=\"word\">variant</th><th class=\"word\">cases</th>" +
+      device_heads(run, 1) + "</tr>\n";
+  for (const Row* line : lines) {
+    text += "<tr><td class=\"word\">" + line->group + "</td><td class=\"word\">" +
+            escaped(line->kernel) + "</td><td class=\"word\">" + escaped(line->variant) +
+            "</td><td class=\"word\"" + attribute(line->size) + ">" +
+            std::to_string(sizes[kind(*line)].size()) + "</td>";
+    for (const DeviceResults& device : run.devices) {
+      const auto found = std::find_if(device.rows.begin(), device.rows.end(), [&](const Row& row) {
+        return kind(row) == kind(*line) && row.size == line->size;
+      });
+      text += found == device.rows.end() ? "<td></td>" : cell_of(*found);
+    }
+    text += "</tr>\n";
+  }
+  return text + "</table></div>\n";
 }
 
 // A table of one group of rows: a line for each kernel in the order of the first device, columns
@@ -204,16 +282,9 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
         text += "<td></td>";
         continue;
       }
-      const Row& row = *found->second;
-      std::string words = row.result == Result::pass   ? row.reason
-                          : row.result == Result::fail ? (row.ulp > 0 ? error_of(row) : "differs")
-                                                       : "skipped";
-      if (words.empty()) words = row.ulp > 0 ? error_of(row) : "as it should";
-      const bool some = row.result == Result::fail && !row.required;
-      text += std::string("<td class=\"") + (some ? "some" : to_string(row.result)) + "\"" +
-              attribute(row.reason) + ">" + escaped(words) + "</td>";
+      text += cell_of(*found->second);
     }
-    text += "<td class=\"word\"><small>" + escaped(section) + "</small></td></tr>\n";
+    text += "<td class=\"section\"><small>" + escaped(section) + "</small></td></tr>\n";
   }
   return text + "</table></div>\n";
 }
@@ -229,11 +300,13 @@ std::string to_html(const VerifyRun& run) {
       "in every variant.</p>\n<div class=\"cards\">\n";
   for (const DeviceResults& device : run.devices) body += card_of(device);
   body += "</div>\n" + failures_of(run);
+  body += differences_of(run);
   body += frames_of(run);
   if (const std::string kernels = matrix_of(run, "kernel"); !kernels.empty())
     body +=
         "<h2>Kernels</h2><p>A tick: the same bits in all cases. A number: how far the worst "
         "value was off, in units in the last place. A star: some cases could not be judged. "
+        "Orange: not required, as another vector width than the one that the device is used with. "
         "Point at a cell to see more.</p>" +
         kernels;
   if (const std::string references = matrix_of(run, "reference"); !references.empty())

@@ -250,7 +250,8 @@ std::string table_of(const VerifyRun& run) {
     // Limits are figures that people want to see.
     for (const Row& row : device.rows)
       if (row.group == "limit" && row.result == Result::pass && !row.reason.empty())
-        text += "    " + padded(row.kernel, 26) + row.reason + "\n";
+        text += "    " + padded(row.kernel + (row.variant.empty() ? "" : ", " + row.variant), 26) +
+                row.reason + "\n";
     for (const auto& [row, cases] : device.failures()) {
       text += std::string(row->required ? "  FAILED " : "  (not required) ") + row->group + " " +
               words_of(*row);
@@ -307,8 +308,8 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
   }
   text += grouped(static_cast<std::int64_t>(same)) + " rows are the same, " +
           grouped(static_cast<std::int64_t>(changes.size()) - only_before - only_after) + " differ";
-  if (only_before > 0) text += ", " + grouped(only_before) + " are in A alone";
-  if (only_after > 0) text += ", " + grouped(only_after) + " are in B alone";
+  if (only_before > 0) text += ", " + grouped(only_before) + " only in A";
+  if (only_after > 0) text += ", " + grouped(only_after) + " only in B";
   text += "\n";
   const auto said = [](const Row* row) {
     if (!row) return std::string("not there");

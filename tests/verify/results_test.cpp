@@ -168,7 +168,7 @@ TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
   EXPECT_EQ(changes[2].before, nullptr);
   EXPECT_EQ(compared(run.devices[1], run.devices[0]).changes.size(), 3u);
   EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
-              AllOf(HasSubstr("0 rows are the same, 2 differ, 1 are in B alone\n"),
+              AllOf(HasSubstr("0 rows are the same, 2 differ, 1 only in B\n"),
                     HasSubstr("A  pass, same bits"), HasSubstr("B  fail, 3.00 ulp: stage fit"),
                     Not(HasSubstr("64-bit atomics"))));
   EXPECT_THAT(comparison_of(run.devices[0], run.devices[0]),
@@ -179,6 +179,34 @@ TEST(VerifyRun, PageShowsDevicesHashesAndFailures) {
   EXPECT_THAT(to_html(two_devices()),
               AllOf(HasSubstr("PoCL &lt;1&gt;"), HasSubstr("0123456789abcdef"),
                     HasSubstr("3.00 ulp"), HasSubstr("What failed"), Not(HasSubstr("PoCL <1>"))));
+}
+
+TEST(VerifyRun, PageOfSeveralDevicesSaysWhatDiffers) {
+  VerifyRun run = two_devices();
+  EXPECT_THAT(to_html(run),
+              AllOf(HasSubstr("What differs"), HasSubstr("0 rows the same, <strong>2 other"),
+                    HasSubstr("<small>Else, driver 1</small>")));
+  run.devices[1] = run.devices[0];
+  EXPECT_THAT(to_html(run), HasSubstr("2 rows the same, <strong>0 other"));
+  run.devices.pop_back();
+  EXPECT_THAT(to_html(run), Not(HasSubstr("What differs")));
+}
+
+TEST(VerifyRun, PageShowsInOrangeWhatIsNotRequired) {
+  VerifyRun run = two_devices();
+  const std::string red = "<td class=\"fail\"", orange = "<td class=\"some\"";
+  EXPECT_THAT(to_html(run), AllOf(HasSubstr(red), Not(HasSubstr(orange))));
+  run.devices[1].rows[0].required = false;
+  EXPECT_THAT(to_html(run), AllOf(HasSubstr(orange), Not(HasSubstr(red))));
+}
+
+TEST(VerifyRun, TableTellsLimitsOfOneNameApart) {
+  VerifyRun run;
+  run.devices.resize(1);
+  run.devices[0].rows = {row("limit", "transfer", Result::pass)};
+  run.devices[0].rows[0].variant = "upload";
+  run.devices[0].rows[0].reason = "10.1 GB/s";
+  EXPECT_THAT(table_of(run), HasSubstr("transfer, upload          10.1 GB/s\n"));
 }
 
 }  // namespace
