@@ -29,10 +29,14 @@ std::vector<Difference> compare(const Session& before, const Session& after) {
 std::vector<SessionPair> pair_sessions(const BenchRun* before, const BenchRun& after) {
   std::vector<SessionPair> pairs;
   if (!before) {
-    // Devices against the first one; a device with fewer threads is no other device.
-    for (const Session& session : after.sessions)
-      if (&session != &after.sessions.front() && session.device != after.sessions.front().device)
-        pairs.push_back({&after.sessions.front(), &session});
+    // Devices against the first one, be it that they have its name, as two cards of a kind; but the
+    // same device with fewer threads is no other one.
+    for (const Session& session : after.sessions) {
+      const Session& first = after.sessions.front();
+      if (&session == &first) continue;
+      if (session.device != first.device || session.threads == first.threads)
+        pairs.push_back({&first, &session});
+    }
     return pairs;
   }
   std::set<const Session*> taken;

@@ -96,8 +96,8 @@ std::string results_rows(const Session& session) {
         escaped(r.variant).c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
         100 * r.noise_ms() / r.best_ms(),
         escaped(with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
-        three_digits(r.gb_per_s()).c_str(), three_digits(r.gflops()).c_str(),
-        three_digits(r.intensity()).c_str(), 100 * share.value, share.limit.c_str(),
+        three_digits(r.gb_per_s()).c_str(), counted(r.gflops()).c_str(),
+        counted(r.intensity()).c_str(), 100 * share.value, share.limit.c_str(),
         ratio_text(session.against_native(r)).c_str());
     if (!r.note.empty())
       text += "<tr><td class=\"note\" colspan=\"12\">" + escaped(r.note) + "</td></tr>\n";
@@ -108,11 +108,13 @@ std::string results_rows(const Session& session) {
 std::string comparison_rows(const SessionPair& pair) {
   std::string text = "<p><strong>Before:</strong> " + escaped(title_of(*pair.before)) +
                      ". <strong>After:</strong> " + escaped(title_of(*pair.after)) + ".</p>\n";
+  const std::vector<Difference> differences = compare(*pair.before, *pair.after);
+  if (differences.empty()) return text + "<p>" + escaped(kNothingInCommon) + "</p>\n";
   text +=
       "<div class=\"panel\"><table><tr><th>kernel</th><th class=\"word\">variant</th>"
       "<th>particles</th><th>before, ms</th><th>after, ms</th><th>after / before</th>"
       "<th>noise</th><th class=\"word\"></th></tr>\n";
-  for (const Difference& d : compare(*pair.before, *pair.after)) {
+  for (const Difference& d : differences) {
     const char* const kind = !d.exceeds_noise() ? "same" : d.ratio() < 1 ? "near" : "far";
     text += printed(
         "<tr><td>%s</td><td class=\"word\">%s</td><td>%s</td><td>%s</td><td>%s</td>"
@@ -127,19 +129,20 @@ std::string comparison_rows(const SessionPair& pair) {
 
 std::string session_section(const Session& session, const std::vector<Verdict>& verdicts) {
   std::string text;
-  const bool judged = std::any_of(verdicts.begin(), verdicts.end(),
-                                  [&](const Verdict& v) { return v.session == &session; });
+  const auto judged = std::find_if(verdicts.begin(), verdicts.end(),
+                                   [&](const Verdict& v) { return v.session == &session; });
   std::vector<std::string> near;
   for (const Verdict& v : verdicts)
     if (v.session->device == session.device && v.near_limit()) near.push_back(v.result->kernel);
   const std::string plot = "<p>" + escaped(roofline_line(session.roofline)) + ".</p>\n" +
                            "<div class=\"panel\">" + roofline_plot(session, near) + "</div>\n" +
                            results_rows(session);
-  if (!judged)
+  if (judged == verdicts.end())
     return "<details><summary>" + escaped(title_of(session)) +
            ": roofline and all results</summary>\n" + plot + "</details>\n";
   text += "<h2>" + escaped(title_of(session)) + "</h2>\n<p>" + escaped(session.platform) +
-          ", driver " + escaped(session.driver) +
+          ", driver " + escaped(session.driver) + ". The bars are those of the largest frame, " +
+          frame_of(*judged->result) +
           (session.disturbed() ? "; <strong>" + escaped(warning_on(session)) + "</strong>" : "") +
           "</p>\n";
   text +=
@@ -156,18 +159,20 @@ std::string session_section(const Session& session, const std::vector<Verdict>& 
 std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) {
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   const auto count = [&](const std::string& word) {
-    return std::count_if(verdicts.begin(), verdicts.end(),
-                         [&](const Verdict& v) { return v.word() == word; });
+    const auto number = std::count_if(verdicts.begin(), verdicts.end(),
+                                      [&](const Verdict& v) { return v.word() == word; });
+    return number > 0 ? std::to_string(number) : std::string("none");
   };
   std::string text = "<h1>How near each kernel is to what the device can do</h1>\n";
   text += printed(
-      "<p>Meniscus %s. <strong>Far from the limit: %td of %zu kernels</strong>, the "
-      "farthest first, then %td that are open: far from the roofline, with no native version to "
-      "tell whether more is possible. A kernel is near when it reaches %.0f %% of the roofline "
+      "<p>Meniscus %s. <strong>Far from the limit: %s of %zu kernel%s; open: %s.</strong> The "
+      "farthest come first. A kernel is near when it reaches %.0f %% of the roofline "
       "that was measured in the same run, or %.1f of the speed of a native C++ version "
-      "of the same algorithm on one thread and on all.</p>\n",
-      escaped(run.version).c_str(), count("far"), verdicts.size(), count("open"), 100 * kGoodShare,
-      kGoodAgainstNative);
+      "of the same algorithm on one thread and on all. It is open where it is far from the "
+      "roofline "
+      "and there is no native version to tell whether more is possible.</p>\n",
+      escaped(run.version).c_str(), count("far").c_str(), verdicts.size(),
+      verdicts.size() == 1 ? "" : "s", count("open").c_str(), 100 * kGoodShare, kGoodAgainstNative);
   for (const Session& session : run.sessions) text += session_section(session, verdicts);
   if (!pairs.empty()) text += "<h2>Comparison</h2>\n";
   for (const SessionPair& pair : pairs) text += comparison_rows(pair);

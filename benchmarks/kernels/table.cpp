@@ -8,6 +8,13 @@ namespace meniscus::bench {
 
 std::string ratio_text(double ratio) { return ratio > 0 ? printed("%.2f", ratio) : "-"; }
 
+std::string counted(double value) { return value > 0 ? three_digits(value) : "-"; }
+
+std::string frame_of(const Result& result) {
+  return grouped(result.particles) + " particles at " + std::to_string(result.width) + "x" +
+         std::to_string(result.height);
+}
+
 std::string roofline_line(const Roofline& roofline) {
   std::string line = "copies";
   for (const CopyRate& copy : roofline.copy)
@@ -30,8 +37,12 @@ std::string warning_on(const Session& session) {
 std::string results_table(const BenchRun& run) {
   std::string text;
   for (const Session& session : run.sessions) {
-    text += title_of(session) + " (" + session.platform + ", driver " + session.driver + ")\n  " +
-            roofline_line(session.roofline) + "\n";
+    text += title_of(session) + " (" + session.platform + ", driver " + session.driver + ")";
+    if (!session.results.empty()) {
+      const Result& r = session.results.front();
+      text += ", images of " + std::to_string(r.width) + "x" + std::to_string(r.height);
+    }
+    text += "\n  " + roofline_line(session.roofline) + "\n";
     if (session.disturbed()) text += "  " + warning_on(session) + "\n";
     text += "\n";
     text +=
@@ -43,7 +54,7 @@ std::string results_table(const BenchRun& run) {
                       r.variant.c_str(), grouped(r.particles).c_str(),
                       three_digits(r.best_ms()).c_str(), 100 * r.noise_ms() / r.best_ms(),
                       (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
-                      three_digits(r.gb_per_s()).c_str(), three_digits(r.gflops()).c_str(),
+                      three_digits(r.gb_per_s()).c_str(), counted(r.gflops()).c_str(),
                       printed("%.0f%% %s", 100 * share.value, share.limit.c_str()).c_str(),
                       ratio_text(session.against_native(r)).c_str());
       if (!r.note.empty()) text += "  note: " + r.note + "\n";
@@ -99,9 +110,13 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
     for (const Session* session : {pair.before, pair.after})
       if (session->disturbed())
         text += (session == pair.before ? "before: " : "after:  ") + warning_on(*session) + "\n";
+    const std::vector<Difference> differences = compare(*pair.before, *pair.after);
+    if (differences.empty()) {
+      text += std::string(kNothingInCommon) + "\n\n";
+      continue;
+    }
     text += printed("%-20s %-7s %10s %10s %10s %8s %8s  %s\n", "kernel", "variant", "particles",
                     "before ms", "after ms", "ratio", "noise", "verdict");
-    const std::vector<Difference> differences = compare(*pair.before, *pair.after);
     std::size_t beyond = 0;
     for (const Difference& d : differences) {
       beyond += d.exceeds_noise();

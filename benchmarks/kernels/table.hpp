@@ -26,6 +26,18 @@ std::string warning_on(const Session& session);
 /// The verdicts of one device, farthest from its limit first.
 std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts);
 
+/// "40,000 particles at 1024x768": the frame that a result was measured on.
+std::string frame_of(const Result& result);
+
+/// Three digits, "-" where nothing was counted.
+std::string counted(double value);
+
+/// What a comparison says that has nothing to compare.
+inline constexpr const char* kNothingInCommon =
+    "Nothing to compare: the runs have no kernel in common at the same number of particles and "
+    "size "
+    "of image (give the earlier run's --kernel, --particles and --size).";
+
 /// "0.93", "-" for what was not measured.
 std::string ratio_text(double ratio);
 

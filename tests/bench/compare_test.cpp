@@ -5,12 +5,15 @@
 #include <gtest/gtest.h>
 
 #include "bench/made_up.hpp"
+#include "kernels/page.hpp"
 #include "kernels/table.hpp"
 
 namespace meniscus::bench {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 Difference difference(std::vector<double> before, std::vector<double> after) {
   return {made_up_result("k", kDevice, std::move(before)),
@@ -65,6 +68,23 @@ TEST(Compare, DevicesOfOneRunAreComparedWithTheFirst) {
   ASSERT_EQ(pairs.size(), 1u);
   EXPECT_EQ(pairs[0].before, &run.sessions[0]);
   EXPECT_EQ(pairs[0].after, &run.sessions[2]);
+}
+
+TEST(Compare, DevicesOfOneNameAreDevices) {
+  BenchRun run{"1", {made_up_session(0), made_up_session(0)}};
+  ASSERT_EQ(pair_sessions(nullptr, run).size(), 1u);
+  EXPECT_EQ(pair_sessions(nullptr, run)[0].after, &run.sessions[1]);
+}
+
+TEST(Compare, SaysWhenRunsHaveNothingInCommon) {
+  const BenchRun before = made_up_run();
+  BenchRun after = made_up_run();
+  for (Session& session : after.sessions)
+    for (Result& result : session.results) result.width = 65;
+  const auto pairs = pair_sessions(&before, after);
+  for (const std::string& text : {comparison_table(pairs), to_html(after, pairs)})
+    EXPECT_THAT(text, AllOf(HasSubstr("Nothing to compare"), HasSubstr("--particles"),
+                            Not(HasSubstr("differences exceed")), Not(HasSubstr("before, ms"))));
 }
 
 TEST(Compare, TheTableCountsWhatExceedsTheNoise) {

@@ -24,8 +24,8 @@ TEST(Page, IsWholeAndNeedsNothingElse) {
 
 TEST(Page, SaysHowManyAreFarAndEscapesNames) {
   const std::string page = to_html(made_up_run(), {});
-  EXPECT_THAT(page, HasSubstr("Far from the limit: 1 of 3 kernels"));
-  EXPECT_THAT(page, HasSubstr("then 1 that are open"));
+  EXPECT_THAT(page, HasSubstr("Far from the limit: 1 of 3 kernels; open: 1."));
+  EXPECT_THAT(page, HasSubstr("the largest frame, 4,000 particles at 64x48"));
   EXPECT_THAT(page, HasSubstr("A &lt;fast&gt; &amp; good device"));
   EXPECT_THAT(page, Not(HasSubstr("<fast>")));
   EXPECT_THAT(page, Not(HasSubstr("<h2>Comparison")));
@@ -67,6 +67,14 @@ TEST(Plot, WhatComputesNothingIsLeftOut) {
   session.results = {made_up_result("mover", kDevice, {1.0})};
   session.results[0].operations = 0;
   EXPECT_THAT(roofline_plot(session, {}), Not(HasSubstr("mover")));
+}
+
+TEST(Table, WhatIsNotCountedIsNoZero) {
+  BenchRun run{"1.2.3", {made_up_session(2)}};
+  run.sessions[0].results = {made_up_result("mover", kDevice, {1.0})};
+  run.sessions[0].results[0].operations = 0;
+  EXPECT_THAT(results_table(run), testing::ContainsRegex("mover .* 1\\.00 +- "));
+  EXPECT_THAT(to_html(run, {}), HasSubstr("<td>1.00</td><td>-</td><td>-</td>"));
 }
 
 TEST(Table, FarthestKernelsComeFirst) {
