@@ -1,9 +1,11 @@
 #include "frame/report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "grouped.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
@@ -14,7 +16,8 @@ using nlohmann::ordered_json;
 // Three significant digits, as people read times.
 std::string milliseconds(double ms) {
   char text[32];
-  std::snprintf(text, sizeof text, ms < 9.995 ? "%.2f" : ms < 99.95 ? "%.1f" : "%.0f", ms);
+  const double size = std::abs(ms);  // what is left of a median may be less than nothing
+  std::snprintf(text, sizeof text, size < 9.995 ? "%.2f" : size < 99.95 ? "%.1f" : "%.0f", ms);
   return text;
 }
 
@@ -74,8 +77,8 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows) {
 }
 
 std::string heading(const FrameFigures& f) {
-  return f.frame + ": " + std::to_string(f.particles) + " particles, " + std::to_string(f.width) +
-         "x" + std::to_string(f.height) + (f.streamed ? ", with reading the file" : "") +
+  return f.frame + ": " + grouped(f.particles) + " particles, " + std::to_string(f.width) + "x" +
+         std::to_string(f.height) + (f.streamed ? ", with reading the file" : "") +
          (f.mesh ? ", with the mesh" : "");
 }
 

@@ -78,11 +78,13 @@ TEST(Report, WritesWhatWasMeasured) {
   EXPECT_EQ(result["host_bytes"], 1ull << 40);
 
   const std::string table = frames_table({f});
-  EXPECT_THAT(table, HasSubstr("dam 015: 35937 particles, 1024x768\n"));
+  EXPECT_THAT(table, HasSubstr("dam 015: 35,937 particles, 1024x768\n"));
   EXPECT_THAT(table, HasSubstr("\nfit           123"));
   EXPECT_THAT(table, HasSubstr("\nproject         1.50\n"));
   EXPECT_THAT(table, HasSubstr("\nsplit            100\n"));
   EXPECT_THAT(table, HasSubstr("\noutside stages  22.0\n"));  // 123.456 - 101.5
+  f.median_ms = 80;
+  EXPECT_THAT(frames_table({f}), HasSubstr("\noutside stages  -21.5\n"));
 }
 
 TEST(Process, CountsTheProcessorTimeOfAllThreads) {
