@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "cli/progress.hpp"
 #include "printed.hpp"
 
 namespace meniscus::cli {
@@ -73,10 +74,9 @@ void BatchProgress::draw() {
                   100 * ms_[0] / all_ms, 100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms);
     rate = text;
   }
-  std::fprintf(stderr, "\r[%-*s] %s of %s%s\x1b[K", kWidth, bar.c_str(),
-               grouped(static_cast<std::int64_t>(over_)).c_str(),
-               grouped(static_cast<std::int64_t>(frames_)).c_str(), rate.c_str());
-  std::fflush(stderr);
+  draw_over(printed("[%-*s] %s of %s%s", kWidth, bar.c_str(),
+                    grouped(static_cast<std::int64_t>(over_)).c_str(),
+                    grouped(static_cast<std::int64_t>(frames_)).c_str(), rate.c_str()));
 }
 
 void BatchProgress::clear() {

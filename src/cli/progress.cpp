@@ -1,5 +1,6 @@
 #include "cli/progress.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,6 +17,14 @@ constexpr int kWidth = 30;              // of the bar, characters
 constexpr std::size_t kMostWords = 44;  // characters of a step
 
 }  // namespace
+
+void draw_over(const std::string& line) {
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  const std::size_t columns = known ? size.ws_col : 80;
+  std::fprintf(stderr, "\r%s\x1b[K", line.substr(0, columns - 1).c_str());
+  std::fflush(stderr);
+}
 
 Progress::Progress(std::string what, std::string unit, std::int64_t total, bool quiet)
     : what_(std::move(what)),
@@ -41,9 +50,8 @@ void Progress::reached(std::int64_t done, const std::string& step) {
   const std::string words =
       unit_.empty() ? step.substr(0, kMostWords)
                     : printed("%.1f M ", 1e-6 * static_cast<double>(done) / seconds) + unit_ + "/s";
-  std::fprintf(stderr, "\r%-10s [%-*s] %3.0f %%, %s\x1b[K", what_.c_str(), kWidth, bar.c_str(),
-               100 * share, words.c_str());
-  std::fflush(stderr);
+  draw_over(printed("%-10s [%-*s] %3.0f %%, %s", what_.c_str(), kWidth, bar.c_str(), 100 * share,
+                    words.c_str()));
 }
 
 }  // namespace meniscus::cli

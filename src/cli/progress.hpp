@@ -7,6 +7,10 @@
 
 namespace meniscus::cli {
 
+/// Draws a line over the one on the terminal, standard error; no more of it than fits: what went on
+/// in the next line would stay there.
+void draw_over(const std::string& line);
+
 /// "what  [#####.....]  52 %, 12.3 M particles/s" on standard error, from half a second on, ten
 /// times a second at most; or with the name of the step under way, whenever one begins. Silent when
 /// standard error is no terminal.

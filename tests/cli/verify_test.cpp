@@ -1,7 +1,10 @@
 // What `meniscus verify` says and writes.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cli/program.hpp"
 
@@ -37,6 +40,24 @@ TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
   expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
   write("broken.json", "{");
   expect_error(run({"verify", "--compare", "broken.json", "broken.json"}), 1, {"broken.json"});
+}
+
+TEST_F(ProgramVerify, ProgressFitsTheTerminal) {
+  const std::string command =
+      "script -qec 'stty cols 60; " MENISCUS_PROGRAM
+      " verify --device cpu --size small --kernel fit_particles' /dev/null > " +
+      path("screen");
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::string text = read("screen");
+  std::replace(text.begin(), text.end(), '\r', '\n');
+  std::istringstream lines(text);
+  int bars = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find(" [#") == std::string::npos) continue;
+    ++bars;
+    EXPECT_LT(line.substr(0, line.find('\x1b')).size(), 60u) << line;
+  }
+  EXPECT_GT(bars, 0);
 }
 
 TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
