@@ -11,7 +11,7 @@ namespace meniscus {
 /// printf into a string.
 [[gnu::format(printf, 1, 2)]] std::string printed(const char* format, ...);
 
-/// Three significant digits: "0.0123", "4.56", "789".
+/// Three significant digits, and all before the point: "0.0123", "4.56", "789", "50,887".
 std::string three_digits(double value);
 
 /// "634 M", "1.20 G".

@@ -9,6 +9,8 @@ TEST(Printed, NumbersHaveThreeDigits) {
   EXPECT_EQ(three_digits(0.012345), "0.0123");
   EXPECT_EQ(three_digits(4.5678), "4.57");
   EXPECT_EQ(three_digits(789.4), "789");
+  EXPECT_EQ(three_digits(50887.4), "50,887");
+  EXPECT_EQ(three_digits(-8388608), "-8,388,608");
   EXPECT_EQ(three_digits(0), "0");
   EXPECT_EQ(with_prefix(634.2e6), "634 M");
   EXPECT_EQ(with_prefix(12), "12.0");
