@@ -76,7 +76,9 @@ std::string name_of(const DeviceName& device) {
 
 // One row as a cell.
 std::string cell_of(const Row& row) {
-  const std::string error = row.ulp > 0 ? error_of(row) : "";
+  // What is said of a reference names its error.
+  const bool said = row.group == "reference" && row.result == Result::pass;
+  const std::string error = row.ulp > 0 && !said ? error_of(row) : "";
   std::string words;
   if (row.result == Result::skip)
     words = "skipped";
@@ -139,7 +141,9 @@ std::string device_heads(const VerifyRun& run, std::size_t columns) {
 std::string differences_of(const VerifyRun& run) {
   if (run.devices.size() < 2) return "";
   const DeviceResults& first = run.devices.front();
-  const auto kind = [](const Row& row) { return std::tuple(row.group, row.kernel, row.variant); };
+  const auto kind = [](const Row& row) {
+    return std::tuple(row.group, row.kernel, compared_variant(row));
+  };
   std::map<decltype(kind(Row{})), std::set<std::string>> sizes;
   std::vector<const Row*> lines;  // of the first device
   std::string counts;
@@ -166,7 +170,7 @@ std::string differences_of(const VerifyRun& run) {
       device_heads(run, 1) + "</tr>\n";
   for (const Row* line : lines) {
     text += "<tr><td class=\"word\">" + line->group + "</td><td class=\"word\">" +
-            escaped(line->kernel) + "</td><td class=\"word\">" + escaped(line->variant) +
+            escaped(line->kernel) + "</td><td class=\"word\">" + escaped(compared_variant(*line)) +
             "</td><td class=\"word\"" + attribute(line->size) + ">" +
             std::to_string(sizes[kind(*line)].size()) + "</td>";
     for (const DeviceResults& device : run.devices) {
@@ -232,12 +236,15 @@ std::string frames_of(const VerifyRun& run) {
   if (lines.empty()) return "";
   std::string text =
       "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
-      "device and with every vector width.</p><div class=\"panel\"><table><tr><th "
+      "device and with every vector width. Orange: what the program that ran there wants, "
+      "but not what the first device has; then the programs differ.</p><div "
+      "class=\"panel\"><table><tr><th "
       "class=\"word\">frame</th><th class=\"word\">method</th>" +
       device_heads(run, 1) + "</tr>\n";
   for (const auto& [frame, method] : lines) {
     text += "<tr><td class=\"word\">" + escaped(frame) + "</td><td class=\"word\">" +
             escaped(method) + "</td>";
+    const Row* first = nullptr;
     for (std::size_t d = 0; d < run.devices.size(); ++d) {
       const auto found = cells.find(std::to_string(d) + "\n" + frame + "\n" + method);
       if (found == cells.end()) {
@@ -245,8 +252,11 @@ std::string frames_of(const VerifyRun& run) {
         continue;
       }
       const Row& row = *found->second;
+      if (!first) first = &row;
       const bool hash = row.reason.starts_with("hash ");
-      text += std::string("<td class=\"") + to_string(row.result) + " hash\"" +
+      const bool other = row.result == Result::pass && first->result == Result::pass &&
+                         row.reason != first->reason;
+      text += std::string("<td class=\"") + (other ? "some" : to_string(row.result)) + " hash\"" +
               attribute(row.reason + ", " + three_digits(row.ms) + " ms") + ">" +
               escaped(hash ? row.reason.substr(5, 16) : std::string(to_string(row.result))) +
               "</td>";

@@ -271,9 +271,11 @@ std::string table_of(const VerifyRun& run) {
   return text;
 }
 
+std::string compared_variant(const Row& row) { return row.group == "frame" ? "" : row.variant; }
+
 Comparison compared(const DeviceResults& before, const DeviceResults& after) {
   const auto key = [](const Row& row) {
-    return std::tuple(row.group, row.kernel, row.variant, row.size);
+    return std::tuple(row.group, row.kernel, compared_variant(row), row.size);
   };
   std::map<decltype(key(Row{})), const Row*> earlier;
   for (const Row& row : before.rows) earlier[key(row)] = &row;

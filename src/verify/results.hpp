@@ -82,6 +82,8 @@ struct Comparison {
   std::size_t same = 0;  // rows
   std::vector<Change> changes;
 };
+/// Rows of the same variant are compared. Whole frames have none: one hash with every vector width.
+std::string compared_variant(const Row& row);
 Comparison compared(const DeviceResults& before, const DeviceResults& after);
 
 /// What differs and what failed in one alone, and how many rows are the same.

@@ -175,6 +175,20 @@ TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
               HasSubstr("2 rows are the same, 0 differ"));
 }
 
+TEST(VerifyRun, FramesAreComparedWhateverTheVectorWidth) {
+  VerifyRun run = two_devices();
+  run.devices[1] = run.devices[0];
+  run.devices[1].rows[1].variant = "width 1";
+  EXPECT_TRUE(compared(run.devices[0], run.devices[1]).changes.empty());
+  EXPECT_THAT(to_html(run), Not(HasSubstr("<td class=\"some")));
+  // Each as its own program wants it, and yet another.
+  run.devices[1].rows[1].reason = "hash 1123456789abcdef";
+  EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
+              AllOf(HasSubstr("1 rows are the same, 1 differ\n"),
+                    HasSubstr("B  pass, same bits: hash 1123")));
+  EXPECT_THAT(to_html(run), HasSubstr("<td class=\"some hash\""));
+}
+
 TEST(VerifyRun, PageShowsDevicesHashesAndFailures) {
   EXPECT_THAT(to_html(two_devices()),
               AllOf(HasSubstr("PoCL &lt;1&gt;"), HasSubstr("0123456789abcdef"),
