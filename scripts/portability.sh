@@ -89,7 +89,6 @@ for runtime in $runtimes; do
     echo "== $runtime: cannot be installed here"
     continue
   fi
-  tried+=("$runtime")
   echo "== $runtime"
   rm -f "$folder/$runtime.json" "$folder/oclgrind.log"
   options=(--timeout 900)
@@ -97,6 +96,12 @@ for runtime in $runtimes; do
   [[ $runtime != oclgrind ]] || options=(--size small --timeout 3600)
   env "${environment[@]}" "$program" verify --json "$folder/$runtime.json" "${options[@]}" \
     | tee "$folder/$runtime.txt" || good=0
+  if [[ ! -s $folder/$runtime.json ]]; then
+    echo "portability: verify ended on $runtime without results" >&2
+    good=0
+    continue
+  fi
+  tried+=("$runtime")
   if [[ $runtime == oclgrind ]]; then
     if [[ -s $folder/oclgrind.log ]]; then
       echo "oclgrind found faults; the first:"
