@@ -75,7 +75,9 @@ bench::BenchRun measure(const BenchOptions& options) {
       std::fprintf(stderr, "measuring  %s on %s%s\n", what.c_str(), info.name.c_str(), on.c_str());
     };
     run.sessions.push_back(bench::measure(device, threads, measure_options(options), say));
-    if (cpu && static_cast<int>(info.compute_units) != threads)
+    // Intel's keeps to --threads, too, but counts all processors as compute units nevertheless.
+    const bool intel = info.platform.find("Intel") != std::string::npos;
+    if (cpu && !intel && static_cast<int>(info.compute_units) != threads)
       std::fprintf(stderr, "meniscus: warning: %s uses %u threads whatever --threads says\n",
                    info.name.c_str(), info.compute_units);
     if (cpu && options.threads == 0 && threads > 1)

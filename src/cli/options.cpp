@@ -129,6 +129,7 @@ void use_threads(int threads) {
     const std::string count = std::to_string(threads);
     setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1);  // up to PoCL 3
     setenv("POCL_CPU_MAX_CU_COUNT", count.c_str(), 1);   // from PoCL 4 on
+    setenv("DPCPP_CPU_NUM_CUS", count.c_str(), 1);       // Intel's, whose compute units stay
     limit_threads(threads);
   }
   const unsigned cores = std::max(1u, std::thread::hardware_concurrency());

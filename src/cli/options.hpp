@@ -55,8 +55,8 @@ void add_memory_option(CLI::App& command, std::size_t& memory);
 /// --threads N; 0 stands for all.
 CLI::Option* add_threads_option(CLI::App& command, int& threads);
 
-/// Limits PoCL, the host's loops and OpenEXR to so many processor threads; 0: all. Call it before
-/// the first OpenCL call: PoCL reads its number of threads then.
+/// Limits PoCL, Intel's runtime, the host's loops and OpenEXR to so many processor threads; 0: all.
+/// Call it before the first OpenCL call: the runtimes read their number of threads then.
 void use_threads(int threads);
 
 }  // namespace meniscus::cli
