@@ -26,19 +26,39 @@ std::vector<Difference> compare(const Session& before, const Session& after) {
   return differences;
 }
 
+namespace {
+
+// Devices against the first one, which may have the same name, as two cards of a kind do: with as
+// many threads where the first was measured so, else with all they have. Sessions of one device
+// follow each other, each with fewer threads.
+std::vector<SessionPair> pair_devices(const BenchRun& run) {
+  std::vector<SessionPair> pairs;
+  std::vector<const Session*> first;
+  const Session* previous = nullptr;
+  for (const Session& session : run.sessions) {
+    const bool fewer =
+        previous && previous->device == session.device && session.threads < previous->threads;
+    if (first.empty() || (fewer && previous == first.back())) {
+      first.push_back(&session);
+    } else {
+      const auto same = std::find_if(first.begin(), first.end(), [&](const Session* candidate) {
+        return candidate->threads == session.threads;
+      });
+      if (same != first.end())
+        pairs.push_back({*same, &session});
+      else if (!fewer)
+        pairs.push_back({first.front(), &session});
+    }
+    previous = &session;
+  }
+  return pairs;
+}
+
+}  // namespace
+
 std::vector<SessionPair> pair_sessions(const BenchRun* before, const BenchRun& after) {
   std::vector<SessionPair> pairs;
-  if (!before) {
-    // Devices against the first one, be it that they have its name, as two cards of a kind; but the
-    // same device with fewer threads is no other one.
-    for (const Session& session : after.sessions) {
-      const Session& first = after.sessions.front();
-      if (&session == &first) continue;
-      if (session.device != first.device || session.threads == first.threads)
-        pairs.push_back({&first, &session});
-    }
-    return pairs;
-  }
+  if (!before) return pair_devices(after);
   std::set<const Session*> taken;
   std::vector<const Session*> partner(after.sessions.size(), nullptr);
   enum Likeness { kSame, kSameThreads, kAny };

@@ -30,7 +30,8 @@ std::vector<Difference> compare(const Session& before, const Session& after);
 
 /// Pairs the sessions of two runs, each at most once: those of one device and number of threads,
 /// then those of one number of threads, then the rest in order. Within one run, when `before` is
-/// null: its first session with each one on another device.
+/// null: the first device with each of the others, on as many threads where there is such a
+/// session.
 struct SessionPair {
   const Session* before;
   const Session* after;

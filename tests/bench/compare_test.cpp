@@ -76,6 +76,20 @@ TEST(Compare, DevicesOfOneNameAreDevices) {
   EXPECT_EQ(pair_sessions(nullptr, run)[0].after, &run.sessions[1]);
 }
 
+TEST(Compare, DevicesAreComparedOnAsManyThreads) {
+  BenchRun run{"1",
+               {made_up_session(2), made_up_session(1), made_up_session(2), made_up_session(1),
+                made_up_session(8), made_up_session(4)}};
+  const auto pairs = pair_sessions(nullptr, run);
+  ASSERT_EQ(pairs.size(), 3u);
+  EXPECT_EQ(pairs[0].before, &run.sessions[0]);
+  EXPECT_EQ(pairs[0].after, &run.sessions[2]);
+  EXPECT_EQ(pairs[1].before, &run.sessions[1]);
+  EXPECT_EQ(pairs[1].after, &run.sessions[3]);
+  EXPECT_EQ(pairs[2].before, &run.sessions[0]);  // with all it has
+  EXPECT_EQ(pairs[2].after, &run.sessions[4]);
+}
+
 TEST(Compare, SaysWhenRunsHaveNothingInCommon) {
   const BenchRun before = made_up_run();
   BenchRun after = made_up_run();
