@@ -4,6 +4,8 @@
 #include "cli/commands.hpp"
 #include "cli/report.hpp"
 #include "device/program_cache.hpp"
+#include "device/tuning.hpp"
+#include "frame/tune.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -29,6 +31,9 @@ void show_devices() {
     std::printf("     %s, driver %s, %s\n", device.platform.c_str(), device.driver.c_str(),
                 device.version.c_str());
     if (!device.usable) std::printf("     not usable: %s\n", device.problem.c_str());
+    if (const Tuning tuning = tuning_of(device);
+        device.usable && !(tuning == default_tuning(device)))
+      std::printf("     launched with %s, as meniscus tune found\n", to_string(tuning).c_str());
   }
   for (const std::string& other : problems) std::printf("! %s\n", other.c_str());
   if (chosen < 0) throw DeviceError(problem);

@@ -1,13 +1,18 @@
 // What `meniscus tune` says, and that later runs go by it.
 #include <gmock/gmock.h>
 
+#include <cstdlib>
+
 #include "cli/program.hpp"
+#include "device/tuning.hpp"
+#include "meniscus/device.hpp"
 
 namespace meniscus::test {
 namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 using ProgramTune = Program;
 
@@ -21,6 +26,18 @@ TEST_F(ProgramTune, MeasuresKeepsAndForgets) {
   const Outcome forgotten = run({"tune", "--device", "cpu", "--forget"}, conditions);
   EXPECT_EQ(forgotten.exit_code, 0) << forgotten.err;
   EXPECT_THAT(forgotten.out, HasSubstr("forgotten: width 8, groups of 64 from now on"));
+}
+
+TEST_F(ProgramTune, WhatWasKeptIsShownWithTheDevices) {
+  const Conditions conditions{.environment = {{"MENISCUS_CACHE_DIR", path("cache")}}};
+  EXPECT_THAT(run({"devices"}, conditions).out, Not(HasSubstr("launched with")));
+  setenv("MENISCUS_CACHE_DIR", path("cache").c_str(), 1);
+  const bool kept = keep_tuning(select_device("cpu"), {1, 16});
+  unsetenv("MENISCUS_CACHE_DIR");
+  ASSERT_TRUE(kept);
+  EXPECT_THAT(run({"devices"}, conditions).out, HasSubstr("launched with width 1, groups of 16"));
+  EXPECT_EQ(run({"tune", "--forget"}, conditions).exit_code, 0);
+  EXPECT_THAT(run({"devices"}, conditions).out, Not(HasSubstr("launched with")));
 }
 
 TEST_F(ProgramTune, SaysWhatIsWrong) {
