@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <set>
 #include <thread>
 
 #include "dam_break.hpp"
@@ -95,6 +97,17 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
       found = found || name.find(part) != std::string::npos;
     }
     if (!found) throw usage_error(option + " is " + part + ", must be a part of one of " + all);
+  }
+}
+
+void check_different(const std::vector<std::string>& outputs) {
+  std::set<std::filesystem::path> taken;
+  for (const std::string& output : outputs) {
+    std::error_code error;
+    if (!output.empty() &&
+        !taken.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(output), error))
+             .second)
+      throw usage_error("output " + output + ": is named twice, give each output its own name");
   }
 }
 

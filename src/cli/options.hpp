@@ -49,6 +49,9 @@ CLI::Validator from_to(double least, double most);
 /// --kernel K, parts of names, separated by commas or given several times.
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);
 
+/// Throws usage_error where one file is named for two outputs; empty names are none.
+void check_different(const std::vector<std::string>& outputs);
+
 /// --memory BYTES.
 void add_memory_option(CLI::App& command, std::size_t& memory);
 

@@ -76,6 +76,7 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
   if (options.child >= 0)
     return verify::run_as_child(options.child, options.from, settings_of(options));
   // Files that cannot be written are better known now than later.
+  check_different({options.json, options.junit, options.html});
   const bool to_output = options.json == "-";
   std::optional<OutputFile> json, junit, html, record;
   if (!options.json.empty() && !to_output) json.emplace(options.json);

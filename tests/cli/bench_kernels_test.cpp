@@ -107,6 +107,7 @@ TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
   expect_error(run({"bench", "--kernel", "project", "frame"}), 2, {"--kernel", "frame"});
   expect_error(run({"bench", "--repetitions", "0"}), 2, {"--repetitions"});
   expect_error(run({"bench", "--threads", "0"}), 2, {"--threads"});
+  expect_error(run({"bench", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
   expect_error(run({"bench", "extra"}), 2, {"extra"});
 }
 

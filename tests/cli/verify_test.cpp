@@ -38,6 +38,7 @@ TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
   expect_error(run({"verify", "--kernel", "no_such"}), 2, {"--kernel is no_such", "project_particles"});
   expect_error(run({"verify", "--device", "no such"}), 1, {"no usable OpenCL device matches"});
   expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
+  expect_error(run({"verify", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
   write("broken.json", "{");
   expect_error(run({"verify", "--compare", "broken.json", "broken.json"}), 1, {"broken.json"});
 }
