@@ -150,7 +150,9 @@ void check(const Camera& camera) {
           "camera: view mirrors: its upper left 3x3 must be a rotation with determinant 1");
 
   const auto& p = camera.projection;
-  const double scale = Eigen::Map<const Matrix>(p.data()).cwiseAbs().maxCoeff();
+  // Against the entries that it is made of alone: depths in p[11] may be a billion times as large.
+  const double scale =
+      Eigen::Map<const Matrix>(p.data()).topLeftCorner<2, 2>().cwiseAbs().maxCoeff();
   require(std::abs(p[0] * p[5] - p[1] * p[4]) > 1e-12 * scale * scale &&
               std::abs(Eigen::Map<const Matrix>(p.data()).determinant()) > 0,
           "camera: projection is singular");
