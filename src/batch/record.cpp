@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "io/input_file.hpp"
+#include "io/output_file.hpp"
 
 namespace meniscus {
 namespace {
@@ -137,8 +138,6 @@ FrameRecord record_of(const std::string& line) {
   return record;
 }
 
-std::string reason(int error) { return std::generic_category().message(error); }
-
 }  // namespace
 
 const char* to_string(FrameStatus status) {
@@ -163,7 +162,7 @@ std::string to_json(const FrameRecord& record) {
 BatchLog::BatchLog(const std::string& path) : path_(path) {
   const auto refuse = [&](int error) {
     if (descriptor_ >= 0) close(descriptor_);
-    throw OutputError(path + ": cannot be written: " + reason(error));
+    throw OutputError(cannot_be_written(path, error));
   };
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) refuse(errno);
@@ -181,7 +180,7 @@ void BatchLog::add(const FrameRecord& record) {
   const std::string line = to_json(record) + "\n";
   const ssize_t count = write(descriptor_, line.data(), line.size());
   if (count != static_cast<ssize_t>(line.size()))
-    throw OutputError(path_ + ": cannot be written: " + reason(count < 0 ? errno : ENOSPC));
+    throw OutputError(cannot_be_written(path_, count < 0 ? errno : ENOSPC));
 }
 
 std::vector<FrameRecord> read_log(const std::string& path, std::string* note) {

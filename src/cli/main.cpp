@@ -77,9 +77,16 @@ int run(int argc, char** argv) {
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
     const auto chosen = program.get_subcommands();
-    const auto unknown = program.remaining();
+    const auto unknown = program.remaining(true);
     if (chosen.empty() && !unknown.empty())
       return fail(kBadUsage, "there is no command " + unknown.front() + " (see meniscus --help)");
+    // A shell puts all frames in the place of a * without quotes.
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
+        chosen.front()->get_name() == "extract" && !unknown.front().starts_with('-'))
+      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
+                                 " more, e.g. " + unknown.front() +
+                                 " (of a sequence give one name in quotes, e.g. "
+                                 "'dam.####.ply', see meniscus extract --help)");
     return fail(kBadUsage, std::string(error.what()) + " (see meniscus " +
                                (chosen.empty() ? "" : chosen.front()->get_name() + " ") +
                                "--help)");
