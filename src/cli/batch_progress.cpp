@@ -1,5 +1,6 @@
 #include "cli/batch_progress.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,8 +13,15 @@ namespace meniscus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kInterval{100};
-constexpr int kWidth = 24;                // of the bar, characters
+constexpr std::size_t kNarrowest = 8, kWidest = 24;  // the bar, characters
 constexpr std::size_t kWarnedFrames = 5;  // whose warnings are shown; the log has all
+
+std::size_t columns() {
+  constexpr std::size_t kUsual = 80, kLeast = 20;
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? std::max<std::size_t>(kLeast, size.ws_col) : kUsual;
+}
 
 }  // namespace
 
@@ -61,21 +69,23 @@ void BatchProgress::draw() {
   next_ = Clock::now() + kInterval;
   const double share =
       frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
-  const std::string bar(static_cast<std::size_t>(share * kWidth), '#');
-  std::string rate;
+  std::string words = grouped(static_cast<std::int64_t>(over_)) + " of " +
+                      grouped(static_cast<std::int64_t>(frames_));
+  // A line that is longer than the terminal is wide would stay there at every turn.
+  const std::size_t room = columns() - std::string("[] ").size() - 1;
   const double all_ms = ms_[0] + ms_[1] + ms_[2];
   if (worked_ > 0 && all_ms > 0) {
     const double per_second = static_cast<double>(worked_) / seconds();
-    char text[128];
-    std::snprintf(text, sizeof text,
-                  ", %.1f frames/s, %s left; read %.0f, extract %.0f, write %.0f %%", per_second,
-                  duration(static_cast<double>(frames_ - over_) / per_second).c_str(),
-                  100 * ms_[0] / all_ms, 100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms);
-    rate = text;
+    for (const std::string& more :
+         {", " + frame_rate(per_second) + ", " +
+              duration(static_cast<double>(frames_ - over_) / per_second) + " left",
+          printed("; read %.0f, extract %.0f, write %.0f %%", 100 * ms_[0] / all_ms,
+                  100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms)})
+      if (words.size() + more.size() + kNarrowest <= room) words += more;
   }
-  std::fprintf(stderr, "\r[%-*s] %s of %s%s\x1b[K", kWidth, bar.c_str(),
-               grouped(static_cast<std::int64_t>(over_)).c_str(),
-               grouped(static_cast<std::int64_t>(frames_)).c_str(), rate.c_str());
+  const std::size_t width = std::min(kWidest, room - std::min(room, words.size()));
+  const std::string bar(static_cast<std::size_t>(share * static_cast<double>(width)), '#');
+  std::fprintf(stderr, "\r[%-*s] %s\x1b[K", static_cast<int>(width), bar.c_str(), words.c_str());
   std::fflush(stderr);
 }
 
