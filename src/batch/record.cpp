@@ -166,8 +166,18 @@ BatchLog::BatchLog(const std::string& path) : path_(path) {
   };
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) refuse(errno);
-  // From its end back to the last line that is whole.
   const off_t size = lseek(descriptor_, 0, SEEK_END);
+  // Nothing is cut off from, or added to, a file that is something else.
+  const std::string wanted = "{\"frame\"";
+  std::string begin(wanted.size(), ' ');
+  begin.resize(static_cast<std::size_t>(
+      std::max<ssize_t>(0, pread(descriptor_, begin.data(), begin.size(), 0))));
+  if (size > 0 && !wanted.starts_with(begin)) {
+    close(descriptor_);
+    throw OutputError(path + ": is no log: wanted a file of lines that begin with " + wanted +
+                      ", or none (give --log another name)");
+  }
+  // From its end back to the last line that is whole.
   off_t end = size;
   char last = '\n';
   while (end > 0 && pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n') --end;

@@ -13,7 +13,8 @@ namespace meniscus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kInterval{100};
-constexpr std::size_t kNarrowest = 8, kWidest = 24;  // the bar, characters
+constexpr std::size_t kShortBar = 8, kLongBar = 24;  // characters
+constexpr std::size_t kNarrow = 96;       // terminals below it have the short one, columns
 constexpr std::size_t kWarnedFrames = 5;  // whose warnings are shown; the log has all
 
 std::size_t columns() {
@@ -72,7 +73,8 @@ void BatchProgress::draw() {
   std::string words = grouped(static_cast<std::int64_t>(over_)) + " of " +
                       grouped(static_cast<std::int64_t>(frames_));
   // A line that is longer than the terminal is wide would stay there at every turn.
-  const std::size_t room = columns() - std::string("[] ").size() - 1;
+  const std::size_t width = columns() < kNarrow ? kShortBar : kLongBar;
+  const std::size_t room = columns() - width - std::string("[] ").size() - 1;
   const double all_ms = ms_[0] + ms_[1] + ms_[2];
   if (worked_ > 0 && all_ms > 0) {
     const double per_second = static_cast<double>(worked_) / seconds();
@@ -81,9 +83,8 @@ void BatchProgress::draw() {
               duration(static_cast<double>(frames_ - over_) / per_second) + " left",
           printed("; read %.0f, extract %.0f, write %.0f %%", 100 * ms_[0] / all_ms,
                   100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms)})
-      if (words.size() + more.size() + kNarrowest <= room) words += more;
+      if (words.size() + more.size() <= room) words += more;
   }
-  const std::size_t width = std::min(kWidest, room - std::min(room, words.size()));
   const std::string bar(static_cast<std::size_t>(share * static_cast<double>(width)), '#');
   std::fprintf(stderr, "\r[%-*s] %s\x1b[K", static_cast<int>(width), bar.c_str(), words.c_str());
   std::fflush(stderr);

@@ -50,6 +50,9 @@ ShardChoice choose_shard(const ExtractOptions& options) {
     return text ? std::strtol(text, nullptr, 10) : otherwise;
   };
   const long place = (number(id, 0) - number(first, 0)) / std::max(1l, number(step, 1)) + 1;
+  if (place > number(count, 0))
+    throw usage_error("SLURM_ARRAY_TASK_ID is " + std::string(id) + " of an array of " + count +
+                      " tasks that has gaps, which says nothing about parts (give --shard k/N)");
   return {as_usage([&] { return parse_shard(std::to_string(place) + "/" + count); }),
           "from SLURM_ARRAY_TASK_ID (--shard 1/1 for all)"};
 }
@@ -284,6 +287,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
 int run_sequence(const ExtractOptions& options, const FramePattern& input) {
   if (options.timings)
     throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
+  if (!options.log.empty() && options.log == options.report)
+    throw usage_error("--log and --report are both " + options.log + ", give two names");
   Team& team = launched_team();
   if (team.size() > 1 && !options.report.empty())
     throw usage_error(

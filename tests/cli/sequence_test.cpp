@@ -163,6 +163,7 @@ TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
 
 TEST_F(Sequence, WrongUseIsNamed) {
   write_sequence(2);
+  expect_error(run(words({"--frames", ""})), 2, {"--frames: is empty"});
   expect_error(run({"extract", "d.####.ply", "-o", "o.exr"}), 2,
                {"frames 0 and 1 would both write o.exr", "o.exr: "});
   expect_error(run({"extract", "d.####.ply", "-o", "d.####.ply"}), 2, {"is the input"});
@@ -178,6 +179,15 @@ TEST_F(Sequence, WrongUseIsNamed) {
                {"nowhere/o.0000.exr: cannot be written", "make the folder nowhere first"});
 }
 
+TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
+  write_sequence(2);
+  write("notes.txt", "first\nsecond without an end");
+  expect_error(run(words({"--log", "notes.txt", "-q"})), 1, {"notes.txt: is no log", "--log"});
+  EXPECT_EQ(read("notes.txt"), "first\nsecond without an end");
+  EXPECT_THAT(outputs(), IsEmpty());
+  expect_error(run(words({"--log", "a", "--report", "a"})), 2, {"--log and --report are both a"});
+}
+
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   write_sequence(5);
   ASSERT_EQ(run(words({"-q"})).exit_code, 0);
@@ -191,6 +201,9 @@ TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   const Outcome second = run(words(), task);
   ASSERT_EQ(second.exit_code, 0) << second.err;
   EXPECT_THAT(second.err, HasSubstr("2 of 2 of 5 frames, from SLURM_ARRAY_TASK_ID"));
+  Conditions sparse = task;
+  sparse.environment[0].second = "9";
+  expect_error(run(words(), sparse), 2, {"SLURM_ARRAY_TASK_ID is 9", "gaps", "--shard k/N"});
   EXPECT_EQ(outputs(), whole);
 }
 
