@@ -117,9 +117,9 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
                                    : "no particle is in view: the surface is empty");
   else if (in_view > 0 && params.image && covered == 0)
     surface.warnings.push_back(
-        "no pixel shows any of the " + std::to_string(in_view) +
-        " particles in view: the surface is empty (check the particle radius, and that no stray "
-        "particle has moved the camera away)");
+        "no pixel shows the particles in view (" + std::to_string(in_view) +
+        "): the surface is empty (check the particle radius, and that no stray particle has moved "
+        "the camera away)");
   warn_of_coarse_positions(view, surface.warnings);
   return surface;
 }

@@ -120,8 +120,9 @@ TEST_P(ToWorld, SaysHowManyPixelsThereAreAndWhenNothingIsInView) {
   SurfaceMap nothing = made_up(5, 3);
   nothing.depth.assign(nothing.depth.size(), kNoSurface);
   made.image = upload(device_, nothing);
-  EXPECT_THAT(returned(camera, made).warnings,
-              ElementsAre(HasSubstr("no pixel shows any of the 5 particles in view")));
+  EXPECT_THAT(
+      returned(camera, made).warnings,
+      ElementsAre(HasSubstr("no pixel shows the particles in view (5): the surface is empty")));
 }
 
 TEST_P(ToWorld, SaysWhenFloatsAreTooCoarseForTheParticles) {

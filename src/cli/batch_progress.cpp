@@ -34,8 +34,8 @@ BatchProgress::BatchProgress(std::size_t frames, bool quiet)
 BatchProgress::~BatchProgress() {
   clear();
   if (!quiet_ && warned_ > kWarnedFrames)
-    std::fprintf(stderr, "meniscus: warning: %zu more frames have warnings, see --log\n",
-                 warned_ - kWarnedFrames);
+    std::fprintf(stderr, "meniscus: warning: %zu more frame%s warnings, see --log\n",
+                 warned_ - kWarnedFrames, warned_ == kWarnedFrames + 1 ? " has" : "s have");
 }
 
 double BatchProgress::seconds() const {

@@ -28,6 +28,7 @@
 #include "meniscus/device.hpp"
 #include "mpi/launch.hpp"
 #include "printed.hpp"
+#include "stream/survey.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -64,7 +65,9 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   std::unique_ptr<ParticleSource> first;
   for (const std::string& input : plan.inputs) try {
       auto particles = open_particles(input, options.particle_radius.value_or(0));
-      const bool telling = particles->size() > 1;
+      // Large frames are not looked through for particles that are not finite.
+      const bool telling =
+          particles->in_memory() ? survey_of(*particles).finite > 1 : particles->size() > 1;
       if (!telling && first) continue;
       path = input;
       first = std::move(particles);

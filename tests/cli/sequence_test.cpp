@@ -263,7 +263,8 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
 
 TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   write_particles("d.0000.ply", {}, 0);  // an emitter has not begun
-  write_particles("d.0001.ply", {{0, 0, 0}}, 0);
+  const double nan = std::nan("");
+  write_particles("d.0001.ply", {{0, 0, 0}, {nan, 0, 0}}, 0);
   write_particles("d.0002.ply", block(6), 0);
   write_particles("d.0003.ply", block(7), 0);
   const Outcome outcome = run(words());
