@@ -179,6 +179,13 @@ TEST_F(Sequence, WrongUseIsNamed) {
                {"nowhere/o.0000.exr: cannot be written", "make the folder nowhere first"});
 }
 
+TEST_F(Sequence, AStarIsNoSequence) {
+  write_sequence(2);  // 27 and 64 particles
+  const Outcome outcome = run({"extract", "d.*.ply", "-o", "o.png", "--size", "64x48"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("d.*.ply: 91 in 2 files"));
+}
+
 TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
   write_sequence(2);
   write("notes.txt", "first\nsecond without an end");
