@@ -172,6 +172,10 @@ const Survey& survey_of(const ParticleSource& source) {
 
 Survey survey_particles(const ParticleSource& source) {
   Team& team = source.team();
+  const double stated = source.particle_radius();
+  if (!(stated >= 0) || !std::isfinite(stated))
+    throw InputError("particles: particle_radius is " + printed("%g", stated) +
+                     ", must be > 0 and finite, or 0 where it is not known");
   Survey survey;
   survey.size = source.size();
   Found found;
