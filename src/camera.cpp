@@ -6,17 +6,14 @@
 #include <numbers>
 
 #include "meniscus/error.hpp"
+#include "printed.hpp"
 #include "stages/vec.hpp"
 #include "stream/survey.hpp"
 
 namespace meniscus {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string number(double value) { return printed("%g", value); }
 
 std::string entry(const char* matrix, int k) {
   return std::string("camera: ") + matrix + "[" + std::to_string(k / 4) + "][" +
@@ -96,6 +93,7 @@ Camera frame_nothing(int width, int height) {
 }  // namespace
 
 Camera frame_particles(const Particles& particles, int width, int height) {
+  check(particles);
   std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   bool any = false;
   for (std::size_t i = 0; i < particles.size(); ++i) {

@@ -149,5 +149,13 @@ TEST(FrameParticles, WorksWithoutParticlesAndWithOne) {
   check(frame_particles(particles, 10, 10));
 }
 
+TEST(FrameParticles, NeedsASizeAndWholeParticles) {
+  Particles particles;
+  EXPECT_THROW(frame_particles(particles, 0, 10), InvalidArgument);
+  particles.x = particles.y = {0.0f, 1.0f};
+  particles.z = {0.0f};
+  EXPECT_THROW(frame_particles(particles, 10, 10), InvalidArgument);
+}
+
 }  // namespace
 }  // namespace meniscus
