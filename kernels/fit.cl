@@ -152,7 +152,7 @@ inline floatv solve(floatv* A, floatv* b) {
 inline floatv quadric_of(const floatv* m, floatv* a, const float ridge) {
   floatv A[55];
 #pragma unroll
-  for (int k = 0; k < 55; ++k) A[k] = plain_zero(m[kProduct[k]]);  // see add_point
+  for (int k = 0; k < 55; ++k) A[k] = plain_zero(m[kProduct[k]]);  // see PRODUCTS
 #pragma unroll
   for (int k = 0; k < 10; ++k) a[k] = plain_zero(a[k]);
   // The ridge pulls the quadric towards a plane. The cross terms count half, which makes it the

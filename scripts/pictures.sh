@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Draws the pictures of README.md into docs/images with the program in build/release.
+# Draws the pictures of README.md and docs/method.md into docs/images with the program in build/release.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mkdir -p docs/images
@@ -11,15 +11,12 @@ picture() {  # NAME FRAME OPTION...
 }
 
 dam=dam/frame_015.ply
-cube=cube_drop/frame_007.ply
 spheres=(--method ssm --ssm-sigma 0 --ssm-footprint 1)
 
 picture dam_particles "$dam" "${spheres[@]}"
 picture dam_surface "$dam"
 picture dam_normals "$dam" --preview normal
 picture dam_groups "$dam" --preview groups
-picture cube_particles "$cube" "${spheres[@]}"
-picture cube_surface "$cube"
 picture dam_ssm "$dam" --method ssm
 picture dam_paper "$dam" --method paper
 picture dam_stable "$dam" --method stable

@@ -6,17 +6,14 @@
 #include <numbers>
 
 #include "meniscus/error.hpp"
+#include "printed.hpp"
 #include "stages/vec.hpp"
 #include "stream/survey.hpp"
 
 namespace meniscus {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string number(double value) { return printed("%g", value); }
 
 std::string entry(const char* matrix, int k) {
   return std::string("camera: ") + matrix + "[" + std::to_string(k / 4) + "][" +
@@ -96,6 +93,7 @@ Camera frame_nothing(int width, int height) {
 }  // namespace
 
 Camera frame_particles(const Particles& particles, int width, int height) {
+  check(particles);
   std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   bool any = false;
   for (std::size_t i = 0; i < particles.size(); ++i) {
@@ -150,7 +148,9 @@ void check(const Camera& camera) {
           "camera: view mirrors: its upper left 3x3 must be a rotation with determinant 1");
 
   const auto& p = camera.projection;
-  const double scale = Eigen::Map<const Matrix>(p.data()).cwiseAbs().maxCoeff();
+  // Against the entries that it is made of alone: depths in p[11] may be a billion times as large.
+  const double scale =
+      Eigen::Map<const Matrix>(p.data()).topLeftCorner<2, 2>().cwiseAbs().maxCoeff();
   require(std::abs(p[0] * p[5] - p[1] * p[4]) > 1e-12 * scale * scale &&
               std::abs(Eigen::Map<const Matrix>(p.data()).determinant()) > 0,
           "camera: projection is singular");

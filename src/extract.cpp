@@ -15,6 +15,7 @@
 #include "origin.hpp"
 #include "parallel.hpp"
 #include "pipeline.hpp"
+#include "printed.hpp"
 #include "to_world.hpp"
 #include "velocities.hpp"
 
@@ -62,12 +63,6 @@ double estimate_radius(const Particles& p, const std::vector<std::size_t>& order
   return 0.5 * cube_root(volume / percentile(held, 0.95));
 }
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 }  // namespace
 
 double choose_radius(const Particles& p, const std::vector<std::size_t>& order,
@@ -83,7 +78,7 @@ double choose_radius(const Particles& p, const std::vector<std::size_t>& order,
   if (p.particle_radius > 0) return p.particle_radius;
   const double estimate = estimate_radius(p, order);
   if (estimate > 0) {
-    warnings.push_back("no particle radius in the file: estimated " + number(estimate) +
+    warnings.push_back("no particle radius in the file: estimated " + printed("%.6g", estimate) +
                        " from the spacing (give --particle-radius to override)");
     return estimate;
   }
@@ -98,19 +93,8 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
                 const Parameters& params, std::vector<StageTime>* timings) {
   check(camera);
   check(params);
-  const std::size_t n = particles.size();
-  require(particles.y.size() == n && particles.z.size() == n,
-          "particles: x, y and z have different sizes");
-  require(particles.radius.empty() || particles.radius.size() == n,
-          "particles: radius has " + std::to_string(particles.radius.size()) + " values for " +
-              std::to_string(n) + " particles");
-  for (const std::vector<float>* v : {&particles.vx, &particles.vy, &particles.vz})
-    require(v->size() == particles.vx.size() && (v->empty() || v->size() == n),
-            "particles: vx, vy and vz have " + std::to_string(particles.vx.size()) + ", " +
-                std::to_string(particles.vy.size()) + " and " +
-                std::to_string(particles.vz.size()) + " values for " + std::to_string(n) +
-                " particles");
-  if (static_cast<std::int64_t>(n) >= kStreamed)
+  check(particles);
+  if (static_cast<std::int64_t>(particles.size()) >= kStreamed)
     return extract(device, *source_of(particles), camera, params, timings);
 
   Surface surface;

@@ -7,6 +7,7 @@
 
 #include "meniscus/device.hpp"
 #include "meniscus/parameters.hpp"
+#include "meniscus/source.hpp"
 #include "meniscus/types.hpp"
 
 namespace meniscus {
@@ -20,6 +21,11 @@ inline constexpr std::int64_t kStreamed = std::int64_t{1} << 18;
 ///   order  of the particles with finite coordinates, canonical
 double choose_radius(const Particles& particles, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings);
+
+/// The same of a source, in memory or not. Throws InputError where its particles are too many to
+/// estimate it.
+double choose_radius(const ParticleSource& source, const Parameters& params,
+                     std::vector<std::string>& warnings);
 
 /// How many threads the host's loops of a frame may use on a device; 0: all there are.
 inline unsigned host_threads(const DeviceInfo& device) {

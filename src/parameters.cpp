@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <sstream>
 
 #include "meniscus/error.hpp"
 #include "parameter_list.hpp"
+#include "printed.hpp"
 
 namespace meniscus {
 namespace {
@@ -90,27 +90,28 @@ std::string describe(const Parameters& parameters) {
   const std::string aovs = to_string(parameters.aovs);
   if (aovs != to_string(Aovs{})) text += "aov=" + aovs + "\n";
   Parameters copy = parameters;
-  for (const ParameterEntry& entry : parameter_list(copy)) {
-    char line[96];
-    std::snprintf(line, sizeof line, "%s=%.9g\n", entry.name.c_str(), entry.get());
-    text += line;
-  }
+  for (const ParameterEntry& entry : parameter_list(copy))
+    text += printed("%s=%.9g\n", entry.name.c_str(), entry.get());
   return text;
 }
 
 void check(const Parameters& parameters) {
+  const auto& methods = method_list();
+  require(std::any_of(methods.begin(), methods.end(),
+                      [&](const MethodEntry& entry) { return entry.method == parameters.method; }),
+          "--method is number " + std::to_string(static_cast<int>(parameters.method)) +
+              ", must be one of the " + std::to_string(methods.size()) + " of method_list()");
   Parameters copy = parameters;
   for (const ParameterEntry& entry : parameter_list(copy)) {
     const double value = entry.get();
-    char line[256];
-    std::snprintf(line, sizeof line, "--%s is %g, must be %s %g and at most %g", entry.name.c_str(),
-                  value, entry.above ? "more than" : "at least", entry.least, entry.most);
     require(std::isfinite(value) && (entry.above ? value > entry.least : value >= entry.least) &&
                 value <= entry.most,
-            line);
+            printed("--%s is %g, must be %s %g and at most %g", entry.name.c_str(), value,
+                    entry.above ? "more than" : "at least", entry.least, entry.most));
   }
   require(parameters.particle_radius >= 0 && std::isfinite(parameters.particle_radius),
-          "--particle-radius must be > 0");
+          printed("--particle-radius is %g, must be > 0 and finite, or 0 for the file's",
+                  parameters.particle_radius));
 }
 
 }  // namespace meniscus

@@ -1,4 +1,4 @@
-// The stages in order.
+// A method, and the motion of what it makes. The stages in order are in methods/.
 #pragma once
 
 #include <vector>

@@ -48,4 +48,10 @@ std::string duration(double seconds) {
   return printed("%lld s", s);
 }
 
+std::string frame_rate(double frames_per_second) {
+  if (frames_per_second >= 1) return three_digits(frames_per_second) + " frames/s";
+  const double seconds = 1 / frames_per_second;
+  return (seconds < 60 ? three_digits(seconds) + " s" : duration(seconds)) + " a frame";
+}
+
 }  // namespace meniscus

@@ -23,4 +23,8 @@ std::string size_of(std::uint64_t bytes);
 /// "1:02:03", "2:03" or "45 s".
 std::string duration(double seconds);
 
+/// How fast frames come: "4.26 frames/s"; slower than one a second "3.70 s a frame", "1:02 a
+/// frame".
+std::string frame_rate(double frames_per_second);
+
 }  // namespace meniscus

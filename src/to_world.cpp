@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cfloat>
+#include <cmath>
 
 #include "parallel.hpp"
+#include "printed.hpp"
 #include "stage_clock.hpp"
 
 namespace meniscus {
@@ -73,6 +76,21 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
   return covered;
 }
 
+// Coordinates are floats: far from the world's origin they are too coarse for small particles.
+void warn_of_coarse_positions(const View& view, std::vector<std::string>& warnings) {
+  constexpr double kCoarse =
+      0.1;  // particle radii; half of it is lost, which is the error of `fit`
+  double farthest = 0;
+  for (const double x : {view.origin.x, view.origin.y, view.origin.z})
+    farthest = std::max(farthest, std::abs(x));
+  const double step = farthest * FLT_EPSILON;
+  if (!(step > kCoarse * view.radius)) return;
+  warnings.push_back(printed(
+      "the particles lie %g from the origin, where single precision has steps of %.2g, and their "
+      "radius is %g: positions are rounded (move them to the origin where they are written)",
+      farthest, step, view.radius));
+}
+
 }  // namespace
 
 Surface to_world(Device& device, const View& view, Extraction extraction, Surface surface,
@@ -86,13 +104,23 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   surface.mesh = std::move(extraction.mesh);
   surface.counts = std::move(extraction.counts);
   if (params.image) surface.counts.emplace_back("pixels", covered);
-  const auto none = [&](const char* what) {
-    return std::any_of(surface.counts.begin(), surface.counts.end(),
-                       [&](const auto& count) { return count.first == what && count.second == 0; });
+  const std::int64_t unknown = -1;
+  const auto counted = [&](const char* what) {
+    const auto count = std::find_if(surface.counts.begin(), surface.counts.end(),
+                                    [&](const auto& entry) { return entry.first == what; });
+    return count == surface.counts.end() ? unknown : count->second;
   };
-  if (none("in view"))
-    surface.warnings.push_back(none("particles") ? "there are no particles: the surface is empty"
-                                                 : "no particle is in view: the surface is empty");
+  const std::int64_t in_view = counted("in view");
+  if (in_view == 0)
+    surface.warnings.push_back(counted("particles") == 0
+                                   ? "there are no particles: the surface is empty"
+                                   : "no particle is in view: the surface is empty");
+  else if (in_view > 0 && params.image && covered == 0)
+    surface.warnings.push_back(
+        "no pixel shows the particles in view (" + std::to_string(in_view) +
+        "): the surface is empty (check the particle radius, and that no stray particle has moved "
+        "the camera away)");
+  warn_of_coarse_positions(view, surface.warnings);
   return surface;
 }
 

@@ -65,6 +65,15 @@ TEST(Check, NamesWhatIsWrong) {
   EXPECT_THAT(check_after([](Camera& c) { c.projection[14] = 1; }), HasSubstr("last row"));
 }
 
+// Scenes in millimetres: the depths in the projection, or the image's sides, are large numbers.
+TEST(Check, TakesScenesOfAnySize) {
+  EXPECT_NO_THROW(check(look_at({0, 0, 3e9}, {0, 0, 0}, {0, 1, 0}, 40, 40, 30)));
+  EXPECT_EQ(check_after([](Camera& c) {
+              c.projection = {1e-7, 0, 0, 0, 0, 1e-7, 0, 0, 0, 0, -1e-8, -1, 0, 0, 0, 1};
+            }),
+            "");
+}
+
 TEST(LookAt, PutsTheTargetInTheMiddleAndUpUpwards) {
   const Camera camera = look_at({4, -3, 2}, {1, 1, 1}, {0, 0, 1}, 50, 80, 60);
   check(camera);
@@ -138,6 +147,14 @@ TEST(FrameParticles, WorksWithoutParticlesAndWithOne) {
   check(frame_particles(particles, 10, 10));
   particles.x = particles.y = particles.z = {0.0f};
   check(frame_particles(particles, 10, 10));
+}
+
+TEST(FrameParticles, NeedsASizeAndWholeParticles) {
+  Particles particles;
+  EXPECT_THROW(frame_particles(particles, 0, 10), InvalidArgument);
+  particles.x = particles.y = {0.0f, 1.0f};
+  particles.z = {0.0f};
+  EXPECT_THROW(frame_particles(particles, 10, 10), InvalidArgument);
 }
 
 }  // namespace

@@ -26,5 +26,12 @@ TEST(Printed, DurationsAreThoseOfAClock) {
   EXPECT_EQ(duration(3723), "1:02:03");
 }
 
+TEST(FrameRate, TurnsAroundBelowOneASecond) {
+  EXPECT_EQ(frame_rate(24.56), "24.6 frames/s");
+  EXPECT_EQ(frame_rate(1), "1.00 frames/s");
+  EXPECT_EQ(frame_rate(0.27), "3.70 s a frame");
+  EXPECT_EQ(frame_rate(1.0 / 75), "1:15 a frame");
+}
+
 }  // namespace
 }  // namespace meniscus

@@ -9,6 +9,7 @@ namespace meniscus {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr double kRadius = 0.05;
@@ -115,6 +116,24 @@ TEST_P(ToWorld, SaysHowManyPixelsThereAreAndWhenNothingIsInView) {
   made.counts = {{"particles", 0}, {"in view", 0}};
   EXPECT_THAT(returned(camera, made).warnings,
               ElementsAre("there are no particles: the surface is empty"));
+  made.counts = {{"particles", 7}, {"in view", 5}};
+  SurfaceMap nothing = made_up(5, 3);
+  nothing.depth.assign(nothing.depth.size(), kNoSurface);
+  made.image = upload(device_, nothing);
+  EXPECT_THAT(
+      returned(camera, made).warnings,
+      ElementsAre(HasSubstr("no pixel shows the particles in view (5): the surface is empty")));
+}
+
+TEST_P(ToWorld, SaysWhenFloatsAreTooCoarseForTheParticles) {
+  const Camera camera = perspective_camera(5, 3);
+  // A tenth of the radius, .005, is a step of floats from .005 / 2^-23 = 41,943 on.
+  const auto warnings = [&](double x) {
+    const View view = make_view(camera, kRadius, {0, -x, 1});
+    return to_world(device_, view, extraction(5, 3), {}, {}, nullptr).warnings;
+  };
+  EXPECT_THAT(warnings(41'900), IsEmpty());
+  EXPECT_THAT(warnings(42'000), ElementsAre(HasSubstr("the particles lie 42000 from the origin")));
 }
 
 TEST_P(ToWorld, MakesTheMapsThatAreAskedForAndNoOthers) {

@@ -20,7 +20,9 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
 
 /// A perspective camera that shows all finite particles, with their radius where they have one,
 /// from above and to the side. An empty set gets a camera at (0, 0, 1) that looks at the origin.
+/// Throws InvalidArgument for a size below 1 or particles that check() refuses.
 Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
+/// The same. Throws also InputError when the source cannot be read.
 Camera frame_particles(const ParticleSource& source, int width = 1024, int height = 768);
 
 /// Throws InvalidArgument unless the camera has a size of 1..16384 pixels a side, finite matrices,

@@ -5,7 +5,9 @@
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #endif
+#ifndef CL_HPP_ENABLE_EXCEPTIONS
 #define CL_HPP_ENABLE_EXCEPTIONS
+#endif
 #include <CL/opencl.hpp>
 #include <cstdint>
 #include <memory>
@@ -52,6 +54,7 @@ DeviceInfo select_device(const std::string& selector = "", std::string* why = nu
 /// many compute units each, to which the host's loops of such a frame keep, too, so that no frame
 /// waits for another one's threads; or, where `info` cannot be divided so (few compute units,
 /// GPUs), as many times `info` itself. What is computed is the same.
+/// Throws InvalidArgument unless parts >= 1.
 std::vector<DeviceInfo> divided(const DeviceInfo& info, int parts);
 
 /// An opened device: context, queue, built kernels. Not for use by two threads at once.
@@ -59,6 +62,7 @@ class Device {
  public:
   /// Opens the device that `selector` names (see select_device). Throws DeviceError.
   explicit Device(const std::string& selector = "");
+  /// Opens one of list_devices() or divided(). Throws DeviceError.
   explicit Device(const DeviceInfo& info);
   ~Device();
   Device(Device&&) noexcept;
@@ -66,7 +70,7 @@ class Device {
 
   const DeviceInfo& info() const;
 
-  struct State;  // src/device/state.hpp
+  struct State;  // src/device/device.hpp
   State& state() { return *state_; }
 
  private:

@@ -18,7 +18,7 @@ namespace meniscus {
 ///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
 ///
 /// Throws InputError: file, place in it, what was found, what was wanted. Particles are counted
-/// from 0 in messages, lines from 1.
+/// from 0 in messages, lines from 1. Throws InvalidArgument for a radius below 0.
 Particles read_particles(const std::string& path, double particle_radius = 0);
 
 /// Reads {"width", "height", "view": 4x4, "projection": 4x4} (row-major JSON). Throws InputError.
@@ -35,7 +35,8 @@ enum class Compression { none, rle, zips, zip, piz, pxr24 };
 enum class Preview { lit, normal, depth, groups };
 
 /// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top; V.X
-/// V.Y V.Z and forward.u forward.v where the surface has them. Throws OutputError.
+/// V.Y V.Z and forward.u forward.v where the surface has them. Maps that are empty are left out,
+/// but for Z. Throws OutputError, InvalidArgument for maps that are not of the camera's size.
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
                Compression compression = Compression::zip);
 
@@ -46,10 +47,12 @@ void write_exr(const std::string& path, const Surface& surface, const Parameters
 Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 /// Writes the mesh with normals, in a .ply also velocities where it has them: .ply (binary little
-/// endian) or .obj, by the ending. Throws OutputError.
+/// endian) or .obj, by the ending. Throws OutputError, InvalidArgument for arrays that do not fit
+/// each other.
 void write_mesh(const std::string& path, const Mesh& mesh);
 
-/// Writes a picture of the surface for people. Throws OutputError.
+/// Writes a picture of the surface for people. Throws OutputError, InvalidArgument where the
+/// preview needs a map that the surface does not have.
 void write_png(const std::string& path, const Surface& surface, Preview preview = Preview::lit);
 
 }  // namespace meniscus

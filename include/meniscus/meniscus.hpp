@@ -1,6 +1,7 @@
 // The one call: particles and a camera in, the visible surface out.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,8 @@ namespace meniscus {
 
 class Device;
 
-/// Of the device, for the passes over particles that stream, bytes.
+/// Device memory that the passes over particles that stream may take, where nothing else is said:
+/// bytes.
 inline constexpr std::size_t kStreamMemory = std::size_t{128} << 20;
 
 /// Time spent in one stage, in milliseconds.
@@ -33,10 +35,11 @@ struct StageTime {
 ///
 ///   particles  any order; the result does not depend on it
 ///   camera     see types.hpp
-///   timings    when given, receives one entry a stage, in order
+///   timings    when given, receives an entry each time a stage runs, in order
 ///
 /// Returns a valid, empty surface with a warning when nothing is in view.
-/// Throws InvalidArgument for bad parameters or camera, DeviceError when the device fails.
+/// Throws InvalidArgument for bad parameters, camera or arrays, InputError for values that are not
+/// finite where parameters.strict is set, DeviceError when the device fails.
 Surface extract(Device& device, const Particles& particles, const Camera& camera,
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr);
 

@@ -41,7 +41,7 @@ struct TriangleParams {
 /// Normals of the triangles and groups of similar normal (paper 2.2).
 struct MergeParams {
   double cosine = 0.95;      // method paper: groups merge when their normals' product exceeds this
-  int smoothing_rounds = 4;  // bilateral smoothing of the triangle normals
+  int smoothing_rounds = 4;  // methods fit, stable: bilateral smoothing of the triangle normals
 };
 
 /// The weighted fit around each particle (paper 2.3, Eq. 2).
@@ -81,7 +81,7 @@ struct BlendParams {
 /// One fit per visible particle (docs/method.md).
 struct StableParams {
   double closing = 0.7;  // radius of the disc that closes the region
-  double capsule = 2.2;  // radius of the capsules along contour edges
+  double capsule = 2.2;  // how far from contour edges, on the screen, there may still be surface
 };
 
 /// Screen Space Meshes; also the mesh of every method (paper 2.5).
@@ -109,8 +109,8 @@ struct BilateralParams {
   double footprint = 1.42;  // radius of the spheres
   double sigma = 1.4;       // of the Gaussian on the screen
   double range = 15;        // of the one over the difference in depth
-  int iterations = 1;
-  int separable = 0;  // 1: rows, then columns; 0: in two dimensions
+  int iterations = 1;       // how often it is applied
+  int separable = 0;        // 1: rows, then columns; 0: in two dimensions
 };
 
 /// Narrow-range filter on the depth map of the spheres (Truong and Yuksel 2018).
@@ -119,9 +119,9 @@ struct NarrowRangeParams {
   double sigma = 1.45;      // of the Gaussian on the screen
   double delta = 3;         // samples this much nearer do not count, as much farther are clamped
   double mu = 0;            // clamped samples count as this much behind the centre
-  int iterations = 1;
-  int separable = 0;  // 1: rows, then columns; 0: in two dimensions
-  int cleanup = 2;    // half width of the last pass, samples
+  int iterations = 1;       // how often it is applied
+  int separable = 0;        // 1: rows, then columns; 0: in two dimensions
+  int cleanup = 2;          // half width of the last pass, samples
 };
 
 /// Screen-space mean curvature flow (van der Laan et al. 2009).
@@ -149,6 +149,8 @@ struct Aovs {
   bool velocity = true;  // where Parameters::motion asks for motion
 };
 
+/// Everything that extract() is told. Messages call a number by its name on the command line:
+/// fit.support is --support (`meniscus extract --help` has the list, with ranges).
 struct Parameters {
   Method method = Method::fit;
   double particle_radius = 0;  // world units; 0: the file's, else estimated
@@ -202,7 +204,8 @@ Method method_named(const std::string& name);
 /// All parameters as "name=value" lines in a fixed order: what the EXR header carries.
 std::string describe(const Parameters& parameters);
 
-/// Throws InvalidArgument, naming the parameter, its value and its range.
+/// Throws InvalidArgument, naming the parameter, its value and its range; also for a method that
+/// method_list() lacks.
 void check(const Parameters& parameters);
 
 }  // namespace meniscus

@@ -68,10 +68,17 @@ class ParticleSource {
 ///
 ///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
 ///
-/// Throws InputError, also when parts differ in whether they have radii or in the radius they state.
+/// Throws InputError, also when parts differ in whether they have radii or in the radius they
+/// state; InvalidArgument for a radius below 0.
 std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius = 0);
 
-/// Particles in memory, which must outlive the source and stay as they are.
+/// Throws InvalidArgument unless every array has one entry a particle, the optional ones also none,
+/// and radii are > 0 and finite (`particle_radius` also 0: not known). The message names the array.
+/// Positions and velocities may be NaN and infinite: see Parameters::strict.
+void check(const Particles& particles);
+
+/// Particles in memory, which must outlive the source and stay as they are. Throws InvalidArgument
+/// where an array has neither one entry a particle nor none.
 std::unique_ptr<ParticleSource> source_of(const Particles& particles);
 
 }  // namespace meniscus

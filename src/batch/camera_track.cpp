@@ -8,7 +8,7 @@ namespace meniscus {
 CameraTrack::CameraTrack(const std::string& path) : origin_(path) {
   if (const auto pattern = FramePattern::in(path)) {
     files_ = pattern->existing();
-    if (files_.empty()) throw InputError(path + ": there is no file of such a name");
+    if (files_.empty()) throw InputError(pattern->absence());
     return;
   }
   listed_ = read_cameras(path);

@@ -33,6 +33,12 @@ void check_outputs(const std::string& input, const std::vector<std::string>& out
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const std::string& path = outputs[i];
     kind_of(path);
+    if (path.find('*') != std::string::npos)
+      throw InvalidArgument(
+          "output " + path +
+          ": has a *, which stands for the parts of one frame, in inputs alone; of "
+          "a sequence write #### in both, e.g. name.####" +
+          fs::path(path).extension().string());
     for (const std::string& part : inputs)
       if (same_file(path, part))
         throw InvalidArgument("output " + path + ": is the input" +

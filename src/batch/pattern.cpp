@@ -202,4 +202,24 @@ std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {
   return found;
 }
 
+std::string FramePattern::absence() const {
+  const std::string& start = pieces_.front().literal;
+  const std::string folder = start.substr(0, start.rfind('/') + 1);
+  std::error_code ignored;
+  if (!folder.empty() && folder.find('*') == std::string::npos &&
+      !fs::is_directory(folder, ignored))
+    return text_ + ": there is no folder " + folder;
+  std::string line = text_ + ": there is no file of such a name";
+  FramePattern loose = *this;
+  for (Piece& piece : loose.pieces_) piece.width = -1;
+  try {
+    const auto found = loose.existing();
+    if (!found.empty())
+      line += ", but " + found.begin()->second.path +
+              " (write {} for numbers however they are padded, or as many # as they have digits)";
+  } catch (const InputError&) {  // several files of one frame, none of which was asked for
+  }
+  return line;
+}
+
 }  // namespace meniscus

@@ -34,6 +34,9 @@ class FramePattern {
   /// Throws InputError when {} finds two files of one frame (7 and 007).
   std::map<std::int64_t, Found> existing() const;
 
+  /// In words that nothing was found, and what is there instead.
+  std::string absence() const;
+
  private:
   struct Piece {
     std::string literal;  // before the place

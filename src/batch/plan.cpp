@@ -41,8 +41,7 @@ std::vector<std::int64_t> Plan::frames() const {
 
 Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
   const auto existing = request.input.existing();
-  if (existing.empty())
-    throw InputError(request.input.text() + ": there is no file of such a name");
+  if (existing.empty()) throw InputError(request.input.absence());
   Plan plan;
   for (const auto& [frame, file] : existing) plan.inputs.push_back(file.path);
 

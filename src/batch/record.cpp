@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "io/input_file.hpp"
+#include "io/output_file.hpp"
 
 namespace meniscus {
 namespace {
@@ -137,8 +138,6 @@ FrameRecord record_of(const std::string& line) {
   return record;
 }
 
-std::string reason(int error) { return std::generic_category().message(error); }
-
 }  // namespace
 
 const char* to_string(FrameStatus status) {
@@ -163,12 +162,22 @@ std::string to_json(const FrameRecord& record) {
 BatchLog::BatchLog(const std::string& path) : path_(path) {
   const auto refuse = [&](int error) {
     if (descriptor_ >= 0) close(descriptor_);
-    throw OutputError(path + ": cannot be written: " + reason(error));
+    throw OutputError(cannot_be_written(path, error));
   };
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) refuse(errno);
-  // From its end back to the last line that is whole.
   const off_t size = lseek(descriptor_, 0, SEEK_END);
+  // Nothing is cut off from, or added to, a file that is something else.
+  const std::string wanted = "{\"frame\"";
+  std::string begin(wanted.size(), ' ');
+  begin.resize(static_cast<std::size_t>(
+      std::max<ssize_t>(0, pread(descriptor_, begin.data(), begin.size(), 0))));
+  if (size > 0 && !wanted.starts_with(begin)) {
+    close(descriptor_);
+    throw OutputError(path + ": is no log: wanted a file of lines that begin with " + wanted +
+                      ", or none (give --log another name)");
+  }
+  // From its end back to the last line that is whole.
   off_t end = size;
   char last = '\n';
   while (end > 0 && pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n') --end;
@@ -181,7 +190,7 @@ void BatchLog::add(const FrameRecord& record) {
   const std::string line = to_json(record) + "\n";
   const ssize_t count = write(descriptor_, line.data(), line.size());
   if (count != static_cast<ssize_t>(line.size()))
-    throw OutputError(path_ + ": cannot be written: " + reason(count < 0 ? errno : ENOSPC));
+    throw OutputError(cannot_be_written(path_, count < 0 ? errno : ENOSPC));
 }
 
 std::vector<FrameRecord> read_log(const std::string& path, std::string* note) {

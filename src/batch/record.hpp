@@ -43,7 +43,7 @@ std::string to_json(const FrameRecord& record);
 class BatchLog {
  public:
   /// Begins the log or continues it; a last line without an end, left by a killed process, is
-  /// removed first. Throws OutputError.
+  /// removed first. Throws OutputError, also where the file is no log.
   explicit BatchLog(const std::string& path);
   ~BatchLog();
   BatchLog(const BatchLog&) = delete;

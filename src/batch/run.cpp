@@ -272,8 +272,7 @@ class Batch {
       return true;
     } catch (const OutputError& error) {  // the next would meet the same disk
       const std::scoped_lock lock(one_at_a_time_);
-      if (outcome_.broken.empty()) outcome_.broken = error.what();
-      halted_ = true;
+      break_off(error);
       return false;
     } catch (const std::bad_alloc&) {
       record.error =
@@ -287,6 +286,12 @@ class Batch {
     return false;
   }
 
+  // Under the lock.
+  void break_off(const OutputError& error) {
+    if (outcome_.broken.empty()) outcome_.broken = error.what();
+    halted_ = true;
+  }
+
   void over(FrameRecord& record) {
     record.end = seconds_since_1970();
     const std::scoped_lock lock(one_at_a_time_);
@@ -296,6 +301,8 @@ class Batch {
     if (settings_.fail_fast && record.status == FrameStatus::failed) halted_ = true;
     try {
       finished_(record);
+    } catch (const OutputError& error) {  // the log's
+      break_off(error);
     } catch (...) {
       failure_ = std::current_exception();
       halted_ = true;

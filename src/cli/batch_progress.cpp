@@ -13,7 +13,8 @@ namespace meniscus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kInterval{100};
-constexpr int kWidth = 24;                // of the bar, characters
+constexpr std::size_t kShortBar = 8, kLongBar = 24;  // characters
+constexpr std::size_t kNarrow = 96;       // terminals below it have the short one, columns
 constexpr std::size_t kWarnedFrames = 5;  // whose warnings are shown; the log has all
 
 }  // namespace
@@ -26,8 +27,8 @@ BatchProgress::BatchProgress(std::size_t frames, bool quiet)
 BatchProgress::~BatchProgress() {
   clear();
   if (!quiet_ && warned_ > kWarnedFrames)
-    std::fprintf(stderr, "meniscus: warning: %zu more frames have warnings, see --log\n",
-                 warned_ - kWarnedFrames);
+    std::fprintf(stderr, "meniscus: warning: %zu more frame%s warnings, see --log\n",
+                 warned_ - kWarnedFrames, warned_ == kWarnedFrames + 1 ? " has" : "s have");
 }
 
 double BatchProgress::seconds() const {
@@ -62,21 +63,23 @@ void BatchProgress::draw() {
   next_ = Clock::now() + kInterval;
   const double share =
       frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
-  const std::string bar(static_cast<std::size_t>(share * kWidth), '#');
-  std::string rate;
+  std::string words = grouped(static_cast<std::int64_t>(over_)) + " of " +
+                      grouped(static_cast<std::int64_t>(frames_));
+  // A line that is longer than the terminal is wide would stay there at every turn.
+  const std::size_t width = columns() < kNarrow ? kShortBar : kLongBar;
+  const std::size_t room = columns() - width - std::string("[] ").size() - 1;
   const double all_ms = ms_[0] + ms_[1] + ms_[2];
   if (worked_ > 0 && all_ms > 0) {
     const double per_second = static_cast<double>(worked_) / seconds();
-    char text[128];
-    std::snprintf(text, sizeof text,
-                  ", %.1f frames/s, %s left; read %.0f, extract %.0f, write %.0f %%", per_second,
-                  duration(static_cast<double>(frames_ - over_) / per_second).c_str(),
-                  100 * ms_[0] / all_ms, 100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms);
-    rate = text;
+    for (const std::string& more :
+         {", " + frame_rate(per_second) + ", " +
+              duration(static_cast<double>(frames_ - over_) / per_second) + " left",
+          printed("; read %.0f, extract %.0f, write %.0f %%", 100 * ms_[0] / all_ms,
+                  100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms)})
+      if (words.size() + more.size() <= room) words += more;
   }
-  draw_over(printed("[%-*s] %s of %s%s", kWidth, bar.c_str(),
-                    grouped(static_cast<std::int64_t>(over_)).c_str(),
-                    grouped(static_cast<std::int64_t>(frames_)).c_str(), rate.c_str()));
+  const std::string bar(static_cast<std::size_t>(share * static_cast<double>(width)), '#');
+  draw_over(printed("[%-*s] %s", static_cast<int>(width), bar.c_str(), words.c_str()));
 }
 
 void BatchProgress::clear() {

@@ -57,7 +57,9 @@ void run_frame(const ExtractOptions& options) {
   const Talk say(options.quiet || !team.leads());
   const auto source = open_parts(options.input, options.particle_radius.value_or(0), team);
   const ParticleSource& particles = *source;
-  say("particles", options.input + ": " + grouped(particles.size()));
+  const std::size_t parts = part_files(options.input).size();
+  say("particles", options.input + ": " + grouped(particles.size()) +
+                       (parts > 1 ? " in " + std::to_string(parts) + " files" : ""));
   const auto [camera, origin] =
       options.camera_file.empty()
           ? aimed_camera(options, particles)

@@ -171,6 +171,9 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       .add_option("--frames", o.frames,
                   "which frames: 1-240, 1-240x2, 1,5,10-20, 10-1x-3 (default: all there are)")
       ->type_name("LIST")
+      ->check([](const std::string& text) {
+        return text.empty() ? "is empty, must name frames, e.g. 1-240" : std::string();
+      })
       ->group(sequence);
   add_choice<bool>(command, "--missing", o.skip_missing, {{"fail", false}, {"skip", true}},
                    "what to do when frames of --frames are missing: fail (default) or skip")

@@ -76,9 +76,17 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& help) {  // --help and --version
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
-    const auto unknown = program.remaining();
-    if (program.get_subcommands().empty() && !unknown.empty())
+    const auto chosen = program.get_subcommands();
+    const auto unknown = program.remaining(true);
+    if (chosen.empty() && !unknown.empty())
       return fail(kBadUsage, "there is no command " + unknown.front() + " (see meniscus --help)");
+    // A shell puts all frames in the place of a * without quotes.
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
+        chosen.front()->get_name() == "extract" && !unknown.front().starts_with('-'))
+      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
+                                 " more, e.g. " + unknown.front() +
+                                 " (of a sequence give one name in quotes, e.g. "
+                                 "'dam.####.ply', see meniscus extract --help)");
     std::string command = "meniscus";  // and those below it: "meniscus bench frame"
     for (const CLI::App* at = &program; !at->get_subcommands().empty();) {
       at = at->get_subcommands().front();

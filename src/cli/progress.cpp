@@ -18,11 +18,15 @@ constexpr std::size_t kMostWords = 44;  // characters of a step
 
 }  // namespace
 
-void draw_over(const std::string& line) {
+std::size_t columns() {
+  constexpr std::size_t kUsual = 80, kLeast = 20;
   winsize size{};
   const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  const std::size_t columns = known ? size.ws_col : 80;
-  std::fprintf(stderr, "\r%s\x1b[K", line.substr(0, columns - 1).c_str());
+  return known ? std::max<std::size_t>(kLeast, size.ws_col) : kUsual;
+}
+
+void draw_over(const std::string& line) {
+  std::fprintf(stderr, "\r%s\x1b[K", line.substr(0, columns() - 1).c_str());
   std::fflush(stderr);
 }
 

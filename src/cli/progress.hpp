@@ -2,10 +2,14 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
 namespace meniscus::cli {
+
+/// How wide the terminal is, standard error.
+std::size_t columns();
 
 /// Draws a line over the one on the terminal, standard error; no more of it than fits: what went on
 /// in the next line would stay there.

@@ -17,7 +17,6 @@
 #include "batch/record.hpp"
 #include "batch/report.hpp"
 #include "batch/run.hpp"
-#include "canonical_order.hpp"
 #include "cli/batch_progress.hpp"
 #include "cli/options.hpp"
 #include "cli/report.hpp"
@@ -28,6 +27,8 @@
 #include "io/output_file.hpp"
 #include "meniscus/device.hpp"
 #include "mpi/launch.hpp"
+#include "printed.hpp"
+#include "stream/survey.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -50,20 +51,31 @@ ShardChoice choose_shard(const ExtractOptions& options) {
     return text ? std::strtol(text, nullptr, 10) : otherwise;
   };
   const long place = (number(id, 0) - number(first, 0)) / std::max(1l, number(step, 1)) + 1;
+  if (place > number(count, 0))
+    throw usage_error("SLURM_ARRAY_TASK_ID is " + std::string(id) + " of an array of " + count +
+                      " tasks that has gaps, which says nothing about parts (give --shard k/N)");
   return {as_usage([&] { return parse_shard(std::to_string(place) + "/" + count); }),
           "from SLURM_ARRAY_TASK_ID (--shard 1/1 for all)"};
 }
 
-/// The first frame that can be read.
-std::unique_ptr<ParticleSource> first_readable(const ExtractOptions& options, const Plan& plan,
-                                               std::string& path) {
+/// The first frame that can be read and whose particles tell where the fluid is and how close they
+/// lie: emitters begin with empty frames. Where none does, the first that can be read.
+std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, const Plan& plan,
+                                              std::string& path) {
+  std::unique_ptr<ParticleSource> first;
   for (const std::string& input : plan.inputs) try {
+      auto particles = open_particles(input, options.particle_radius.value_or(0));
+      // Large frames are not looked through for particles that are not finite.
+      const bool telling =
+          particles->in_memory() ? survey_of(*particles).finite > 1 : particles->size() > 1;
+      if (!telling && first) continue;
       path = input;
-      return open_particles(input, options.particle_radius.value_or(0));
+      first = std::move(particles);
+      if (telling) break;
     } catch (const InputError&) {
-      if (input == plan.inputs.back()) throw;
+      if (!first && input == plan.inputs.back()) throw;
     }
-  return nullptr;
+  return first;
 }
 
 std::vector<DeviceInfo> choose_devices(const std::string& selector, std::string& why) {
@@ -95,7 +107,7 @@ void prepare_folders(const Plan& plan) {
 }
 
 // What must be the same for all frames: the camera where none is given, and the particle radius
-// where no file states one. The first frame that can be read settles it, whatever shard it is of.
+// where no file states one. One frame settles it for all shards.
 std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& options,
                                             std::unique_ptr<CameraTrack> cameras, const Talk& say) {
   if (cameras) {
@@ -103,18 +115,20 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
     if (options.particle_radius) return cameras;
   }
   std::string path;
-  const auto particles = first_readable(options, plan, path);
+  const auto particles = telling_frame(options, plan, path);
   if (!cameras) {
     const auto [camera, origin] = aimed_camera(options, *particles);
     cameras = std::make_unique<CameraTrack>(camera);
     say("camera", origin + (options.eye ? "" : " of " + path) + ", " +
                       std::to_string(camera.width) + "x" + std::to_string(camera.height));
   }
-  const Particles* const all = particles->in_memory();
-  if (all && !options.particle_radius && all->radius.empty() && !(all->particle_radius > 0)) {
+  if (!options.particle_radius && !particles->has_radius() && !(particles->particle_radius() > 0)) {
     std::vector<std::string> warnings;
-    options.parameters.particle_radius =
-        choose_radius(*all, canonical_order(*all, {}, warnings), options.parameters, warnings);
+    try {
+      options.parameters.particle_radius = choose_radius(*particles, options.parameters, warnings);
+    } catch (const InputError& error) {
+      throw InputError(path + ": " + error.what());
+    }
     for (const std::string& warning : warnings) warn(path + ", for all frames: " + warning);
   }
   return cameras;
@@ -140,14 +154,39 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   return settings;
 }
 
+// Whether more than a few drops are outside the image. Of frames that stream it is not counted.
+bool leaves_image(const FrameRecord& record) {
+  const auto counted = [&](const char* what) {
+    for (const auto& [name, count] : record.counts)
+      if (name == what) return count;
+    return std::int64_t{0};
+  };
+  const std::int64_t all = counted("particles");
+  return all < kStreamed && counted("in view") < all - all / 20;
+}
+
+std::string done_line(const BatchOutcome& outcome, double seconds, double processors_percent) {
+  const auto counted = [](std::size_t count, const char* one, const char* many) {
+    return std::to_string(count) + (count == 1 ? one : many);
+  };
+  std::string line = "no frame";
+  if (outcome.done > 0)
+    line = counted(outcome.done, " frame", " frames") + " in " + duration(seconds) + ": " +
+           frame_rate(static_cast<double>(outcome.done) / seconds) +
+           printed(", processors %.0f %% busy", processors_percent);
+  if (outcome.skipped > 0)
+    line += "; " + counted(outcome.skipped, " was", " were") + " there already";
+  return line;
+}
+
 // How a batch ended, as the exit code. Throws when a file could not be written.
 int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
              const std::vector<std::int64_t>& failed) {
   const std::size_t left = frames - outcome.done - outcome.failed - outcome.skipped;
   const std::string go_on = "; the same command with --resume goes on";
   if (!outcome.broken.empty())
-    throw OutputError(outcome.broken + "; " + std::to_string(outcome.done) + " of " +
-                      std::to_string(frames) + " frames are done" + go_on);
+    throw OutputError(outcome.broken + "; " + std::to_string(outcome.done + outcome.skipped) +
+                      " of " + std::to_string(frames) + " frames are done" + go_on);
   if (signal != 0) {
     std::fprintf(stderr, "meniscus: error: stopped by signal %d with %zu of %zu frames left%s\n",
                  signal, left, frames, go_on.c_str());
@@ -196,6 +235,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
                      std::to_string(plan.all_shards) + " frames, " +
                      (team.size() > 1 ? "one of the processes" : shard_origin));
   if (plan.jobs.empty()) return 0;
+  const bool framed = !cameras && !options.eye;
   cameras = settle_for_all(plan, options, std::move(cameras), say);
   const BatchSettings settings = settings_of(options, shard, say);
   say("method", to_string(options.parameters.method));
@@ -209,7 +249,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   std::vector<FrameRecord> records;  // for the page: of earlier runs, too, where the log has them
   std::string note;
   if (page && log) records = read_log(options.log, &note);
-  std::vector<std::int64_t> failed;
+  std::vector<std::int64_t> failed, leaving;
   const GentleStop stop;
   const double cpu_before = processor_ms();
   BatchOutcome outcome;
@@ -219,21 +259,21 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
     const auto over = [&](const FrameRecord& record) {
       progress.over(record);
       if (record.status == FrameStatus::failed) failed.push_back(record.frame);
+      if (framed && leaves_image(record)) leaving.push_back(record.frame);
       if (log) log->add(record);
       if (page) records.push_back(record);
     };
     outcome = run_batch(plan.jobs, *cameras, settings, stop.signal(), over);
     seconds = progress.seconds();
   }
-  char figures[96];
-  std::snprintf(figures, sizeof figures, " in %s: %.2f frames/s, processors %.0f %% busy",
-                duration(seconds).c_str(), static_cast<double>(outcome.done) / seconds,
-                (processor_ms() - cpu_before) /
-                    (10 * seconds * std::max(1u, std::thread::hardware_concurrency())));
-  say("done",
-      std::to_string(outcome.done) + " frames" + figures +
-          (outcome.skipped == 0 ? ""
-                                : "; " + std::to_string(outcome.skipped) + " were there already"));
+  const double busy = (processor_ms() - cpu_before) /
+                      (10 * seconds * std::max(1u, std::thread::hardware_concurrency()));
+  if (!leaving.empty())
+    warn(
+        "the camera was framed around one frame, and more than a twentieth of the particles is "
+        "outside the image in " +
+        named_frames(leaving) + " (give --camera or --eye)");
+  say("done", done_line(outcome, seconds, busy));
   if (page) {
     std::vector<std::int64_t> frames = plan.frames();
     frames.insert(frames.end(), plan.missing.begin(), plan.missing.end());
@@ -250,6 +290,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
 int run_sequence(const ExtractOptions& options, const FramePattern& input) {
   if (options.timings)
     throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
+  if (!options.log.empty() && options.log == options.report)
+    throw usage_error("--log and --report are both " + options.log + ", give two names");
   Team& team = launched_team();
   if (team.size() > 1 && !options.report.empty())
     throw usage_error(

@@ -236,6 +236,7 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
 }
 
 std::vector<DeviceInfo> divided(const DeviceInfo& info, int frames) {
+  require(frames >= 1, "divided: " + std::to_string(frames) + " parts, wanted at least 1");
   std::vector<DeviceInfo> devices(static_cast<std::size_t>(frames), info);
   const unsigned units = info.compute_units;
   const unsigned parts = std::min(static_cast<unsigned>(frames), units);

@@ -64,7 +64,8 @@ Camera read_object(const InputFile& file, const json& root) {
   if (!root.is_object())
     fail(file, "",
          "found " + in_quotes(root.dump()) +
-             ", wanted {\"width\": ..., \"height\": ..., \"view\": ..., \"projection\": ...}");
+             ", wanted {\"width\": ..., \"height\": ..., \"view\": ..., \"projection\": ...}" +
+             (root.is_array() ? " (a list of cameras is for a sequence)" : ""));
   Camera camera;
   camera.width = read_side(file, root, "width");
   camera.height = read_side(file, root, "height");

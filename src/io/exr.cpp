@@ -144,12 +144,18 @@ void check_maps(const Surface& surface) {
   require(surface.depth.size() == pixels,
           "write_exr: depth has " + std::to_string(surface.depth.size()) + " pixels, wanted " +
               std::to_string(pixels) + " (extract with Parameters::image set)");
-  for (const std::size_t size :
-       {surface.normal.size(), surface.position.size(), surface.group.size(), surface.kind.size(),
-        surface.residual.size(), surface.velocity.size(), surface.forward.pixels.size()})
-    require(size == 0 || size == pixels, "write_exr: a map has " + std::to_string(size) +
-                                             " pixels, wanted " + std::to_string(pixels) +
-                                             " or none");
+  const auto check_map = [&](const char* name, std::size_t size) {
+    require(size == 0 || size == pixels, std::string("write_exr: ") + name + " has " +
+                                             std::to_string(size) + " pixels, wanted " +
+                                             std::to_string(pixels) + " or none");
+  };
+  check_map("normal", surface.normal.size());
+  check_map("position", surface.position.size());
+  check_map("group", surface.group.size());
+  check_map("kind", surface.kind.size());
+  check_map("residual", surface.residual.size());
+  check_map("velocity", surface.velocity.size());
+  check_map("forward", surface.forward.pixels.size());
 }
 
 }  // namespace

@@ -111,6 +111,11 @@ std::string advice(int error, const std::string& folder) {
 
 }  // namespace
 
+std::string cannot_be_written(const std::string& path, int error) {
+  return path + ": cannot be written: " + std::generic_category().message(error) + " (" +
+         advice(error, folder_of(path)) + ")";
+}
+
 OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
   std::error_code ignored;
   if (std::filesystem::is_symlink(path, ignored)) {
@@ -215,8 +220,7 @@ void OutputFile::flush() {
 }
 
 void OutputFile::fail(int error) {
-  failure_ = path_ + ": cannot be written: " + std::generic_category().message(error) + " (" +
-             advice(error, folder_of(path_)) + ")";
+  failure_ = cannot_be_written(path_, error);
   room_ = 0;
   throw OutputError(failure_);
 }

@@ -67,6 +67,9 @@ class OutputFile {
   int slot_ = -1;  // in the registry of pending files
 };
 
+/// The message of an error of the system (errno): the file, the reason and what to do.
+std::string cannot_be_written(const std::string& path, int error);
+
 /// Removes temporary files in the folder of `path` that nobody writes any more, because their process
 /// was killed: those of this machine that are not locked, those of others when they have not been
 /// written for an hour either, since not every shared file system shares its locks.

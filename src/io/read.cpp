@@ -58,6 +58,8 @@ Particles particles_of(const InputFile& file, double particle_radius) {
 }
 
 Particles read_particles(const std::string& path, double particle_radius) {
+  require(particle_radius >= 0, "read_particles: particle_radius is " + shown(particle_radius) +
+                                    ", must be > 0, or 0 for what the file states");
   format_of(path);  // before a file of an unknown format is read
   return particles_of(read_file(path), particle_radius);
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <system_error>
@@ -124,6 +125,28 @@ class RowSource : public ParticleSource {
   RowLayout rows_;
 };
 
+// Throws unless each array has one entry a particle or, where it is optional, none.
+void check_sizes(const Particles& p) {
+  const auto vector = [&](const char* names, const std::array<const std::vector<float>*, 3>& axes) {
+    for (const std::vector<float>* values : axes)
+      require(values->size() == axes[0]->size() && (values->empty() || values->size() == p.size()),
+              std::string("particles: ") + names + " have " + std::to_string(axes[0]->size()) +
+                  ", " + std::to_string(axes[1]->size()) + " and " +
+                  std::to_string(axes[2]->size()) + " values for " + std::to_string(p.size()) +
+                  " particles");
+  };
+  const auto scalar = [&](const char* name, std::size_t size) {
+    require(size == 0 || size == p.size(), std::string("particles: ") + name + " has " +
+                                               std::to_string(size) + " values for " +
+                                               std::to_string(p.size()) + " particles");
+  };
+  vector("x, y and z", {&p.x, &p.y, &p.z});
+  vector("vx, vy and vz", {&p.vx, &p.vy, &p.vz});
+  scalar("density", p.density.size());
+  scalar("radius", p.radius.size());
+  scalar("id", p.id.size());
+}
+
 // Files of fewer particles are read at once, and looked through for what else may be wrong.
 constexpr std::int64_t kLarge = std::int64_t{1} << 18;
 
@@ -166,10 +189,27 @@ std::unique_ptr<ParticleSource> open_file(const std::string& path, double partic
 }
 
 std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius) {
+  require(particle_radius >= 0, "open_particles: particle_radius is " + shown(particle_radius) +
+                                    ", must be > 0, or 0 for what the file states");
   return open_parts(path, particle_radius, alone());
 }
 
+void check(const Particles& particles) {
+  check_sizes(particles);
+  const std::string wanted = ", must be > 0 and finite";
+  for (std::size_t i = 0; i < particles.radius.size(); ++i) {
+    const float radius = particles.radius[i];
+    if (!(radius > 0) || !std::isfinite(radius))
+      throw InvalidArgument("particles: radius of particle " + std::to_string(i) + " is " +
+                            shown(radius) + wanted + " (leave radius empty where all are alike)");
+  }
+  const double stated = particles.particle_radius;
+  require(stated >= 0 && std::isfinite(stated), "particles: particle_radius is " + shown(stated) +
+                                                    wanted + ", or 0 where it is not known");
+}
+
 std::unique_ptr<ParticleSource> source_of(const Particles& particles) {
+  check_sizes(particles);
   return std::make_unique<MemorySource>(particles);
 }
 

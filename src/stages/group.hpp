@@ -1,4 +1,5 @@
-// group: triangles of similar normal are merged into groups (paper 2.2, step 3).
+// group: the triangles' normals, smoothed; for method paper, triangles of similar normal merged
+// into groups (paper 2.2, step 3).
 #pragma once
 
 #include <vector>

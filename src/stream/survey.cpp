@@ -6,6 +6,7 @@
 #include <future>
 
 #include "meniscus/error.hpp"
+#include "printed.hpp"
 #include "stream/team.hpp"
 
 namespace meniscus {
@@ -171,6 +172,10 @@ const Survey& survey_of(const ParticleSource& source) {
 
 Survey survey_particles(const ParticleSource& source) {
   Team& team = source.team();
+  const double stated = source.particle_radius();
+  if (!(stated >= 0) || !std::isfinite(stated))
+    throw InputError("particles: particle_radius is " + printed("%g", stated) +
+                     ", must be > 0 and finite, or 0 where it is not known");
   Survey survey;
   survey.size = source.size();
   Found found;
@@ -241,9 +246,8 @@ Survey survey_particles(const ParticleSource& source) {
   });
   found = merged(team.joined(std::vector<Found>{found}));
   if (found.first_bad_radius != kNoParticle) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%g", static_cast<double>(found.bad_radius));
-    throw InputError(source.name(found.first_bad_radius) + ": radius is " + text +
+    throw InputError(source.name(found.first_bad_radius) + ": radius is " +
+                     printed("%g", static_cast<double>(found.bad_radius)) +
                      ", must be > 0 and finite (give --particle-radius to override)");
   }
   survey.sample = team.joined(std::move(survey.sample));

@@ -53,7 +53,7 @@ inline constexpr std::int64_t kSample = 1 << 16;
 /// Looks at every particle, each process of the source's team at those of its share; the result is
 /// the same in all. It does not depend on the particles' order but for `first_bad` and the sample's
 /// order. Throws InputError, naming the first such particle, when a radius is not a positive
-/// number.
+/// number, or when the one that the source states is none.
 Survey survey_particles(const ParticleSource& source);
 
 }  // namespace meniscus

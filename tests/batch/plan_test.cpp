@@ -90,6 +90,8 @@ TEST_F(PlanTest, NoFilesAtAll) {
   asked.input = *FramePattern::in(path("e.####.ply"));
   EXPECT_THAT(error_of<InputError>(asked),
               HasSubstr("e.####.ply: there is no file of such a name"));
+  asked.input = *FramePattern::in(path("nowhere/d.####.ply"));
+  EXPECT_THAT(error_of<InputError>(asked), HasSubstr("there is no folder " + path("nowhere/")));
 }
 
 TEST_F(PlanTest, TwoFramesThatWriteOneOutput) {

@@ -1,6 +1,9 @@
 // Sequences: which frames come out, and that none is lost or half-written whatever happens.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -100,6 +103,9 @@ TEST_F(Sequence, FramesAndCamerasAreChosen) {
 
   expect_error(run({"extract", "d.####.ply", "-o", "o.####.exr", "--camera", "c.{}.json"}), 1,
                {"c.{}.json: there is no file of such a name"});
+  expect_error(run({"extract", "d.###.ply", "-o", "o.####.exr"}), 1,
+               {"d.###.ply: there is no file of such a name, but d.0000.ply (write {} "});
+  expect_error(run(words({"--log", "nowhere/log.jsonl"})), 1, {"make the folder nowhere first"});
   fs::remove(path("d.0004.ply"));
   expect_error(run(words({"--frames", "3-5"})), 1,
                {"d.####.ply: frame 4 missing", "--missing skip"});
@@ -148,7 +154,7 @@ TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
   EXPECT_THAT(run(all).err, HasSubstr("3 were there already"));
   list[2]["view"][0][3] = 0.5;
   write("c.json", list.dump());
-  EXPECT_THAT(run(all).err, HasSubstr("1 were there already"));
+  EXPECT_THAT(run(all).err, HasSubstr("1 was there already"));
   std::vector<std::string> other = all;
   other[7] = "24";
   EXPECT_THAT(run(other).err, HasSubstr("3 frames"));
@@ -157,6 +163,7 @@ TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
 
 TEST_F(Sequence, WrongUseIsNamed) {
   write_sequence(2);
+  expect_error(run(words({"--frames", ""})), 2, {"--frames: is empty"});
   expect_error(run({"extract", "d.####.ply", "-o", "o.exr"}), 2,
                {"frames 0 and 1 would both write o.exr", "o.exr: "});
   expect_error(run({"extract", "d.####.ply", "-o", "d.####.ply"}), 2, {"is the input"});
@@ -172,6 +179,22 @@ TEST_F(Sequence, WrongUseIsNamed) {
                {"nowhere/o.0000.exr: cannot be written", "make the folder nowhere first"});
 }
 
+TEST_F(Sequence, AStarIsNoSequence) {
+  write_sequence(2);  // 27 and 64 particles
+  const Outcome outcome = run({"extract", "d.*.ply", "-o", "o.png", "--size", "64x48"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("d.*.ply: 91 in 2 files"));
+}
+
+TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
+  write_sequence(2);
+  write("notes.txt", "first\nsecond without an end");
+  expect_error(run(words({"--log", "notes.txt", "-q"})), 1, {"notes.txt: is no log", "--log"});
+  EXPECT_EQ(read("notes.txt"), "first\nsecond without an end");
+  EXPECT_THAT(outputs(), IsEmpty());
+  expect_error(run(words({"--log", "a", "--report", "a"})), 2, {"--log and --report are both a"});
+}
+
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   write_sequence(5);
   ASSERT_EQ(run(words({"-q"})).exit_code, 0);
@@ -185,6 +208,9 @@ TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   const Outcome second = run(words(), task);
   ASSERT_EQ(second.exit_code, 0) << second.err;
   EXPECT_THAT(second.err, HasSubstr("2 of 2 of 5 frames, from SLURM_ARRAY_TASK_ID"));
+  Conditions sparse = task;
+  sparse.environment[0].second = "9";
+  expect_error(run(words(), sparse), 2, {"SLURM_ARRAY_TASK_ID is 9", "gaps", "--shard k/N"});
   EXPECT_EQ(outputs(), whole);
 }
 
@@ -240,6 +266,76 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   const Outcome fast = run(words({"--fail-fast", "--in-flight", "1", "--threads", "1"}));
   EXPECT_EQ(fast.exit_code, 3) << fast.err;
   EXPECT_LT(outputs().size(), 12u);
+}
+
+TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
+  write_particles("d.0000.ply", {}, 0);  // an emitter has not begun
+  const double nan = std::nan("");
+  write_particles("d.0001.ply", {{0, 0, 0}, {nan, 0, 0}}, 0);
+  write_particles("d.0002.ply", block(6), 0);
+  write_particles("d.0003.ply", block(7), 0);
+  const Outcome outcome = run(words());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply"));
+  EXPECT_THAT(outcome.err, HasSubstr("d.0002.ply, for all frames: no particle radius"));
+  // A small block has much surface, which the estimate takes for thinner fluid.
+  EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.1, 0.02);
+}
+
+TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
+  write_sequence(2);
+  EXPECT_THAT(run(words()).err, Not(HasSubstr("outside the image")));
+  auto gone = block(4);
+  for (std::size_t k = 0; k < 10; ++k) gone[k][0] -= 100;
+  write_particles("d.0002.ply", gone);
+  EXPECT_THAT(run(words()).err, HasSubstr("outside the image in frame 2 (give --camera or --eye)"));
+  EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, Not(HasSubstr("outside the image")));
+}
+
+TEST_F(Sequence, LargeFramesHaveOneRadius) {
+  for (const auto& [frame, scale] : {std::pair{0, 1.0f}, std::pair{1, 1.5f}}) {
+    std::string bytes =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 262144\nproperty float x\n"
+        "property float y\nproperty float z\nend_header\n";
+    for (int k = 0; k < 64 * 64 * 64; ++k)
+      for (const int x : {k % 64, k / 64 % 64, k / 4096}) {
+        const float value = scale * static_cast<float>(x);
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+      }
+    write(name("d.", frame, ".ply"), bytes);
+  }
+  const Outcome outcome = run(words());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("d.0000.ply, for all frames: no particle radius"));
+  EXPECT_EQ(read_exr(path("o.0000.exr")).particle_radius,
+            read_exr(path("o.0001.exr")).particle_radius);
+}
+
+TEST_F(Sequence, TheBarFitsTheTerminal) {
+  write_sequence(3);
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+  winsize size{};
+  size.ws_row = 24;
+  size.ws_col = 50;
+  ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
+  const std::string device = ptsname(terminal);
+  const int held = open(device.c_str(), O_RDWR | O_NOCTTY);  // so that what is written stays
+  const Outcome outcome = run(words(), {{}, 0, {"/bin/sh", "-c", "exec \"$@\" 2>" + device, "sh"}});
+  EXPECT_EQ(outcome.exit_code, 0);
+  std::string shown(1 << 16, '\0');
+  shown.resize(
+      static_cast<std::size_t>(std::max<ssize_t>(0, ::read(terminal, shown.data(), shown.size()))));
+  close(held);
+  close(terminal);
+  int bars = 0;
+  std::istringstream turns(shown);
+  for (std::string turn; std::getline(turns, turn, '\r');) {
+    if (!turn.starts_with('[')) continue;
+    ++bars;
+    EXPECT_LT(turn.find('\x1b'), 50u) << turn;
+  }
+  EXPECT_GE(bars, 2) << shown;
 }
 
 TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
@@ -317,13 +413,20 @@ TEST_F(Sequence, SigtermFinishesTheFramesUnderWay) {
 TEST_F(Sequence, AFullDiskEndsTheBatch) {
   write_sequence(5);
   // An EXR of that size has 13 MB; the files of the OpenCL compiler stay below the limit.
-  const Outcome outcome = run(
-      {"extract", "d.####.ply", "-o", "o.####.exr", "--size", "640x480", "--compression", "none"},
-      {{}, 4'000'000});
+  std::vector<std::string> all{"extract", "d.####.ply",    "-o",  "o.####.exr", "--size",
+                               "640x480", "--compression", "none"};
+  const Outcome outcome = run(all, {{}, 4'000'000});
   expect_error(outcome, 1,
                {"cannot be written: File too large", "0 of 5 frames are done", "--resume"});
   EXPECT_THAT(outputs(), IsEmpty());
   EXPECT_THAT(temporary_files(), IsEmpty());
+  all.insert(all.end(), {"--resume", "--frames", "0,1"});
+  EXPECT_EQ(run(all).exit_code, 0);
+  all.back() = "0-4";
+  expect_error(run(all, {{}, 4'000'000}), 1, {"2 of 5 frames are done"});  // those two count
+  expect_error(run(words({"--log", "/dev/full"})), 1,
+               {"/dev/full: cannot be written: No space left on device (free some space",
+                "of 5 frames are done; the same command with --resume goes on"});
 }
 
 }  // namespace

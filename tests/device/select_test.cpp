@@ -102,6 +102,11 @@ TEST(DividedDevice, HasPartsThatTogetherAreItOrIsItself) {
   }
 }
 
+TEST(DividedDevice, HasAtLeastOnePart) {
+  EXPECT_THROW(divided(select_device(), 0), InvalidArgument);
+  EXPECT_THROW(divided(select_device(), -1), InvalidArgument);
+}
+
 TEST(DividedDevice, PartsOfDifferentFramesComputeAtTheSameTime) {
   if (!has_cpu()) GTEST_SKIP() << "only a CPU can be divided";
   const std::vector<float> values(100'000, 2.5f);

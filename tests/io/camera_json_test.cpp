@@ -54,6 +54,7 @@ TEST_F(CameraJson, SaysWhatIsWrong) {
   EXPECT_THAT(error_of("c.json", camera("\"width\": 0, \"height\": 3", kView, kProjection)),
               HasSubstr("c.json: camera: size is 0x3"));
   EXPECT_THAT(error_of("c.json", "[]"), HasSubstr("c.json: found \"[]\", wanted {\"width\""));
+  EXPECT_THAT(error_of("c.json", "[]"), HasSubstr("a list of cameras is for a sequence"));
   EXPECT_THAT(error_of("c.json", "{\"width\": 4,\n \"height\" 3}"),
               HasSubstr("c.json: is not JSON: parse error at line 2"));
   EXPECT_THAT(error_of("c.json", "{\"width\": 1e999}"), HasSubstr("c.json: is not JSON: "));

@@ -132,5 +132,73 @@ TEST_F(Source, SmallFilesAndOtherFormatsAreInMemory) {
   EXPECT_EQ(rows->particle_radius(), 0.5);
 }
 
+Particles three() {
+  Particles particles;
+  particles.x = particles.y = particles.z = {0, 1, 2};
+  return particles;
+}
+
+void expect_refused(const Particles& particles, const std::string& why) {
+  try {
+    check(particles);
+    FAIL() << why;
+  } catch (const InvalidArgument& error) {
+    EXPECT_THAT(error.what(), HasSubstr(why));
+  }
+}
+
+TEST(ParticleCheck, NamesTheArrayThatDoesNotFit) {
+  Particles particles = three();
+  particles.y.pop_back();
+  expect_refused(particles, "particles: x, y and z have 3, 2 and 3 values for 3 particles");
+  EXPECT_THROW(source_of(particles), InvalidArgument);
+  particles = three();
+  particles.vx = {1, 2, 3};
+  expect_refused(particles, "particles: vx, vy and vz have 3, 0 and 0 values for 3 particles");
+  particles = three();
+  particles.vx = particles.vy = particles.vz = {1};
+  expect_refused(particles, "particles: vx, vy and vz have 1, 1 and 1 values for 3 particles");
+  particles = three();
+  particles.density = {1};
+  expect_refused(particles, "particles: density has 1 values for 3 particles");
+  particles = three();
+  particles.radius = {1, 1};
+  expect_refused(particles, "particles: radius has 2 values for 3 particles");
+  particles = three();
+  particles.id = {1, 2, 3, 4};
+  expect_refused(particles, "particles: id has 4 values for 3 particles");
+}
+
+TEST(ParticleCheck, RefusesRadiiThatAreNone) {
+  for (const float radius : {0.0f, -1.0f, NAN, INFINITY}) {
+    Particles particles = three();
+    particles.radius = {1, radius, 1};
+    expect_refused(particles, "particles: radius of particle 1 is ");
+  }
+  for (const double radius : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    Particles particles = three();
+    particles.particle_radius = radius;
+    expect_refused(particles, "particles: particle_radius is ");
+  }
+}
+
+TEST(ParticleCheck, LeavesWhatIsNotFiniteToTheParameters) {
+  Particles particles = three();
+  particles.x[1] = NAN;
+  particles.vx = particles.vy = particles.vz = {0, INFINITY, 0};
+  particles.radius = {1, 2, 3};
+  check(particles);
+  check(Particles{});
+}
+
+TEST_F(Source, NeedsARadiusOrNone) {
+  const std::string path = write("a.xyz", "0 0 0\n");
+  for (const double radius : {-1.0, static_cast<double>(NAN)}) {
+    EXPECT_THROW(read_particles(path, radius), InvalidArgument);
+    EXPECT_THROW(open_particles(path, radius), InvalidArgument);
+  }
+  EXPECT_EQ(read_particles(path, 2).particle_radius, 2);
+}
+
 }  // namespace
 }  // namespace meniscus

@@ -1,4 +1,4 @@
-# Installs the library, builds the example against the installed package, and runs it.
+# Installs the library, builds the examples and a plug-in against the installed package, and runs them.
 # Arguments: BUILD (the build folder), SOURCE (the repository), CONFIG, COMPILER, FLAGS, MPIRUN
 # (empty: built without MPI).
 set(work ${BUILD}/package_test)
@@ -10,16 +10,23 @@ function(run)
 endfunction()
 
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/installed)
-run(${CMAKE_COMMAND} -S ${SOURCE}/examples -B ${work}/build -G Ninja
-  -DCMAKE_PREFIX_PATH=${work}/installed -DCMAKE_BUILD_TYPE=${CONFIG}
-  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
-run(${CMAKE_COMMAND} --build ${work}/build)
+function(build source folder)
+  run(${CMAKE_COMMAND} -S ${SOURCE}/${source} -B ${work}/${folder} -G Ninja
+    -DCMAKE_PREFIX_PATH=${work}/installed -DCMAKE_BUILD_TYPE=${CONFIG}
+    -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
+  run(${CMAKE_COMMAND} --build ${work}/${folder})
+endfunction()
+
+build(examples build)
 run(${work}/build/extract_surface ${SOURCE}/examples/data/cube_drop/frame_007.ply)
-foreach(file surface.png surface.ply)
+run(${work}/build/from_memory)
+foreach(file surface.png surface.ply ball.exr)
   if(NOT EXISTS ${work}/run/${file})
-    message(FATAL_ERROR "the example did not write ${file}")
+    message(FATAL_ERROR "the examples did not write ${file}")
   endif()
 endforeach()
+build(tests/package/plugin plugin)
+run(${work}/plugin/host)
 run(${work}/installed/bin/meniscus --version)
 if(MPIRUN)
   run(${MPIRUN} -q --allow-run-as-root --oversubscribe -n 2 ${work}/installed/bin/meniscus

@@ -99,6 +99,14 @@ TEST(Survey, RefusesRadiiThatAreNone) {
   }
 }
 
+TEST(Survey, RefusesAStatedRadiusThatIsNone) {
+  Particles particles = random_particles(100, false);
+  for (const double radius : {-1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    particles.particle_radius = radius;
+    EXPECT_THROW(survey_particles(*source_of(particles)), InputError) << radius;
+  }
+}
+
 // Of particles that all ranks have in memory, each reads some; rank 3 nothing.
 class SharedSource : public ParticleSource {
  public:
