@@ -9,8 +9,8 @@
 //
 // A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
 // fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
-// the weights (trust.hpp), 13 weight where the fluid ends. Its foot and reach are 4 floats in an array
-// of their own.
+// the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights. Its foot
+// and reach are 4 floats in an array of their own.
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 
 #define RECORD 16
@@ -279,7 +279,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   floatv best = none;
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
-  floatv trust = none;
+  floatv trust = none, firm = none;
   Sheet A, B;  // A: as if all hits were of one sheet
   clear_sheet(&A);
   for (int from = 0; from < listed.met.count; from += BLOCK) {
@@ -312,6 +312,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
       trust = fma(hit.weight, (floatv)(fits.record[RECORD * fit + 12]), trust);
+      firm = fma(hit.weight, (floatv)(fits.record[RECORD * fit + 14]), firm);
       add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
@@ -458,7 +459,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1.
   // Where a ray meets hardly more than the bevel of a lone edge there is nothing to trust.
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
-              smooth_step(0.001f, 0.005f, A.w + B.w);
+              smooth_step(0.001f, 0.005f, firm);
   const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
   *blended = out;

@@ -233,10 +233,12 @@ kernel void fit_particles(
   scatter_float(SELECT(own.nz, a[3] * scale, good), turned + 2, at, wanted);
 }
 
-// How far a fit can be relied on, three rows:
+// How far a fit can be relied on, four rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
-//   share of the neighbours whose normals agree,
-//     e = max(0.005, smoothstep(0.7, 1.0, sum of q smoothstep(0.85, 0.95, n_i.n_j) / sum of q);
+//   share of the other particles there whose normals agree,
+//     e = max(0.005, smoothstep(0.3, 0.9, sum of q smoothstep(0.72, 0.95, n_i.n_j) / sum of q);
+// - its firmness, the same more strictly, with the particle itself, which always agrees, among them:
+//     max(0.005, smoothstep(0.7, 1.0, sum of q smoothstep(0.85, 0.95, n_i.n_j) / sum of q);
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
 // - the number of its neighbours, each by its weight u.
@@ -248,7 +250,8 @@ kernel void measure_edges(global const float4* place, global const float4* norma
                           global const float* quadric,  // [10][lanes] through the particles
                           global const float* kept,     // [slots] weights of the last pass
                           global float* residual,       // [lanes] in and out
-                          global float* rows,           // [3][lanes] e; distance, radii; number
+                          global float* rows,           // [4][lanes] e; firmness; distance, radii;
+                                                        // number
                           const int lanes,
                           const float falloff,  // 2 / sigma^2
                           const float tau,      // particle radii
@@ -262,7 +265,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   floatv c[10];
 #pragma unroll
   for (int k = 0; k < 10; ++k) c[k] = LOADF(quadric + k * lanes + lane);
-  floatv near = none, agree = none, weight = none, squares = none, number = none;
+  floatv near = none, agree = none, firm = none, weight = none, squares = none, number = none;
   floatv distances = none, total = (floatv)(1e-30f);
   Point point[CHUNK];
   for (int from = 0; from < count; from += CHUNK) {
@@ -282,15 +285,18 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       number += p.w;
       const floatv d = l / reach;
       const floatv r = (1.0f - d) * (1.0f - d);
-      const floatv q = SELECT(none, p.w * r * r * (4.0f * d + 1.0f), d < 1.0f);
+      const floatv q = SELECT(none, p.w * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
       near += q;
-      agree += q * smooth_step(0.85f, 0.95f, same);
+      agree += q * smooth_step(0.72f, 0.95f, same);
+      firm += q * smooth_step(0.85f, 0.95f, same);
     }
   }
-  STOREF(SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, agree / near)), near > 0.0f),
-         rows + lane);
-  STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + lanes + lane);
-  STOREF(number, rows + 2 * lanes + lane);
+  const floatv least = (floatv)(0.005f), all = own.u + near;
+  STOREF(SELECT(one, fmax(least, smooth_step(0.3f, 0.9f, agree / near)), near > 0.0f), rows + lane);
+  STOREF(SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f),
+         rows + lanes + lane);
+  STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + 2 * lanes + lane);
+  STOREF(number, rows + 3 * lanes + lane);
   const floatv before = LOADF(residual + lane);
   STOREF(SELECT(before, sqrt(distances / total), before >= 0.0f), residual + lane);
 }

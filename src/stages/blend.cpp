@@ -168,7 +168,8 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                              1 / (reach * reach),
                              fits.visible[k] < kSeen ? 0 : weight * fits.visible[k],
                              1 / trust[k],
-                             weight * fits.surface[k]};
+                             weight * fits.surface[k],
+                             fits.firmness[k] / fits.edge[k]};
     std::ranges::transform(record, &records.record[k * kRecord],
                            [](double v) { return static_cast<float>(v); });
     const double place[] = {foot.x, foot.y, foot.z, reach};

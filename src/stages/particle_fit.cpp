@@ -353,6 +353,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     fits.foot = fits.position;
     sheet = make_cells(fits.position, kSheet.reach);
     fits.edge.resize(count);
+    fits.firmness.resize(count);
     fits.spread.resize(count);
     fits.supporters.resize(count);
     fits.quadric.resize(count);
@@ -360,7 +361,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   std::vector<Buffer<float>> rows;
   for (const Lanes& part : parts) {
     const std::size_t lanes = part.residual.size;
-    rows.push_back(allocate<float>(device, 3 * lanes));
+    rows.push_back(allocate<float>(device, 4 * lanes));
     launch(device, kFiles, "measure_edges", items(part), width_option(width), places, normals,
            part.particle, part.neighbour, part.first, part.length, part.support, part.quadric,
            part.weight, part.residual, rows.back(), static_cast<cl_int>(lanes), falloff,
@@ -378,8 +379,9 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
         if (parts[part].lists.fit[l] < 0) continue;
         const std::size_t k = static_cast<std::size_t>(parts[part].lists.fit[l]);
         fits.edge[k] = row[l];
-        fits.spread[k] = row[lanes + l];
-        fits.supporters[k] = row[2 * lanes + l];
+        fits.firmness[k] = row[lanes + l];
+        fits.spread[k] = row[2 * lanes + l];
+        fits.supporters[k] = row[3 * lanes + l];
         std::array<float, 10>& quadric = fits.quadric[k];
         for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
         if (fits.residual[k] < 0) continue;

@@ -15,18 +15,18 @@ constexpr SheetWeights kSheet{5, 0.4f, 0.6f};
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells) {
   const std::size_t n = fits.size();
-  std::vector<float> edge(n), spread(n), density;
+  std::vector<float> firm(n), spread(n), density;
   Cells around;
   parallel_both([&] { density = measure_density(device, cells, fits.foot); },
                 [&] {
                   around = make_cells(fits.position, kSheet.reach);
                   for (std::size_t k = 0; k < n; ++k) {
-                    edge[k] = fits.residual[k] < 0 ? 0 : static_cast<float>(fits.edge[k]);
+                    firm[k] = fits.residual[k] < 0 ? 0 : static_cast<float>(fits.firmness[k]);
                     spread[k] = static_cast<float>(fits.spread[k]);
                   }
                 });
   const std::array<std::vector<float>, 2> means = average_in_cells(
-      device, around, fits.normal, edge, {std::move(density), std::move(spread)}, kSheet);
+      device, around, fits.normal, firm, {std::move(density), std::move(spread)}, kSheet);
   std::vector<double> trust(n, 0.0);
   constexpr std::size_t kGrain = 1024;  // fits that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {

@@ -227,7 +227,10 @@ TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
       const double n = expected.neighbours;
       // The share is a quotient of sums of n terms of some 10 roundings; agreement is steep, 1.5 /
       // 0.1 times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
-      EXPECT_NEAR(fits.edge[k], expected.edge, kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3);
+      const double bound = kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3;
+      EXPECT_NEAR(fits.edge[k], expected.edge, bound);
+      EXPECT_NEAR(fits.firmness[k], expected.firmness, bound);
+      EXPECT_GE(fits.edge[k], fits.firmness[k] - bound);  // the stricter of two
       // f is good to 20 epsilon of its terms, which add up to 1.5 rho; the weights, as in
       // weight_error without its last factor, move a mean of squares below 4.
       const double f = 20 * kEpsilon * 1.5 * params.support;
@@ -314,6 +317,7 @@ TEST_P(ParticleFit, VectorsOfAnyWidthGiveTheSameBits) {
     EXPECT_EQ(one.normal, wide.normal);
     EXPECT_EQ(one.support, wide.support);
     EXPECT_EQ(one.edge, wide.edge);
+    EXPECT_EQ(one.firmness, wide.firmness);
     EXPECT_EQ(one.spread, wide.spread);
   }
 }

@@ -25,7 +25,7 @@ ParticleFits at_random(const Projected& p, std::size_t n, unsigned seed) {
     fits.position.push_back(p.eye(i));
     const double side = i % 3 == 0 ? 2 : 0;
     fits.normal.push_back(normalized({side + random(-0.4, 0.4), random(-0.4, 0.4), 1}));
-    fits.edge.push_back(random(0.005, 1));
+    fits.firmness.push_back(random(0.005, 1));
     fits.spread.push_back(random(0.2, 1.1));
     fits.supporters.push_back(random(4, 25));
     fits.residual.push_back(i % 7 == 6 ? -1 : 0.1f);
@@ -55,8 +55,8 @@ TEST_P(Trust, MatchesItsDefinition) {
     for (std::size_t j = 0; j < fits.size(); ++j) {
       const double l = length(fits.position[j] - fits.position[k]);
       if (l >= 5 || fits.residual[j] < 0) continue;
-      const double w =
-          (1 - l / 5) * fits.edge[j] * smooth_step(0.4, 0.6, dot(fits.normal[j], fits.normal[k]));
+      const double w = (1 - l / 5) * fits.firmness[j] *
+                       smooth_step(0.4, 0.6, dot(fits.normal[j], fits.normal[k]));
       weight += w;
       dense += w * density[j];
       doubt += w * off[j];

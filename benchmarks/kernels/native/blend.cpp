@@ -214,7 +214,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   std::int32_t cached_group[kCached];
   int kept = 0, rest = listed.met.count;
   Blended out;
-  Floats best{}, ax{}, ay{}, az{}, trust{};
+  Floats best{}, ax{}, ay{}, az{}, trust{}, firm{};
   Sheet A, B;
   // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
   // first all that rays meet, without a branch, then the weights of those that count.
@@ -252,6 +252,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       ay = better ? hit.gy : ay;
       az = better ? hit.gz : az;
       trust = fused(hit.weight, all(g[12]), trust);
+      firm = fused(hit.weight, all(g[14]), firm);
       add_hit(A, foot_of(fit), s, hit, one);
     }
   }
@@ -364,8 +365,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   const Ints edge = (B.w > 0.03f * A.w) & (h < 0.0f) & meet;
-  out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) *
-              smooth_step(0.001f, 0.005f, A.w + B.w);
+  out.trust =
+      smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.001f, 0.005f, firm);
   out.trust += ended ? all(4.0f) : edge ? all(2.0f) : none;
   return out;
 }

@@ -119,7 +119,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     Vec3d blended;         // ... with half of the weights' gradients
     double cancelled = 0;
   } sheets[2];
-  double untrusted = 0, all = 0;
+  double untrusted = 0, firm = 0, all = 0;
   for (int s = 0; s < 2; ++s) {
     Sheet& sheet = sheets[s];
     const auto part = [&](const Hit& hit) {
@@ -132,6 +132,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       sheet.centre += part(hit) * fits.foot[hit.fit];
       sheet.normal += part(hit) * hit.gradient;
       untrusted += part(hit) / trust[hit.fit];
+      firm += part(hit) * fits.firmness[hit.fit] / fits.edge[hit.fit];
       all += part(hit);
     }
     if (!(sheet.weight > 0)) continue;
@@ -165,8 +166,8 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   for (const Sheet& sheet : sheets)
     if (sheet.weight > 0)
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
-  // Hardly more than the rim of a weight is not trusted.
-  out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.001, 0.005, all);
+  // Hardly more than the rim of a weight, or than bevels, is not trusted.
+  out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.001, 0.005, firm);
   out.on_edge = near && convex && b.weight > 0.03 * a.weight;
 
   // Sheet R: what faces away near the point, with another normal.

@@ -92,18 +92,20 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
 
 /// What measure_edges finds of a fit.
 struct Measured {
-  double edge = 0, spread = 0, supporters = 0;
+  double edge = 0, firmness = 0, spread = 0, supporters = 0;
   int neighbours = 0;   // within the support
   double margin = 1e9;  // how near one is to its end, particle radii
 };
 
-/// e = max(.005, smoothstep(.7, 1, share)) with the share of the neighbours, u_j W(l / 4) each,
-/// that agree, smoothstep(.85, .95, n_i.n_j); the RMS of f, at most 2, under the common weights;
-/// the sum of u_j. `quadric` is that of the fit with its offset.
+/// e = max(.005, smoothstep(.3, .9, share)) with the share of the other particles, u_j W(l / 4)
+/// each, that agree, smoothstep(.72, .95, n_i.n_j); the firmness, max(.005, smoothstep(.7, 1,
+/// share)) of those that agree by smoothstep(.85, .95, n_i.n_j), the particle itself among them;
+/// the RMS of f, at most 2, under the common weights; the sum of u_j. `quadric` is that of the fit
+/// with its offset.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
                         const std::array<float, 10>& quadric, const FitParams& params) {
   Measured found;
-  double near = 0, agree = 0, weight = 0, squares = 0;
+  double near = 0, agree = 0, firm = 0, weight = 0, squares = 0;
   for (std::size_t j = 0; j < all.position.size(); ++j) {
     const Vec3d x = all.position[j] - all.position[i];
     const double l = length(x), u = all.weight[j], same = dot(all.normal[i], all.normal[j]);
@@ -116,11 +118,15 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
     weight += w;
     squares += w * f * f;
     found.supporters += u;
+    if (j == i) continue;
     const double q = u * wendland(l / 4);
     near += q;
-    agree += q * smooth_step(0.85, 0.95, same);
+    agree += q * smooth_step(0.72, 0.95, same);
+    firm += q * smooth_step(0.85, 0.95, same);
   }
-  found.edge = std::max(0.005, smooth_step(0.7, 1.0, agree / near));
+  const double own = all.weight[i];
+  found.edge = std::max(0.005, smooth_step(0.3, 0.9, agree / near));
+  found.firmness = std::max(0.005, smooth_step(0.7, 1.0, (own + firm) / (own + near)));
   found.spread = std::sqrt(squares / weight);
   return found;
 }

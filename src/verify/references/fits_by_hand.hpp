@@ -22,6 +22,7 @@ struct GivenFits {
     fits.surface.push_back(1);
     fits.support.push_back(FitParams{}.support);
     fits.edge.push_back(1);
+    fits.firmness.push_back(1);
     fits.spread.push_back(0);
     fits.supporters.push_back(30);
     fits.foot.push_back(foot);
@@ -64,6 +65,7 @@ inline GivenFits crowd(unsigned seed) {
     scene.fits.surface.back() = random(0, 1);
     scene.fits.support.back() = random(5, 10);
     scene.fits.edge.back() = random(0.2, 1);
+    scene.fits.firmness.back() = random(0.005, 1);
     scene.trust.back() = k % 13 == 0 ? 0.009 : k % 3 == 0 ? random(0.02, 1) : 1;
     if (k % 17 == 0) scene.fits.residual.back() = -1;
   }

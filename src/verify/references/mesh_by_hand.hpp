@@ -114,6 +114,7 @@ ParticleFits made_by_hand(const Triangulation& mesh, Depth&& depth, double bend,
     fits.surface.push_back(1);
     fits.support.push_back(FitParams{}.support);
     fits.edge.push_back(random(0.005, 1));
+    fits.firmness.push_back(fits.edge.back());
     fits.foot.push_back(mesh.position[k] + n);
     std::array<float, 10> c{};
     const double linear[4] = {-1, n.x, n.y, n.z};

@@ -30,7 +30,7 @@ void see_pass(const FittedSurface& scene, const ParticleFits& before, const Part
 }
 
 void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitParams& params,
-               Worst& edge, Worst& supporters) {
+               Worst& edge, Worst& firmness, Worst& supporters) {
   const reference::Surroundings all = scene.surroundings(fits);
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const auto expected = reference::measure(all, static_cast<std::size_t>(scene.place[k]),
@@ -39,7 +39,9 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
     const double n = expected.neighbours;
     // The share is a quotient of sums of n terms of some 10 roundings; agreement is steep, 1.5 /
     // 0.1 times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
-    edge.see(fits.edge[k], expected.edge, kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3, 1);
+    const double bound = kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3;
+    edge.see(fits.edge[k], expected.edge, bound, 1);
+    firmness.see(fits.firmness[k], expected.firmness, bound, 1);
     supporters.see(fits.supporters[k], expected.supporters, expected.supporters * n * kEpsilon);
   }
 }
@@ -48,7 +50,8 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
 
 ReferenceErrors particle_fit_case(Device& device, int size) {
   Worst equation("fit_particles", "normal equations"), residual("measure_edges", "residual"),
-      edge("measure_edges", "edge"), supporters("measure_edges", "supporters");
+      edge("measure_edges", "edge"), firmness("measure_edges", "firmness"),
+      supporters("measure_edges", "supporters");
   for (const auto& surface : {hills, roof}) {
     const FittedSurface scene = fitted_surface(field(size, 2, surface));
     FitParams params;
@@ -59,9 +62,9 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
       see_pass(scene, before, after, params, params.passes, equation, residual);
       before = after;
     }
-    see_edges(scene, before, params, edge, supporters);
+    see_edges(scene, before, params, edge, firmness, supporters);
   }
-  return {equation.error(), residual.error(), edge.error(), supporters.error()};
+  return {equation.error(), residual.error(), edge.error(), firmness.error(), supporters.error()};
 }
 
 }  // namespace meniscus::verify
