@@ -237,7 +237,8 @@ kernel void fit_particles(
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the other particles there whose normals agree,
 //     e = max(0.005, smoothstep(0.3, 0.9, sum of q smoothstep(0.72, 0.95, n_i.n_j) / sum of q);
-// - its firmness, the same more strictly, with the particle itself, which always agrees, among them:
+// - its firmness, which tells what can be trusted: agreement within a narrower angle, with the particle
+//   itself, which always agrees,
 //     max(0.005, smoothstep(0.7, 1.0, sum of q smoothstep(0.85, 0.95, n_i.n_j) / sum of q);
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;

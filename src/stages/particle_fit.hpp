@@ -19,7 +19,7 @@ struct ParticleFits {
   std::vector<double> surface;  // [n] u: how far the particle is one of the surface, (0, 1]
   std::vector<double> support;  // [n] rho, particle radii
   std::vector<double> edge;     // [n] e: how far its surroundings are smooth, (0, 1]
-  std::vector<double> firmness;  // [n] the same more strictly: what it can be trusted by, (0, 1]
+  std::vector<double> firmness;  // [n] as e, within a narrower angle: for its trust, (0, 1]
   std::vector<double> spread;   // [n] RMS distance of the surroundings from the fit, particle radii
   std::vector<double> supporters;  // [n] neighbours within the full support, each by its u
   std::vector<Vec3d> foot;         // [n] the fit's surface near the particle, eye space

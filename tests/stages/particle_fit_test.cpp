@@ -230,7 +230,6 @@ TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
       const double bound = kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3;
       EXPECT_NEAR(fits.edge[k], expected.edge, bound);
       EXPECT_NEAR(fits.firmness[k], expected.firmness, bound);
-      EXPECT_GE(fits.edge[k], fits.firmness[k] - bound);  // the stricter of two
       // f is good to 20 epsilon of its terms, which add up to 1.5 rho; the weights, as in
       // weight_error without its last factor, move a mean of squares below 4.
       const double f = 20 * kEpsilon * 1.5 * params.support;

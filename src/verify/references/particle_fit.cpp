@@ -38,7 +38,7 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
     if (expected.margin < 1e-5) continue;  // a neighbour more or less
     const double n = expected.neighbours;
     // The share is a quotient of sums of n terms of some 10 roundings; agreement is steep, 1.5 /
-    // 0.1 times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
+    // 0.1 at most times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
     const double bound = kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3;
     edge.see(fits.edge[k], expected.edge, bound, 1);
     firmness.see(fits.firmness[k], expected.firmness, bound, 1);
