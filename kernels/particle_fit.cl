@@ -235,11 +235,14 @@ kernel void fit_particles(
 
 // How far a fit can be relied on, four rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
-//   share of the other particles there whose normals agree,
-//     e = max(0.005, smoothstep(0.3, 0.9, sum of q smoothstep(0.72, 0.95, n_i.n_j) / sum of q);
+//   share of the particles elsewhere whose normals agree,
+//     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, n_i.n_j)) /
+//                                         (c + sum of q))),    c = 0.01 u_i
+//   where c lets e go on steadily when the first one comes near;
 // - its firmness, which tells what can be trusted: agreement within a narrower angle, with the particle
-//   itself, which always agrees,
-//     max(0.005, smoothstep(0.7, 1.0, sum of q smoothstep(0.85, 0.95, n_i.n_j) / sum of q);
+//   itself
+//     max(0.005, smoothstep(0.7, 1.0, (u_i + sum of q smoothstep(0.85, 0.95, n_i.n_j)) /
+//                                     (u_i + sum of q)));
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
 // - the number of its neighbours, each by its weight u.
@@ -292,8 +295,9 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       firm += q * smooth_step(0.85f, 0.95f, same);
     }
   }
-  const floatv least = (floatv)(0.005f), all = own.u + near;
-  STOREF(SELECT(one, fmax(least, smooth_step(0.3f, 0.9f, agree / near)), near > 0.0f), rows + lane);
+  const floatv least = (floatv)(0.005f), little = 0.01f * own.u, all = own.u + near;
+  const floatv share = (little + agree) / (little + near);
+  STOREF(SELECT(one, fmax(least, smooth_step(0.3f, 0.9f, share)), all > 0.0f), rows + lane);
   STOREF(SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f),
          rows + lanes + lane);
   STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + 2 * lanes + lane);

@@ -56,7 +56,7 @@ void BatchProgress::over(const FrameRecord& record) {
   if (!quiet_ && !bar_ && record.status == FrameStatus::done)
     std::fprintf(stderr, "frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write\n",
                  frame, over_, frames_, ms[0], ms[1], ms[2]);
-  if (bar_ && Clock::now() >= next_) draw();
+  if (bar_ && (over_ == frames_ || Clock::now() >= next_)) draw();
 }
 
 void BatchProgress::draw() {

@@ -58,24 +58,32 @@ ShardChoice choose_shard(const ExtractOptions& options) {
           "from SLURM_ARRAY_TASK_ID (--shard 1/1 for all)"};
 }
 
-/// The first frame that can be read and whose particles tell where the fluid is and how close they
-/// lie: emitters begin with empty frames. Where none does, the first that can be read.
+/// A frame whose particles tell where the fluid is and how close they lie: the first of so many
+/// particles, or the one of the most among the first frames that can be read. Emitters begin with
+/// empty frames and with drops.
 std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, const Plan& plan,
                                               std::string& path) {
-  std::unique_ptr<ParticleSource> first;
+  constexpr std::int64_t kTelling = 256;  // particles: mostly inside of the fluid
+  constexpr int kLooks = 64;              // frames that are looked at: small ones
+  std::unique_ptr<ParticleSource> best;
+  std::int64_t most = 0;
+  int looks = 0;
   for (const std::string& input : plan.inputs) try {
       auto particles = open_particles(input, options.particle_radius.value_or(0));
       // Large frames are not looked through for particles that are not finite.
-      const bool telling =
-          particles->in_memory() ? survey_of(*particles).finite > 1 : particles->size() > 1;
-      if (!telling && first) continue;
-      path = input;
-      first = std::move(particles);
-      if (telling) break;
+      const std::int64_t finite = particles->in_memory()
+                                      ? survey_of(*particles).finite
+                                      : static_cast<std::int64_t>(particles->size());
+      if (!best || finite > most) {
+        path = input;
+        best = std::move(particles);
+        most = finite;
+      }
+      if (most >= kTelling || ++looks == kLooks) break;
     } catch (const InputError&) {
-      if (!first && input == plan.inputs.back()) throw;
+      if (!best && input == plan.inputs.back()) throw;
     }
-  return first;
+  return best;
 }
 
 std::vector<DeviceInfo> choose_devices(const std::string& selector, std::string& why) {
@@ -290,8 +298,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
 int run_sequence(const ExtractOptions& options, const FramePattern& input) {
   if (options.timings)
     throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
-  if (!options.log.empty() && options.log == options.report)
-    throw usage_error("--log and --report are both " + options.log + ", give two names");
+  check_different({options.log, options.report});
   Team& team = launched_team();
   if (team.size() > 1 && !options.report.empty())
     throw usage_error(

@@ -192,7 +192,7 @@ TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
   expect_error(run(words({"--log", "notes.txt", "-q"})), 1, {"notes.txt: is no log", "--log"});
   EXPECT_EQ(read("notes.txt"), "first\nsecond without an end");
   EXPECT_THAT(outputs(), IsEmpty());
-  expect_error(run(words({"--log", "a", "--report", "a"})), 2, {"--log and --report are both a"});
+  expect_error(run(words({"--log", "a", "--report", "./a"})), 2, {"output ./a: is named twice"});
 }
 
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
@@ -271,9 +271,9 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
 TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   write_particles("d.0000.ply", {}, 0);  // an emitter has not begun
   const double nan = std::nan("");
-  write_particles("d.0001.ply", {{0, 0, 0}, {nan, 0, 0}}, 0);
-  write_particles("d.0002.ply", block(6), 0);
-  write_particles("d.0003.ply", block(7), 0);
+  write_particles("d.0001.ply", {{0, 0, 0}, {nan, 0, 0}, {3, 0, 0}, {0, 3, 0}}, 0);  // drops
+  write_particles("d.0002.ply", block(7), 0);
+  write_particles("d.0003.ply", block(8), 0);
   const Outcome outcome = run(words());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply"));

@@ -97,11 +97,11 @@ struct Measured {
   double margin = 1e9;  // how near one is to its end, particle radii
 };
 
-/// e = max(.005, smoothstep(.3, .9, share)) with the share of the other particles, u_j W(l / 4)
-/// each, that agree, smoothstep(.72, .95, n_i.n_j); the firmness, max(.005, smoothstep(.7, 1,
-/// share)) of those that agree by smoothstep(.85, .95, n_i.n_j), the particle itself among them;
-/// the RMS of f, at most 2, under the common weights; the sum of u_j. `quadric` is that of the fit
-/// with its offset.
+/// e = max(.005, smoothstep(.3, .9, share)) with the share of the particles elsewhere, u_j W(l / 4)
+/// each, that agree, smoothstep(.72, .95, n_i.n_j), and .01 u_i that agrees; the firmness,
+/// max(.005, smoothstep(.7, 1, share)) with those that agree by smoothstep(.85, .95, n_i.n_j), and
+/// u_i that agrees; the RMS of f, at most 2, under the common weights; the sum of u_j. `quadric` is
+/// that of the fit with its offset.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
                         const std::array<float, 10>& quadric, const FitParams& params) {
   Measured found;
@@ -118,14 +118,14 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
     weight += w;
     squares += w * f * f;
     found.supporters += u;
-    if (j == i) continue;
+    if (l == 0) continue;
     const double q = u * wendland(l / 4);
     near += q;
     agree += q * smooth_step(0.72, 0.95, same);
     firm += q * smooth_step(0.85, 0.95, same);
   }
   const double own = all.weight[i];
-  found.edge = std::max(0.005, smooth_step(0.3, 0.9, agree / near));
+  found.edge = std::max(0.005, smooth_step(0.3, 0.9, (0.01 * own + agree) / (0.01 * own + near)));
   found.firmness = std::max(0.005, smooth_step(0.7, 1.0, (own + firm) / (own + near)));
   found.spread = std::sqrt(squares / weight);
   return found;
