@@ -23,12 +23,13 @@ OutputKind kind_of(const std::string& path) {
                         ".png (picture)");
 }
 
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  return fs::weakly_canonical(fs::absolute(a), error) ==
+         fs::weakly_canonical(fs::absolute(b), error);
+}
+
 void check_outputs(const std::string& input, const std::vector<std::string>& outputs) {
-  const auto same_file = [](const std::string& a, const std::string& b) {
-    std::error_code error;
-    return fs::weakly_canonical(fs::absolute(a), error) ==
-           fs::weakly_canonical(fs::absolute(b), error);
-  };
   const std::vector<std::string> inputs = part_files(input);
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const std::string& path = outputs[i];

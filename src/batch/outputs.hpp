@@ -14,6 +14,9 @@ enum class OutputKind { exr, mesh, png };
 /// By the ending. Throws InvalidArgument.
 OutputKind kind_of(const std::string& path);
 
+/// Whether two names lead to one file, there or not.
+bool same_file(const std::string& a, const std::string& b);
+
 /// Throws InvalidArgument for endings that nobody knows, an output that is named twice, and one
 /// that is the input.
 void check_outputs(const std::string& input, const std::vector<std::string>& outputs);

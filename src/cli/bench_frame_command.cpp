@@ -1,5 +1,4 @@
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -146,15 +145,10 @@ void add_bench_frame_command(CLI::App& bench) {
       .add_option("--camera", o.camera_file,
                   "JSON file as for extract (default: the dam's, or one that frames the particles)")
       ->type_name("FILE");
-  command
-      .add_option_function<double>(
-          "--particle-radius",
-          [&o](double radius) {
-            if (!(radius > 0) || !std::isfinite(radius))
-              throw usage_error("--particle-radius must be a number > 0, in world units");
-            o.particle_radius = radius;
-          },
-          "radius of the particles in world units (default: the file's, else estimated)")
+  add_positive_option(
+      command, "--particle-radius", "world units",
+      [&o](double radius) { o.particle_radius = radius; },
+      "radius of the particles in world units (default: the file's, else estimated)")
       ->type_name("R")
       ->needs(input);
   command

@@ -111,16 +111,11 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
-  command
-      .add_option_function<double>(
-          "--particle-radius",
-          [&o](double radius) {
-            if (!(radius > 0) || !std::isfinite(radius))
-              throw usage_error("--particle-radius must be a number > 0, in world units");
-            o.particle_radius = radius;
-          },
-          "radius of the particles in world units, half their spacing (default: the file's, "
-          "else estimated from the spacing)")
+  add_positive_option(
+      command, "--particle-radius", "world units",
+      [&o](double radius) { o.particle_radius = radius; },
+      "radius of the particles in world units, half their spacing (default: the file's, "
+      "else estimated from the spacing)")
       ->type_name("R");
   Choices<Method> choices;
   std::string explained;
@@ -138,15 +133,9 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
   command.add_flag("--strict", o.parameters.strict,
                    "NaN and infinite coordinates and velocities are an error instead of being "
                    "dropped");
-  command
-      .add_option_function<double>(
-          "--fps",
-          [&o](double rate) {
-            if (!(rate > 0) || !std::isfinite(rate))
-              throw usage_error("--fps must be a number > 0, in frames per second");
-            o.frames_per_second = rate;
-          },
-          "frames per second of the simulation's files, for motion on the screen (default 24)")
+  add_positive_option(
+      command, "--fps", "frames per second", [&o](double rate) { o.frames_per_second = rate; },
+      "frames per second of the simulation's files, for motion on the screen (default 24)")
       ->type_name("RATE");
   command
       .add_option_function<std::string>(

@@ -6,10 +6,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <set>
 #include <thread>
 
+#include "batch/outputs.hpp"
 #include "dam_break.hpp"
 #include "parallel.hpp"
 #include "printed.hpp"
@@ -101,14 +100,24 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
 }
 
 void check_different(const std::vector<std::string>& outputs) {
-  std::set<std::filesystem::path> taken;
-  for (const std::string& output : outputs) {
-    std::error_code error;
-    if (!output.empty() &&
-        !taken.insert(std::filesystem::weakly_canonical(std::filesystem::absolute(output), error))
-             .second)
-      throw usage_error("output " + output + ": is named twice, give each output its own name");
-  }
+  for (std::size_t i = 0; i < outputs.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (!outputs[i].empty() && !outputs[k].empty() && same_file(outputs[i], outputs[k]))
+        throw usage_error("output " + outputs[i] +
+                          ": is named twice, give each output its own name");
+}
+
+CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
+                                 const std::string& unit, std::function<void(double)> take,
+                                 const std::string& help) {
+  return command.add_option_function<double>(
+      name,
+      [name, unit, take = std::move(take)](double value) {
+        if (!(value > 0) || !std::isfinite(value))
+          throw usage_error(name + " must be a number > 0, in " + unit);
+        take(value);
+      },
+      help);
 }
 
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels) {

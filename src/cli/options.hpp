@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,11 @@ void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);
 
 /// Throws usage_error where one file is named for two outputs; empty names are none.
 void check_different(const std::vector<std::string>& outputs);
+
+/// An option that takes a finite number above 0; `unit` says what of.
+CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
+                                 const std::string& unit, std::function<void(double)> take,
+                                 const std::string& help);
 
 /// --memory BYTES.
 void add_memory_option(CLI::App& command, std::size_t& memory);
