@@ -258,7 +258,7 @@ typedef struct {
 } Surface;
 
 // Stores what is sure of WIDTH samples, `stride` apart from `first` on; group and kind are those of
-// samples as far apart, from `corner` on.
+// samples as far apart, from `corner` on: for the group see choose_groups in blend.cl.
 inline void store_between(const Between s, const int corner, const int first, const int stride,
                           const Surface to) {
   float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
@@ -275,7 +275,7 @@ inline void store_between(const Between s, const int corner, const int first, co
     to.normal[at] = nx[k];
     to.normal[to.n + at] = ny[k];
     to.normal[2 * to.n + at] = nz[k];
-    to.group[at] = to.group[corner + k * stride];
+    to.group[at] = to.group[corner + k * stride] | OF_CORNER;
     to.kind[at] = to.kind[corner + k * stride];
   }
 }
@@ -299,7 +299,7 @@ inline void store_row(const Between even, const Between odd, const int corner, c
   store_floats(even.nx, odd.nx, sure, to.normal + first);
   store_floats(even.ny, odd.ny, sure, to.normal + to.n + first);
   store_floats(even.nz, odd.nz, sure, to.normal + 2 * to.n + first);
-  group.even = group.odd = vload16(0, to.group + corner).even;
+  group.even = group.odd = vload16(0, to.group + corner).even | OF_CORNER;
   vstore16(select(vload16(0, to.group + first), group, sure), 0, to.group + first);
   uchar16 kind;
   kind.even = kind.odd = vload16(0, to.kind + corner).even;

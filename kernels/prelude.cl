@@ -111,6 +111,10 @@ inline int tile_under_group(const int samples_x) {
   return j / TILE * ((samples_x + TILE - 1) / TILE) + i / TILE;
 }
 
+// Set in the group of a sample that was interpolated: its group is the one of a corner, until
+// choose_groups (blend.cl) has looked at those around. All bits are set in -1, no group.
+#define OF_CORNER (1 << 30)
+
 // The block of 8 x 8 samples that a sample lies in; blocks come row by row, two for each tile.
 inline int block_of(const int i, const int j, const int samples_x) {
   return j / 8 * ((samples_x + TILE - 1) / TILE * 2) + i / 8;

@@ -70,10 +70,10 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
 // layer ends before them look again behind it.
 SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
                             FrontAndCore fronts, const Triangulation& mesh,
-                            const BlendRecords& records, const FittedFrame& frame,
+                            const BlendRecords& records, const FittedFrame& frame, bool groups,
                             const Parameters& params, StageClock& clock) {
   clock.start("region");
-  const SurfaceBuffers surface = empty_surface(device, grid);
+  SurfaceBuffers surface = empty_surface(device, grid);
   const auto& [front, front_core, occupied] = fronts;
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid, occupied);
   const FitTiles tiles = list_fits(device, view, records, grid);
@@ -135,6 +135,11 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   splash_over(keep_samples(device, gaps, splash.from, surface.depth));
   clock.start("specks");
   close_specks(device, surface, listed);
+  clock.start("blend");
+  if (!groups)
+    surface.group = {};
+  else if (coarsest > 1)
+    surface.group = choose_groups(device, view, surface, frame.records, coarsest, params.blend);
   return surface;
 }
 
@@ -210,11 +215,11 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 
   if (params.image)
     result.image = make_surface(device, view, pixel_grid(view), std::move(on_image), mesh, records,
-                                frame, params, clock);
+                                frame, params.aovs.group || params.aovs.residual, params, clock);
   if (params.mesh) {
     const SampleGrid grid = node_grid(view, params.grid.cell);
-    const SurfaceBuffers surface =
-        make_surface(device, view, grid, draw_fronts(grid), mesh, records, frame, params, clock);
+    const SurfaceBuffers surface = make_surface(device, view, grid, draw_fronts(grid), mesh,
+                                                records, frame, false, params, clock);
     clock.start("mesh");
     const SurfaceMap nodes = download(device, surface);
     const std::vector<SilhouetteEdge> edges =

@@ -262,6 +262,21 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
          sheets_of(params));
 }
 
+Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuffers& surface,
+                             const DeviceRecords& records, int every, const BlendParams& params) {
+  const SampleGrid& grid = surface.grid;
+  const int width = device.state().wide_width();
+  const int rows = width == 1 ? 1 : 8;  // as in blend.cl
+  const auto across = static_cast<std::size_t>((grid.nx + width - 1) / width);
+  const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
+  const auto group = allocate<cl_int>(device, grid.size());
+  launch(device, kBlend, "choose_groups", {across, down, 16, 1}, width_option(width), surface.depth,
+         surface.group, records.record, records.foot, group, cl_int2{{grid.nx, grid.ny}},
+         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
+         cl_int{every});
+  return group;
+}
+
 void blend_points(Device& device, const View& view, const DeviceRecords& records,
                   const FitTiles& tiles, const SampleGrid& grid, const Buffer<float>& points,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,

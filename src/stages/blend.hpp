@@ -93,4 +93,10 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params);
 
+/// The groups of a surface, of which interpolate_samples has left those of samples `every` apart or
+/// less to be chosen (kernel choose_groups): for each the heaviest of those at such samples around
+/// it. Does not wait.
+Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuffers& surface,
+                             const DeviceRecords& records, int every, const BlendParams& params);
+
 }  // namespace meniscus

@@ -20,7 +20,8 @@ inline constexpr double kWidestCell = 4.0 / 3;
 ///   reference, splash  [samples] finite where a sample may show surface, splash; with their blocks
 ///   open               [samples] in and out: finite, the reference, where the front layer shows
 ///                      nothing and it is not known yet what does
-///   surface            in and out
+///   surface            in and out; which groups are interpolated samples' is up to choose_groups
+///                      (blend.hpp)
 ///   least_radius       the smallest particle's on the screen, pixels: where the lattice's samples
 ///                      are at most kWidestCell of it apart, nothing hides between four that show
 ///                      nothing

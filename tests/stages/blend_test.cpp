@@ -429,6 +429,65 @@ TEST_P(Blend, PointsGiveTheBitsOfSamples) {
   }
 }
 
+// Samples that were interpolated get the fits that blending all samples finds, not those of the
+// lattice's samples beside them.
+TEST_P(Blend, InterpolatedSamplesChooseTheHeaviestFit) {
+  const View view = frontal_view(37, 21);
+  const SampleGrid grid{141, 77, 0.5f, 0.25f};
+  const std::size_t n = grid.size();
+  const Vec3d normal = normalized({-0.2, 0.3, 1}), side = normalized(cross(normal, {0, 1, 0}));
+  const Vec3d up = cross(side, normal), foot{0, 0, -20};
+  Scene scene;
+  for (int k = 0; k < 60; ++k)  // spread evenly, in no rows
+    scene.add(foot + side * (20 * std::fmod(0.5 + 0.7548776662 * k, 1) - 10) +
+                  up * (14 * std::fmod(0.5 + 0.5698402910 * k, 1) - 7),
+              normal);
+  const Samples all = blended(device_, view, grid, scene, 20);
+  const DeviceRecords records = upload_records(
+      device_, make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius));
+  for (const int every : {2, 4}) {         // half a radius and one
+    constexpr cl_int kOfCorner = 1 << 30;  // as in prelude.cl
+    std::vector<cl_int> found(n);
+    std::size_t others = 0;
+    for (std::size_t s = 0; s < n; ++s) {
+      const std::size_t nx = static_cast<std::size_t>(grid.nx), e = static_cast<std::size_t>(every);
+      const std::size_t corner = s / nx / e * e * nx + s % nx / e * e;
+      const bool interpolated = corner != s && all.map.depth[corner] < kNoSurface;
+      found[s] = interpolated ? all.map.group[corner] | kOfCorner : all.map.group[s];
+      others += all.map.depth[s] < kNoSurface && all.map.group[s] != all.map.group[corner];
+    }
+    ASSERT_GT(others, 500u) << every;
+    std::vector<cl_int> narrow;
+    for (const int width : {1, 8, 16}) {
+      device_.state().vector_width = width;
+      const SurfaceBuffers surface{
+          grid, upload(device_, all.map.depth), {}, upload(device_, found), {}, {}};
+      const std::vector<cl_int> chosen =
+          download(device_, choose_groups(device_, view, surface, records, every, kBlend));
+      if (width == 1) narrow = chosen;
+      EXPECT_EQ(chosen, narrow) << width;
+    }
+    const auto at_lattice_around = [&](std::size_t s, cl_int group) {
+      const int i = static_cast<int>(s) % grid.nx, j = static_cast<int>(s) / grid.nx;
+      for (int y = std::max(j - every, 0); y <= std::min(j + every, grid.ny - 1); ++y)
+        for (int x = std::max(i - every, 0); x <= std::min(i + every, grid.nx - 1); ++x)
+          if (x % every == 0 && y % every == 0 && all.map.group[y * grid.nx + x] == group)
+            return true;
+      return false;
+    };
+    std::size_t differing = 0;
+    for (std::size_t s = 0; s < n; ++s) {
+      const bool shown = all.map.depth[s] < kNoSurface;
+      const cl_int best = shown ? all.map.group[s] : -1;
+      differing += narrow[s] != best;
+      if (!shown || at_lattice_around(s, best)) {
+        EXPECT_EQ(narrow[s], best) << every << " " << s;
+      }
+    }
+    EXPECT_LT(differing, others / 5) << every;
+  }
+}
+
 TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatTurnsAway) {
   const View view = frontal_view(70, 50);
   Random random(6);

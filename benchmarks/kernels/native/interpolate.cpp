@@ -8,6 +8,7 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
 constexpr std::uint8_t kEmpty = 0, kOpen = 1, kSmooth = 3;  // as in interpolate.cl
+constexpr std::int32_t kOfCorner = 1 << 30;
 
 struct Corner {
   Floats x, y, z, nx, ny, nz, t;
@@ -120,7 +121,7 @@ void fill_cells(const Interpolate& in, int a, int b) {
         in.normal[at] = f.nx[k];
         in.normal[n + at] = f.ny[k];
         in.normal[2 * n + at] = f.nz[k];
-        in.group[at] = in.group[corner];
+        in.group[at] = in.group[corner] | kOfCorner;
         in.kind[at] = in.kind[corner];
       } else {
         const int block = row / 8 * ((in.nx + kTile - 1) / kTile * 2) + i / 8;
