@@ -58,7 +58,7 @@ struct ScreenMotion {
 enum class Kind : std::uint8_t { none = 0, surface = 1, splash = 2 };
 
 /// The surface seen by the camera: maps of width x height sampled at pixel centres, row 0 on top,
-/// stored at row * width + column, and the mesh. Interpolated pixels have a neighbour's group.
+/// stored at row * width + column, and the mesh.
 struct Surface {
   Camera camera;
   std::vector<float> depth;          // planar distance along the camera axis, world units, > 0;
