@@ -58,8 +58,9 @@ void run_frame(const ExtractOptions& options) {
   const auto source = open_parts(options.input, options.particle_radius.value_or(0), team);
   const ParticleSource& particles = *source;
   const std::size_t parts = part_files(options.input).size();
-  say("particles", options.input + ": " + grouped(particles.size()) +
-                       (parts > 1 ? " in " + std::to_string(parts) + " files" : ""));
+  say("particles",
+      options.input + ": " + grouped(particles.size()) +
+          (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
   const auto [camera, origin] =
       options.camera_file.empty()
           ? aimed_camera(options, particles)
@@ -122,6 +123,13 @@ int run_extract(ExtractOptions options) {
   if (const char* const option = sequence_option(options))
     throw usage_error(std::string(option) + " is for sequences, but " + options.input +
                       " has no place for the frame's number, e.g. name.####.ply");
+  for (const std::string& path : options.outputs)
+    if (FramePattern::in(path))
+      throw usage_error(
+          "--output " + path + " has a place for the frame's number, but " + options.input +
+          " is one frame" +
+          (options.input.find('*') == std::string::npos ? "" : " (* stands for its parts)") +
+          "; the name of a sequence has a place, too, e.g. name.####.ply");
   run_frame(options);
   return 0;
 }

@@ -183,7 +183,10 @@ TEST_F(Sequence, AStarIsNoSequence) {
   write_sequence(2);  // 27 and 64 particles
   const Outcome outcome = run({"extract", "d.*.ply", "-o", "o.png", "--size", "64x48"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("d.*.ply: 91 in 2 files"));
+  EXPECT_THAT(outcome.err, HasSubstr("d.*.ply: 91 in 2 files, the parts of one frame"));
+  expect_error(run({"extract", "d.*.ply", "-o", "o.####.png"}), 2,
+               {"o.####.png has a place", "d.*.ply is one frame (* stands for its parts)"});
+  expect_error(run({"extract", "d.0000.ply", "-o", "o.####.png"}), 2, {"d.0000.ply is one frame;"});
 }
 
 TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
