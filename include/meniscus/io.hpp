@@ -36,14 +36,16 @@ enum class Preview { lit, normal, depth, groups };
 
 /// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top; V.X
 /// V.Y V.Z and forward.u forward.v where the surface has them. Maps that are empty are left out,
-/// but for Z. Throws OutputError, InvalidArgument for maps that are not of the camera's size.
+/// but for Z. `half`: N, residual, V and forward as 16-bit floats, but for a map with values beyond
+/// their range, 65,504. Throws OutputError, InvalidArgument for maps that are not of the camera's
+/// size.
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
-               Compression compression = Compression::zip);
+               Compression compression = Compression::zip, bool half = false);
 
-/// Reads what write_exr wrote: every map and the camera; the mesh, counts and warnings stay empty.
-/// Channels that it does not know are left out. `attributes`: gets the header's texts by name, such
-/// as "meniscus.parameters". Throws InputError when the file is missing, cut off, damaged or not by
-/// write_exr.
+/// Reads what write_exr wrote, in either width: every map and the camera; the mesh, counts and
+/// warnings stay empty. Channels that it does not know are left out. `attributes`: gets the
+/// header's texts by name, such as "meniscus.parameters". Throws InputError when the file is
+/// missing, cut off, damaged or not by write_exr.
 Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
 /// Writes the mesh with normals, in a .ply also velocities where it has them: .ply (binary little

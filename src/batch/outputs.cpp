@@ -58,7 +58,7 @@ std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface
     OutputFile& file = *files.emplace_back(std::make_unique<OutputFile>(path));
     switch (kind_of(path)) {
       case OutputKind::exr:
-        write_exr(file, surface, parameters, options.compression, options.job);
+        write_exr(file, surface, parameters, options.compression, options.half, options.job);
         break;
       case OutputKind::mesh:
         write_mesh(file, surface.mesh, options.job);

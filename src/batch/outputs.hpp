@@ -24,6 +24,7 @@ void check_outputs(const std::string& input, const std::vector<std::string>& out
 /// How files are written.
 struct WriteOptions {
   Compression compression = Compression::zip;
+  bool half = false;  // see write_exr
   Preview preview = Preview::lit;
   std::string job;  // see io/seal.hpp
 };

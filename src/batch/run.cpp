@@ -358,6 +358,7 @@ std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next
   for (const double value : next_camera.view) add(value);
   for (const double value : next_camera.projection) add(value);
   add(static_cast<double>(settings.writing.compression));
+  add(settings.writing.half);
   add(static_cast<double>(settings.writing.preview));
   return hex_digits(content_hash(text));
 }

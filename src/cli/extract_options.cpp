@@ -235,6 +235,9 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                            {"pxr24", Compression::pxr24}},
                           "of the EXR: none, rle, zips, zip (default), piz, or pxr24, which rounds "
                           "floats to 24 bits");
+  command.add_flag("--half", o.writing.half,
+                   "N, residual, V and forward of the EXR as 16-bit floats: half the file; Z and P "
+                   "keep 32 bits");
   add_choice<Preview>(command, "--preview", o.writing.preview,
                       {{"lit", Preview::lit},
                        {"normal", Preview::normal},

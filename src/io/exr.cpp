@@ -9,8 +9,13 @@
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <half.h>
 
+#include <atomic>
+#include <cmath>
 #include <cstdint>
+#include <map>
+#include <string_view>
 #include <vector>
 
 #include "io/exr_channels.hpp"
@@ -21,6 +26,7 @@
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/meniscus.hpp"
+#include "parallel.hpp"
 
 namespace meniscus {
 namespace {
@@ -158,10 +164,41 @@ void check_maps(const Surface& surface) {
   check_map("forward", surface.forward.pixels.size());
 }
 
+// The channels of 16 bits, by their names. A map of which a value does not fit has none.
+std::map<std::string_view, std::vector<half>> narrow_channels(const Surface& surface,
+                                                              std::vector<std::uint32_t>& kind) {
+  const auto map_of = [](std::string_view name) { return name.substr(0, name.find('.')); };
+  const auto width = static_cast<std::size_t>(surface.camera.width);
+  const auto height = static_cast<std::size_t>(surface.camera.height);
+  std::map<std::string_view, std::vector<half>> channels;
+  std::map<std::string_view, bool> fits;  // by the name of the map
+  const auto narrow = [&](std::string_view name, Imf::PixelType type, const void* at,
+                          std::size_t stride) {
+    if (type != Imf::FLOAT || name == "Z" || map_of(name) == "P") return;
+    const char* first = static_cast<const char*>(at);
+    std::vector<half>& values = channels[name];
+    values.resize(width * height);
+    std::atomic<bool> all_fit{true};
+    parallel_for(height, 1, [&](std::size_t begin, std::size_t end) {
+      bool fit = true;
+      for (std::size_t k = begin * width; k < end * width; ++k) {
+        const float value = *reinterpret_cast<const float*>(first + k * stride);
+        fit &= std::abs(value) <= HALF_MAX;
+        values[k] = value;
+      }
+      if (!fit) all_fit = false;
+    });
+    fits.try_emplace(map_of(name), true).first->second &= all_fit;
+  };
+  for_each_channel(surface, kind, narrow);
+  std::erase_if(channels, [&](const auto& channel) { return !fits[map_of(channel.first)]; });
+  return channels;
+}
+
 }  // namespace
 
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
-               Compression compression, const std::string& job) {
+               Compression compression, bool half, const std::string& job) {
   check_maps(surface);
   std::vector<float> alpha(surface.depth.size());
   for (std::size_t k = 0; k < alpha.size(); ++k)
@@ -178,6 +215,10 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
   };
   slice("A", Imf::FLOAT, alpha.data(), sizeof(float));
   for_each_channel(surface, kind, slice);
+  std::map<std::string_view, std::vector<::half>> narrow;
+  if (half) narrow = narrow_channels(surface, kind);
+  for (const auto& [name, values] : narrow)
+    slice(std::string(name).c_str(), Imf::HALF, values.data(), sizeof values[0]);
 
   try {
     const Imf::Header header = make_header(surface, parameters, compression, job, frame);
@@ -199,9 +240,9 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
 }
 
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
-               Compression compression) {
+               Compression compression, bool half) {
   OutputFile file(path);
-  write_exr(file, surface, parameters, compression);
+  write_exr(file, surface, parameters, compression, half);
   file.commit();
 }
 

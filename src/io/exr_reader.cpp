@@ -130,7 +130,8 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
   Imf::FrameBuffer frame;
   const auto slice = [&](const char* name, Imf::PixelType type, auto* first, std::size_t stride) {
     const Imf::Channel* channel = header.channels().findChannel(name);
-    if (channel == nullptr || channel->type != type || channel->xSampling != 1 ||
+    const bool half = channel != nullptr && type == Imf::FLOAT && channel->type == Imf::HALF;
+    if (channel == nullptr || (channel->type != type && !half) || channel->xSampling != 1 ||
         channel->ySampling != 1)
       fail(file, "",
            std::string("has no channel ") + name + " with " +

@@ -18,7 +18,6 @@ namespace meniscus {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "OpenEXR files are little-endian");
-constexpr std::size_t kValue = 4;  // bytes of a float or unsigned integer
 constexpr int kLevel = 4;          // of libdeflate: what zlib's own level 4 packs to, or less
 
 struct FreeCompressor {
@@ -51,11 +50,12 @@ void gather_lines(const Imf::Header& header, const Imf::FrameBuffer& frame, int 
   for (int y = first; y < last; ++y)
     for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {
       const Imf::Slice& slice = frame[channel.name()];
+      const std::size_t value = slice.type == Imf::HALF ? 2 : 4;  // bytes
       const char* from = slice.base + static_cast<std::size_t>(y) * slice.yStride;
       const std::size_t at = lines.size();
-      lines.resize(at + width * kValue);
+      lines.resize(at + width * value);
       for (std::size_t x = 0; x < width; ++x, from += slice.xStride)
-        std::memcpy(&lines[at + x * kValue], from, kValue);
+        std::memcpy(&lines[at + x * value], from, value);
     }
 }
 
@@ -63,7 +63,7 @@ void gather_lines(const Imf::Header& header, const Imf::FrameBuffer& frame, int 
 // from the one before.
 void predict(const std::vector<std::uint8_t>& lines, std::vector<std::uint8_t>& split,
              std::vector<std::uint8_t>& differences) {
-  const std::size_t n = lines.size(), half = n / 2;  // n is a multiple of four
+  const std::size_t n = lines.size(), half = n / 2;  // n is even
   split.resize(n);
   differences.resize(n);
   for (std::size_t k = 0; k < half; ++k) {

@@ -13,8 +13,8 @@ namespace meniscus {
 /// Imf::OutputFile in that libdeflate packs them, in half of zlib's time, on all processors. What
 /// OpenEXR reads back is the same.
 ///
-///   header  scan lines from the top, ZIP or ZIPS, channels of four bytes, names of at most 31
-///   letters frame   a slice for every channel
+///   header  scan lines from the top, ZIP or ZIPS, names of channels of at most 31 letters
+///   frame   a slice for every channel
 ///
 /// Throws OutputError.
 void write_zipped(OutputFile& file, const Imf::Header& header, const Imf::FrameBuffer& frame);

@@ -9,7 +9,7 @@
 namespace meniscus {
 
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
-               Compression compression, const std::string& job = "");
+               Compression compression, bool half, const std::string& job = "");
 
 /// The ending of the file's path says whether it is .ply or .obj.
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job = "");

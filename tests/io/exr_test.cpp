@@ -9,6 +9,7 @@
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 #include <gmock/gmock.h>
+#include <half.h>
 
 #include <cmath>
 #include <cstring>
@@ -177,6 +178,41 @@ TEST(Exr, MotionIsAddedAndChangesNothingElse) {
   wrong = moving;
   wrong.forward.pixels.pop_back();
   EXPECT_THROW(write_exr(folder / "b.exr", wrong, {}), InvalidArgument);
+}
+
+TEST_P(ExrCompression, HalfKeepsElevenBitsOfWhatNeedsNoMore) {
+  const TemporaryFolder folder;
+  Surface surface = moving_surface();
+  for (Vec3& v : surface.velocity) v.z = 0.3f;  // forward.v has values of a million
+  write_exr(folder / "a.exr", surface, {}, GetParam(), true);
+  Imf::InputFile file((folder / "a.exr").c_str());
+  for (const char* name : {"N.X", "N.Y", "N.Z", "residual", "V.X", "V.Y", "V.Z"})
+    EXPECT_EQ(file.header().channels().findChannel(name)->type, Imf::HALF) << name;
+  for (const char* name : {"A", "Z", "P.X", "P.Y", "P.Z", "forward.u", "forward.v"})
+    EXPECT_EQ(file.header().channels().findChannel(name)->type, Imf::FLOAT) << name;
+
+  const Surface back = read_exr(folder / "a.exr");
+  EXPECT_EQ(back.group, surface.group);
+  EXPECT_EQ(back.kind, surface.kind);
+  const float least = HALF_MIN;  // smaller ones keep less
+  const auto near = [&](float found, float wanted) {
+    return std::abs(found - wanted) <= std::max(std::abs(wanted), least) / 2048;
+  };
+  ASSERT_EQ(back.normal.size(), surface.normal.size());
+  std::size_t rounded = 0;
+  for (std::size_t k = 0; k < surface.normal.size(); ++k) {
+    EXPECT_TRUE(near(back.normal[k].x, surface.normal[k].x)) << k;
+    EXPECT_TRUE(near(back.normal[k].z, surface.normal[k].z)) << k;
+    EXPECT_TRUE(near(back.velocity[k].x, surface.velocity[k].x)) << k;
+    EXPECT_TRUE(near(back.velocity[k].y, surface.velocity[k].y)) << k;
+    EXPECT_TRUE(near(back.residual[k], surface.residual[k])) << k;
+    rounded += back.velocity[k].x != surface.velocity[k].x;
+  }
+  EXPECT_GT(rounded, 0u);
+  if (GetParam() == Compression::pxr24) return;  // which rounds floats
+  EXPECT_EQ(back.depth, surface.depth);
+  EXPECT_EQ(back.position, surface.position);
+  EXPECT_EQ(back.forward.pixels, surface.forward.pixels);
 }
 
 TEST(Exr, HeaderSaysWhatItHolds) {

@@ -25,7 +25,7 @@ void write_output(const std::string& path, const std::string& job, int width = 9
   const Surface surface = sample_surface(sample_camera(width, width * 7 / 9));
   OutputFile file(path);
   if (path.ends_with(".exr"))
-    write_exr(file, surface, {}, Compression::zip, job);
+    write_exr(file, surface, {}, Compression::zip, false, job);
   else if (path.ends_with(".png"))
     write_png(file, surface, Preview::lit, job);
   else
@@ -93,7 +93,7 @@ TEST_P(Seal, HashesFilesOfManyPieces) {
   }
   OutputFile file(path);
   if (path.ends_with(".exr")) {
-    write_exr(file, surface, {}, Compression::none, kJobOfTest);
+    write_exr(file, surface, {}, Compression::none, false, kJobOfTest);
   } else if (path.ends_with(".png")) {  // smooth pictures pack too well: its first chunk, then any
     file.write(std::string(33, '.') + seal_chunks(kJobOfTest) + std::string(3 << 20, '.'));
     seal(file, OutputFormat::png);
