@@ -35,8 +35,7 @@ std::string counted(double value);
 /// What a comparison says that has nothing to compare.
 inline constexpr const char* kNothingInCommon =
     "Nothing to compare: the runs have no kernel in common at the same number of particles and "
-    "size "
-    "of image (give the earlier run's --kernel, --particles and --size).";
+    "size of image (give the earlier run's --kernel, --particles and --size).";
 
 /// "0.93", "-" for what was not measured.
 std::string ratio_text(double ratio);
