@@ -30,7 +30,7 @@ std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts);
 std::string frame_of(const Result& result);
 
 /// Three digits, "-" where nothing was counted.
-std::string counted(double value);
+std::string count_text(double value);
 
 /// What a comparison says that has nothing to compare.
 inline constexpr const char* kNothingInCommon =

@@ -63,8 +63,7 @@ void BatchProgress::draw() {
   next_ = Clock::now() + kInterval;
   const double share =
       frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
-  std::string words = grouped(static_cast<std::int64_t>(over_)) + " of " +
-                      grouped(static_cast<std::int64_t>(frames_));
+  std::string words = grouped(over_) + " of " + grouped(frames_);
   // A line that is longer than the terminal is wide would stay there at every turn.
   const std::size_t width = columns() < kNarrow ? kShortBar : kLongBar;
   const std::size_t room = columns() - width - std::string("[] ").size() - 1;

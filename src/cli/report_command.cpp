@@ -10,6 +10,7 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/report.hpp"
+#include "grouped.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
 
@@ -45,13 +46,11 @@ void run_report(const ReportOptions& options) {
   page.commit();
 
   const Talk say(options.quiet);
-  const auto count = [&](FrameStatus status) { return std::to_string(report.count(status)); };
-  const auto number = [](std::size_t n) { return std::to_string(n); };
-  say("frames", number(report.frames.size()) + " in " + number(options.logs.size()) +
-                    (options.logs.size() == 1 ? " log: " : " logs: ") + count(FrameStatus::done) +
-                    " done, " + count(FrameStatus::skipped) + " there already, " +
-                    count(FrameStatus::failed) + " failed; " + number(report.missing.size()) +
-                    " missing");
+  const auto count = [&](FrameStatus status) { return grouped(report.count(status)); };
+  say("frames", grouped(report.frames.size()) + " in " + counted(options.logs.size(), "log") +
+                    ": " + count(FrameStatus::done) + " done, " + count(FrameStatus::skipped) +
+                    " there already, " + count(FrameStatus::failed) + " failed; " +
+                    grouped(report.missing.size()) + " missing");
   say("wrote", options.output);
 }
 

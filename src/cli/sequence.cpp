@@ -174,16 +174,14 @@ bool leaves_image(const FrameRecord& record) {
 }
 
 std::string done_line(const BatchOutcome& outcome, double seconds, double processors_percent) {
-  const auto counted = [](std::size_t count, const char* one, const char* many) {
-    return std::to_string(count) + (count == 1 ? one : many);
-  };
   std::string line = "no frame";
   if (outcome.done > 0)
-    line = counted(outcome.done, " frame", " frames") + " in " + duration(seconds) + ": " +
+    line = counted(outcome.done, "frame") + " in " + duration(seconds) + ": " +
            frame_rate(static_cast<double>(outcome.done) / seconds) +
            printed(", processors %.0f %% busy", processors_percent);
   if (outcome.skipped > 0)
-    line += "; " + counted(outcome.skipped, " was", " were") + " there already";
+    line += "; " + grouped(outcome.skipped) + (outcome.skipped == 1 ? " was" : " were") +
+            " there already";
   return line;
 }
 
@@ -196,8 +194,8 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
     throw OutputError(outcome.broken + "; " + std::to_string(outcome.done + outcome.skipped) +
                       " of " + std::to_string(frames) + " frames are done" + go_on);
   if (signal != 0) {
-    std::fprintf(stderr, "meniscus: error: stopped by signal %d with %zu of %zu frames left%s\n",
-                 signal, left, frames, go_on.c_str());
+    std::fprintf(stderr, "meniscus: error: stopped by signal %d with %zu of %s left%s\n", signal,
+                 left, counted(frames, "frame").c_str(), go_on.c_str());
     return kStoppedBySignal + signal;
   }
   if (failed.empty()) return 0;
