@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "batch/frames.hpp"
+#include "batch/outputs.hpp"
 #include "batch/record.hpp"
 #include "batch/report.hpp"
 #include "cli/commands.hpp"
@@ -30,6 +31,8 @@ void run_report(const ReportOptions& options) {
     } catch (const InvalidArgument& error) {
       throw usage_error(error.what());
     }
+  for (const std::string& log : options.logs)
+    as_usage([&] { check_outputs(log, {}, {options.output}); });
   OutputFile page(options.output);  // better now than later
   std::vector<FrameRecord> records;
   std::vector<std::string> notes;

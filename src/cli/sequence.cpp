@@ -102,10 +102,10 @@ void warn(const std::string& what) {
 
 // Finds out before work begins whether the outputs can be written, and clears the folders of what
 // killed processes left.
-void prepare_folders(const Plan& plan) {
+void prepare_folders(const Plan& plan, const ExtractOptions& options) {
   std::set<std::string> folders;
   for (const FrameJob& job : plan.jobs) {
-    as_usage([&] { check_outputs(job.input, job.outputs); });
+    as_usage([&] { check_outputs(job.input, job.outputs, {options.log, options.report}); });
     for (const std::string& path : job.outputs)
       if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
         OutputFile probe(path);
@@ -234,7 +234,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   });
   if (team.leads())
     for (const std::string& warning : plan.warnings) warn(warning);
-  prepare_folders(plan);
+  prepare_folders(plan, options);
   say("frames", input.text() + ": " + (plan.jobs.empty() ? "none" : named_frames(plan.frames())));
   if (shard.count > 1)
     say("shard", std::to_string(shard.index) + " of " + std::to_string(shard.count) + " of " +
@@ -296,7 +296,6 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
 int run_sequence(const ExtractOptions& options, const FramePattern& input) {
   if (options.timings)
     throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
-  check_different({options.log, options.report});
   Team& team = launched_team();
   if (team.size() > 1 && !options.report.empty())
     throw usage_error(

@@ -195,6 +195,17 @@ TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
   expect_error(run(words({"--log", "a", "--report", "./a"})), 2, {"output ./a: is named twice"});
 }
 
+TEST_F(Sequence, LogAndReportAreNeitherInputsNorOutputs) {
+  write_sequence(2);
+  const std::string frame = read("d.0001.ply");
+  for (const std::string option : {"--log", "--report"}) {
+    expect_error(run(words({option, "./d.0001.ply"})), 2, {"output ./d.0001.ply: is the input"});
+    expect_error(run(words({option, "./o.0001.exr"})), 2, {"output ./o.0001.exr: is named twice"});
+  }
+  EXPECT_EQ(read("d.0001.ply"), frame);
+  EXPECT_THAT(outputs(), IsEmpty());
+}
+
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   write_sequence(5);
   ASSERT_EQ(run(words({"-q"})).exit_code, 0);
