@@ -9,6 +9,7 @@
 #include "batch/frames.hpp"
 #include "batch/report.hpp"
 #include "batch/report_plots.hpp"
+#include "batch/warnings.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "page/page.hpp"
@@ -181,17 +182,6 @@ std::string head(const BatchReport& report) {
 
 // --- what went wrong ----------------------------------------------------------------------------
 
-// Messages that differ in their numbers alone are of one kind.
-std::string kind_of(const std::string& message) {
-  std::string kind;
-  for (const char c : message)
-    if (c < '0' || c > '9')
-      kind += c;
-    else if (kind.empty() || kind.back() != '#')
-      kind += '#';
-  return kind;
-}
-
 std::string row(const std::string& frames, const char* chip, const char* word,
                 const std::string& message) {
   return "<tr><td>" + frames + "</td><td class=\"word\"><span class=\"chip " + chip + "\">" + word +
@@ -214,25 +204,11 @@ std::string troubles(const BatchReport& report) {
     rows +=
         row(frame_list(report.missing), "failed", "missing", "not begun, or in none of the logs");
 
-  struct Warning {
-    std::string first;  // message
-    std::vector<std::int64_t> frames;
-    bool same = true;  // in all frames
-  };
-  std::vector<Warning> warnings;
-  std::map<std::string, std::size_t> known;
+  FrameWarnings warnings;
   for (const FrameHistory& f : report.frames)
-    for (const std::string& message : f.last.warnings) {
-      const auto [at, fresh] = known.emplace(kind_of(message), warnings.size());
-      if (fresh) warnings.push_back({message, {}});
-      Warning& warning = warnings[at->second];
-      warning.same = warning.same && warning.first == message;
-      if (warning.frames.empty() || warning.frames.back() != f.last.frame)
-        warning.frames.push_back(f.last.frame);
-    }
-  for (const Warning& w : warnings)
-    rows += row(frame_list(w.frames), "warned", "warning",
-                w.first + (w.same ? "" : " (the first; the others differ in their numbers)"));
+    for (const std::string& message : f.last.warnings) warnings.add(f.last.frame, message);
+  for (const FrameWarning& w : warnings.kinds())
+    rows += row(frame_list(w.frames), "warned", "warning", w.message());
   if (rows.empty()) return "";
   return "<h2>What went wrong</h2>\n<div class=\"panel\"><table><tr><th>frame</th>"
          "<th class=\"word\"></th><th class=\"word\">message</th></tr>\n" +

@@ -273,6 +273,13 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
   EXPECT_THAT(lenient.err, HasSubstr("meniscus: warning: frame 4: d.0004.ply: "));
 
+  // What several frames warn of is said once, and of which at the end.
+  write_particles("d.0003.ply", {{0, 0, 0}, {std::nan(""), 0, 0}});
+  const Outcome several = run(words({"--frames", "3-4"}));
+  EXPECT_EQ(several.exit_code, 0) << several.err;
+  EXPECT_THAT(several.err, HasSubstr("meniscus: warning: 2 frames 3,4: 1 of "));
+  EXPECT_THAT(several.err, HasSubstr("the others differ in their numbers"));
+
   for (const auto& [file, bytes] : outputs()) fs::remove(path(file));
   const Outcome fast = run(words({"--fail-fast", "--in-flight", "1", "--threads", "1"}));
   EXPECT_EQ(fast.exit_code, 3) << fast.err;
