@@ -11,6 +11,7 @@
 #include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "printed.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -98,6 +99,18 @@ TEST_F(ExtractSource, GivesTheSameBytesForAnyMemoryAndOrder) {
     shuffled.vz[i] = frame().vz[order[i]];
   }
   EXPECT_TRUE(same(expected, extract(device_, shuffled, small_camera())));
+}
+
+TEST_F(ExtractSource, WarnsOfCoarsePositionsByTheParticlesOwnRadius) {
+  constexpr float kAway = 1 << 19;
+  Particles far = frame();
+  for (float& x : far.x) x += kAway;
+  Camera camera = look_at({5 + kAway, 2.2, 3.4}, {1.5 + kAway, .3, .75}, {0, 1, 0}, 32, 320, 240);
+  const Surface surface = extract(device_, far, camera);
+  EXPECT_GT(count_of(surface, "representatives"), 0);
+  EXPECT_THAT(surface.warnings,
+              testing::Contains(testing::HasSubstr(
+                  printed("their radius is %g: positions are rounded", surface.particle_radius))));
 }
 
 TEST_F(ExtractSource, NamesTheLeastMemory) {
