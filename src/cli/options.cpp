@@ -77,8 +77,9 @@ CLI::Validator between(Number least, Number most, const char* format) {
 CLI::Validator from_to(int least, int most) { return between(least, most, "%d"); }
 CLI::Validator from_to(double least, double most) { return between(least, most, "%.0f"); }
 
-std::vector<DeviceInfo> chosen_devices(const std::string& selector) {
-  if (selector != "all") return {select_device(selector)};
+std::vector<DeviceInfo> chosen_devices(const std::string& selector, std::string* why) {
+  if (selector != "all") return {select_device(selector, why)};
+  if (why) *why = "all";
   std::vector<DeviceInfo> usable;
   for (const DeviceInfo& device : list_devices())
     if (device.usable) usable.push_back(device);

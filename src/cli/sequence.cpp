@@ -86,16 +86,6 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   return best;
 }
 
-std::vector<DeviceInfo> choose_devices(const std::string& selector, std::string& why) {
-  if (selector != "all") return {select_device(selector, &why)};
-  std::vector<DeviceInfo> devices = list_devices();
-  std::erase_if(devices, [](const DeviceInfo& device) { return !device.usable; });
-  if (devices.empty())
-    throw DeviceError("--device all: none of the OpenCL devices is usable (see meniscus devices)");
-  why = "all";
-  return devices;
-}
-
 void warn(const std::string& what) {
   std::fprintf(stderr, "meniscus: warning: %s\n", what.c_str());
 }
@@ -145,7 +135,7 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
 BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, const Talk& say) {
   BatchSettings settings;
   std::string why;
-  settings.devices = choose_devices(options.device, why);
+  settings.devices = chosen_devices(options.device, &why);
   for (const DeviceInfo& device : settings.devices) say("device", device.name + ": " + why);
   settings.parameters = options.parameters;
   settings.writing = options.writing;
