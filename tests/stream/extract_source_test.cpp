@@ -113,6 +113,33 @@ TEST_F(ExtractSource, WarnsOfCoarsePositionsByTheParticlesOwnRadius) {
                   printed("their radius is %g: positions are rounded", surface.particle_radius))));
 }
 
+// Not in memory: a source of one's own.
+class OwnSource : public ParticleSource {
+ public:
+  explicit OwnSource(const Particles& particles) : source_(source_of(particles)) {}
+  std::int64_t size() const override { return source_->size(); }
+  std::string name(std::int64_t particle) const override { return source_->name(particle); }
+  bool has_radius() const override { return source_->has_radius(); }
+  bool has_velocity() const override { return source_->has_velocity(); }
+  double particle_radius() const override { return source_->particle_radius(); }
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    source_->read(first, count, to);
+  }
+
+ private:
+  std::unique_ptr<ParticleSource> source_;
+};
+
+TEST_F(ExtractSource, RefusesBadRadiiAlikeInFramesOfAllSizes) {
+  for (Particles particles : {frame(), dam_particles(DamBreak(1000, 1))}) {
+    particles.radius.assign(particles.size(), 0.01f);
+    particles.radius[5] = -1;
+    EXPECT_THROW(extract(device_, particles, small_camera()), InvalidArgument);
+    EXPECT_THROW(extract(device_, *source_of(particles), small_camera()), InvalidArgument);
+    EXPECT_THROW(extract(device_, OwnSource(particles), small_camera()), InputError);
+  }
+}
+
 TEST_F(ExtractSource, NamesTheLeastMemory) {
   const auto source = source_of(frame());
   try {
@@ -283,23 +310,7 @@ TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
 
 TEST(FrameSource, FramesWhatItsParticlesWould) {
   const Camera a = frame_particles(frame(), 320, 240);
-  class OnDisk : public ParticleSource {
-   public:
-    std::int64_t size() const override { return inner_->size(); }
-    bool has_radius() const override { return inner_->has_radius(); }
-    bool has_velocity() const override { return inner_->has_velocity(); }
-    double particle_radius() const override { return inner_->particle_radius(); }
-    std::string name(std::int64_t particle) const override {
-      return "row " + std::to_string(particle);
-    }
-    void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
-      inner_->read(first, count, to);
-    }
-
-   private:
-    std::unique_ptr<ParticleSource> inner_ = source_of(frame());
-  };
-  const Camera b = frame_particles(OnDisk(), 320, 240);
+  const Camera b = frame_particles(OwnSource(frame()), 320, 240);
   EXPECT_EQ(a.view, b.view);
   EXPECT_EQ(a.projection, b.projection);
 }
