@@ -1,7 +1,5 @@
 // Sequences: which frames come out, and that none is lost or half-written whatever happens.
-#include <fcntl.h>
 #include <gmock/gmock.h>
-#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -331,29 +329,12 @@ TEST_F(Sequence, LargeFramesHaveOneRadius) {
 
 TEST_F(Sequence, TheBarFitsTheTerminal) {
   write_sequence(3);
-  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
-  winsize size{};
-  size.ws_row = 24;
-  size.ws_col = 50;
-  ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
-  const std::string device = ptsname(terminal);
-  const int held = open(device.c_str(), O_RDWR | O_NOCTTY);  // so that what is written stays
-  const Outcome outcome = run(words(), {{}, 0, {"/bin/sh", "-c", "exec \"$@\" 2>" + device, "sh"}});
+  const Outcome outcome = run_on_terminal(50, words());
   EXPECT_EQ(outcome.exit_code, 0);
-  std::string shown(1 << 16, '\0');
-  shown.resize(
-      static_cast<std::size_t>(std::max<ssize_t>(0, ::read(terminal, shown.data(), shown.size()))));
-  close(held);
-  close(terminal);
-  int bars = 0;
-  std::istringstream turns(shown);
-  for (std::string turn; std::getline(turns, turn, '\r');) {
-    if (!turn.starts_with('[')) continue;
-    ++bars;
-    EXPECT_LT(turn.find('\x1b'), 50u) << turn;
-  }
-  EXPECT_GE(bars, 2) << shown;
+  const std::vector<std::string> bars = bars_in(outcome.err);
+  EXPECT_GE(bars.size(), 2u) << outcome.err;
+  EXPECT_THAT(bars, testing::Each(testing::AllOf(testing::StartsWith("["),
+                                                 testing::SizeIs(testing::Lt(50)))));
 }
 
 TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
