@@ -121,6 +121,13 @@ CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
       help);
 }
 
+void add_device_option(CLI::App& command, std::string& device, const std::string& more) {
+  command
+      .add_option("--device", device,
+                  "OpenCL device: a number, a part of a name, cpu or gpu" + more)
+      ->type_name("D");
+}
+
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels) {
   command
       .add_option(

@@ -47,6 +47,9 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
 CLI::Validator from_to(int least, int most);
 CLI::Validator from_to(double least, double most);
 
+/// --device D; `more` ends its help: whether it may be all, and the default.
+void add_device_option(CLI::App& command, std::string& device, const std::string& more);
+
 /// --kernel K, parts of names, separated by commas or given several times.
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);
 
