@@ -11,12 +11,12 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
+#include "same_bits.hpp"
 
 namespace meniscus {
 namespace {
@@ -296,11 +296,6 @@ TEST(Exr, RefusesMapsOfAnotherSize) {
 }
 
 // --- reading it back
-
-template <class Value>
-bool same_bits(const std::vector<Value>& a, const std::vector<Value>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Value)) == 0;
-}
 
 TEST(ExrReader, ReturnsEveryMapTheCameraAndTheTexts) {
   const TemporaryFolder folder;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <random>
 
 #include "dam_break.hpp"
@@ -12,6 +11,7 @@
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "printed.hpp"
+#include "same_bits.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -50,19 +50,7 @@ const Particles& frame() {
 // Particles of this frame are some 1.7 pixels apart.
 Camera small_camera() { return look_at({5, 2.2, 3.4}, {1.5, .3, .75}, {0, 1, 0}, 32, 320, 240); }
 
-template <class T>
-bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
-}
-
-bool same(const Surface& a, const Surface& b) {
-  return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
-         same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
-         same_bits(a.residual, b.residual) && same_bits(a.velocity, b.velocity) &&
-         same_bits(a.mesh.velocity, b.mesh.velocity) &&
-         same_bits(a.mesh.position, b.mesh.position) &&
-         same_bits(a.mesh.triangle, b.mesh.triangle) && a.counts == b.counts;
-}
+bool same(const Surface& a, const Surface& b) { return same_bits(a, b) && a.counts == b.counts; }
 
 std::int64_t count_of(const Surface& surface, const std::string& name) {
   for (const auto& [known, count] : surface.counts)
