@@ -235,8 +235,8 @@ inline Between between(const Corner* corner, const int* which, const int number,
   Between b = {none, none, none, none, smooth};
   floatv linear = none, low = (floatv)(INFINITY), high = none;
 #pragma unroll
-  for (int k = 0; k < number; ++k)
-    add_corner(&b, &linear, &low, &high, corner[which[k]], r);
+  for (int k = 0; k < 4; ++k)
+    if (k < number) add_corner(&b, &linear, &low, &high, corner[which[k]], r);
   b.sure &= high - low < spread;
   const float share = 1.0f / (float)number;
   linear = perspective ? 1.0f / (linear * share) : linear * share;

@@ -240,7 +240,7 @@ kernel void fit_particles(
 //                                         (c + sum of q))),    c = 0.01 u_i
 //   where c lets e go on steadily when the first one comes near;
 // - its firmness, which tells what can be trusted: agreement within a narrower angle, with the particle
-//   itself
+//   itself:
 //     max(0.005, smoothstep(0.7, 1.0, (u_i + sum of q smoothstep(0.85, 0.95, n_i.n_j)) /
 //                                     (u_i + sum of q)));
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass

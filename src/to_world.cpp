@@ -76,8 +76,9 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
   return covered;
 }
 
-// Coordinates are floats: far from the world's origin they are too coarse for small particles.
-void warn_of_coarse_positions(const View& view, std::vector<std::string>& warnings) {
+// Coordinates are floats: far from the world's origin they are too coarse for small particles, or
+// for representatives, which are larger.
+void warn_of_coarse_positions(const View& view, Surface& surface) {
   constexpr double kCoarse =
       0.1;  // particle radii; half of it is lost, which is the error of `fit`
   double farthest = 0;
@@ -85,10 +86,10 @@ void warn_of_coarse_positions(const View& view, std::vector<std::string>& warnin
     farthest = std::max(farthest, std::abs(x));
   const double step = farthest * FLT_EPSILON;
   if (!(step > kCoarse * view.radius)) return;
-  warnings.push_back(printed(
+  surface.warnings.push_back(printed(
       "the particles lie %g from the origin, where single precision has steps of %.2g, and their "
       "radius is %g: positions are rounded (move them to the origin where they are written)",
-      farthest, step, view.radius));
+      farthest, step, surface.particle_radius));
 }
 
 }  // namespace
@@ -120,7 +121,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
         "no pixel shows the particles in view (" + std::to_string(in_view) +
         "): the surface is empty (check the particle radius, and that no stray particle has moved "
         "the camera away)");
-  warn_of_coarse_positions(view, surface.warnings);
+  warn_of_coarse_positions(view, surface);
   return surface;
 }
 

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <random>
 
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "same_bits.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -43,11 +43,6 @@ Particles without_velocity(Particles particles) {
   particles.vy.clear();
   particles.vz.clear();
   return particles;
-}
-
-template <class T>
-bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
 }
 
 class ExtractMotion : public testing::Test {

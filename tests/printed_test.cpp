@@ -20,6 +20,14 @@ TEST(Printed, NumbersHaveThreeDigits) {
   EXPECT_EQ(size_of(1 << 27), "128 MiB");
 }
 
+TEST(Counted, SaysOneOrSeveral) {
+  EXPECT_EQ(counted(0, "frame"), "0 frames");
+  EXPECT_EQ(counted(1, "frame"), "1 frame");
+  EXPECT_EQ(counted(std::size_t{35937}, "frame"), "35,937 frames");
+  EXPECT_EQ(counted(1u, "process", "es"), "1 process");
+  EXPECT_EQ(counted(2u, "process", "es"), "2 processes");
+}
+
 TEST(Printed, DurationsAreThoseOfAClock) {
   EXPECT_EQ(duration(0.4), "0 s");
   EXPECT_EQ(duration(59.6), "1:00");

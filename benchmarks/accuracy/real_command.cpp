@@ -59,13 +59,11 @@ const std::vector<std::pair<Quantity, double (*)(const RealRow&)>>& real_figures
        [](R row) { return row.agreement.smooth_share; }},
       {{"iou", "", 4, Better::neither,
         "Pixels covered in both over pixels covered in either; the reference is no truth, and "
-        "shrinks "
-        "outlines."},
+        "shrinks outlines."},
        [](R row) { return row.agreement.iou; }},
       {{"drift", "s", 4, Better::low,
         "Second difference of the depths in time while all particles move on along their "
-        "velocities "
-        "by 0.05 s a frame (RMS): smooth motion has none."},
+        "velocities by 0.05 s a frame (RMS): smooth motion has none."},
        [](R row) { return row.drift.rms; }},
       {{"drift_p999", "s", 4, Better::low, "The same, 99.9th percentile: pops."},
        [](R row) { return row.drift.p999; }},
@@ -264,9 +262,9 @@ void run_real(const CommonOptions& common, const RealOptions& options) {
   report.title = "Meniscus on real frames";
   report.introduction =
       "Frames of simulations have no truth. The reference is the mesh of splashsurf with its "
-      "smooth "
-      "settings, seen by the same camera, unless another one was given: it sees all particles and "
-      "smooths over many of them. Lengths are in s, the particle spacing: two particle radii.";
+      "smooth settings, seen by the same camera, unless another one was given: it sees all "
+      "particles and smooths over many of them. Lengths are in s, the particle spacing: two "
+      "particle radii.";
   report.facts = {{"version", version()}, {"device", device.info().name}};
   report.tables = tables_of(gathered.rows);
   std::erase_if(gathered.gallery.rows, [](const auto& row) { return row.cells.empty(); });

@@ -147,10 +147,8 @@ Report report_of(Gathered gathered, const CommonOptions& common, const ScenesOpt
   report.title = "Accuracy of Meniscus";
   report.introduction =
       "Analytic solids, filled with particles, extracted by each method and compared with the "
-      "truth, "
-      "which comes from ray casting the solid. Lengths are in s, the particle spacing: two "
-      "particle "
-      "radii. The best value of a line is bold; a dash: nothing to measure.";
+      "truth, which comes from ray casting the solid. Lengths are in s, the particle spacing: two "
+      "particle radii. The best value of a line is bold; a dash: nothing to measure.";
   report.facts = {{"version", version()},
                   {"device", device},
                   {"seeds", joined(words_of(seeds_named(options.seeds)))},
@@ -164,8 +162,7 @@ Report report_of(Gathered gathered, const CommonOptions& common, const ScenesOpt
     gallery.title = "Where the surfaces are wrong";
     gallery.note =
         "Each scene with the first seed. The error along the true normal, by colour; or the "
-        "normals "
-        "of the extracted surface. Click a picture to enlarge it.";
+        "normals of the extracted surface. Click a picture to enlarge it.";
     gallery.first_kind = "errors";
     gallery.second_kind = "normals";
     report.galleries.push_back(std::move(gallery));

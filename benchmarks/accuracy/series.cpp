@@ -24,8 +24,7 @@ std::vector<Series> make_series() {
   return {
       {"main",
        "relaxed, perspective, the scenes' own 8 to 20 pixels per s; noise .05 s unless --noise "
-       "says "
-       "otherwise",
+       "says otherwise",
        {{"main", [](Setup&) {}}}},
       {"noise", "noise of each coordinate",
        each_of({"0", ".05", ".12"}, "s", [](Setup& s, double noise) { s.noise = noise; })},

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "grouped.hpp"
+
 namespace meniscus::bench {
 
 double Difference::noise() const {
@@ -80,8 +82,7 @@ std::vector<SessionPair> pair_sessions(const BenchRun* before, const BenchRun& a
 
 std::string title_of(const Session& session) {
   if (session.threads == 0) return session.device;
-  return session.device + ", " + std::to_string(session.threads) +
-         (session.threads == 1 ? " thread" : " threads");
+  return session.device + ", " + counted(session.threads, "thread");
 }
 
 }  // namespace meniscus::bench

@@ -96,8 +96,8 @@ std::string results_rows(const Session& session) {
         escaped(r.variant).c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
         100 * r.noise_ms() / r.best_ms(),
         escaped(with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
-        three_digits(r.gb_per_s()).c_str(), counted(r.gflops()).c_str(),
-        counted(r.intensity()).c_str(), 100 * share.value, share.limit.c_str(),
+        three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
+        count_text(r.intensity()).c_str(), 100 * share.value, share.limit.c_str(),
         ratio_text(session.against_native(r)).c_str());
     if (!r.note.empty())
       text += "<tr><td class=\"note\" colspan=\"12\">" + escaped(r.note) + "</td></tr>\n";
@@ -165,26 +165,25 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
   };
   std::string text = "<h1>How near each kernel is to what the device can do</h1>\n";
   text += printed(
-      "<p>Meniscus %s. <strong>Far from the limit: %s of %zu kernel%s; open: %s.</strong> The "
-      "farthest come first. A kernel is near when it reaches %.0f %% of the roofline "
-      "that was measured in the same run, or %.1f of the speed of a native C++ version "
-      "of the same algorithm on one thread and on all. It is open where it is far from the "
-      "roofline "
-      "and there is no native version to tell whether more is possible.</p>\n",
-      escaped(run.version).c_str(), count("far").c_str(), verdicts.size(),
-      verdicts.size() == 1 ? "" : "s", count("open").c_str(), 100 * kGoodShare, kGoodAgainstNative);
+      "<p>Meniscus %s. <strong>Far from the limit: %s of %s; open: %s.</strong> The "
+      "farthest come first. A kernel is near when it reaches %.0f %% of the roofline that was "
+      "measured in the same run, or %.1f of the speed of a native C++ version of the same "
+      "algorithm on one thread and on all. It is open where it is far from the roofline and there "
+      "is no native version to tell whether more is possible.</p>\n",
+      escaped(run.version).c_str(), count("far").c_str(),
+      counted(verdicts.size(), "kernel").c_str(), count("open").c_str(), 100 * kGoodShare,
+      kGoodAgainstNative);
   for (const Session& session : run.sessions) text += session_section(session, verdicts);
   if (!pairs.empty()) text += "<h2>Comparison</h2>\n";
   for (const SessionPair& pair : pairs) text += comparison_rows(pair);
   text +=
       "<h2>How to read this</h2>\n<p>A time is that of the fastest launch, from the device's "
       "events, and its noise is how far the fastest quarter of the launches reaches above it. "
-      "Bytes "
-      "and operations are counted by hand from the algorithm, each array once; a kernel's share of "
-      "the roofline is the largest of its shares of the bandwidth of a copy of as many bytes, of "
-      "the arithmetic and of the atomic minima. Small dots are smaller frames. A difference "
-      "exceeds "
-      "the noise when it is larger than both noises together, and than 2 %.</p>\n";
+      "Bytes and operations are counted by hand from the algorithm, each array once; a kernel's "
+      "share of the roofline is the largest of its shares of the bandwidth of a copy of as many "
+      "bytes, of the arithmetic and of the atomic minima. Small dots are smaller frames. A "
+      "difference exceeds the noise when it is larger than both noises together, and than 2 "
+      "%.</p>\n";
   return html_page("Meniscus: how fast its kernels are", kStyle, text);
 }
 

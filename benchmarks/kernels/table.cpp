@@ -8,7 +8,7 @@ namespace meniscus::bench {
 
 std::string ratio_text(double ratio) { return ratio > 0 ? printed("%.2f", ratio) : "-"; }
 
-std::string counted(double value) { return value > 0 ? three_digits(value) : "-"; }
+std::string count_text(double value) { return value > 0 ? three_digits(value) : "-"; }
 
 std::string frame_of(const Result& result) {
   return grouped(result.particles) + " particles at " + std::to_string(result.width) + "x" +
@@ -54,7 +54,7 @@ std::string results_table(const BenchRun& run) {
                       r.variant.c_str(), grouped(r.particles).c_str(),
                       three_digits(r.best_ms()).c_str(), 100 * r.noise_ms() / r.best_ms(),
                       (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
-                      three_digits(r.gb_per_s()).c_str(), counted(r.gflops()).c_str(),
+                      three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
                       printed("%.0f%% %s", 100 * share.value, share.limit.c_str()).c_str(),
                       ratio_text(session.against_native(r)).c_str());
       if (!r.note.empty()) text += "  note: " + r.note + "\n";

@@ -30,13 +30,12 @@ std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts);
 std::string frame_of(const Result& result);
 
 /// Three digits, "-" where nothing was counted.
-std::string counted(double value);
+std::string count_text(double value);
 
 /// What a comparison says that has nothing to compare.
 inline constexpr const char* kNothingInCommon =
     "Nothing to compare: the runs have no kernel in common at the same number of particles and "
-    "size "
-    "of image (give the earlier run's --kernel, --particles and --size).";
+    "size of image (give the earlier run's --kernel, --particles and --size).";
 
 /// "0.93", "-" for what was not measured.
 std::string ratio_text(double ratio);

@@ -54,7 +54,8 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
 /// Where several processes share the source, all call this; the first returns the surface, the
 /// others one without maps and mesh.
 ///
-/// Throws InputError when the source cannot be read, InvalidArgument when `memory` is too little.
+/// Throws as for particles in memory, InvalidArgument when `memory` is too little, and InputError
+/// when the source cannot be read or, where it is not in memory, one of its radii is none.
 Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr,
                 std::size_t memory = kStreamMemory);

@@ -1,6 +1,7 @@
 #include "batch/outputs.hpp"
 
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include "io/output_file.hpp"
@@ -11,6 +12,16 @@
 namespace meniscus {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+// A file's one name, whether it is there or not.
+fs::path canonical(const std::string& path) {
+  std::error_code error;
+  return fs::weakly_canonical(fs::absolute(path), error);
+}
+
+}  // namespace
 
 OutputKind kind_of(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
@@ -23,16 +34,11 @@ OutputKind kind_of(const std::string& path) {
                         ".png (picture)");
 }
 
-bool same_file(const std::string& a, const std::string& b) {
-  std::error_code error;
-  return fs::weakly_canonical(fs::absolute(a), error) ==
-         fs::weakly_canonical(fs::absolute(b), error);
-}
+bool same_file(const std::string& a, const std::string& b) { return canonical(a) == canonical(b); }
 
-void check_outputs(const std::string& input, const std::vector<std::string>& outputs) {
-  const std::vector<std::string> inputs = part_files(input);
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    const std::string& path = outputs[i];
+void check_outputs(const std::string& input, const std::vector<std::string>& outputs,
+                   const std::vector<std::string>& others) {
+  for (const std::string& path : outputs) {
     kind_of(path);
     if (path.find('*') != std::string::npos)
       throw InvalidArgument(
@@ -40,14 +46,18 @@ void check_outputs(const std::string& input, const std::vector<std::string>& out
           ": has a *, which stands for the parts of one frame, in inputs alone; of "
           "a sequence write #### in both, e.g. name.####" +
           fs::path(path).extension().string());
-    for (const std::string& part : inputs)
-      if (same_file(path, part))
-        throw InvalidArgument("output " + path + ": is the input" +
-                              (part == input ? "" : " " + input + ", too") + ", give another name");
-    for (std::size_t k = 0; k < i; ++k)
-      if (same_file(path, outputs[k]))
-        throw InvalidArgument("output " + path + ": is named twice, give each output its own name");
   }
+  std::map<fs::path, std::string> taken;  // and what by
+  for (const std::string& part : part_files(input))
+    taken[canonical(part)] =
+        "is the input" + (part == input ? "" : " " + input + ", too") + ", give another name";
+  for (const auto* paths : {&outputs, &others})
+    for (const std::string& path : *paths) {
+      if (path.empty()) continue;
+      const auto [at, is_new] =
+          taken.try_emplace(canonical(path), "is named twice, give each output its own name");
+      if (!is_new) throw InvalidArgument("output " + path + ": " + at->second);
+    }
 }
 
 std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface& surface,

@@ -9,6 +9,7 @@
 #include "batch/frames.hpp"
 #include "batch/report.hpp"
 #include "batch/report_plots.hpp"
+#include "batch/warnings.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "page/page.hpp"
@@ -55,12 +56,6 @@ td.message { text-align: left; white-space: normal; overflow-wrap: anywhere; }
 .all td:last-child { font-family: ui-monospace, "DejaVu Sans Mono", Menlo, monospace; font-size: 12px; }
 )css";
 
-std::string count_text(std::size_t number) { return grouped(static_cast<std::int64_t>(number)); }
-
-std::string counted(std::size_t number, const char* what) {
-  return count_text(number) + " " + what + (number == 1 ? "" : "s");
-}
-
 std::string milliseconds(double ms) {
   return ms >= 1000 ? grouped(std::llround(ms)) : three_digits(ms);
 }
@@ -99,9 +94,8 @@ std::string headline(const BatchReport& report) {
   const std::size_t all = report.frames.size() + report.missing.size();
   if (all == 0) return "No frames";
   if (whole == all)
-    return all == 1 ? "The frame is done" : "All " + count_text(all) + " frames are done";
-  return count_text(whole) + " of " + counted(all, "frame") +
-         (whole == 1 ? " is done" : " are done");
+    return all == 1 ? "The frame is done" : "All " + grouped(all) + " frames are done";
+  return grouped(whole) + " of " + counted(all, "frame") + (whole == 1 ? " is done" : " are done");
 }
 
 // "on node1", "on 3 devices of 2 hosts".
@@ -158,12 +152,12 @@ std::string head(const BatchReport& report) {
     once += f.attempts > 0;
     warned += f.last.status == FrameStatus::done && !f.last.warnings.empty();
   }
-  std::vector<Figure> figures{{count_text(done), "done"}};
-  if (skipped > 0) figures.push_back({count_text(skipped), "there already"});
-  figures.push_back({count_text(failed), "failed", failed > 0});
-  figures.push_back({count_text(report.missing.size()), "missing", !report.missing.empty()});
-  if (warned > 0) figures.push_back({count_text(warned), "with warnings"});
-  if (attempts > once) figures.push_back({count_text(attempts - once), "further attempts"});
+  std::vector<Figure> figures{{grouped(done), "done"}};
+  if (skipped > 0) figures.push_back({grouped(skipped), "there already"});
+  figures.push_back({grouped(failed), "failed", failed > 0});
+  figures.push_back({grouped(report.missing.size()), "missing", !report.missing.empty()});
+  if (warned > 0) figures.push_back({grouped(warned), "with warnings"});
+  if (attempts > once) figures.push_back({grouped(attempts - once), "further attempts"});
   if (report.seconds > 0) {
     figures.push_back(
         {three_digits(static_cast<double>(done) / report.seconds), "frames a second"});
@@ -188,17 +182,6 @@ std::string head(const BatchReport& report) {
 
 // --- what went wrong ----------------------------------------------------------------------------
 
-// Messages that differ in their numbers alone are of one kind.
-std::string kind_of(const std::string& message) {
-  std::string kind;
-  for (const char c : message)
-    if (c < '0' || c > '9')
-      kind += c;
-    else if (kind.empty() || kind.back() != '#')
-      kind += '#';
-  return kind;
-}
-
 std::string row(const std::string& frames, const char* chip, const char* word,
                 const std::string& message) {
   return "<tr><td>" + frames + "</td><td class=\"word\"><span class=\"chip " + chip + "\">" + word +
@@ -221,25 +204,11 @@ std::string troubles(const BatchReport& report) {
     rows +=
         row(frame_list(report.missing), "failed", "missing", "not begun, or in none of the logs");
 
-  struct Warning {
-    std::string first;  // message
-    std::vector<std::int64_t> frames;
-    bool same = true;  // in all frames
-  };
-  std::vector<Warning> warnings;
-  std::map<std::string, std::size_t> known;
+  FrameWarnings warnings;
   for (const FrameHistory& f : report.frames)
-    for (const std::string& message : f.last.warnings) {
-      const auto [at, fresh] = known.emplace(kind_of(message), warnings.size());
-      if (fresh) warnings.push_back({message, {}});
-      Warning& warning = warnings[at->second];
-      warning.same = warning.same && warning.first == message;
-      if (warning.frames.empty() || warning.frames.back() != f.last.frame)
-        warning.frames.push_back(f.last.frame);
-    }
-  for (const Warning& w : warnings)
-    rows += row(frame_list(w.frames), "warned", "warning",
-                w.first + (w.same ? "" : " (the first; the others differ in their numbers)"));
+    for (const std::string& message : f.last.warnings) warnings.add(f.last.frame, message);
+  for (const FrameWarning& w : warnings.kinds())
+    rows += row(frame_list(w.frames), "warned", "warning", w.message());
   if (rows.empty()) return "";
   return "<h2>What went wrong</h2>\n<div class=\"panel\"><table><tr><th>frame</th>"
          "<th class=\"word\"></th><th class=\"word\">message</th></tr>\n" +
@@ -385,8 +354,8 @@ std::string workers(const BatchReport& report) {
       "<th class=\"word\">device</th><th>done</th><th>failed</th><th>extract, mean ms</th></tr>\n";
   for (const auto& [who, worker] : all)
     text += "<tr><td>" + escaped(who[0]) + "</td><td class=\"word\">" + escaped(who[1]) +
-            "</td><td class=\"word\">" + escaped(who[2]) + "</td><td>" + count_text(worker.done) +
-            "</td><td>" + count_text(worker.failed) + "</td><td>" +
+            "</td><td class=\"word\">" + escaped(who[2]) + "</td><td>" + grouped(worker.done) +
+            "</td><td>" + grouped(worker.failed) + "</td><td>" +
             (worker.done > 0 ? milliseconds(worker.ms / static_cast<double>(worker.done)) : "") +
             "</td></tr>\n";
   return text + "</table></div>\n";
@@ -418,7 +387,7 @@ std::string all_frames(const BatchReport& report) {
     for (const double ms : {r.read_ms, r.extract_ms, r.write_ms}) cell(done, milliseconds(ms));
     for (const char* name : names) {
       const auto value = count_of(r, name);
-      cell(value.has_value(), grouped(static_cast<std::int64_t>(value.value_or(0))));
+      cell(value.has_value(), grouped(std::llround(value.value_or(0))));
     }
     cell(r.residual.has_value(), three_digits(r.residual.value_or(0)));
     cell(r.bytes > 0, size_of(r.bytes));
@@ -465,7 +434,7 @@ std::string sheet(const BatchReport& report, std::size_t room) {
     }
   std::string text = "<h2>Frames</h2>\n";
   if (tiles.size() < all)
-    text += "<p>" + count_text(tiles.size()) + " of " + counted(all, "frame") + ".</p>\n";
+    text += "<p>" + grouped(tiles.size()) + " of " + counted(all, "frame") + ".</p>\n";
   text += printed(
       "<div class=\"sheet\" style=\"grid-template-columns:repeat(auto-fill,minmax(%d"
       "px,1fr))\">\n",

@@ -209,8 +209,7 @@ std::string curve_plot(const BatchReport& report, const std::string& label, cons
     const auto height = value(record);
     if (!height) return std::string(to_string(record.status));
     const bool whole = *height == std::round(*height);
-    return (whole ? grouped(static_cast<std::int64_t>(*height)) : three_digits(*height)) + " " +
-           unit;
+    return (whole ? grouped(std::llround(*height)) : three_digits(*height)) + " " + unit;
   });
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "batch/plan.hpp"
 #include "cli/progress.hpp"
 #include "printed.hpp"
 
@@ -14,8 +15,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kInterval{100};
 constexpr std::size_t kShortBar = 8, kLongBar = 24;  // characters
-constexpr std::size_t kNarrow = 96;       // terminals below it have the short one, columns
-constexpr std::size_t kWarnedFrames = 5;  // whose warnings are shown; the log has all
+constexpr std::size_t kNarrow = 96;  // terminals below it have the short one, columns
 
 }  // namespace
 
@@ -26,9 +26,10 @@ BatchProgress::BatchProgress(std::size_t frames, bool quiet)
 
 BatchProgress::~BatchProgress() {
   clear();
-  if (!quiet_ && warned_ > kWarnedFrames)
-    std::fprintf(stderr, "meniscus: warning: %zu more frame%s warnings, see --log\n",
-                 warned_ - kWarnedFrames, warned_ == kWarnedFrames + 1 ? " has" : "s have");
+  for (const FrameWarning& warning : warnings_.kinds())
+    if (warning.frames.size() > 1)
+      std::fprintf(stderr, "meniscus: warning: %s: %s\n", named_frames(warning.frames).c_str(),
+                   warning.message().c_str());
 }
 
 double BatchProgress::seconds() const {
@@ -38,11 +39,11 @@ double BatchProgress::seconds() const {
 void BatchProgress::over(const FrameRecord& record) {
   ++over_;
   const long long frame = record.frame;
-  if (!record.warnings.empty() && ++warned_ <= kWarnedFrames) {
+  for (const std::string& warning : record.warnings) {
+    if (!warnings_.add(record.frame, warning)) continue;
     clear();
-    for (const std::string& warning : record.warnings)
-      std::fprintf(stderr, "meniscus: warning: frame %lld: %s: %s\n", frame, record.input.c_str(),
-                   warning.c_str());
+    std::fprintf(stderr, "meniscus: warning: frame %lld: %s: %s\n", frame, record.input.c_str(),
+                 warning.c_str());
   }
   if (record.status == FrameStatus::failed) {
     clear();
@@ -63,8 +64,7 @@ void BatchProgress::draw() {
   next_ = Clock::now() + kInterval;
   const double share =
       frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
-  std::string words = grouped(static_cast<std::int64_t>(over_)) + " of " +
-                      grouped(static_cast<std::int64_t>(frames_));
+  std::string words = grouped(over_) + " of " + grouped(frames_);
   // A line that is longer than the terminal is wide would stay there at every turn.
   const std::size_t width = columns() < kNarrow ? kShortBar : kLongBar;
   const std::size_t room = columns() - width - std::string("[] ").size() - 1;

@@ -7,12 +7,13 @@
 #include <string>
 
 #include "batch/record.hpp"
+#include "batch/warnings.hpp"
 
 namespace meniscus::cli {
 
 /// On a terminal one line with a bar, the rate, the time left and what the time goes into; else a
-/// line for every frame. Failures and warnings are lines of their own in both cases. Standard
-/// error.
+/// line for every frame. Failures and the first warning of each kind are lines of their own in both
+/// cases; at the end, the frames that share one are named. Standard error.
 class BatchProgress {
  public:
   BatchProgress(std::size_t frames, bool quiet);
@@ -32,7 +33,7 @@ class BatchProgress {
   void clear();
 
   std::size_t frames_, over_ = 0, worked_ = 0;  // all; over; of these, not skipped
-  std::size_t warned_ = 0;                      // frames with warnings
+  FrameWarnings warnings_;
   std::array<double, 3> ms_{};                  // spent reading, extracting, writing
   bool quiet_, bar_;
   Clock::time_point begin_ = Clock::now(), next_ = begin_;

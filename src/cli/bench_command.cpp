@@ -24,11 +24,8 @@ void add_bench_command(CLI::App& program) {
       *program.add_subcommand("bench", "Measure the kernels' speed against the device's limits");
   const auto options = std::make_shared<BenchOptions>();
   BenchOptions& o = *options;
-  command
-      .add_option("--device", o.device,
-                  "OpenCL device: a number, a part of a name, cpu or gpu, or all (default: the "
-                  "fastest kind found, see meniscus devices)")
-      ->type_name("D");
+  add_device_option(command, o.device,
+                    ", or all (default: the fastest kind found, see meniscus devices)");
   add_kernel_option(command, o.kernels);
   command
       .add_option_function<std::string>(

@@ -203,11 +203,7 @@ void add_bench_frame_command(CLI::App& bench) {
                   "frames that are extracted at the same time for frames/s (default 2)")
       ->check(from_to(1, 64))
       ->type_name("N");
-  command
-      .add_option("--device", o.device,
-                  "OpenCL device: a number, a part of a name, cpu or gpu (default: the fastest "
-                  "kind found, see meniscus devices)")
-      ->type_name("D");
+  add_device_option(command, o.device, " (default: the fastest kind found, see meniscus devices)");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.measure.memory);
   command

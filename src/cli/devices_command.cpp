@@ -25,8 +25,8 @@ void show_devices() {
   for (const DeviceInfo& device : devices) {
     std::printf("%c %d  %s\n", device.index == chosen ? '*' : ' ', device.index,
                 device.name.c_str());
-    std::printf("     %s, %u compute unit%s, %s memory, largest buffer %s\n",
-                to_string(device.kind), device.compute_units, device.compute_units == 1 ? "" : "s",
+    std::printf("     %s, %s, %s memory, largest buffer %s\n", to_string(device.kind),
+                counted(device.compute_units, "compute unit").c_str(),
                 size_of(device.global_memory).c_str(), size_of(device.largest_buffer).c_str());
     std::printf("     %s, driver %s, %s\n", device.platform.c_str(), device.driver.c_str(),
                 device.version.c_str());

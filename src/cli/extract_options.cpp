@@ -125,11 +125,9 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                  (entry.method == o.parameters.method ? " (default)" : "");
   }
   add_choice<Method>(command, "--method", o.parameters.method, choices, explained);
-  command
-      .add_option("--device", o.device,
-                  "OpenCL device: a number, a part of a name, cpu or gpu (default: the fastest "
-                  "kind found, see meniscus devices); for sequences also all")
-      ->type_name("D");
+  add_device_option(
+      command, o.device,
+      " (default: the fastest kind found, see meniscus devices); for sequences also all");
   command.add_flag("--strict", o.parameters.strict,
                    "NaN and infinite coordinates and velocities are an error instead of being "
                    "dropped");

@@ -77,8 +77,9 @@ CLI::Validator between(Number least, Number most, const char* format) {
 CLI::Validator from_to(int least, int most) { return between(least, most, "%d"); }
 CLI::Validator from_to(double least, double most) { return between(least, most, "%.0f"); }
 
-std::vector<DeviceInfo> chosen_devices(const std::string& selector) {
-  if (selector != "all") return {select_device(selector)};
+std::vector<DeviceInfo> chosen_devices(const std::string& selector, std::string* why) {
+  if (selector != "all") return {select_device(selector, why)};
+  if (why) *why = "all";
   std::vector<DeviceInfo> usable;
   for (const DeviceInfo& device : list_devices())
     if (device.usable) usable.push_back(device);
@@ -118,6 +119,13 @@ CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
         take(value);
       },
       help);
+}
+
+void add_device_option(CLI::App& command, std::string& device, const std::string& more) {
+  command
+      .add_option("--device", device,
+                  "OpenCL device: a number, a part of a name, cpu or gpu" + more)
+      ->type_name("D");
 }
 
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels) {

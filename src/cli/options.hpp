@@ -35,9 +35,9 @@ std::array<int, 2> parse_size(const std::string& text);
 /// How many particles to generate: 1000000 or 1e6. Throws usage_error.
 std::int64_t parse_particles(const std::string& text);
 
-/// The device that `selector` names (see select_device), or, for "all", every one that can be used.
-/// Throws DeviceError when there is none.
-std::vector<DeviceInfo> chosen_devices(const std::string& selector);
+/// The device that `selector` names, or, for "all", every one that can be used; `why` as from
+/// select_device. Throws DeviceError when there is none.
+std::vector<DeviceInfo> chosen_devices(const std::string& selector, std::string* why = nullptr);
 
 /// Throws usage_error where one of the `parts` given with `option` is in none of the names.
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
@@ -46,6 +46,9 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
 /// What a number must be: "--in-flight: is 0, must be 1 to 64".
 CLI::Validator from_to(int least, int most);
 CLI::Validator from_to(double least, double most);
+
+/// --device D; `more` ends its help: whether it may be all, and the default.
+void add_device_option(CLI::App& command, std::string& device, const std::string& more);
 
 /// --kernel K, parts of names, separated by commas or given several times.
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);

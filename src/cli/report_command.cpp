@@ -5,11 +5,13 @@
 #include <vector>
 
 #include "batch/frames.hpp"
+#include "batch/outputs.hpp"
 #include "batch/record.hpp"
 #include "batch/report.hpp"
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/report.hpp"
+#include "grouped.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
 
@@ -29,6 +31,8 @@ void run_report(const ReportOptions& options) {
     } catch (const InvalidArgument& error) {
       throw usage_error(error.what());
     }
+  for (const std::string& log : options.logs)
+    as_usage([&] { check_outputs(log, {}, {options.output}); });
   OutputFile page(options.output);  // better now than later
   std::vector<FrameRecord> records;
   std::vector<std::string> notes;
@@ -45,13 +49,11 @@ void run_report(const ReportOptions& options) {
   page.commit();
 
   const Talk say(options.quiet);
-  const auto count = [&](FrameStatus status) { return std::to_string(report.count(status)); };
-  const auto number = [](std::size_t n) { return std::to_string(n); };
-  say("frames", number(report.frames.size()) + " in " + number(options.logs.size()) +
-                    (options.logs.size() == 1 ? " log: " : " logs: ") + count(FrameStatus::done) +
-                    " done, " + count(FrameStatus::skipped) + " there already, " +
-                    count(FrameStatus::failed) + " failed; " + number(report.missing.size()) +
-                    " missing");
+  const auto count = [&](FrameStatus status) { return grouped(report.count(status)); };
+  say("frames", grouped(report.frames.size()) + " in " + counted(options.logs.size(), "log") +
+                    ": " + count(FrameStatus::done) + " done, " + count(FrameStatus::skipped) +
+                    " there already, " + count(FrameStatus::failed) + " failed; " +
+                    grouped(report.missing.size()) + " missing");
   say("wrote", options.output);
 }
 

@@ -86,26 +86,16 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   return best;
 }
 
-std::vector<DeviceInfo> choose_devices(const std::string& selector, std::string& why) {
-  if (selector != "all") return {select_device(selector, &why)};
-  std::vector<DeviceInfo> devices = list_devices();
-  std::erase_if(devices, [](const DeviceInfo& device) { return !device.usable; });
-  if (devices.empty())
-    throw DeviceError("--device all: none of the OpenCL devices is usable (see meniscus devices)");
-  why = "all";
-  return devices;
-}
-
 void warn(const std::string& what) {
   std::fprintf(stderr, "meniscus: warning: %s\n", what.c_str());
 }
 
 // Finds out before work begins whether the outputs can be written, and clears the folders of what
 // killed processes left.
-void prepare_folders(const Plan& plan) {
+void prepare_folders(const Plan& plan, const ExtractOptions& options) {
   std::set<std::string> folders;
   for (const FrameJob& job : plan.jobs) {
-    as_usage([&] { check_outputs(job.input, job.outputs); });
+    as_usage([&] { check_outputs(job.input, job.outputs, {options.log, options.report}); });
     for (const std::string& path : job.outputs)
       if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
         OutputFile probe(path);
@@ -145,7 +135,7 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
 BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, const Talk& say) {
   BatchSettings settings;
   std::string why;
-  settings.devices = choose_devices(options.device, why);
+  settings.devices = chosen_devices(options.device, &why);
   for (const DeviceInfo& device : settings.devices) say("device", device.name + ": " + why);
   settings.parameters = options.parameters;
   settings.writing = options.writing;
@@ -174,16 +164,14 @@ bool leaves_image(const FrameRecord& record) {
 }
 
 std::string done_line(const BatchOutcome& outcome, double seconds, double processors_percent) {
-  const auto counted = [](std::size_t count, const char* one, const char* many) {
-    return std::to_string(count) + (count == 1 ? one : many);
-  };
   std::string line = "no frame";
   if (outcome.done > 0)
-    line = counted(outcome.done, " frame", " frames") + " in " + duration(seconds) + ": " +
+    line = counted(outcome.done, "frame") + " in " + duration(seconds) + ": " +
            frame_rate(static_cast<double>(outcome.done) / seconds) +
            printed(", processors %.0f %% busy", processors_percent);
   if (outcome.skipped > 0)
-    line += "; " + counted(outcome.skipped, " was", " were") + " there already";
+    line += "; " + grouped(outcome.skipped) + (outcome.skipped == 1 ? " was" : " were") +
+            " there already";
   return line;
 }
 
@@ -196,8 +184,8 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
     throw OutputError(outcome.broken + "; " + std::to_string(outcome.done + outcome.skipped) +
                       " of " + std::to_string(frames) + " frames are done" + go_on);
   if (signal != 0) {
-    std::fprintf(stderr, "meniscus: error: stopped by signal %d with %zu of %zu frames left%s\n",
-                 signal, left, frames, go_on.c_str());
+    std::fprintf(stderr, "meniscus: error: stopped by signal %d with %zu of %s left%s\n", signal,
+                 left, counted(frames, "frame").c_str(), go_on.c_str());
     return kStoppedBySignal + signal;
   }
   if (failed.empty()) return 0;
@@ -236,7 +224,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   });
   if (team.leads())
     for (const std::string& warning : plan.warnings) warn(warning);
-  prepare_folders(plan);
+  prepare_folders(plan, options);
   say("frames", input.text() + ": " + (plan.jobs.empty() ? "none" : named_frames(plan.frames())));
   if (shard.count > 1)
     say("shard", std::to_string(shard.index) + " of " + std::to_string(shard.count) + " of " +
@@ -298,7 +286,6 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
 int run_sequence(const ExtractOptions& options, const FramePattern& input) {
   if (options.timings)
     throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
-  check_different({options.log, options.report});
   Team& team = launched_team();
   if (team.size() > 1 && !options.report.empty())
     throw usage_error(

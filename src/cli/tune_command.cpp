@@ -52,11 +52,7 @@ void add_tune_command(CLI::App& program) {
       "tune", "Measure once how a device's kernels are launched fastest");
   const auto options = std::make_shared<TuneOptions>();
   TuneOptions& o = *options;
-  command
-      .add_option("--device", o.device,
-                  "OpenCL device: a number, a part of a name, cpu or gpu, or all (default: the one "
-                  "that extract takes)")
-      ->type_name("D");
+  add_device_option(command, o.device, ", or all (default: the one that extract takes)");
   command.add_option("--rounds", o.rounds, "frames of each way (default 7)")
       ->check(from_to(1, 1000))
       ->type_name("N");

@@ -117,10 +117,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       "verify", "Check that devices compute what they should, to the last bit");
   const auto options = std::make_shared<VerifyOptions>();
   VerifyOptions& o = *options;
-  command
-      .add_option("--device", o.device,
-                  "OpenCL device: a number, a part of a name, cpu or gpu, or all (default)")
-      ->type_name("D");
+  add_device_option(command, o.device, ", or all (default)");
   add_kernel_option(command, o.kernels);
   command
       .add_option("--size", o.size,

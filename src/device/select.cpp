@@ -8,6 +8,7 @@
 
 #include "device/installation.hpp"
 #include "device/opencl_error.hpp"
+#include "grouped.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -229,8 +230,7 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
   }
   if (why)
     *why = selector.empty() ? std::string("fastest kind found (") + to_string(best->kind) + ", " +
-                                  std::to_string(best->compute_units) +
-                                  (best->compute_units == 1 ? " compute unit)" : " compute units)")
+                                  counted(best->compute_units, "compute unit") + ")"
                             : "matches \"" + selector + "\"";
   return *best;
 }

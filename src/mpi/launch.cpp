@@ -10,6 +10,8 @@
 #include <optional>
 #include <string>
 
+#include "grouped.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -20,10 +22,6 @@ std::optional<int> number_in(const char* variable) {
   const char* const text = std::getenv(variable);
   if (!text || !*text) return std::nullopt;
   return std::atoi(text);
-}
-
-std::string processes(int count) {
-  return std::to_string(count) + (count == 1 ? " process" : " processes");
 }
 
 // Beside the program, where it was built, or in the folder of its installation's modules; else the
@@ -37,8 +35,8 @@ std::string module_path() {
 }
 
 void open_channel(const Launch& started) {
-  const std::string what =
-      "started by mpirun or srun as " + processes(started.size) + " that work together";
+  const std::string what = "started by mpirun or srun as " +
+                           counted(started.size, "process", "es") + " that work together";
   void* const module = dlopen(module_path().c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!module)
     throw Error(what + ", but " + dlerror() +
@@ -47,7 +45,7 @@ void open_channel(const Launch& started) {
   if (!open) throw Error(what + ", but meniscus_mpi.so is of another version (build it again)");
   channel.reset(open());
   if (channel->size() != started.size)
-    throw Error(what + ", but MPI finds " + processes(channel->size()) +
+    throw Error(what + ", but MPI finds " + counted(channel->size(), "process", "es") +
                 " (use the mpirun of the Open MPI that meniscus was built with)");
 }
 

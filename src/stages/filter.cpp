@@ -89,6 +89,20 @@ Window window_of(const View& view, const SampleGrid& grid, double sigma, double 
 
 constexpr cl_int2 kRows{{1, 0}}, kColumns{{0, 1}}, kBoth{{1, 1}};
 
+// All iterations: along rows and then columns, or over both at once.
+template <class Params, class Argument>
+void passes(Device& device, PaddedMaps& maps, const std::string& kernel, const Params& params,
+            const cl_float4& spread, const Argument& argument) {
+  for (int k = 0; k < params.iterations; ++k) {
+    if (params.separable) {
+      pass(device, maps, kernel, kRows, spread, argument);
+      pass(device, maps, kernel, kColumns, spread, argument);
+    } else {
+      pass(device, maps, kernel, kBoth, spread, argument);
+    }
+  }
+}
+
 }  // namespace
 
 Buffer<float> filter_bilateral(Device& device, const View& view, const Buffer<float>& depth,
@@ -99,14 +113,7 @@ Buffer<float> filter_bilateral(Device& device, const View& view, const Buffer<fl
       window_of(view, grid, params.sigma, nearest, params.separable ? kWidestLine : kWidestWindow);
   const cl_float falloff = static_cast<cl_float>(0.5 / (params.range * params.range));
   PaddedMaps maps = pad(device, depth, grid, window.reach);
-  for (int k = 0; k < params.iterations; ++k) {
-    if (params.separable) {
-      pass(device, maps, "filter_bilateral", kRows, window.spread, falloff);
-      pass(device, maps, "filter_bilateral", kColumns, window.spread, falloff);
-    } else {
-      pass(device, maps, "filter_bilateral", kBoth, window.spread, falloff);
-    }
-  }
+  passes(device, maps, "filter_bilateral", params, window.spread, falloff);
   return crop(device, maps);
 }
 
@@ -120,14 +127,7 @@ Buffer<float> filter_narrow_range(Device& device, const View& view, const Buffer
     const Window window = window_of(view, grid, params.sigma, nearest,
                                     params.separable ? kWidestLine : kWidestWindow);
     maps = pad(device, depth, grid, std::max(window.reach, params.cleanup));
-    for (int k = 0; k < params.iterations; ++k) {
-      if (params.separable) {
-        pass(device, maps, "filter_narrow_range", kRows, window.spread, limits);
-        pass(device, maps, "filter_narrow_range", kColumns, window.spread, limits);
-      } else {
-        pass(device, maps, "filter_narrow_range", kBoth, window.spread, limits);
-      }
-    }
+    passes(device, maps, "filter_narrow_range", params, window.spread, limits);
   }
   if (params.cleanup > 0) {
     // As wide at every depth: clip w is taken to be 1.

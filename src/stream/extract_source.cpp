@@ -261,9 +261,11 @@ double choose_radius(const ParticleSource& source, const Parameters& params,
 
 Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
                 const Parameters& params, std::vector<StageTime>* timings, std::size_t memory) {
+  const Particles* const in_memory = source.in_memory();
+  if (in_memory) check(*in_memory);
   if (source.size() < kStreamed) {
-    if (const Particles* all = source.in_memory())
-      return extract(device, *all, camera, params, timings);
+    if (in_memory) return extract(device, *in_memory, camera, params, timings);
+    survey_of(source);  // throws as for a larger frame
     const Particles all = read_all(source);
     return source.team().leads() ? extract(device, all, camera, params, timings) : Surface{};
   }

@@ -158,8 +158,7 @@ std::string differences_of(const VerifyRun& run) {
       cases.insert(before->size);
     }
     counts += (counts.empty() ? "" : "; ") + escaped(title_of(run.devices[d].device)) + ": " +
-              grouped(static_cast<std::int64_t>(same)) + " rows the same, <strong>" +
-              grouped(differ) + " other</strong>";
+              grouped(same) + " rows the same, <strong>" + grouped(differ) + " other</strong>";
   }
   std::string text = "<h2>What differs</h2><p>Held against " + escaped(title_of(first.device)) +
                      ". " + counts + ".</p>\n";
@@ -304,8 +303,7 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
 std::string to_html(const VerifyRun& run) {
   std::string body =
       "<h1>Does it compute what it should?</h1><p>Meniscus " + escaped(run.version) +
-      " ran its kernels on " + std::to_string(run.devices.size()) +
-      (run.devices.size() == 1 ? " device" : " devices") +
+      " ran its kernels on " + counted(run.devices.size(), "device") +
       ". Every launch must leave the <strong>canonical bits</strong> in its buffers, "
       "in every variant.</p>\n<div class=\"cards\">\n";
   for (const DeviceResults& device : run.devices) body += card_of(device);

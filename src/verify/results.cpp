@@ -95,9 +95,9 @@ void Tally::add(Result result) {
 }
 
 std::string Tally::words() const {
-  std::string text = grouped(static_cast<std::int64_t>(passed)) + " passed";
-  if (failed > 0) text += ", " + grouped(static_cast<std::int64_t>(failed)) + " FAILED";
-  if (skipped > 0) text += ", " + grouped(static_cast<std::int64_t>(skipped)) + " skipped";
+  std::string text = grouped(passed) + " passed";
+  if (failed > 0) text += ", " + grouped(failed) + " FAILED";
+  if (skipped > 0) text += ", " + grouped(skipped) + " skipped";
   return text;
 }
 
@@ -308,7 +308,7 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
     only_before += change.after == nullptr;
     only_after += change.before == nullptr;
   }
-  text += grouped(static_cast<std::int64_t>(same)) + " rows are the same, " +
+  text += grouped(same) + " rows are the same, " +
           grouped(static_cast<std::int64_t>(changes.size()) - only_before - only_after) + " differ";
   if (only_before > 0) text += ", " + grouped(only_before) + " only in A";
   if (only_after > 0) text += ", " + grouped(only_after) + " only in B";

@@ -124,9 +124,8 @@ Particles wall() {
 }
 
 std::string size_of_scene(const Particles& particles, const Camera& camera) {
-  return grouped(static_cast<std::int64_t>(particles.size())) +
-         (particles.size() == 1 ? " particle, " : " particles, ") + std::to_string(camera.width) +
-         "x" + std::to_string(camera.height);
+  return counted(particles.size(), "particle") + ", " + std::to_string(camera.width) + "x" +
+         std::to_string(camera.height);
 }
 
 Scene scene(const char* name, bool small, Particles particles, const Camera& camera,

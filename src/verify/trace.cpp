@@ -46,8 +46,8 @@ std::string difference(const Bytes& expected, const Bytes& found, bool floats, d
   const Difference d = compare(wanted, own, reading);
   if (d.count == 0) return "only the bits of what is no number differ";
   ulp = std::max(ulp, d.ulp);
-  std::string text = grouped(static_cast<std::int64_t>(d.count)) + " of ";
-  text += grouped(static_cast<std::int64_t>(d.of)) + " values differ, the first at ";
+  std::string text = grouped(d.count) + " of ";
+  text += grouped(d.of) + " values differ, the first at ";
   text += std::to_string(d.first) + ": found " + hex(own[d.first], reading);
   text += ", wanted " + hex(wanted[d.first], reading);
   return text;

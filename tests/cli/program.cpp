@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,6 +11,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <future>
 #include <sstream>
 
 namespace meniscus::test {
@@ -61,6 +64,36 @@ Outcome Program::run(const std::vector<std::string>& arguments,
   return wait_for(start(arguments, conditions));
 }
 
+Outcome Program::run_on_terminal(int columns, const std::vector<std::string>& arguments) const {
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  winsize size{};
+  size.ws_row = 24;
+  size.ws_col = static_cast<unsigned short>(columns);
+  if (terminal < 0 || grantpt(terminal) != 0 || unlockpt(terminal) != 0 ||
+      ioctl(terminal, TIOCSWINSZ, &size) != 0)
+    throw std::runtime_error("no terminal can be made");
+  const std::string device = ptsname(terminal);
+  // So that what is written stays until it is read.
+  const int held = open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  const int process = start(arguments, {{}, 0, {"/bin/sh", "-c", "exec \"$@\" 2>" + device, "sh"}});
+  std::future<Outcome> ended =
+      std::async(std::launch::async, [&, process] { return wait_for(process); });
+  std::string shown;
+  for (bool over = false, more = true; more || !over;) {
+    over = ended.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    pollfd there{terminal, POLLIN, 0};
+    char part[4096];
+    const ssize_t count = poll(&there, 1, 100) > 0 ? ::read(terminal, part, sizeof part) : 0;
+    more = count > 0;
+    if (more) shown.append(part, static_cast<std::size_t>(count));
+  }
+  close(held);
+  close(terminal);
+  Outcome outcome = ended.get();
+  outcome.err = shown;
+  return outcome;
+}
+
 std::string Program::read(const std::string& name) const {
   std::ifstream file(folder_ / name, std::ios::binary);
   std::ostringstream text;
@@ -104,6 +137,15 @@ std::vector<std::array<double, 3>> block(int n) {
       for (int k = 0; k < n; ++k)
         points.push_back({0.2 * i - 0.1 * n, 0.2 * j - 0.1 * n, 0.2 * k - 0.1 * n});
   return points;
+}
+
+std::vector<std::string> bars_in(const std::string& shown) {
+  std::vector<std::string> bars;
+  std::istringstream turns(shown);
+  for (std::string turn; std::getline(turns, turn, '\r');)
+    if (const std::size_t end = turn.find('\x1b'); end != 0 && end != std::string::npos)
+      bars.push_back(turn.substr(0, end));
+  return bars;
 }
 
 void expect_error(const Outcome& outcome, int code, const std::vector<std::string>& parts) {

@@ -31,6 +31,9 @@ class Program : public testing::Test {
 
   Outcome run(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
 
+  /// The same with standard error on a terminal of so many columns: `err` is what was shown there.
+  Outcome run_on_terminal(int columns, const std::vector<std::string>& arguments) const;
+
   /// Starts the program and returns its process id; `wait_for` collects it.
   int start(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
   Outcome wait_for(int process) const;
@@ -54,6 +57,9 @@ class Program : public testing::Test {
 
 /// n x n x n particles, 0.2 apart, around the origin.
 std::vector<std::array<double, 3>> block(int n);
+
+/// The bars that a terminal showed, without what erases the rest of their lines.
+std::vector<std::string> bars_in(const std::string& shown);
 
 /// Expects exit code `code` and one line on standard error that begins as all errors do and
 /// contains each of `parts`.

@@ -99,6 +99,7 @@ TEST_F(ProgramReport, BadUseIsAnErrorAndLeavesNoPage) {
   write("empty.jsonl", "");
   expect_error(run({"report", "a.jsonl", "-o", "a.html"}), 1, {"a.jsonl: line 2", "not JSON"});
   expect_error(run({"report", "none.jsonl", "-o", "a.html"}), 1, {"none.jsonl: cannot be opened"});
+  expect_error(run({"report", "empty.jsonl", "-o", "./empty.jsonl"}), 2, {"is the input"});
   expect_error(run({"report", "empty.jsonl", "-o", "no/a.html"}), 1, {"no/a.html", "folder"});
   expect_error(run({"report", "empty.jsonl", "-o", "a.html", "--frames", "x"}), 2, {"frames x"});
   expect_error(run({"report", "a.jsonl"}), 2, {"--output"});

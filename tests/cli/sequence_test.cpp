@@ -1,7 +1,5 @@
 // Sequences: which frames come out, and that none is lost or half-written whatever happens.
-#include <fcntl.h>
 #include <gmock/gmock.h>
-#include <sys/ioctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -198,6 +196,17 @@ TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {
   expect_error(run(words({"--log", "a", "--report", "./a"})), 2, {"output ./a: is named twice"});
 }
 
+TEST_F(Sequence, LogAndReportAreNeitherInputsNorOutputs) {
+  write_sequence(2);
+  const std::string frame = read("d.0001.ply");
+  for (const std::string option : {"--log", "--report"}) {
+    expect_error(run(words({option, "./d.0001.ply"})), 2, {"output ./d.0001.ply: is the input"});
+    expect_error(run(words({option, "./o.0001.exr"})), 2, {"output ./o.0001.exr: is named twice"});
+  }
+  EXPECT_EQ(read("d.0001.ply"), frame);
+  EXPECT_THAT(outputs(), IsEmpty());
+}
+
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   write_sequence(5);
   ASSERT_EQ(run(words({"-q"})).exit_code, 0);
@@ -265,6 +274,13 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
   EXPECT_THAT(lenient.err, HasSubstr("meniscus: warning: frame 4: d.0004.ply: "));
 
+  // What several frames warn of is said once, and of which at the end.
+  write_particles("d.0003.ply", {{0, 0, 0}, {std::nan(""), 0, 0}});
+  const Outcome several = run(words({"--frames", "3-4"}));
+  EXPECT_EQ(several.exit_code, 0) << several.err;
+  EXPECT_THAT(several.err, HasSubstr("meniscus: warning: 2 frames 3,4: 1 of "));
+  EXPECT_THAT(several.err, HasSubstr("the others differ in their numbers"));
+
   for (const auto& [file, bytes] : outputs()) fs::remove(path(file));
   const Outcome fast = run(words({"--fail-fast", "--in-flight", "1", "--threads", "1"}));
   EXPECT_EQ(fast.exit_code, 3) << fast.err;
@@ -316,29 +332,12 @@ TEST_F(Sequence, LargeFramesHaveOneRadius) {
 
 TEST_F(Sequence, TheBarFitsTheTerminal) {
   write_sequence(3);
-  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
-  winsize size{};
-  size.ws_row = 24;
-  size.ws_col = 50;
-  ASSERT_EQ(ioctl(terminal, TIOCSWINSZ, &size), 0);
-  const std::string device = ptsname(terminal);
-  const int held = open(device.c_str(), O_RDWR | O_NOCTTY);  // so that what is written stays
-  const Outcome outcome = run(words(), {{}, 0, {"/bin/sh", "-c", "exec \"$@\" 2>" + device, "sh"}});
+  const Outcome outcome = run_on_terminal(50, words());
   EXPECT_EQ(outcome.exit_code, 0);
-  std::string shown(1 << 16, '\0');
-  shown.resize(
-      static_cast<std::size_t>(std::max<ssize_t>(0, ::read(terminal, shown.data(), shown.size()))));
-  close(held);
-  close(terminal);
-  int bars = 0;
-  std::istringstream turns(shown);
-  for (std::string turn; std::getline(turns, turn, '\r');) {
-    if (!turn.starts_with('[')) continue;
-    ++bars;
-    EXPECT_LT(turn.find('\x1b'), 50u) << turn;
-  }
-  EXPECT_GE(bars, 2) << shown;
+  const std::vector<std::string> bars = bars_in(outcome.err);
+  EXPECT_GE(bars.size(), 2u) << outcome.err;
+  EXPECT_THAT(bars, testing::Each(testing::AllOf(testing::StartsWith("["),
+                                                 testing::SizeIs(testing::Lt(50)))));
 }
 
 TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {

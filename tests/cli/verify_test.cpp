@@ -1,10 +1,7 @@
 // What `meniscus verify` says and writes.
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli/program.hpp"
 
@@ -45,20 +42,12 @@ TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
 
 TEST_F(ProgramVerify, ProgressFitsTheTerminal) {
   // All small cases: what is over in half a second has no bar.
-  const std::string command = "script -qec 'stty cols 60; " MENISCUS_PROGRAM
-                              " verify --device cpu --size small' /dev/null > " +
-                              path("screen");
-  ASSERT_EQ(std::system(command.c_str()), 0);
-  std::string text = read("screen");
-  std::replace(text.begin(), text.end(), '\r', '\n');
-  std::istringstream lines(text);
-  int bars = 0;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.find(" [#") == std::string::npos) continue;
-    ++bars;
-    EXPECT_LT(line.substr(0, line.find('\x1b')).size(), 60u) << line;
-  }
-  EXPECT_GT(bars, 0);
+  const Outcome outcome = run_on_terminal(60, {"verify", "--device", "cpu", "--size", "small"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  const std::vector<std::string> bars = bars_in(outcome.err);
+  EXPECT_FALSE(bars.empty()) << outcome.err;
+  EXPECT_THAT(bars,
+              testing::Each(testing::AllOf(HasSubstr(" ["), testing::SizeIs(testing::Lt(60)))));
 }
 
 TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {

@@ -12,12 +12,12 @@
 #include <half.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
+#include "same_bits.hpp"
 
 namespace meniscus {
 namespace {
@@ -332,11 +332,6 @@ TEST(Exr, RefusesMapsOfAnotherSize) {
 }
 
 // --- reading it back
-
-template <class Value>
-bool same_bits(const std::vector<Value>& a, const std::vector<Value>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Value)) == 0;
-}
 
 TEST(ExrReader, ReturnsEveryMapTheCameraAndTheTexts) {
   const TemporaryFolder folder;

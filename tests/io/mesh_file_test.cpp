@@ -8,6 +8,7 @@
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
+#include "same_bits.hpp"
 
 namespace meniscus {
 namespace {
@@ -25,10 +26,6 @@ Mesh hard_mesh() {
 }
 
 void expect_same(const Mesh& actual, const Mesh& expected) {
-  const auto same_bits = [](const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-    return a.size() == b.size() &&
-           (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec3)) == 0);
-  };
   EXPECT_TRUE(same_bits(actual.position, expected.position));
   EXPECT_TRUE(same_bits(actual.normal, expected.normal));
   EXPECT_EQ(actual.triangle, expected.triangle);

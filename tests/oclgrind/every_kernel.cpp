@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <regex>
 #include <set>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "device/kernel_sources.hpp"
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
+#include "same_bits.hpp"
 #include "stages/bins.hpp"
 #include "stream/gather.hpp"
 #include "verify/arithmetic.hpp"
@@ -49,21 +49,6 @@ std::set<std::string> embedded_kernels() {
   return names;
 }
 
-// Depths and normals are compared bit by bit.
-template <class T>
-bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
-}
-
-bool same(const Surface& a, const Surface& b) {
-  return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
-         same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
-         same_bits(a.residual, b.residual) && same_bits(a.velocity, b.velocity) &&
-         same_bits(a.mesh.velocity, b.mesh.velocity) &&
-         same_bits(a.mesh.position, b.mesh.position) && same_bits(a.mesh.normal, b.mesh.normal) &&
-         same_bits(a.mesh.triangle, b.mesh.triangle);
-}
-
 }  // namespace
 
 int main() try {
@@ -87,7 +72,7 @@ int main() try {
                   surface.mesh.triangle.size());
       good = good && covered > 0 && !surface.mesh.triangle.empty();
       if (!first.count(method)) first[method] = surface;
-      if (!same(first[method], surface)) {
+      if (!same_bits(first[method], surface)) {
         std::printf("%s: the result depends on the width or on unwritten memory\n", name.c_str());
         good = false;
       }

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <random>
 
 #include "dam_break.hpp"
 #include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "printed.hpp"
+#include "same_bits.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -49,19 +50,7 @@ const Particles& frame() {
 // Particles of this frame are some 1.7 pixels apart.
 Camera small_camera() { return look_at({5, 2.2, 3.4}, {1.5, .3, .75}, {0, 1, 0}, 32, 320, 240); }
 
-template <class T>
-bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
-}
-
-bool same(const Surface& a, const Surface& b) {
-  return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&
-         same_bits(a.group, b.group) && same_bits(a.kind, b.kind) &&
-         same_bits(a.residual, b.residual) && same_bits(a.velocity, b.velocity) &&
-         same_bits(a.mesh.velocity, b.mesh.velocity) &&
-         same_bits(a.mesh.position, b.mesh.position) &&
-         same_bits(a.mesh.triangle, b.mesh.triangle) && a.counts == b.counts;
-}
+bool same(const Surface& a, const Surface& b) { return same_bits(a, b) && a.counts == b.counts; }
 
 std::int64_t count_of(const Surface& surface, const std::string& name) {
   for (const auto& [known, count] : surface.counts)
@@ -98,6 +87,45 @@ TEST_F(ExtractSource, GivesTheSameBytesForAnyMemoryAndOrder) {
     shuffled.vz[i] = frame().vz[order[i]];
   }
   EXPECT_TRUE(same(expected, extract(device_, shuffled, small_camera())));
+}
+
+TEST_F(ExtractSource, WarnsOfCoarsePositionsByTheParticlesOwnRadius) {
+  constexpr float kAway = 1 << 19;
+  Particles far = frame();
+  for (float& x : far.x) x += kAway;
+  Camera camera = look_at({5 + kAway, 2.2, 3.4}, {1.5 + kAway, .3, .75}, {0, 1, 0}, 32, 320, 240);
+  const Surface surface = extract(device_, far, camera);
+  EXPECT_GT(count_of(surface, "representatives"), 0);
+  EXPECT_THAT(surface.warnings,
+              testing::Contains(testing::HasSubstr(
+                  printed("their radius is %g: positions are rounded", surface.particle_radius))));
+}
+
+// Not in memory: a source of one's own.
+class OwnSource : public ParticleSource {
+ public:
+  explicit OwnSource(const Particles& particles) : source_(source_of(particles)) {}
+  std::int64_t size() const override { return source_->size(); }
+  std::string name(std::int64_t particle) const override { return source_->name(particle); }
+  bool has_radius() const override { return source_->has_radius(); }
+  bool has_velocity() const override { return source_->has_velocity(); }
+  double particle_radius() const override { return source_->particle_radius(); }
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    source_->read(first, count, to);
+  }
+
+ private:
+  std::unique_ptr<ParticleSource> source_;
+};
+
+TEST_F(ExtractSource, RefusesBadRadiiAlikeInFramesOfAllSizes) {
+  for (Particles particles : {frame(), dam_particles(DamBreak(1000, 1))}) {
+    particles.radius.assign(particles.size(), 0.01f);
+    particles.radius[5] = -1;
+    EXPECT_THROW(extract(device_, particles, small_camera()), InvalidArgument);
+    EXPECT_THROW(extract(device_, *source_of(particles), small_camera()), InvalidArgument);
+    EXPECT_THROW(extract(device_, OwnSource(particles), small_camera()), InputError);
+  }
 }
 
 TEST_F(ExtractSource, NamesTheLeastMemory) {
@@ -270,23 +298,7 @@ TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
 
 TEST(FrameSource, FramesWhatItsParticlesWould) {
   const Camera a = frame_particles(frame(), 320, 240);
-  class OnDisk : public ParticleSource {
-   public:
-    std::int64_t size() const override { return inner_->size(); }
-    bool has_radius() const override { return inner_->has_radius(); }
-    bool has_velocity() const override { return inner_->has_velocity(); }
-    double particle_radius() const override { return inner_->particle_radius(); }
-    std::string name(std::int64_t particle) const override {
-      return "row " + std::to_string(particle);
-    }
-    void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
-      inner_->read(first, count, to);
-    }
-
-   private:
-    std::unique_ptr<ParticleSource> inner_ = source_of(frame());
-  };
-  const Camera b = frame_particles(OnDisk(), 320, 240);
+  const Camera b = frame_particles(OwnSource(frame()), 320, 240);
   EXPECT_EQ(a.view, b.view);
   EXPECT_EQ(a.projection, b.projection);
 }

@@ -32,8 +32,7 @@ const std::vector<FigureField>& figure_fields() {
        "The same angle by differences of the depths."},
       {"crease_jag", "s", &F::crease_jag, 3, low,
        "Jaggedness of crease lines: RMS deviation from the true line after its smooth part is "
-       "taken "
-       "out."},
+       "taken out."},
       {"crease_lost", "%", &F::crease_lost, 1, low,
        "Share of the crease lines that the map does not have within 1.5 s."},
       {"outline_rms", "s", &F::outline_rms, 3, low,
