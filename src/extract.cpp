@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "canonical_order.hpp"
+#include "crowds.hpp"
 #include "device/device.hpp"
 #include "exact_math.hpp"
 #include "meniscus/device.hpp"
@@ -26,8 +27,13 @@ namespace {
 // 512 particles spread over the canonical order, the sum of 1 - (d/R)^2 over all particles within R
 // is 8 pi R^3 / (15 s^3) inside, less at the surface; the 95th percentile is taken as inside. R is
 // four times the median distance to the nearest neighbour. (That distance alone says little: it is
-// s on a lattice and 0.79 s in a splashing fluid.)
-double estimate_radius(const Particles& p, const std::vector<std::size_t>& order) {
+// s on a lattice and 0.79 s in a splashing fluid.) Particles at one position count once: a solver
+// that has failed may leave most of them there.
+double estimate_radius(const Particles& p, std::vector<std::size_t> order) {
+  const auto copied = [&](std::size_t a, std::size_t b) {
+    return p.x[a] == p.x[b] && p.y[a] == p.y[b] && p.z[a] == p.z[b];
+  };
+  order.erase(std::unique(order.begin(), order.end(), copied), order.end());
   constexpr std::size_t kSamples = 512;
   const std::size_t step = std::max<std::size_t>(1, order.size() / kSamples);
   const auto percentile = [](std::vector<double>& values, double share) {
@@ -99,8 +105,9 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
 
   Surface surface;
   surface.camera = camera;
-  const std::vector<std::size_t> order = canonical_order(particles, params, surface.warnings);
+  std::vector<std::size_t> order = canonical_order(particles, params, surface.warnings);
   surface.particle_radius = choose_radius(particles, order, params, surface.warnings);
+  order = without_crowds(particles, std::move(order), surface.particle_radius, surface.warnings);
 
   WorldParticles world;
   std::array<float, 3> low{}, high{};

@@ -29,11 +29,14 @@ struct Cells {
   std::vector<std::int32_t> item;   // [n] index of each into the arrays it was built from
 };
 
+/// Points that lie farther away count as of this cell.
+inline constexpr std::int32_t kFarthestCell = 1000000000;
+
 inline std::int32_t cell_of(float coordinate, float inverse_cell) {
-  constexpr float kFarthest = 1e9f;
+  constexpr float kFarthest = kFarthestCell;
   const float scaled = coordinate * inverse_cell;
-  if (!(scaled > -kFarthest)) return -1000000000;
-  if (!(scaled < kFarthest)) return 1000000000;
+  if (!(scaled > -kFarthest)) return -kFarthestCell;
+  if (!(scaled < kFarthest)) return kFarthestCell;
   // floor(), which without SSE 4.1 is a call
   const std::int32_t cut = static_cast<std::int32_t>(scaled);
   return cut - (scaled < static_cast<float>(cut) ? 1 : 0);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "canonical_order.hpp"
+#include "crowds.hpp"
 #include "extract.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
@@ -95,7 +96,7 @@ double radius_of(const ParticleSource& source, const Survey& survey, const Param
     throw InputError("no particle radius in the file, and with " + std::to_string(survey.size) +
                      " particles it is not estimated (give --particle-radius)");
   const Particles all = read_all(source);
-  std::vector<std::string> repeated;  // of bad coordinates, which are reported already
+  std::vector<std::string> repeated;  // of what is reported elsewhere
   double radius = 0;
   if (source.team().leads())
     radius = choose_radius(all, canonical_order(all, {}, repeated), params, warnings);
@@ -323,7 +324,9 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
   WorldParticles world;
   world.moving = params.motion && source.has_velocity();
-  for (const std::size_t i : canonical_order(kept, params, surface.warnings)) {
+  const std::vector<std::size_t> order = without_crowds(
+      kept, canonical_order(kept, params, surface.warnings), radius, surface.warnings);
+  for (const std::size_t i : order) {
     world.x.push_back(kept.x[i]);
     world.y.push_back(kept.y[i]);
     world.z.push_back(kept.z[i]);

@@ -6,6 +6,7 @@
 #include <future>
 
 #include "meniscus/error.hpp"
+#include "position_hash.hpp"
 #include "printed.hpp"
 #include "stream/team.hpp"
 
@@ -18,25 +19,15 @@ constexpr std::size_t kFew = 64;                      // of which hardly one is 
 constexpr std::int64_t kNoParticle = std::numeric_limits<std::int64_t>::max();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// A hash of a position's bits; which of equal hashes a particle has does not depend on its place.
-std::uint32_t hash_of(float x, float y, float z) {
-  std::uint32_t h = std::bit_cast<std::uint32_t>(x) * 0x9e3779b1u ^
-                    std::bit_cast<std::uint32_t>(y) * 0x85ebca77u ^
-                    std::bit_cast<std::uint32_t>(z) * 0xc2b2ae3du;
-  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
-  h = (h ^ (h >> 12)) * 0x297a2d39u;
-  return h ^ (h >> 15);
-}
-
 // Adds the particles whose hash is at most `most`. Whether there is one is asked of all at once.
 void add_sample(const ParticleChunk& chunk, std::size_t begin, std::size_t end, std::uint32_t most,
                 std::vector<std::array<float, 3>>& sample) {
   const float *const x = chunk.x.data(), *const y = chunk.y.data(), *const z = chunk.z.data();
   std::uint32_t any = 0;
-  for (std::size_t i = begin; i < end; ++i) any |= hash_of(x[i], y[i], z[i]) <= most;
+  for (std::size_t i = begin; i < end; ++i) any |= position_hash(x[i], y[i], z[i]) <= most;
   if (!any) return;
   for (std::size_t i = begin; i < end; ++i)
-    if (hash_of(x[i], y[i], z[i]) <= most) sample.push_back({x[i], y[i], z[i]});
+    if (position_hash(x[i], y[i], z[i]) <= most) sample.push_back({x[i], y[i], z[i]});
 }
 
 // Whole numbers that order as floats do.
@@ -240,7 +231,7 @@ Survey survey_particles(const ParticleSource& source) {
           middle.add(chunk.radius[i]);
           found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
         }
-        if (hash_of(x, y, z) <= most) survey.sample.push_back({x, y, z});
+        if (position_hash(x, y, z) <= most) survey.sample.push_back({x, y, z});
       }
     }
   });

@@ -236,12 +236,9 @@ TEST_F(ExtractSource, LosesNoLoneParticle) {
   EXPECT_LE(more, 4);
 }
 
-// What is not thinned is what a smaller frame of the same particles gives: far ones, out of view,
-// make a frame large and change nothing.
-TEST_F(ExtractSource, WithoutThinningNothingChanges) {
-  const DamBreak small(20000, 1);
-  Particles particles = dam_particles(small);
-  // The same middle for both: a corner of the box on either side, not so far that it is a stray.
+// A small dam, and a corner of a box on either side, not so far that it is a stray.
+Particles dam_in_a_box() {
+  Particles particles = dam_particles(DamBreak(20000, 1));
   for (const float corner : {-20.0f, 20.0f}) {
     particles.x.push_back(corner);
     particles.y.push_back(corner);
@@ -250,16 +247,27 @@ TEST_F(ExtractSource, WithoutThinningNothingChanges) {
     particles.vy.push_back(0);
     particles.vz.push_back(0);
   }
-  Particles large = particles;
+  return particles;
+}
+
+// The same with so many more, out of view, that it streams.
+Particles streaming(Particles particles) {
   std::mt19937 random(4);
-  while (static_cast<std::int64_t>(large.size()) < kStreamed) {
-    large.x.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
-    large.y.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
-    large.z.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
-    large.vx.push_back(5);
-    large.vy.push_back(NAN);
-    large.vz.push_back(5);
+  while (static_cast<std::int64_t>(particles.size()) < kStreamed) {
+    particles.x.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    particles.y.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    particles.z.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    particles.vx.push_back(5);
+    particles.vy.push_back(NAN);
+    particles.vz.push_back(5);
   }
+  return particles;
+}
+
+// What is not thinned is what a smaller frame of the same particles gives: far ones, out of view,
+// make a frame large and change nothing.
+TEST_F(ExtractSource, WithoutThinningNothingChanges) {
+  const Particles particles = dam_in_a_box(), large = streaming(particles);
   const Camera camera = small_camera();
   for (const Method method : {Method::fit, Method::ssm, Method::paper}) {
     Parameters parameters;
@@ -271,6 +279,44 @@ TEST_F(ExtractSource, WithoutThinningNothingChanges) {
       if (name == "particles") count = static_cast<std::int64_t>(particles.size());
     EXPECT_TRUE(same(expected, found)) << to_string(method);
   }
+}
+
+// A solver that has failed leaves many particles in one place: they show one drop.
+TEST_F(ExtractSource, ACrowdIsADropInFramesOfAnySize) {
+  const auto with_crowd = [](std::size_t count) {
+    Particles particles = dam_in_a_box();
+    for (std::size_t k = 0; k < count; ++k) {
+      particles.x.push_back(1.5f);
+      particles.y.push_back(1);
+      particles.z.push_back(0.75f);
+      particles.vx.push_back(3);
+      particles.vy.push_back(2);
+      particles.vz.push_back(1);
+    }
+    return particles;
+  };
+  const Camera camera = small_camera();
+  const Surface one = extract(device_, with_crowd(1), camera);
+  EXPECT_THAT(one.warnings, testing::IsEmpty());
+  const auto expect_one = [&](Surface many) {
+    EXPECT_THAT(many.warnings,
+                testing::Contains(testing::HasSubstr("up to 1000 particles crowd into a cube")));
+    many.counts = one.counts;
+    EXPECT_TRUE(same(one, many));
+  };
+  expect_one(extract(device_, with_crowd(1000), camera));
+  expect_one(extract(device_, streaming(with_crowd(1000)), camera));
+}
+
+TEST_F(ExtractSource, ACrowdDoesNotTouchTheEstimatedRadius) {
+  Particles particles = dam_in_a_box();
+  particles.particle_radius = 0;
+  std::vector<std::string> warnings;
+  const double alone = choose_radius(*source_of(particles), {}, warnings);
+  for (std::vector<float>* values :
+       {&particles.x, &particles.y, &particles.z, &particles.vx, &particles.vy, &particles.vz})
+    values->resize(50000, values->front());
+  EXPECT_EQ(choose_radius(*source_of(particles), {}, warnings), alone);
 }
 
 TEST_F(ExtractSource, ReportsBadParticlesOnceAndRefusesThemWhenStrict) {

@@ -1,0 +1,160 @@
+#include "crowds.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <compare>
+#include <cstdint>
+#include <cstdlib>
+
+#include "parallel.hpp"
+#include "position_hash.hpp"
+#include "printed.hpp"
+#include "stages/cells.hpp"
+
+namespace meniscus {
+namespace {
+
+// Where particles lie as they should a cube holds up to 4 of them, 1.2 on average; where the radius
+// is twice too large, up to 15, and 7.
+constexpr std::uint32_t kOrdinary = 4, kCrowd = 16;
+
+// Fewer particles than that may be one drop, and do not tell whether the radius is right.
+constexpr std::size_t kTelling = 256;
+
+struct Cube {
+  std::int32_t x, y, z;
+  auto operator<=>(const Cube&) const = default;
+};
+
+// Whether it stands for all of space behind it, too, where particles may be far from each other.
+bool is_beyond(const Cube& cube) {
+  return std::max({std::abs(cube.x), std::abs(cube.y), std::abs(cube.z)}) == kFarthestCell;
+}
+
+// A particle that may be in a crowd.
+struct Member {
+  Cube cube;
+  std::uint32_t hash;
+  std::size_t place;  // in the order
+  auto operator<=>(const Member&) const = default;
+};
+
+// How many particles the cubes hold, in buckets that seldom are of several.
+class Census {
+ public:
+  Census(const Particles& p, double side) : particles_(p), inverse_(static_cast<float>(1 / side)) {
+    const std::size_t n = p.size();
+    held_.resize(std::bit_ceil(2 * n + 1));
+    std::vector<std::uint32_t> bucket(n);
+    constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) bucket[i] = bucket_at(cube_of(i));
+    });
+    for (const std::uint32_t b : bucket) ++held_[b];
+  }
+
+  Cube cube_of(std::size_t i) const {
+    return {cell_of(particles_.x[i], inverse_), cell_of(particles_.y[i], inverse_),
+            cell_of(particles_.z[i], inverse_)};
+  }
+  std::uint32_t held_with(const Cube& cube) const { return held_[bucket_at(cube)]; }
+  void leave_out(const Cube& cube) { --held_[bucket_at(cube)]; }
+
+  /// Whether there is no crowd, and not too many in most cubes.
+  bool is_ordinary() const {
+    std::uint32_t most = 0;
+    std::size_t cubes = 0;
+    for (const std::uint32_t held : held_) {
+      most = std::max(most, held);
+      cubes += held > 0;
+    }
+    return most <= kCrowd && particles_.size() <= kOrdinary * cubes;
+  }
+
+  /// The upper quartile of those that hold any: at a surface they hold fewer than inside.
+  std::uint32_t mostly_held() const {
+    std::vector<std::uint32_t> held = held_;
+    std::erase(held, 0);
+    if (held.empty()) return 0;
+    const auto quartile = held.begin() + static_cast<std::ptrdiff_t>(3 * held.size() / 4);
+    std::nth_element(held.begin(), quartile, held.end());
+    return *quartile;
+  }
+
+ private:
+  std::uint32_t bucket_at(const Cube& cube) const {
+    return bucket_of(cube.x, cube.y, cube.z, static_cast<std::uint32_t>(held_.size() - 1));
+  }
+  const Particles& particles_;
+  float inverse_;
+  std::vector<std::uint32_t> held_;
+};
+
+// The particles of the order in cubes that hold too many, cube by cube. Some are in buckets of
+// several cubes.
+std::vector<Member> members_of_crowds(const Particles& p, const std::vector<std::size_t>& order,
+                                      const Census& census) {
+  std::vector<Member> members;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t i = order[k];
+    const Cube cube = census.cube_of(i);
+    if (census.held_with(cube) <= kCrowd || is_beyond(cube)) continue;
+    // The sums with 0 make both zeros one.
+    members.push_back({cube, position_hash(p.x[i] + 0.0f, p.y[i] + 0.0f, p.z[i] + 0.0f), k});
+  }
+  std::sort(members.begin(), members.end());
+  return members;
+}
+
+}  // namespace
+
+std::vector<std::size_t> without_crowds(const Particles& p, std::vector<std::size_t> order,
+                                        double radius, std::vector<std::string>& warnings) {
+  Census census(p, 2 * radius);
+  if (census.is_ordinary()) return order;
+
+  const std::size_t had = order.size();
+  constexpr std::size_t kDropped = ~std::size_t{0};
+  const auto at_one_position = [&](const Member& one, const Member& other) {
+    const std::size_t a = order[one.place], b = order[other.place];
+    return p.x[a] == p.x[b] && p.y[a] == p.y[b] && p.z[a] == p.z[b];
+  };
+  const std::vector<Member> members = members_of_crowds(p, order, census);
+  std::size_t largest = 0;
+  for (auto first = members.begin(), last = first; first != members.end(); first = last) {
+    last =
+        std::find_if(first, members.end(), [&](const Member& m) { return m.cube != first->cube; });
+    const std::size_t count = static_cast<std::size_t>(last - first);
+    if (count <= kCrowd) continue;
+    largest = std::max(largest, count);
+    // From behind, so that of those at one position the last stays, which is the largest.
+    std::vector<Member> apart;
+    for (auto next = last; next != first; --next) {
+      const Member& member = *(next - 1);
+      if (apart.empty() || !at_one_position(member, apart.back())) {
+        apart.push_back(member);
+        continue;
+      }
+      order[member.place] = kDropped;
+      census.leave_out(member.cube);
+    }
+    if (apart.size() > kCrowd)
+      for (std::size_t k = kOrdinary; k < apart.size(); ++k) order[apart[k].place] = kDropped;
+  }
+  const std::size_t dropped = std::erase(order, kDropped);
+
+  if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling)
+    warnings.push_back(
+        printed("the particles lie about %.0f times as close together as their radius, "
+                "%.6g, says, which is half the spacing (check --particle-radius)",
+                std::cbrt(held), radius));
+  if (dropped > 0)
+    warnings.push_back(
+        printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "
+                "%zu of %zu were dropped",
+                largest, 2 * radius, dropped, had));
+  return order;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,23 @@
+// Particles that crowd where there is room for one. What a frame costs grows with the square of how
+// many lie near each other, what it shows does not.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "meniscus/types.hpp"
+
+namespace meniscus {
+
+/// An order without most of its crowds. More than 16 particles in a cube whose side is their
+/// spacing (two radii) are a crowd, of which one stays at each position, and where that is still a
+/// crowd 4, drawn by a hash of their positions. Warns of those dropped, and where the particles lie
+/// so close everywhere that the radius must be wrong.
+///
+///   order   canonical
+///   radius  of the particles, world units
+std::vector<std::size_t> without_crowds(const Particles& particles, std::vector<std::size_t> order,
+                                        double radius, std::vector<std::string>& warnings);
+
+}  // namespace meniscus
