@@ -67,8 +67,10 @@ TEST_F(ProgramBench, TheBuiltInFrameIsTheExampleOfTheDam) {
   const json given = measured({dam + "frame_015.ply", "--camera", dam + "camera.json", "--method",
                                "spheres", "--size", "128x96"})["results"][0];
   EXPECT_EQ(built_in["particles"], 35937);
-  for (const char* key : {"particles", "pixels", "device_bytes"})
-    EXPECT_EQ(built_in[key], given[key]) << key;
+  for (const char* key : {"particles", "pixels"}) EXPECT_EQ(built_in[key], given[key]) << key;
+  // A driver lets go of a command's buffers a little after it, which moves the peak by some of them.
+  const double bytes = given["device_bytes"];
+  EXPECT_NEAR(built_in["device_bytes"].get<double>(), bytes, 0.02 * bytes);
 }
 
 TEST_F(ProgramBench, SyntheticFramesOfEverySize) {
