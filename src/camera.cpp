@@ -2,8 +2,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
+#include <cfloat>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "meniscus/error.hpp"
 #include "printed.hpp"
@@ -71,8 +75,55 @@ namespace {
 
 constexpr double kFov = 40;  // degrees
 
-// Shows the box from `low` to `high`, in which particles of radius `particle` (0: unknown) lie.
-Camera frame_box(const Vec3d& low, const Vec3d& high, double particle, int width, int height) {
+struct Bounds {
+  std::array<float, 3> low, high;
+
+  void include(const std::array<float, 3>& p) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+};
+
+constexpr Bounds kNoBounds{{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
+
+// The bounds without particles that a simulation threw away: those farther from the middle than 20
+// times what 98 % of a sample reach. Where there are none, all that were given.
+Bounds without_strays(const Bounds& all, std::vector<std::array<float, 3>> sample) {
+  constexpr std::size_t kTelling = 100;  // particles
+  constexpr double kFar = 20;
+  if (sample.size() < kTelling) return all;
+  std::array<double, 3> middle{};
+  double reach = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto at = [&](std::size_t percent) {
+      const auto place =
+          sample.begin() + static_cast<std::ptrdiff_t>(sample.size() * percent / 100);
+      std::nth_element(sample.begin(), place, sample.end(),
+                       [k](const auto& a, const auto& b) { return a[k] < b[k]; });
+      return double{(*place)[k]};
+    };
+    const double low = at(1), high = at(99);
+    middle[k] = (low + high) / 2;
+    reach = std::max(reach, (high - low) / 2);
+  }
+  const auto near = [&](const std::array<float, 3>& p) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!(std::abs(p[k] - middle[k]) <= kFar * reach)) return false;
+    return true;
+  };
+  if (!(reach > 0) || (near(all.low) && near(all.high))) return all;
+  Bounds bounds = kNoBounds;
+  for (const std::array<float, 3>& p : sample)
+    if (near(p)) bounds.include(p);
+  return bounds;
+}
+
+// Shows the bounds, in which particles of radius `particle` (0: unknown) lie.
+Camera frame_bounds(const Bounds& bounds, double particle, int width, int height) {
+  const Vec3d low{bounds.low[0], bounds.low[1], bounds.low[2]};
+  const Vec3d high{bounds.high[0], bounds.high[1], bounds.high[2]};
   const Vec3d centre = (low + high) / 2;
   // Particles have a size; where nothing tells it, 1 is what extract() assumes of a single point.
   if (low == high && !(particle > 0)) particle = 1;
@@ -94,32 +145,28 @@ Camera frame_nothing(int width, int height) {
 
 Camera frame_particles(const Particles& particles, int width, int height) {
   check(particles);
-  std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  bool any = false;
+  Bounds bounds = kNoBounds;
+  std::vector<std::array<float, 3>> finite;
   for (std::size_t i = 0; i < particles.size(); ++i) {
-    const std::array<double, 3> p{particles.x[i], particles.y[i], particles.z[i]};
+    const std::array<float, 3> p{particles.x[i], particles.y[i], particles.z[i]};
     if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) continue;
-    any = true;
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], p[k]);
-      high[k] = std::max(high[k], p[k]);
-    }
+    bounds.include(p);
+    finite.push_back(p);
   }
-  if (!any) return frame_nothing(width, height);
+  if (finite.empty()) return frame_nothing(width, height);
   double particle = particles.particle_radius;
   for (const float own : particles.radius)
     if (std::isfinite(own)) particle = std::max(particle, static_cast<double>(own));
-  return frame_box({low[0], low[1], low[2]}, {high[0], high[1], high[2]}, particle, width, height);
+  return frame_bounds(without_strays(bounds, std::move(finite)), particle, width, height);
 }
 
 Camera frame_particles(const ParticleSource& source, int width, int height) {
   if (const Particles* all = source.in_memory()) return frame_particles(*all, width, height);
   const Survey& survey = survey_of(source);
   if (survey.finite == 0) return frame_nothing(width, height);
-  return frame_box({survey.low[0], survey.low[1], survey.low[2]},
-                   {survey.high[0], survey.high[1], survey.high[2]},
-                   std::max(source.particle_radius(), double{survey.largest_radius}), width,
-                   height);
+  return frame_bounds(without_strays({survey.low, survey.high}, survey.sample),
+                      std::max(source.particle_radius(), double{survey.largest_radius}), width,
+                      height);
 }
 
 void check(const Camera& camera) {

@@ -4,11 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <string>
+#include <utility>
 
 #include "meniscus/error.hpp"
+#include "meniscus/source.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {
@@ -138,6 +142,48 @@ TEST(FrameParticles, ShowsEveryParticle) {
       EXPECT_LT(at.v + kv, height);
     }
   }
+}
+
+// A cube of particles from 0 to 9, and another one.
+Particles cube_and(float x) {
+  Particles particles;
+  particles.particle_radius = 0.5;
+  for (int k = 0; k < 1000; ++k) {
+    particles.x.push_back(static_cast<float>(k % 10));
+    particles.y.push_back(static_cast<float>(k / 10 % 10));
+    particles.z.push_back(static_cast<float>(k / 100));
+  }
+  particles.x.push_back(x);
+  particles.y.push_back(4);
+  particles.z.push_back(4);
+  return particles;
+}
+
+// Particles that are looked at as those of a large file.
+class Surveyed : public ParticleSource {
+ public:
+  explicit Surveyed(Particles particles) : particles_(std::move(particles)) {}
+  std::int64_t size() const override { return static_cast<std::int64_t>(particles_.size()); }
+  std::string name(std::int64_t particle) const override { return std::to_string(particle); }
+  bool has_radius() const override { return false; }
+  bool has_velocity() const override { return false; }
+  double particle_radius() const override { return particles_.particle_radius; }
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    std::copy_n(particles_.x.data() + first, count, to.x);
+    std::copy_n(particles_.y.data() + first, count, to.y);
+    std::copy_n(particles_.z.data() + first, count, to.z);
+  }
+
+ private:
+  Particles particles_;
+};
+
+TEST(FrameParticles, LeavesOutWhatWasThrownAway) {
+  const Camera cube = frame_particles(cube_and(4), 64, 48);
+  for (const float x : {100.0f, 1e5f, -1e30f})  // farther than 4.5 + 20 * 4.5
+    EXPECT_EQ(frame_particles(cube_and(x), 64, 48).view, cube.view) << x;
+  EXPECT_NE(frame_particles(cube_and(90), 64, 48).view, cube.view);
+  EXPECT_EQ(frame_particles(Surveyed(cube_and(1e5f)), 64, 48).view, cube.view);
 }
 
 TEST(FrameParticles, WorksWithoutParticlesAndWithOne) {
