@@ -61,17 +61,6 @@ class Census {
   std::uint32_t held_with(const Cube& cube) const { return held_[bucket_at(cube)]; }
   void leave_out(const Cube& cube) { --held_[bucket_at(cube)]; }
 
-  /// Whether there is no crowd, and not too many in most cubes.
-  bool is_ordinary() const {
-    std::uint32_t most = 0;
-    std::size_t cubes = 0;
-    for (const std::uint32_t held : held_) {
-      most = std::max(most, held);
-      cubes += held > 0;
-    }
-    return most <= kCrowd && particles_.size() <= kOrdinary * cubes;
-  }
-
   /// The upper quartile of those that hold any: at a surface they hold fewer than inside.
   std::uint32_t mostly_held() const {
     std::vector<std::uint32_t> held = held_;
@@ -90,6 +79,23 @@ class Census {
   float inverse_;
   std::vector<std::uint32_t> held_;
 };
+
+// Whether there is no crowd for certain, and not too many in most cubes: a census in bytes, which
+// takes a fifth of the time of the other and is all that most frames need.
+bool is_ordinary(const Particles& p, double side) {
+  const float inverse = static_cast<float>(1 / side);
+  std::vector<std::uint8_t> held(std::bit_ceil(2 * p.size() + 1));
+  const auto mask = static_cast<std::uint32_t>(held.size() - 1);
+  std::uint8_t most = 0;
+  std::size_t buckets = 0;
+  for (std::size_t i = 0; i < p.size() && most <= kCrowd; ++i) {
+    std::uint8_t& here = held[bucket_of(cell_of(p.x[i], inverse), cell_of(p.y[i], inverse),
+                                        cell_of(p.z[i], inverse), mask)];
+    buckets += here == 0;
+    most = std::max(most, ++here);
+  }
+  return most <= kCrowd && p.size() <= kOrdinary * buckets;
+}
 
 // The particles of the order in cubes that hold too many, cube by cube. Some are in buckets of
 // several cubes.
@@ -111,9 +117,9 @@ std::vector<Member> members_of_crowds(const Particles& p, const std::vector<std:
 
 std::vector<std::size_t> without_crowds(const Particles& p, std::vector<std::size_t> order,
                                         double radius, std::vector<std::string>& warnings) {
-  Census census(p, 2 * radius);
-  if (census.is_ordinary()) return order;
+  if (is_ordinary(p, 2 * radius)) return order;
 
+  Census census(p, 2 * radius);
   const std::size_t had = order.size();
   constexpr std::size_t kDropped = ~std::size_t{0};
   const auto at_one_position = [&](const Member& one, const Member& other) {
