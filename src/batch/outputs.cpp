@@ -37,7 +37,7 @@ OutputKind kind_of(const std::string& path) {
 bool same_file(const std::string& a, const std::string& b) { return canonical(a) == canonical(b); }
 
 void check_outputs(const std::string& input, const std::vector<std::string>& outputs,
-                   const std::vector<std::string>& others) {
+                   const std::vector<std::string>& others, const std::string& camera) {
   for (const std::string& path : outputs) {
     kind_of(path);
     if (path.find('*') != std::string::npos)
@@ -51,6 +51,7 @@ void check_outputs(const std::string& input, const std::vector<std::string>& out
   for (const std::string& part : part_files(input))
     taken[canonical(part)] =
         "is the input" + (part == input ? "" : " " + input + ", too") + ", give another name";
+  if (!camera.empty()) taken[canonical(camera)] = "is the camera's file, give another name";
   for (const auto* paths : {&outputs, &others})
     for (const std::string& path : *paths) {
       if (path.empty()) continue;

@@ -18,10 +18,10 @@ OutputKind kind_of(const std::string& path);
 bool same_file(const std::string& a, const std::string& b);
 
 /// Throws InvalidArgument for endings that nobody knows, an output that is named twice, and one
-/// that is the input. `others` are written, too, whatever their endings: logs, reports, or none
-/// where a name is empty.
+/// that is the input or the camera's file. `others` are written, too, whatever their endings: logs,
+/// reports, or none where a name is empty.
 void check_outputs(const std::string& input, const std::vector<std::string>& outputs,
-                   const std::vector<std::string>& others = {});
+                   const std::vector<std::string>& others = {}, const std::string& camera = "");
 
 /// How files are written.
 struct WriteOptions {

@@ -76,6 +76,17 @@ struct FramePattern::Match {
   std::string path;    // so far, * as it is
 };
 
+bool FramePattern::is_in_name(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
+  int width = 0;
+  for (std::size_t at = 0; at < name.size();) {
+    const std::size_t length = place_at(name, at, width);
+    if (length > (name[at] == '#' ? 1 : 0)) return true;
+    at += std::max<std::size_t>(length, 1);
+  }
+  return false;
+}
+
 std::optional<FramePattern> FramePattern::in(const std::string& path) {
   std::error_code ignored;
   if (fs::exists(path, ignored)) return std::nullopt;

@@ -17,6 +17,10 @@ class FramePattern {
   /// Nothing when `path` has no place for a number, or when there is a file of just that name.
   static std::optional<FramePattern> in(const std::string& path);
 
+  /// Whether the file's own name has a place, whether there is such a file or not. A single # is
+  /// taken for a letter.
+  static bool is_in_name(const std::string& path);
+
   const std::string& text() const { return text_; }
 
   /// The name for a frame. {} becomes `digits`, or the bare number where that is empty.

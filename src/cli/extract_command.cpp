@@ -47,7 +47,7 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
 
 void run_frame(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  as_usage([&] { check_outputs(options.input, options.outputs); });
+  as_usage([&] { check_outputs(options.input, options.outputs, {}, options.camera_file); });
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
   if (team.leads())
@@ -124,7 +124,7 @@ int run_extract(ExtractOptions options) {
     throw usage_error(std::string(option) + " is for sequences, but " + options.input +
                       " has no place for the frame's number, e.g. name.####.ply");
   for (const std::string& path : options.outputs)
-    if (FramePattern::in(path))
+    if (FramePattern::is_in_name(path))
       throw usage_error(
           "--output " + path + " has a place for the frame's number, but " + options.input +
           " is one frame" +

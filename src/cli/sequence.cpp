@@ -95,7 +95,9 @@ void warn(const std::string& what) {
 void prepare_folders(const Plan& plan, const ExtractOptions& options) {
   std::set<std::string> folders;
   for (const FrameJob& job : plan.jobs) {
-    as_usage([&] { check_outputs(job.input, job.outputs, {options.log, options.report}); });
+    as_usage([&] {
+      check_outputs(job.input, job.outputs, {options.log, options.report}, options.camera_file);
+    });
     for (const std::string& path : job.outputs)
       if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
         OutputFile probe(path);

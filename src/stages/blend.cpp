@@ -266,7 +266,8 @@ Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuff
                              const DeviceRecords& records, int every, const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  const int rows = width == 1 ? 1 : 8;  // as in blend.cl
+  constexpr int kChoiceRows = 8;  // as in blend.cl
+  const int rows = width == 1 ? 1 : kChoiceRows;
   const auto across = static_cast<std::size_t>((grid.nx + width - 1) / width);
   const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
   const auto group = allocate<cl_int>(device, grid.size());

@@ -165,6 +165,12 @@ TEST_F(Sequence, WrongUseIsNamed) {
   expect_error(run({"extract", "d.####.ply", "-o", "o.exr"}), 2,
                {"frames 0 and 1 would both write o.exr", "o.exr: "});
   expect_error(run({"extract", "d.####.ply", "-o", "d.####.ply"}), 2, {"is the input"});
+  std::filesystem::copy_file(MENISCUS_EXAMPLE_DATA "/dam/camera.json", path("c.png"));
+  expect_error(run({"extract", "d.####.ply", "--camera", "c.png", "-o", "o.####.exr", "--report",
+                    "./c.png"}),
+               2, {"output ./c.png: is the camera's file"});
+  expect_error(run({"extract", "d.0000.ply", "--camera", "c.png", "-o", "./c.png"}), 2,
+               {"output ./c.png: is the camera's file"});
   expect_error(run({"extract", "d.0000.ply", "-o", "o.exr", "--frames", "1-2"}), 2,
                {"--frames is for sequences", "d.0000.ply has no place"});
   expect_error(run({"extract", "e.####.ply", "-o", "o.####.exr"}), 1,
@@ -184,7 +190,9 @@ TEST_F(Sequence, AStarIsNoSequence) {
   EXPECT_THAT(outcome.err, HasSubstr("d.*.ply: 91 in 2 files, the parts of one frame"));
   expect_error(run({"extract", "d.*.ply", "-o", "o.####.png"}), 2,
                {"o.####.png has a place", "d.*.ply is one frame (* stands for its parts)"});
+  write("o.####.png", "there already");
   expect_error(run({"extract", "d.0000.ply", "-o", "o.####.png"}), 2, {"d.0000.ply is one frame;"});
+  EXPECT_EQ(run({"extract", "d.0000.ply", "-o", "o#1.png", "--size", "64x48"}).exit_code, 0);
 }
 
 TEST_F(Sequence, OtherFilesAreNotTakenForLogs) {

@@ -445,7 +445,7 @@ TEST_P(Blend, InterpolatedSamplesChooseTheHeaviestFit) {
   const Samples all = blended(device_, view, grid, scene, 20);
   const DeviceRecords records = upload_records(
       device_, make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius));
-  for (const int every : {2, 4}) {         // half a radius and one
+  for (const int every : {2, 4, 8, 16}) {  // from half a radius on
     constexpr cl_int kOfCorner = 1 << 30;  // as in prelude.cl
     std::vector<cl_int> found(n);
     std::size_t others = 0;
@@ -484,7 +484,9 @@ TEST_P(Blend, InterpolatedSamplesChooseTheHeaviestFit) {
         EXPECT_EQ(narrow[s], best) << every << " " << s;
       }
     }
-    EXPECT_LT(differing, others / 5) << every;
+    if (every <= 4) {  // else the lattice misses fits
+      EXPECT_LT(differing, others / 5) << every;
+    }
   }
 }
 
