@@ -12,7 +12,8 @@ namespace meniscus {
 
 /// Indices of the particles with finite coordinates, in an order that depends on the set alone: by
 /// position, then by own radius, then by velocity. Particles that agree in all of them are
-/// interchangeable. Warns of the others; throws InputError when params.strict.
+/// interchangeable. Warns of the others, and of particles at one position; throws InputError when
+/// params.strict.
 std::vector<std::size_t> canonical_order(const Particles& particles, const Parameters& params,
                                          std::vector<std::string>& warnings);
 

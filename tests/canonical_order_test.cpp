@@ -51,6 +51,16 @@ TEST(CanonicalOrder, BothZerosAreOneValue) {
       ElementsAre(2, 1, 0));
 }
 
+TEST(CanonicalOrder, TellsOfParticlesAtOnePosition) {
+  std::vector<std::string> warnings;
+  canonical_order(particles_at({{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {2, 1, 1}}), {}, warnings);
+  EXPECT_TRUE(warnings.empty());
+  canonical_order(
+      particles_at({{1, 1, 2}, {0, 1, 1}, {1, 1, 1}, {1, 1, 2}, {-0.0f, 1, 1}, {1, 1, 2}}), {},
+      warnings);
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("of 6 particles 3 lie exactly where another")));
+}
+
 TEST(CanonicalOrder, RadiiDecideAtOnePlace) {
   std::vector<std::string> warnings;
   Particles p = particles_at({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
