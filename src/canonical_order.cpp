@@ -87,15 +87,15 @@ std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& p
     }
     return false;
   };
-  const auto at_one_position = [&](const Key& a, const Key& b) {
-    return a.x == b.x && p.y[a.index] == p.y[b.index] && p.z[a.index] == p.z[b.index];
-  };
   std::size_t copies = 0;
   for (auto first = keys.begin(); first != keys.end();) {
     auto last = first + 1;
     while (last != keys.end() && last->x >> left_out == first->x >> left_out) ++last;
     if (last - first > 1) std::sort(first, last, before);
-    for (auto key = first + 1; key != last; ++key) copies += at_one_position(*(key - 1), *key);
+    for (auto key = first + 1; key != last; ++key) {
+      const Key& before_it = *(key - 1);
+      copies += before_it.x == key->x && at_one_position(p, before_it.index, key->index);
+    }
     first = last;
   }
   if (copies > 0)

@@ -17,4 +17,9 @@ namespace meniscus {
 std::vector<std::size_t> canonical_order(const Particles& particles, const Parameters& params,
                                          std::vector<std::string>& warnings);
 
+/// Whether two particles have one position; those that do follow each other in the order.
+inline bool at_one_position(const Particles& p, std::size_t a, std::size_t b) {
+  return p.x[a] == p.x[b] && p.y[a] == p.y[b] && p.z[a] == p.z[b];
+}
+
 }  // namespace meniscus

@@ -30,9 +30,7 @@ namespace {
 // s on a lattice and 0.79 s in a splashing fluid.) Particles at one position count once: a solver
 // that has failed may leave most of them there.
 double estimate_radius(const Particles& p, std::vector<std::size_t> order) {
-  const auto copied = [&](std::size_t a, std::size_t b) {
-    return p.x[a] == p.x[b] && p.y[a] == p.y[b] && p.z[a] == p.z[b];
-  };
+  const auto copied = [&](std::size_t a, std::size_t b) { return at_one_position(p, a, b); };
   order.erase(std::unique(order.begin(), order.end(), copied), order.end());
   constexpr std::size_t kSamples = 512;
   const std::size_t step = std::max<std::size_t>(1, order.size() / kSamples);
