@@ -7,13 +7,8 @@
 // the curve where they intersect. Sheets that turn away from the eye end the surface in the same way
 // (docs/method.md).
 //
-// A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
-// fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
-// the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights. Its foot
-// and reach are 4 floats in an array of their own.
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 
-#define RECORD 16
 // Fits of a list that are met before any is weighed: whether a fit that is met counts is a branch that
 // nobody foresees, in front of a root and a division. A work-item with one ray has no room for them.
 #if WIDTH == 1
@@ -22,111 +17,6 @@
 #define BLOCK 128
 #endif
 #define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
-
-typedef struct {
-  floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
-  floatv dx, dy;     // direction (dx, dy, -1)
-} Sample;
-
-typedef struct {
-  floatv tau;         // depth behind the reference depth, particle radii
-  floatv weight;      // of the fit there; 0: no hit
-  floatv gx, gy, gz;  // unit gradient there
-  floatv pull;        // how fast the weight changes across the ray, see add_hit
-} Hit;
-
-typedef struct {
-  global const float* record;  // [fits][RECORD]
-  global const float* foot;    // [fits][4] eye space; reach
-} Fits;
-
-// The gradient of a fit's quadric at X from its foot. (A sum of fused products that is zero has
-// whatever sign the device gives it.)
-inline void gradient_at(global const float* g, const floatv x, const floatv y, const floatv z,
-                        floatv* gx, floatv* gy, floatv* gz) {
-  *gx = fma((floatv)(g[4]), x + x, fma((floatv)(g[7]), y, fma((floatv)(g[9]), z, (floatv)(g[1]))));
-  *gy = fma((floatv)(g[5]), y + y, fma((floatv)(g[7]), x, fma((floatv)(g[8]), z, (floatv)(g[2]))));
-  *gz = fma((floatv)(g[6]), z + z, fma((floatv)(g[8]), y, fma((floatv)(g[9]), x, (floatv)(g[3]))));
-}
-
-// Its value there.
-inline floatv value_at(global const float* g, const floatv x, const floatv y, const floatv z,
-                       const floatv gx, const floatv gy, const floatv gz) {
-  const floatv doubled = fma(gx + g[1], x, fma(gy + g[2], y, (gz + g[3]) * z));
-  return fma((floatv)(0.5f), doubled, (floatv)(g[0]));
-}
-
-inline floatv dot_of(const floatv ax, const floatv ay, const floatv az, const floatv bx,
-                     const floatv by, const floatv bz) {
-  return fma(ax, bx, fma(ay, by, az * bz));
-}
-inline floatv square_of(const floatv x, const floatv y, const floatv z) {
-  return dot_of(x, y, z, x, y, z);
-}
-
-// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
-typedef struct {
-  floatv tau, squared;
-} Entry;
-
-inline int counts(const Entry e) { return ANY(e.squared < 1.0f); }
-
-inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const float d_max) {
-  global const float* g = fits.record + RECORD * fit;
-  global const float* foot = fits.foot + 4 * fit;
-  const floatv none = (floatv)(0.0f);
-  const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
-  floatv gx, gy, gz;
-  gradient_at(g, x, y, z, &gx, &gy, &gz);
-  // f along the ray: C + B tau + A tau^2
-  const floatv C = value_at(g, x, y, z, gx, gy, gz);
-  const floatv B = fma(gx, s.dx, fma(gy, s.dy, -gz));
-  const floatv ax = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
-               ay = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
-  const floatv A = fma(ax, s.dx, fma(ay, s.dy, (floatv)(g[6])));
-  const floatv D = fma(B, B, -4.0f * A * C);
-  // The entering root in its stable form: f falls there. Without one it is no number.
-  const intv falls = B < 0.0f;
-  const floatv sum = fabs(B) + sqrt(D);
-  const floatv root_tau = SELECT(-sum, 2.0f * C, falls) / SELECT(2.0f * A, sum, falls);
-  const intv met = fabs(root_tau) <= 4.0f * d_max;
-  const floatv tau = SELECT(none, root_tau, met);
-  const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
-  const floatv squared = square_of(px, py, pz) * g[10];
-  const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met)};
-  return e;
-}
-
-// A hit at an entry. Returns whether it has any weight.
-inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float d_max,
-                     const Entry e, Hit* hit) {
-  global const float* g = fits.record + RECORD * fit;
-  global const float* foot = fits.foot + 4 * fit;
-  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
-  const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
-  const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
-  floatv gx, gy, gz;
-  const floatv near = larger(one - squared, none);
-  gradient_at(g, px, py, pz, &gx, &gy, &gz);
-  const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
-  hit->tau = tau;
-  // A grazing ray enters far before the reference, which lies inside: there depths count less.
-  const floatv facing = fma(gx, s.dx, fma(gy, s.dy, -gz)) * slope;
-  const intv met = fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
-  const floatv steep = SELECT(none, near * near * g[11], met);
-  hit->weight = steep * near;
-  hit->gx = gx * slope;
-  hit->gy = gy * slope;
-  hit->gz = gz * slope;
-  hit->pull = -3.0f * g[10] * steep * facing;
-  return ANY(hit->weight > 0.0f);
-}
-
-// Returns whether any ray enters a fit's fluid within its reach.
-inline int hit_fit(const Fits fits, const int fit, const Sample s, const float d_max, Hit* hit) {
-  const Entry e = meet_fit(fits, fit, s, d_max);
-  return counts(e) && weigh_fit(fits, fit, s, d_max, e, hit);
-}
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
 // the rays are from it in the plane of depth t, at most wide + t spread along either axis.
@@ -472,11 +362,6 @@ inline List list_of(const int tile, global const int* start, global const int* f
   return list;
 }
 
-inline Sample sample_at(const Rays r, const floatv t) {
-  const Sample s = {r.ox + t * r.dx, r.oy + t * r.dy, t, r.dx, r.dy};
-  return s;
-}
-
 inline void store_blended(const Blended* b, const int* at, const intv wanted, const int n,
                           global float* depth, global float* normal, global int* group,
                           global float* trust) {
@@ -552,86 +437,5 @@ kernel void blend_groups(global const int* sample,       // [tiles][256]
     Blended b;
     blend_at(&at, listed, fits, d_max, sheets, &b);
     store_blended(&b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
-  }
-}
-
-// Samples that choose_groups takes together, and how many of the lattice's lie among and around them
-// at most: those from two apart.
-#define CHOICE_ROWS 8
-#define CHOICES ((TILE / 2 + 2) * (CHOICE_ROWS / 2 + 2))
-
-// The groups of the lattice's samples among and around the ones that are taken together with (i, j), each
-// once. Returns how many.
-inline int list_choices(const int i, const int j, global const float* depth,
-                        global const int* found, const int2 samples, const int every,
-                        int* choices) {
-  const int first_i = i / TILE * TILE, first_j = j / CHOICE_ROWS * CHOICE_ROWS;
-  const int2 low = max((int2)(first_i, first_j) / every - 1, 0) * every;
-  const int2 high = min((int2)(first_i + TILE, first_j + CHOICE_ROWS) + every, samples);
-  int count = 0;
-  for (int y = low.y; y < high.y; y += every)
-    for (int x = low.x; x < high.x; x += every) {
-      const int at = y * samples.x + x;
-      if (!(depth[at] < INFINITY) || found[at] < 0) continue;
-      const int group = found[at] & ~OF_CORNER;
-      int known = 0;
-      for (int k = 0; k < count; ++k) known |= choices[k] == group;
-      choices[count] = group;
-      count += !known;
-    }
-  return count;
-}
-
-// The groups of interpolated samples: of those that are the heaviest at the lattice's samples around,
-// the heaviest there. A work-item takes WIDTH samples of CHOICE_ROWS rows, or one.
-kernel void choose_groups(global const float* depth,    // [samples]
-                          global const int* found,      // [samples] where there is a depth; see
-                                                        // OF_CORNER
-                          global const float* records,  // [fits][RECORD]
-                          global const float* feet,     // [fits][4]
-                          global int* group,            // [samples] out
-                          const int2 samples, const float first, const float step,
-                          const float16 rays, const float d_max,
-                          const int every) {  // samples from one of the lattice to the next, 2 .. TILE
-  const int rows = WIDTH == 1 ? 1 : CHOICE_ROWS;
-  const int i = get_global_id(0) * WIDTH, top = get_global_id(1) * rows;
-  if (i >= samples.x || top >= samples.y) return;
-  const Fits fits = {records, feet};
-  int choices[CHOICES];
-  int count = -1;  // not known yet
-  for (int j = top; j < min(top + rows, samples.y); ++j) {
-    int at[WIDTH], own[WIDTH], here[WIDTH], open[WIDTH];
-    float t[WIDTH];
-    int any_open = 0;
-    for (int k = 0; k < WIDTH; ++k) {
-      const int s = j * samples.x + min(i + k, samples.x - 1);
-      at[k] = s;
-      here[k] = i + k < samples.x ? -1 : 0;
-      own[k] = depth[s] < INFINITY ? found[s] : -1;
-      open[k] = own[k] >= OF_CORNER ? -1 : 0;
-      t[k] = open[k] ? depth[s] : 0.0f;
-      any_open |= open[k];
-    }
-    intv chosen = LOADI(own);
-    if (any_open) {
-      if (count < 0) count = list_choices(i, top, depth, found, samples, every, choices);
-      const intv asks = LOADI(open);
-      chosen = SELECT(chosen, chosen & ~OF_CORNER, asks);
-      const Rays r =
-          rays_at(rays, first + step * ((float)i + LANES), (floatv)(first + step * (float)j));
-      const Sample s = sample_at(r, LOADF(t));
-      floatv best = (floatv)(0.0f);
-      for (int k = 0; k < count; ++k) {
-        Hit hit;
-        if (!hit_fit(fits, choices[k], s, d_max, &hit)) continue;
-        const intv better = asks & (hit.weight > best);
-        best = SELECT(best, hit.weight, better);
-        chosen = SELECT(chosen, (intv)(choices[k]), better);
-      }
-    }
-    int id[WIDTH];
-    STOREI(chosen, id);
-    for (int k = 0; k < WIDTH; ++k)
-      if (here[k]) group[at[k]] = id[k];
   }
 }

@@ -258,7 +258,7 @@ typedef struct {
 } Surface;
 
 // Stores what is sure of WIDTH samples, `stride` apart from `first` on; group and kind are those of
-// samples as far apart, from `corner` on: for the group see choose_groups in blend.cl.
+// samples as far apart, from `corner` on: for the group see choose_groups.cl.
 inline void store_between(const Between s, const int corner, const int first, const int stride,
                           const Surface to) {
   float t[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];

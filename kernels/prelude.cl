@@ -112,7 +112,7 @@ inline int tile_under_group(const int samples_x) {
 }
 
 // Set in the group of a sample that was interpolated: its group is the one of a corner, until
-// choose_groups (blend.cl) has looked at those around. All bits are set in -1, no group.
+// choose_groups.cl has looked at those around. All bits are set in -1, no group.
 #define OF_CORNER (1 << 30)
 
 // The block of 8 x 8 samples that a sample lies in; blocks come row by row, two for each tile.

@@ -7,7 +7,7 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kRecord = 16;   // floats, as in blend.cl
+constexpr std::size_t kRecord = 16;   // floats, as in hits.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
@@ -121,7 +121,7 @@ bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k,
 }
 
 // The files with the functions that the kernels use.
-constexpr char kBlend[] = "samples.cl blend.cl";
+constexpr char kBlend[] = "samples.cl hits.cl blend.cl";
 
 // Where gradients are the same sheet, and how far sheets lie apart that meet, as kernels take it.
 cl_float4 sheets_of(const BlendParams& params) {
@@ -266,15 +266,15 @@ Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuff
                              const DeviceRecords& records, int every, const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  constexpr int kChoiceRows = 8;  // as in blend.cl
+  constexpr int kChoiceRows = 8;  // as in choose_groups.cl
   const int rows = width == 1 ? 1 : kChoiceRows;
   const auto across = static_cast<std::size_t>((grid.nx + width - 1) / width);
   const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
   const auto group = allocate<cl_int>(device, grid.size());
-  launch(device, kBlend, "choose_groups", {across, down, 16, 1}, width_option(width), surface.depth,
-         surface.group, records.record, records.foot, group, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
-         cl_int{every});
+  launch(device, "hits.cl choose_groups.cl", "choose_groups", {across, down, 16, 1},
+         width_option(width), surface.depth, surface.group, records.record, records.foot, group,
+         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         static_cast<cl_float>(params.d_max), cl_int{every});
   return group;
 }
 

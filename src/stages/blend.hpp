@@ -10,7 +10,7 @@
 
 namespace meniscus {
 
-/// Fits as kernel blend_groups takes them, see blend.cl.
+/// Fits as kernel blend_groups takes them, see hits.cl.
 struct BlendRecords {
   std::vector<float> record;  // [fits][16]
   std::vector<float> foot;  // [fits][4] eye space; reach of the weight, particle radii; 0: does not

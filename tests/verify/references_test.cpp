@@ -45,7 +45,7 @@ const Fault kFaults[] = {
     {"motion", 65, "motion.cl", "weight += w;", "weight += 1.001f * w;"},
     {"particle_fit", 11, "particle_fit.cl", "*squares += w", "*squares += 1.05f * w"},
     {"particle_fit", 11, "particle_fit.cl", "0.75f - y * y", "0.76f - y * y"},
-    {"blend", 9, "blend.cl", "fabs(B) + sqrt(D)", "fabs(B) + 1.0001f * sqrt(D)"},
+    {"blend", 9, "hits.cl", "fabs(B) + sqrt(D)", "fabs(B) + 1.0001f * sqrt(D)"},
     {"stable", 13, "stable.cl", "root = sqrt(fmax(D, none))",
      "root = 1.001f * sqrt(fmax(D, none))"},
     {"paper", 40, "paper.cl", "total * (r < 3", "1.01f * total * (r < 3"},

@@ -1,0 +1,118 @@
+// hits.cl: where a ray meets a fit, and with what weight (paper 2.4.2, Eq. 6).
+//
+// A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
+// fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
+// the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights. Its foot
+// and reach are 4 floats in an array of their own.
+
+#define RECORD 16
+
+typedef struct {
+  floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
+  floatv dx, dy;     // direction (dx, dy, -1)
+} Sample;
+
+inline Sample sample_at(const Rays r, const floatv t) {
+  const Sample s = {r.ox + t * r.dx, r.oy + t * r.dy, t, r.dx, r.dy};
+  return s;
+}
+
+typedef struct {
+  floatv tau;         // depth behind the reference depth, particle radii
+  floatv weight;      // of the fit there; 0: no hit
+  floatv gx, gy, gz;  // unit gradient there
+  floatv pull;        // how fast the weight changes across the ray, see add_hit
+} Hit;
+
+typedef struct {
+  global const float* record;  // [fits][RECORD]
+  global const float* foot;    // [fits][4] eye space; reach
+} Fits;
+
+// The gradient of a fit's quadric at X from its foot. (A sum of fused products that is zero has
+// whatever sign the device gives it.)
+inline void gradient_at(global const float* g, const floatv x, const floatv y, const floatv z,
+                        floatv* gx, floatv* gy, floatv* gz) {
+  *gx = fma((floatv)(g[4]), x + x, fma((floatv)(g[7]), y, fma((floatv)(g[9]), z, (floatv)(g[1]))));
+  *gy = fma((floatv)(g[5]), y + y, fma((floatv)(g[7]), x, fma((floatv)(g[8]), z, (floatv)(g[2]))));
+  *gz = fma((floatv)(g[6]), z + z, fma((floatv)(g[8]), y, fma((floatv)(g[9]), x, (floatv)(g[3]))));
+}
+
+// Its value there.
+inline floatv value_at(global const float* g, const floatv x, const floatv y, const floatv z,
+                       const floatv gx, const floatv gy, const floatv gz) {
+  const floatv doubled = fma(gx + g[1], x, fma(gy + g[2], y, (gz + g[3]) * z));
+  return fma((floatv)(0.5f), doubled, (floatv)(g[0]));
+}
+
+inline floatv dot_of(const floatv ax, const floatv ay, const floatv az, const floatv bx,
+                     const floatv by, const floatv bz) {
+  return fma(ax, bx, fma(ay, by, az * bz));
+}
+inline floatv square_of(const floatv x, const floatv y, const floatv z) {
+  return dot_of(x, y, z, x, y, z);
+}
+
+// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
+typedef struct {
+  floatv tau, squared;
+} Entry;
+
+inline int counts(const Entry e) { return ANY(e.squared < 1.0f); }
+
+inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const float d_max) {
+  global const float* g = fits.record + RECORD * fit;
+  global const float* foot = fits.foot + 4 * fit;
+  const floatv none = (floatv)(0.0f);
+  const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
+  floatv gx, gy, gz;
+  gradient_at(g, x, y, z, &gx, &gy, &gz);
+  // f along the ray: C + B tau + A tau^2
+  const floatv C = value_at(g, x, y, z, gx, gy, gz);
+  const floatv B = fma(gx, s.dx, fma(gy, s.dy, -gz));
+  const floatv ax = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
+               ay = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
+  const floatv A = fma(ax, s.dx, fma(ay, s.dy, (floatv)(g[6])));
+  const floatv D = fma(B, B, -4.0f * A * C);
+  // The entering root in its stable form: f falls there. Without one it is no number.
+  const intv falls = B < 0.0f;
+  const floatv sum = fabs(B) + sqrt(D);
+  const floatv root_tau = SELECT(-sum, 2.0f * C, falls) / SELECT(2.0f * A, sum, falls);
+  const intv met = fabs(root_tau) <= 4.0f * d_max;
+  const floatv tau = SELECT(none, root_tau, met);
+  const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
+  const floatv squared = square_of(px, py, pz) * g[10];
+  const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met)};
+  return e;
+}
+
+// A hit at an entry. Returns whether it has any weight.
+inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float d_max,
+                     const Entry e, Hit* hit) {
+  global const float* g = fits.record + RECORD * fit;
+  global const float* foot = fits.foot + 4 * fit;
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
+  const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
+  const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
+  floatv gx, gy, gz;
+  const floatv near = larger(one - squared, none);
+  gradient_at(g, px, py, pz, &gx, &gy, &gz);
+  const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
+  hit->tau = tau;
+  // A grazing ray enters far before the reference, which lies inside: there depths count less.
+  const floatv facing = fma(gx, s.dx, fma(gy, s.dy, -gz)) * slope;
+  const intv met = fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
+  const floatv steep = SELECT(none, near * near * g[11], met);
+  hit->weight = steep * near;
+  hit->gx = gx * slope;
+  hit->gy = gy * slope;
+  hit->gz = gz * slope;
+  hit->pull = -3.0f * g[10] * steep * facing;
+  return ANY(hit->weight > 0.0f);
+}
+
+// Returns whether any ray enters a fit's fluid within its reach.
+inline int hit_fit(const Fits fits, const int fit, const Sample s, const float d_max, Hit* hit) {
+  const Entry e = meet_fit(fits, fit, s, d_max);
+  return counts(e) && weigh_fit(fits, fit, s, d_max, e, hit);
+}
