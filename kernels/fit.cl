@@ -111,6 +111,14 @@ inline floatv evaluate(const floatv* a, const floatv x, const floatv y, const fl
   return fma(gx, x, fma(gy, y, fma(gz, z, a[0])));
 }
 
+// The gradient of a quadric.
+inline void slope_at(const floatv* a, const floatv x, const floatv y, const floatv z, floatv* gx,
+                     floatv* gy, floatv* gz) {
+  *gx = fma(a[4], x + x, fma(a[7], y, fma(a[9], z, a[1])));
+  *gy = fma(a[5], y + y, fma(a[7], x, fma(a[8], z, a[2])));
+  *gz = fma(a[6], z + z, fma(a[8], y, fma(a[9], x, a[3])));
+}
+
 // Solves A a = b by Cholesky; A (lower triangle) and b are overwritten, b becomes a. Returns the
 // smallest pivot: the solution holds only where it is positive.
 inline floatv solve(floatv* A, floatv* b) {

@@ -2,7 +2,8 @@
 //
 // A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
 // fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
-// the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights. Its foot
+// the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights,
+// 15 what of the weight's own gradient goes into the normal (blend_at), times 1 / (steep facing). Its foot
 // and reach are 4 floats in an array of their own.
 
 #define RECORD 16
@@ -107,7 +108,7 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   hit->gx = gx * slope;
   hit->gy = gy * slope;
   hit->gz = gz * slope;
-  hit->pull = -3.0f * g[10] * steep * facing;
+  hit->pull = g[15] * steep * facing;
   return ANY(hit->weight > 0.0f);
 }
 

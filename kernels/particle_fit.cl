@@ -92,12 +92,39 @@ inline void gather_points(global const float4* place, global const float4* norma
 
 // Adds the square of a distance to those a residual is made of. Weights are one-sided: particles of
 // the layer below do not count.
-inline void add_distance(const floatv f, const floatv weight, const float inverse_tau,
+inline void add_distance(const floatv f, const floatv weight, const floatv inverse_tau,
                          floatv* squares, floatv* total) {
   const floatv behind = larger(-f, (floatv)(0.0f)) * inverse_tau;
   const floatv w = weight * larger(exp_negative(-behind * behind), (floatv)(1e-4f));
   *squares += w * f * f;
   *total += w;
+}
+
+// What a fit's weights have of its roundness (roundness.cl): 2 / sigma^2 and tau, both between those of
+// two sheets and those of one quadric.
+//   weighing  sigma and tau (particle radii) at roundness 0; how much they grow up to roundness 1
+inline floatv falloff_of(const floatv roundness, const float4 weighing) {
+  const floatv sigma = fma(roundness, (floatv)(weighing.z), (floatv)(weighing.x));
+  return 2.0f / (sigma * sigma);
+}
+inline floatv tau_of(const floatv roundness, const float4 weighing) {
+  return fma(roundness, (floatv)(weighing.w), (floatv)(weighing.y));
+}
+
+// How far a fit's surroundings are one sheet, from the weights of all particles elsewhere and of those
+// that agree; with a hundredth of the particle's own u, so that it goes on steadily when the
+// first one comes near.
+inline floatv edge_of(const floatv u, const floatv near, const floatv agree) {
+  const floatv little = 0.01f * u, share = (little + agree) / (little + near);
+  return SELECT((floatv)(1.0f), fmax((floatv)(0.005f), smooth_step(0.3f, 0.9f, share)),
+                u + near > 0.0f);
+}
+
+// u_j W(l / reach), W Wendland's function, of a particle elsewhere.
+inline floatv share_of(const floatv u, const floatv l, const float reach) {
+  const floatv d = l / reach;
+  const floatv r = (1.0f - d) * (1.0f - d);
+  return SELECT((floatv)(0.0f), u * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
 }
 
 // One pass. Neighbour j weighs in the fit around particle i at distance l with normals n_i, n_j:
@@ -114,7 +141,7 @@ kernel void fit_particles(
     global const int* neighbour,    // [slots]
     global const int* first,        // [batches]
     global const int* length,       // [batches]
-    global const float* support,    // [lanes] rho, particle radii
+    global const float* support,    // [2][lanes] rho, particle radii; roundness
     global float* quadric,          // [10][lanes] f through the particle, from it along the eye axes,
                                     // particle radii, divided by |grad f|; of the pass before, and out
     global float* residual,         // [lanes] negative where there is no fit; of the pass before,
@@ -122,8 +149,9 @@ kernel void fit_particles(
     global float* weight,           // [slots] out, where one pass is to come or none
     global float* turned,           // [n + 1][4] normals out
     const int lanes, const int nobody, const int pass, const int left,  // passes to come
-    const float4 weighing,  // 2 / sigma^2; tau and h_0, particle radii; h_1, 1 / particle radii
-    const float2 fitting) {  // off-surface distance, particle radii; ridge
+    const float4 weighing,  // see falloff_of
+    const float4 fitting) {  // off-surface distance, particle radii; ridge; h_0, particle radii;
+                             // h_1, 1 / particle radii
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f);
@@ -139,7 +167,9 @@ kernel void fit_particles(
   }
   const floatv rho = LOADF(support + lane), inverse_rho = 1.0f / rho;
   const floatv delta = fitting.x / rho;
-  const float inverse_tau = 1.0f / weighing.y;
+  const floatv roundness = LOADF(support + lanes + lane);
+  const floatv falloff = falloff_of(roundness, weighing);
+  const floatv inverse_tau = 1.0f / tau_of(roundness, weighing);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   floatv m[MOMENTS], a[10];
 #pragma unroll
@@ -161,7 +191,7 @@ kernel void fit_particles(
       floatv off = none;
       if (ANY(!refit)) {
         const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
-                         fma(weighing.w, squared, (floatv)(weighing.z));
+                         fma((floatv)(fitting.w), squared, (floatv)(fitting.z));
         off = smaller(h * h, (floatv)(11.5129255f));  // 1e-5
       }
       if (ANY(refit)) {
@@ -170,7 +200,7 @@ kernel void fit_particles(
       }
       const intv counts = (near >= 1e-6f) & (same >= -0.5f);
       const floatv w = SELECT(
-          none, near * exp_negative(fma(weighing.x, smaller(same - 1.0f, none), -off)), counts);
+          none, near * exp_negative(fma(falloff, smaller(same - 1.0f, none), -off)), counts);
       const Point weighed = {w,
                              x * inverse_rho,
                              y * inverse_rho,
@@ -236,12 +266,13 @@ kernel void fit_particles(
 // How far a fit can be relied on, four rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the particles elsewhere whose normals agree,
-//     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, n_i.n_j)) /
+//     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, a_ij)) /
 //                                         (c + sum of q))),    c = 0.01 u_i
-//   where c lets e go on steadily when the first one comes near;
+//   where a_ij goes from n_i.n_j at roundness 0, between two sheets, to g_i(x_j).n_j at roundness 1,
+//   g_i the fit's unit gradient: round surroundings agree with the quadric, not with one normal;
 // - its firmness, which tells what can be trusted: agreement within a narrower angle, with the particle
 //   itself:
-//     max(0.005, smoothstep(0.7, 1.0, (u_i + sum of q smoothstep(0.85, 0.95, n_i.n_j)) /
+//     max(0.005, smoothstep(0.7, 1.0, (u_i + sum of q smoothstep(0.85, 0.95, a_ij)) /
 //                                     (u_i + sum of q)));
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
@@ -250,22 +281,25 @@ kernel void fit_particles(
 kernel void measure_edges(global const float4* place, global const float4* normal,
                           global const int* particle, global const int* neighbour,
                           global const int* first, global const int* length,
-                          global const float* support,  // [lanes] rho, particle radii
+                          global const float* support,  // [2][lanes] rho, particle radii; roundness
                           global const float* quadric,  // [10][lanes] through the particles
                           global const float* kept,     // [slots] weights of the last pass
                           global float* residual,       // [lanes] in and out
                           global float* rows,           // [4][lanes] e; firmness; distance, radii;
                                                         // number
                           const int lanes,
-                          const float falloff,  // 2 / sigma^2
-                          const float tau,      // particle radii
-                          const float reach) {  // particle radii
+                          const float4 weighing,  // see falloff_of
+                          const float reach) {    // particle radii
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const Particles own = load_particles(place, normal, particle + lane);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   const floatv inverse_rho = 1.0f / LOADF(support + lane);
+  const floatv roundness = LOADF(support + lanes + lane);
+  const floatv falloff = falloff_of(roundness, weighing);
+  const floatv inverse_tau = 1.0f / tau_of(roundness, weighing);
+  const int round = ANY(roundness > 0.0f);
   floatv c[10];
 #pragma unroll
   for (int k = 0; k < 10; ++k) c[k] = LOADF(quadric + k * lanes + lane);
@@ -281,23 +315,28 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       const floatv l = sqrt(x * x + y * y + z * z);
       const floatv same = own.nx * p.dx + own.ny * p.dy + own.nz * p.dz;
       const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
-      add_distance(f, LOADF(kept + begin + BATCH * (from + k)), 1.0f / tau, &distances, &total);
+      add_distance(f, LOADF(kept + begin + BATCH * (from + k)), inverse_tau, &distances, &total);
       const floatv w =
           p.w * spline(smaller(l * inverse_rho, one)) * exp_negative(falloff * smaller(same - 1.0f, none));
       weight += w;
       squares += w * apart * apart;
       number += p.w;
-      const floatv d = l / reach;
-      const floatv r = (1.0f - d) * (1.0f - d);
-      const floatv q = SELECT(none, p.w * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
+      const floatv q = share_of(p.w, l, reach);
+      floatv agreeing = same;
+      if (round) {
+        floatv gx, gy, gz;
+        slope_at(c, x, y, z, &gx, &gy, &gz);
+        const floatv size = sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-12f)));
+        const floatv told = (gx * p.dx + gy * p.dy + gz * p.dz) / size;
+        agreeing = fma(roundness, told - same, same);
+      }
       near += q;
-      agree += q * smooth_step(0.72f, 0.95f, same);
-      firm += q * smooth_step(0.85f, 0.95f, same);
+      agree += q * smooth_step(0.72f, 0.95f, agreeing);
+      firm += q * smooth_step(0.85f, 0.95f, agreeing);
     }
   }
-  const floatv least = (floatv)(0.005f), little = 0.01f * own.u, all = own.u + near;
-  const floatv share = (little + agree) / (little + near);
-  STOREF(SELECT(one, fmax(least, smooth_step(0.3f, 0.9f, share)), all > 0.0f), rows + lane);
+  const floatv least = (floatv)(0.005f), all = own.u + near;
+  STOREF(edge_of(own.u, near, agree), rows + lane);
   STOREF(SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f),
          rows + lanes + lane);
   STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + 2 * lanes + lane);

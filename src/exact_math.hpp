@@ -27,6 +27,22 @@ inline double exp_negative(double x) {
                                        << 52);
 }
 
+/// The natural logarithm of a normal x > 0 within two units in the last place, but for cancellation
+/// near 1.
+inline double logarithm(double x) {
+  int exponent = 0;
+  double part = std::frexp(x, &exponent);  // [1/2, 1)
+  if (part < 0.7071067811865476) {
+    part *= 2;
+    --exponent;
+  }
+  // ln part = 2 artanh t, |t| <= .172; the series to t^19.
+  const double t = (part - 1) / (part + 1), t2 = t * t;
+  double series = 0;
+  for (int k = 19; k >= 3; k -= 2) series = t2 * (1.0 / k + series);
+  return exponent * 0x1.62e42feep-1 + (2 * t * (1 + series) + exponent * 0x1.a39ef35793c76p-33);
+}
+
 /// The cube root of x >= 0 within one unit in the last place.
 inline double cube_root(double x) {
   if (!(x > 0) || std::isinf(x)) return x;

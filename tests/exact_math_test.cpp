@@ -33,6 +33,21 @@ TEST(ExactMath, ExponentialIsWithinAUnitInTheLastPlace) {
   EXPECT_TRUE(std::isnan(exp_negative(std::numeric_limits<double>::quiet_NaN())));
 }
 
+TEST(ExactMath, LogarithmIsWithinTwoUnitsInTheLastPlace) {
+  double worst = 0;
+  for (int k = 1; k < 400000; ++k) {
+    const double x = std::ldexp(1 + k * 1.7e-6, k % 601 - 300);
+    if (x > 0.5 && x < 2) continue;  // there errors are absolute
+    worst = std::max(worst, error(logarithm(x), std::log(static_cast<long double>(x))));
+  }
+  EXPECT_LT(worst, 2.0);
+  for (int k = 0; k < 1000; ++k) {
+    const double x = 0.5 + 0.0015 * k;
+    EXPECT_NEAR(logarithm(x), static_cast<double>(std::log(static_cast<long double>(x))), 4e-16);
+  }
+  EXPECT_EQ(logarithm(1), 0);
+}
+
 TEST(ExactMath, CubeRootIsWithinAUnitInTheLastPlace) {
   double worst = 0;
   for (int k = 1; k < 400000; ++k) {

@@ -14,6 +14,7 @@
 #include "stages/mesh.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/region.hpp"
+#include "stages/roundness.hpp"
 #include "stages/settle.hpp"
 #include "stages/silhouettes.hpp"
 #include "stages/specks.hpp"
@@ -174,7 +175,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   double radius = 0;
   FieldSurface found;
   Visible rim;
-  FitNeighbours neighbours;
+  FitNeighbours neighbours, trial_neighbours;
   parallel_both(
       [&] {
         triangulated = triangulate_without_pits(
@@ -186,7 +187,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
         rim = with_rim(projected, fitted, found);
-        neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit);
+        neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit.support);
+        trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
         splash = upload_splats(device, projected, split.splash);
         radius = least_radius(projected);
       });
@@ -206,7 +208,10 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       first_normals(view, projected, fitted, mesh,
                     smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
-  const ParticleFits fits = fit_particles(device, projected, rim, around, neighbours, params.fit);
+  const std::vector<float> roundness =
+      measure_roundness(device, projected, rim, around, trial_neighbours, params.fit, params.blend);
+  const ParticleFits fits =
+      fit_particles(device, projected, rim, around, neighbours, roundness, params.fit);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
   const BlendRecords records =

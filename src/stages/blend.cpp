@@ -13,6 +13,11 @@ constexpr double kLeastReach = 0.7;   // share of the weight's radius that narro
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
+// How much of what comes from grad beta goes into the normal, see blend_at: where fits are flat or
+// sheets meet, and where they go round a bend. Bends lose height in the blend, and with it slope;
+// less than nothing of grad beta gives them back.
+constexpr double kPullOfSheets = 0.5, kPullOfBends = -0.4;
+
 // Screen box, in samples; both ends included. Empty when i1 < i0.
 struct Box {
   int i0, i1, j0, j1;
@@ -155,21 +160,24 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                          c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
                          c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
     const double value = c[0] + dot(gradient + Vec3d{c[1], c[2], c[3]}, x) / 2;
-    const double record[] = {value,
-                             gradient.x,
-                             gradient.y,
-                             gradient.z,
-                             c[4],
-                             c[5],
-                             c[6],
-                             c[7],
-                             c[8],
-                             c[9],
-                             1 / (reach * reach),
-                             fits.visible[k] < kSeen ? 0 : weight * fits.visible[k],
-                             1 / trust[k],
-                             weight * fits.surface[k],
-                             fits.firmness[k] / fits.edge[k]};
+    const double record[] = {
+        value,
+        gradient.x,
+        gradient.y,
+        gradient.z,
+        c[4],
+        c[5],
+        c[6],
+        c[7],
+        c[8],
+        c[9],
+        1 / (reach * reach),
+        fits.visible[k] < kSeen ? 0 : weight * fits.visible[k],
+        1 / trust[k],
+        weight * fits.surface[k],
+        fits.firmness[k] / fits.edge[k],
+        -6 / (reach * reach) *
+            (kPullOfSheets + fits.roundness[k] * (kPullOfBends - kPullOfSheets))};
     std::ranges::transform(record, &records.record[k * kRecord],
                            [](double v) { return static_cast<float>(v); });
     const double place[] = {foot.x, foot.y, foot.z, reach};

@@ -16,7 +16,6 @@ constexpr char kFiles[] = "fit.cl particle_fit.cl";
 // The most slots that 32-bit indices reach.
 constexpr std::size_t kMostSlots = std::size_t{1} << 28;
 
-constexpr float kEdgeReach = 4;          // particle radii
 constexpr float kHeight = 0.6f;          // h_0 of fit_particles, particle radii
 constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
@@ -161,47 +160,25 @@ std::size_t most_slots(Device& device) {
   return std::min(most_values<float>(device), kMostSlots - 1);
 }
 
-// Lists on the device, and the fits of their lanes.
-struct Lanes {
-  const FitLists& lists;
-  const Buffer<cl_int>&particle, &neighbour, &first, &length;
-  Buffer<float> support;   // [lanes] rho, particle radii
-  Buffer<float> quadric;   // [10][lanes] through the particles
-  Buffer<float> residual;  // [lanes] particle radii; negative: no fit
-  Buffer<float> weight;    // [slots] of the last pass
-};
-
-// The supports of the lanes' fits.
-Buffer<float> supports(Device& device, const FitLists& lists, const std::vector<float>& rho) {
-  std::vector<float> support(lists.fit.size(), 1.0f);
-  for (std::size_t l = 0; l < lists.fit.size(); ++l)
-    if (lists.fit[l] >= 0) support[l] = rho[static_cast<std::size_t>(lists.fit[l])];
-  return upload(device, support);
+// What the weights of fits have of their roundness, see falloff_of in particle_fit.cl.
+cl_float4 weighing_of(const FitParams& params) {
+  const auto growth = [](double from, double to) {
+    return static_cast<float>(std::max(to - from, 0.0));
+  };
+  return {{static_cast<float>(params.normal_sigma), static_cast<float>(params.tau),
+           growth(params.normal_sigma, kRoundSigma), growth(params.tau, kRoundTau)}};
 }
 
 // The residual of each fit; negative: no fit.
-std::vector<float> residuals(Device& device, const std::vector<Lanes>& parts, std::size_t fits) {
+std::vector<float> residuals(Device& device, const std::vector<FitLanes>& parts, std::size_t fits) {
   std::vector<float> residual(fits);
-  for (const Lanes& part : parts) {
+  for (const FitLanes& part : parts) {
     const HostView of_lane(device, part.residual);
-    for (std::size_t l = 0; l < part.lists.fit.size(); ++l)
-      if (part.lists.fit[l] >= 0)
-        residual[static_cast<std::size_t>(part.lists.fit[l])] = of_lane[l];
+    const std::vector<std::int32_t>& fit = part.part->lists.fit;
+    for (std::size_t l = 0; l < fit.size(); ++l)
+      if (fit[l] >= 0) residual[static_cast<std::size_t>(fit[l])] = of_lane[l];
   }
   return residual;
-}
-
-// The normals in records at some places.
-std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
-                              const std::vector<std::int32_t>& place) {
-  const HostView record(device, records);
-  std::vector<Vec3d> normals;
-  normals.reserve(place.size());
-  for (const std::int32_t i : place) {
-    const float* const n = record.data() + kRecord * static_cast<std::size_t>(i);
-    normals.push_back({n[0], n[1], n[2]});
-  }
-  return normals;
 }
 
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
@@ -230,12 +207,23 @@ void write_records(const Projected& projected, const SurfaceParticles& around, f
   for (float* const all : normals) std::fill_n(all + kRecord * n, kRecord, 0.0f);
 }
 
+// The widest supports: of round surroundings each fit follows its own bend.
+std::vector<float> widest_supports(const std::vector<float>& roundness, const FitParams& params) {
+  std::vector<float> rho;
+  rho.reserve(roundness.size());
+  const double round = std::min(kRoundSupport, params.support);
+  for (const float r : roundness)
+    rho.push_back(static_cast<float>(params.support + r * (round - params.support)));
+  return rho;
+}
+
 // The fits' supports for the last pass, see fit_particles.
 std::vector<float> narrow_supports(Device& device, const Cells& cells,
                                    const std::vector<Vec3d>& normal,
-                                   const std::vector<float>& residual, const FitParams& params) {
+                                   const std::vector<float>& residual,
+                                   const std::vector<float>& widest, const FitParams& params) {
   const std::size_t fits = normal.size();
-  std::vector<float> rho(fits, static_cast<float>(params.support));
+  std::vector<float> rho = widest;
   std::vector<float> fitted(fits), sorted;
   for (std::size_t k = 0; k < fits; ++k) {
     fitted[k] = residual[k] > 0 ? 1 : 0;
@@ -250,8 +238,8 @@ std::vector<float> narrow_supports(Device& device, const Cells& cells,
   for (std::size_t k = 0; k < fits; ++k) {
     if (!(mean[k] > 0)) continue;
     const double share = noise / mean[k];
-    rho[k] =
-        static_cast<float>(params.support * std::clamp(share * share, params.least_support, 1.0));
+    const double narrowed = params.support * std::clamp(share * share, params.least_support, 1.0);
+    rho[k] = std::min(widest[k], static_cast<float>(narrowed));
   }
   return rho;
 }
@@ -280,9 +268,9 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
 
 FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
-                              const std::vector<std::int32_t>& around, const FitParams& params) {
+                              const std::vector<std::int32_t>& around, double reach) {
   FitNeighbours neighbours;
-  const std::vector<Block> blocks = list_blocks(projected, centre, around, params.support);
+  const std::vector<Block> blocks = list_blocks(projected, centre, around, reach);
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,
@@ -296,49 +284,89 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
   return neighbours;
 }
 
+std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
+                              const std::vector<std::int32_t>& place) {
+  const HostView record(device, records);
+  std::vector<Vec3d> normals;
+  normals.reserve(place.size());
+  for (const std::int32_t i : place) {
+    const float* const n = record.data() + kRecord * static_cast<std::size_t>(i);
+    normals.push_back({n[0], n[1], n[2]});
+  }
+  return normals;
+}
+
+FitSurface upload_surface(Device& device, const Projected& projected,
+                          const SurfaceParticles& around) {
+  const std::size_t values = kRecord * (around.index.size() + 1);
+  Upload<float> place(device, values), normal(device, values), turned(device, values);
+  write_records(projected, around, place.data(), {normal.data(), turned.data()});
+  return {place.done(), normal.done(), turned.done(), static_cast<cl_int>(around.index.size())};
+}
+
+FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of)
+    : part(&of),
+      quadric(allocate<float>(device, 10 * of.lists.fit.size())),
+      residual(allocate<float>(device, of.lists.fit.size())),
+      weight(allocate<float>(device, of.neighbour.size)) {}
+
+void FitLanes::set(Device& device, const std::vector<float>& rho,
+                   const std::vector<float>& roundness) {
+  const std::vector<std::int32_t>& fit = part->lists.fit;
+  const std::size_t lanes = fit.size();
+  std::vector<float> values(2 * lanes, 0.0f);
+  std::fill_n(values.begin(), lanes, 1.0f);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    if (fit[l] < 0) continue;
+    values[l] = rho[static_cast<std::size_t>(fit[l])];
+    values[lanes + l] = roundness[static_cast<std::size_t>(fit[l])];
+  }
+  support = upload(device, values);
+}
+
+Range range_of_lanes(Device& device, const FitLanes& lanes) {
+  // Small work-groups spread few items of much work over the compute units.
+  const auto width = static_cast<std::size_t>(device.state().wide_width());
+  return {lanes.residual.size / width, 1, 8, 1};
+}
+
+void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
+               const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
+               const FitParams& params) {
+  const cl_float4 fitting{{static_cast<float>(params.off_surface), static_cast<float>(params.ridge),
+                           kHeight, kHeightGrowth}};
+  const FitNeighbours::Part& part = *lanes.part;
+  launch(device, kFiles, "fit_particles", range_of_lanes(device, lanes),
+         width_option(device.state().wide_width()), surface.place, from, part.particle,
+         part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.residual,
+         lanes.weight, turned, static_cast<cl_int>(lanes.residual.size), surface.nobody,
+         cl_int{pass.done}, cl_int{pass.left}, weighing_of(params), fitting);
+}
+
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                            const SurfaceParticles& around, const FitNeighbours& neighbours,
-                           const FitParams& params) {
+                           const std::vector<float>& roundness, const FitParams& params) {
   const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
-  const std::size_t values = kRecord * (around.index.size() + 1);
-  Upload<float> place_of(device, values), normal_of(device, values), also_normal_of(device, values);
-  write_records(projected, around, place_of.data(), {normal_of.data(), also_normal_of.data()});
-  const Buffer<float> places = place_of.done();
-  Buffer<float> normals = normal_of.done(), turned = also_normal_of.done();
-  std::vector<float> rho(count, static_cast<float>(params.support));
-  std::vector<Lanes> parts;
-  for (const FitNeighbours::Part& part : neighbours.parts) {
-    const std::size_t lanes = part.lists.fit.size();
-    parts.push_back({part.lists, part.particle, part.neighbour, part.first, part.length,
-                     supports(device, part.lists, rho), allocate<float>(device, 10 * lanes),
-                     allocate<float>(device, lanes), allocate<float>(device, part.neighbour.size)});
-  }
-  const float falloff = static_cast<float>(2 / (params.normal_sigma * params.normal_sigma));
-  const cl_float4 weighing{{falloff, static_cast<float>(params.tau), kHeight, kHeightGrowth}};
-  const cl_float2 fitting{
-      {static_cast<float>(params.off_surface), static_cast<float>(params.ridge)}};
-  const int width = device.state().wide_width();
-  // Few items of much work: small work-groups spread them over the compute units.
-  const auto items = [width](const Lanes& part) {
-    return Range{part.residual.size / static_cast<std::size_t>(width), 1, 8, 1};
-  };
+  FitSurface surface = upload_surface(device, projected, around);
+  Buffer<float>&normals = surface.normal, &turned = surface.turned;
+  const std::vector<float> widest = widest_supports(roundness, params);
+  std::vector<float> rho = widest;
+  std::vector<FitLanes> parts;
+  for (const FitNeighbours::Part& part : neighbours.parts)
+    parts.emplace_back(device, part).set(device, rho, roundness);
   std::vector<std::int32_t> place;
   Cells sheet;
   for (int pass = 0; pass < params.passes; ++pass) {
     const int left = params.passes - 1 - pass;
     if (pass > 0 && left == 0 && params.least_support < 1) {
       rho = narrow_supports(device, sheet, normals_of(device, normals, place),
-                            residuals(device, parts, count), params);
-      for (Lanes& part : parts) part.support = supports(device, part.lists, rho);
+                            residuals(device, parts, count), widest, params);
+      for (FitLanes& part : parts) part.set(device, rho, roundness);
     }
-    for (const Lanes& part : parts)
-      launch(device, kFiles, "fit_particles", items(part), width_option(width), places, normals,
-             part.particle, part.neighbour, part.first, part.length, part.support, part.quadric,
-             part.residual, part.weight, turned, static_cast<cl_int>(part.residual.size),
-             static_cast<cl_int>(around.index.size()), cl_int{pass}, cl_int{left}, weighing,
-             fitting);
+    for (const FitLanes& part : parts)
+      fit_lanes(device, surface, part, normals, turned, {pass, left}, params);
     std::swap(normals, turned);
     if (pass > 0) continue;
     // While the device is at the first pass.
@@ -359,16 +387,18 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     fits.quadric.resize(count);
   }
   std::vector<Buffer<float>> rows;
-  for (const Lanes& part : parts) {
-    const std::size_t lanes = part.residual.size;
-    rows.push_back(allocate<float>(device, 4 * lanes));
-    launch(device, kFiles, "measure_edges", items(part), width_option(width), places, normals,
-           part.particle, part.neighbour, part.first, part.length, part.support, part.quadric,
-           part.weight, part.residual, rows.back(), static_cast<cl_int>(lanes), falloff,
-           static_cast<float>(params.tau), kEdgeReach);
+  for (const FitLanes& lanes : parts) {
+    const FitNeighbours::Part& part = *lanes.part;
+    rows.push_back(allocate<float>(device, 4 * lanes.residual.size));
+    launch(device, kFiles, "measure_edges", range_of_lanes(device, lanes),
+           width_option(device.state().wide_width()), surface.place, normals, part.particle,
+           part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.weight,
+           lanes.residual, rows.back(), static_cast<cl_int>(lanes.residual.size),
+           weighing_of(params), kEdgeReach);
   }
   fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());
+  fits.roundness.assign(roundness.begin(), roundness.end());
   fits.residual = residuals(device, parts, count);
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const std::size_t lanes = parts[part].residual.size;
@@ -376,8 +406,9 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
     parallel_for(lanes, kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t l = begin; l < end; ++l) {
-        if (parts[part].lists.fit[l] < 0) continue;
-        const std::size_t k = static_cast<std::size_t>(parts[part].lists.fit[l]);
+        const std::int32_t fit = parts[part].part->lists.fit[l];
+        if (fit < 0) continue;
+        const std::size_t k = static_cast<std::size_t>(fit);
         fits.edge[k] = row[l];
         fits.firmness[k] = row[lanes + l];
         fits.spread[k] = row[2 * lanes + l];

@@ -13,20 +13,30 @@ namespace meniscus {
 
 /// The fitted particles and their fits.
 struct ParticleFits {
-  std::vector<Vec3d> position;  // [n] eye space, particle radii
-  std::vector<Vec3d> normal;    // [n] unit, outward
-  std::vector<double> visible;  // [n] v: how far the particle counts as visible, (0, 1]
-  std::vector<double> surface;  // [n] u: how far the particle is one of the surface, (0, 1]
-  std::vector<double> support;  // [n] rho, particle radii
-  std::vector<double> edge;     // [n] e: how far its surroundings are smooth, (0, 1]
-  std::vector<double> firmness;  // [n] as e, within a narrower angle: for its trust, (0, 1]
-  std::vector<double> spread;   // [n] RMS distance of the surroundings from the fit, particle radii
+  std::vector<Vec3d> position;    // [n] eye space, particle radii
+  std::vector<Vec3d> normal;      // [n] unit, outward
+  std::vector<double> visible;    // [n] v: how far the particle counts as visible, (0, 1]
+  std::vector<double> surface;    // [n] u: how far the particle is one of the surface, (0, 1]
+  std::vector<double> support;    // [n] rho, particle radii
+  std::vector<double> roundness;  // [n] 0: between two sheets .. 1: one quadric, see roundness.hpp
+  std::vector<double> edge;       // [n] e: how far its surroundings are smooth, (0, 1]
+  std::vector<double> firmness;   // [n] as e, within a narrower angle: for its trust, (0, 1]
+  std::vector<double> spread;  // [n] RMS distance of the surroundings from the fit, particle radii
   std::vector<double> supporters;  // [n] neighbours within the full support, each by its u
   std::vector<Vec3d> foot;         // [n] the fit's surface near the particle, eye space
   std::vector<std::array<float, 10>> quadric;  // [n] as in Quadrics, around `position`
   std::vector<float> residual;  // [n] weighted RMS of f, particle radii; negative: no fit
   std::size_t size() const { return position.size(); }
 };
+
+/// How far a fit's edge e looks (kernel measure_edges), particle radii.
+inline constexpr float kEdgeReach = 4;
+
+/// What fits have where one quadric explains the surroundings (roundness 1), where FitParams says
+/// it for roundness 0.
+inline constexpr double kRoundSigma = 1.2;  // normal difference that a fit crosses, unitless
+inline constexpr double kRoundTau = 0.8;    // one-sided robust scale, particle radii
+inline constexpr double kRoundSupport = 7;  // radius of the support, particle radii, at most
 
 /// What the kernels read of each particle of the surface, and of nobody behind the last, whose u
 /// is 0.
@@ -62,11 +72,50 @@ struct FitNeighbours {
   std::vector<Part> parts;
 };
 
-/// What fit_particles needs of places alone: the neighbours within params.support of each of
+/// What fits need of places alone: the neighbours within `reach` (particle radii) of each of
 /// `centre` among the surface's particles `around`. Waits. Throws DeviceError.
 FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
-                              const std::vector<std::int32_t>& around, const FitParams& params);
+                              const std::vector<std::int32_t>& around, double reach);
+
+/// The surface's particles on the device, see FitRecords.
+struct FitSurface {
+  Buffer<float> place, normal;
+  Buffer<float> turned;  // as `normal`; passes turn the normals of those that are fitted
+  cl_int nobody = 0;
+};
+FitSurface upload_surface(Device& device, const Projected& projected,
+                          const SurfaceParticles& around);
+
+/// The fits of one part's lanes on the device.
+struct FitLanes {
+  FitLanes(Device& device, const FitNeighbours::Part& of);
+  /// Sets rho and the roundness of each of the fits, [fits].
+  void set(Device& device, const std::vector<float>& rho, const std::vector<float>& roundness);
+
+  const FitNeighbours::Part* part;
+  Buffer<float> support;   // [2][lanes] rho, particle radii; roundness
+  Buffer<float> quadric;   // [10][lanes] through the particles
+  Buffer<float> residual;  // [lanes] particle radii; negative: no fit
+  Buffer<float> weight;    // [slots] of the last pass
+};
+
+/// Which of how many passes is made.
+struct FitPass {
+  int done, left;  // passes before and after it
+};
+
+/// One pass over some lanes (kernel fit_particles): from the normals `from` to `turned`. Enqueues.
+void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
+               const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
+               const FitParams& params);
+
+/// The range of kernels that take a fit a lane: few items of much work.
+Range range_of_lanes(Device& device, const FitLanes& lanes);
+
+/// The normals in records at some places. Waits.
+std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
+                              const std::vector<std::int32_t>& place);
 
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
 /// (kernel fit_particles), each with the normals and the one-sided robust weights of the pass
@@ -79,18 +128,29 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
 ///
 ///   seen        particles to fit, ascending
 ///   around      the surface, `seen` among it
-///   neighbours  of `seen` around
+///   neighbours  of `seen` within params.support
+///   roundness   [seen] how far one quadric explains each one's surroundings (roundness.hpp), 0 ..
+///   1:
+///               it widens sigma and tau and takes the support to kRoundSupport
 ///
 /// Waits. Throws DeviceError.
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                            const SurfaceParticles& around, const FitNeighbours& neighbours,
-                           const FitParams& params);
+                           const std::vector<float>& roundness, const FitParams& params);
 
-/// The same, with a search for the neighbours.
+/// The same with a search for the neighbours.
+inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
+                                  const SurfaceParticles& around,
+                                  const std::vector<float>& roundness, const FitParams& params) {
+  return fit_particles(device, projected, seen, around,
+                       find_neighbours(device, projected, seen.index, around.index, params.support),
+                       roundness, params);
+}
+
+/// The same, all fits between sheets (roundness 0).
 inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                                   const SurfaceParticles& around, const FitParams& params) {
-  return fit_particles(device, projected, seen, around,
-                       find_neighbours(device, projected, seen.index, around.index, params),
+  return fit_particles(device, projected, seen, around, std::vector<float>(seen.index.size(), 0.0f),
                        params);
 }
 

@@ -1,0 +1,182 @@
+// roundness.cl: whether one quadric or two sheets explain the surface around each fitted particle
+// (docs/method.md, roundness). The paper knows no such choice: its groups end where normals differ.
+//
+// Each particle has two trial fits: a narrow one, of the neighbours whose normals are similar, and a
+// wide one, which goes around bends. Where two sheets really meet, the wide fits miss the particles and
+// the narrow ones, in two sheets, do not; on a drop or a rim both follow.
+
+#define MODEL 4  // float4 a particle: c0-c3; c4-c7; c8, c9, weight; normal
+
+// Puts the trial fits of the lanes where their particles are, so that neighbours find them. A fit
+// weighs u_i, or e u_i with its edge (edge_of) where `edges` is set; 0 where there is no fit.
+kernel void place_models(global const float4* place,     // [n + 1] as in fit_particles
+                         global const float4* normal,    // [n + 1] as the trial left them
+                         global const int* particle,     // [lanes]
+                         global const int* neighbour,    // [slots]
+                         global const int* first,        // [batches]
+                         global const int* length,       // [batches]
+                         global const float* quadric,    // [10][lanes]
+                         global const float* residual,   // [lanes] negative: no fit
+                         global float* model,            // [MODEL][n + 1][4] out; nobody's is 0
+                         const int lanes, const int nobody, const int edges,
+                         const float reach) {            // of edge_of, particle radii
+  const int lane = get_global_id(0) * WIDTH;
+  if (lane >= lanes) return;
+  const Particles own = load_particles(place, normal, particle + lane);
+  floatv weight = own.u;
+  if (edges) {
+    const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+    floatv near = (floatv)(0.0f), agree = near;
+    for (int k = 0; k < count; ++k) {
+      Point p;
+      gather_points(place, normal, neighbour + begin + BATCH * k, 1, &p);
+      const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
+      const floatv q = share_of(p.w, sqrt(x * x + y * y + z * z), reach);
+      near += q;
+      agree += q * smooth_step(0.72f, 0.95f, own.nx * p.dx + own.ny * p.dy + own.nz * p.dz);
+    }
+    weight *= edge_of(own.u, near, agree);
+  }
+  weight = SELECT((floatv)(0.0f), weight, LOADF(residual + lane) >= 0.0f);
+  int at[WIDTH];
+  STOREI(4 * LOADI(particle + lane), at);
+  const intv wanted = LOADI(particle + lane) != nobody;
+  const int row = 4 * (nobody + 1);
+#pragma unroll
+  for (int k = 0; k < 10; ++k)
+    scatter_float(LOADF(quadric + k * lanes + lane), model + k / 4 * row + k % 4, at, wanted);
+  scatter_float(weight, model + 2 * row + 2, at, wanted);
+  scatter_float(own.nx, model + 3 * row, at, wanted);
+  scatter_float(own.ny, model + 3 * row + 1, at, wanted);
+  scatter_float(own.nz, model + 3 * row + 2, at, wanted);
+}
+
+// What a neighbour's trial fit says at a particle.
+typedef struct {
+  floatv weight;      // 0: nothing
+  floatv f;           // the particle's distance outside it, particle radii
+  floatv gx, gy, gz;  // unit gradient there
+  floatv same;        // product of both normals
+  floatv x, y, z;     // from the particle to the neighbour
+} Told;
+
+// The neighbours in slots `at`, one a lane, count w (1 - l^2 / reach^2)^3 as far as normals are less
+// than 120 degrees apart.
+inline Told told_by(global const float4* place, global const float4* model, const int row,
+                    global const int* at, const Particles own, const float reach) {
+  floatv p[4], a[4], b[4], c[4], n[4];
+  load_records(place, at, p);
+  load_records(model, at, a);
+  load_records(model + row, at, b);
+  load_records(model + 2 * row, at, c);
+  load_records(model + 3 * row, at, n);
+  const floatv quadric[10] = {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1]};
+  Told t;
+  t.x = p[0] - own.x;
+  t.y = p[1] - own.y;
+  t.z = p[2] - own.z;
+  const floatv l = (t.x * t.x + t.y * t.y + t.z * t.z) / (reach * reach);
+  const floatv r = larger(1.0f - l, (floatv)(0.0f));
+  t.same = own.nx * n[0] + own.ny * n[1] + own.nz * n[2];
+  t.weight = SELECT((floatv)(0.0f), c[2] * r * r * r, t.same >= -0.5f);
+  floatv gx, gy, gz;
+  slope_at(quadric, -t.x, -t.y, -t.z, &gx, &gy, &gz);
+  const floatv size = sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-12f)));
+  const floatv f = evaluate(quadric, -t.x, -t.y, -t.z) / larger(size, (floatv)(0.3f));
+  t.f = clamp(f, -0.5f, 0.5f);
+  t.gx = gx / size;
+  t.gy = gy / size;
+  t.gz = gz / size;
+  return t;
+}
+
+// Sums over the neighbours of one sheet: weights; f; its square; places; gradients.
+typedef struct {
+  floatv w, f, ff, x, y, z, nx, ny, nz;
+} Side;
+
+inline void add_told(Side* side, const Told t, const floatv share) {
+  const floatv w = share * t.weight, f = w * t.f;
+  side->w += w;
+  side->f += f;
+  side->ff = fma(f, t.f, side->ff);
+  side->x = fma(w, t.x, side->x);
+  side->y = fma(w, t.y, side->y);
+  side->z = fma(w, t.z, side->z);
+  side->nx = fma(w, t.gx, side->nx);
+  side->ny = fma(w, t.gy, side->ny);
+  side->nz = fma(w, t.gz, side->nz);
+}
+
+// Three rows a particle, means over the trial fits of its neighbours within `reach`:
+// - the squared distance of the particle from the wide ones;
+// - from the narrow ones in two sheets that meet as in blend_at, in max(f_A, f_B) where they are convex
+//   and in min where they are concave;
+// - how far it bends: 1 - n_i.n_j of the wide ones' normals.
+// All are 0 where no neighbour has a fit.
+kernel void measure_evidence(global const float4* place,   // [n + 1]
+                             global const float4* narrow,  // [MODEL][n + 1] of place_models
+                             global const float4* wide,    // [MODEL][n + 1]
+                             global const int* particle,   // [lanes]
+                             global const int* neighbour,  // [slots]
+                             global const int* first,      // [batches]
+                             global const int* length,     // [batches]
+                             global float* rows,           // [3][lanes] out
+                             const int lanes, const int nobody, const float reach,
+                             const float2 sheets) {  // same_low, same_high of the blend
+  const int lane = get_global_id(0) * WIDTH;
+  if (lane >= lanes) return;
+  const int row = nobody + 1;
+  const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f);
+  const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+  global const int* at = neighbour + begin;
+  const Particles around = load_particles(place, wide + 3 * row, particle + lane);
+  floatv total = none, squares = none, bend = none;
+  for (int k = 0; k < count; ++k) {
+    const Told t = told_by(place, wide, row, at + BATCH * k, around, reach);
+    total += t.weight;
+    squares = fma(t.weight * t.f, t.f, squares);
+    bend = fma(t.weight, 1.0f - t.same, bend);
+  }
+  STOREF(squares / larger(total, tiny), rows + lane);
+  STOREF(bend / larger(total, tiny), rows + 2 * lanes + lane);
+
+  const Particles own = load_particles(place, narrow + 3 * row, particle + lane);
+  // The gradient that dominates: that of the heaviest after two rounds of mean shift.
+  floatv best = none, ax = none, ay = none, az = none;
+  for (int k = 0; k < count; ++k) {
+    const Told t = told_by(place, narrow, row, at + BATCH * k, own, reach);
+    const intv better = t.weight > best;
+    best = SELECT(best, t.weight, better);
+    ax = SELECT(ax, t.gx, better);
+    ay = SELECT(ay, t.gy, better);
+    az = SELECT(az, t.gz, better);
+  }
+  Side A, B;
+  for (int round = 0; round < 3; ++round) {
+    const Side empty = {none, none, none, none, none, none, none, none, none};
+    A = B = empty;
+    for (int k = 0; k < count; ++k) {
+      const Told t = told_by(place, narrow, row, at + BATCH * k, own, reach);
+      const floatv share =
+          smooth_step(sheets.x, sheets.y, t.gx * ax + t.gy * ay + t.gz * az);
+      add_told(&A, t, share);
+      add_told(&B, t, 1.0f - share);
+    }
+    if (round == 2) break;
+    const floatv size = A.nx * A.nx + A.ny * A.ny + A.nz * A.nz;
+    const floatv scale = 1.0f / sqrt(larger(size, tiny));
+    ax = SELECT(ax, A.nx * scale, size > 1e-30f);
+    ay = SELECT(ay, A.ny * scale, size > 1e-30f);
+    az = SELECT(az, A.nz * scale, size > 1e-30f);
+  }
+  const floatv va = 1.0f / larger(A.w, tiny), vb = 1.0f / larger(B.w, tiny);
+  const floatv sb = 1.0f / sqrt(larger(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, tiny));
+  const floatv hx = B.x * vb - A.x * va, hy = B.y * vb - A.y * va, hz = B.z * vb - A.z * va;
+  const floatv side = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
+  const floatv fa = A.f * va, fb = B.f * vb;
+  const intv takes_b = SELECT(fb < fa, fb > fa, side < 0.0f);
+  const floatv meets = SELECT(
+      none, smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny)), takes_b);
+  STOREF(fma(meets, B.ff * vb - A.ff * va, A.ff * va), rows + lanes + lane);
+}
