@@ -19,29 +19,46 @@ using Thread = std::vector<Bead>;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kThin = 1.15, kBulb = 1.6;  // s; radii of ligaments and of their tips
 
-/// Water: bulk with threads that melt into it and into each other.
-Distance water(Distance bulk, std::vector<Thread> threads) {
-  constexpr double kBlend = 1.2;  // s
-  struct Ball {
-    Vec3d centre;
-    double radius;
-  };
-  std::vector<Ball> around;  // each thread
-  for (const Thread& thread : threads) {
-    Vec3d centre;
-    for (const Bead& bead : thread) centre += bead.centre / static_cast<double>(thread.size());
-    double radius = 0;
-    for (const Bead& bead : thread)
-      radius = std::max(radius, length(bead.centre - centre) + bead.radius);
-    around.push_back({centre, radius});
+struct Box {
+  Vec3d low, high;
+  void add(const Vec3d& p, double room) {
+    low = {std::min(low.x, p.x - room), std::min(low.y, p.y - room), std::min(low.z, p.z - room)};
+    high = {std::max(high.x, p.x + room), std::max(high.y, p.y + room),
+            std::max(high.z, p.z + room)};
   }
-  return [=, bulk = std::move(bulk), threads = std::move(threads)](const Vec3d& p) {
-    double distance = std::min(bulk(p), kBand + kBlend);  // what is farther has no say
-    for (std::size_t k = 0; k < threads.size(); ++k)
-      if (length(p - around[k].centre) - around[k].radius < distance + kBlend)
-        distance = melted(distance, thread_distance(p, threads[k]), kBlend);
-    return distance;
-  };
+};
+
+struct Water {
+  Distance distance;
+  Box box;  // holds it, with room for its distances
+};
+
+/// Bulk water in a box, with threads that melt into it and into each other.
+Water water(Distance bulk, Box box, std::vector<Thread> threads) {
+  constexpr double kBlend = 1.2;  // s
+  constexpr double kRoom = 2;     // s
+  std::vector<Bead> around;       // each thread: a ball
+  for (const Thread& thread : threads) {
+    Bead ball{{}, 0};
+    for (const Bead& bead : thread) {
+      ball.centre += bead.centre / static_cast<double>(thread.size());
+      box.add(bead.centre, bead.radius);
+    }
+    for (const Bead& bead : thread)
+      ball.radius = std::max(ball.radius, length(bead.centre - ball.centre) + bead.radius);
+    around.push_back(ball);
+  }
+  box.add(box.low, kRoom);
+  box.add(box.high, kRoom);
+  return {[=, bulk = std::move(bulk), threads = std::move(threads)](const Vec3d& p) {
+            // What is farther than the band has no say.
+            double distance = std::min(bulk(p), kBand + kBlend);
+            for (std::size_t k = 0; k < threads.size(); ++k)
+              if (length(p - around[k].centre) - around[k].radius < distance + kBlend)
+                distance = melted(distance, thread_distance(p, threads[k]), kBlend);
+            return distance;
+          },
+          box};
 }
 
 /// A ballistic path.
@@ -84,7 +101,7 @@ Distance pool(double half_x, double half_y, double depth) {
 }
 
 /// A wall of revolution that stands in a pool with a pit, its rim thick and wavy, fingers on it.
-Distance crown() {
+Water crown() {
   constexpr int kFingers = 15;
   constexpr double kRim = 20, kHeight = 11;  // s
   const auto wave = [](double angle) {
@@ -114,7 +131,7 @@ Distance crown() {
         const double wall = thread_distance({std::hypot(p.x, p.y), 0, p.z - lift}, profile);
         return melted(base, wall, 4);
       },
-      std::move(threads));
+      {{-30, -30, -6}, {30, 30, 14}}, std::move(threads));
 }
 
 /// A thread along x whose radius waves more and more: where it is thin it is torn, and a ligament
@@ -143,7 +160,7 @@ void add_jet(const Flight& path, double end, double radius, double wave, double 
   cut();
 }
 
-Distance jet() {
+Water jet() {
   Random random(6);
   std::vector<Thread> threads;
   const Flight thick{{-36, -4, 11}, {1, 0.04, 0}, 0.005},
@@ -159,7 +176,7 @@ Distance jet() {
   }
   for (int k = 0; k < 24; ++k)
     threads.push_back({{random.in_box({-10, -16, -14}, {36, 12, 16}), random.uniform(1.05, 1.9)}});
-  return water([](const Vec3d&) { return 100.; }, std::move(threads));
+  return water([](const Vec3d&) { return kBand; }, {}, std::move(threads));
 }
 
 /// A hole in the plane, or a gap at its edge.
@@ -168,7 +185,7 @@ struct Disc {
 };
 
 /// A bent sheet with thick round rims, holes in it and fingers at its edge, over a pool.
-Distance holes() {
+Water holes() {
   const std::vector<Disc> discs{{-13, 5, 4.5}, {-4.5, 8, 3},  {-6, -5, 5.5}, {5, -1, 2.2},
                                 {12, 7, 5},    {14, -6, 3.6}, {4.5, 7.5, 2}, {-17, -7, 2.5}};
   const auto height = [](double x, double y) {
@@ -204,11 +221,11 @@ Distance holes() {
         const double rim = std::hypot(out, up) - kRim;
         return std::min(below(p + Vec3d{0, 0, 6}), melted(sheet, rim, 2));
       },
-      std::move(threads));
+      {{-30, -24, -11}, {30, 24, 16}}, std::move(threads));
 }
 
 /// A wave in a pool whose lip falls over and ends in fingers.
-Distance breaker() {
+Water breaker() {
   constexpr double kHalf = 26, kRadius = 7.5;  // s; half length of the crest, radius of the lip
   const Vec3d centre{5, 0, 6.5};               // of the lip's arc
   // How far the lip has come round at y, degrees from the top.
@@ -238,7 +255,8 @@ Distance breaker() {
         // The wave's back, a bell; its front is the hollow under the lip.
         const double back = p.z - 14.5 * std::exp(-(p.x + 1) * (p.x + 1) / 60.);
         const double ends = std::abs(p.y) - kHalf + 2;
-        double body = -melted(-back / 1.6, -box_distance(p, {20, kHalf - 4, 16}) + 2, 3);
+        double body =
+            -melted(-back / 1.6, -box_distance(p - Vec3d{0, 0, 12}, {20, kHalf - 4, 15}) + 2, 3);
         const Vec3d q{p.x - centre.x, 0, p.z - centre.z};
         const double hollow = 6 - std::hypot(q.x, q.z);
         body = -melted(-body, -hollow, 1.5);
@@ -250,11 +268,11 @@ Distance breaker() {
         const double lip = std::hypot(length(q - foot), std::max(ends, 0.)) - half;
         return melted(melted(base(p), body, 3), lip, 2);
       },
-      std::move(threads));
+      {{-32, -26, -5}, {32, 26, 17}}, std::move(threads));
 }
 
 /// Two jets that meet at right angles and spread to a leaf across their plane, with a thick rim.
-Distance collision() {
+Water collision() {
   const auto leaf = [](double angle) {  // radius of the outline, from straight down
     return 13 + 8.5 * std::cos(angle) + 1.2 * std::cos(13 * angle) + 0.5 * std::cos(22 * angle);
   };
@@ -277,7 +295,7 @@ Distance collision() {
         const double sheet = std::hypot(std::max(out, 0.), across) - half;
         return melted(sheet, std::hypot(out, across) - kRim, 2);
       },
-      std::move(threads));
+      {{-4, -24, -24}, {4, 24, 12}}, std::move(threads));
 }
 
 }  // namespace
@@ -298,27 +316,24 @@ Distance rounded(std::function<Field()> make) {
 
 std::vector<Scene> make_violent_scenes() {
   std::vector<Scene> all;
-  const auto add = [&](const char* name, Use use, const Distance& f, const Vec3d& low,
-                       const Vec3d& high, const Vec3d& eye, const Vec3d& target, double focal) {
+  const auto add = [&](const char* name, Use use, const Water& water, const Vec3d& eye,
+                       const Vec3d& target, double focal) {
     Scene& scene = all.emplace_back();
     scene.name = name;
     scene.use = use;
-    scene.distance = rounded([=] { return sampled(f, low, high); });
-    scene.low = low;
-    scene.high = high;
+    scene.distance =
+        rounded([=] { return sampled(water.distance, water.box.low, water.box.high); });
+    scene.low = water.box.low;
+    scene.high = water.box.high;
     scene.eye = eye;
     scene.target = target;
     scene.focal = focal;
   };
-  add("jet", Use::tuning, jet(), {-42, -26, -24}, {44, 24, 24}, {10, -92, 34}, {0, 0, 0}, 1150);
-  add("holes", Use::tuning, holes(), {-33, -27, -14}, {33, 27, 23}, {28, -72, 52}, {0, -1, 1},
-      1150);
-  add("breaker", Use::tuning, breaker(), {-35, -29, -8}, {35, 29, 22}, {66, -46, 34}, {2, 0, 3},
-      1180);
-  add("crown", Use::reporting, crown(), {-33, -33, -8}, {33, 33, 32}, {24, -86, 54}, {0, 0, 4},
-      1250);
-  add("collision", Use::reporting, collision(), {-32, -30, -40}, {32, 30, 34}, {62, -72, 16},
-      {0, 0, -4}, 1050);
+  add("jet", Use::tuning, jet(), {10, -92, 34}, {0, 0, 0}, 1100);
+  add("holes", Use::tuning, holes(), {28, -72, 52}, {0, -1, -1}, 1080);
+  add("breaker", Use::tuning, breaker(), {70, -50, 38}, {4, 0, 1}, 1080);
+  add("crown", Use::reporting, crown(), {24, -86, 54}, {0, 0, 4}, 1180);
+  add("collision", Use::reporting, collision(), {62, -72, 16}, {0, 0, -2}, 1050);
   for (Scene& scene : make_frame_scenes()) all.push_back(std::move(scene));
   for (Scene& scene : all) {
     scene.safe_step = 0.9;  // the cubic between nodes can be steeper than a distance

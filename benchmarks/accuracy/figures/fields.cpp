@@ -25,6 +25,12 @@ const std::vector<FigureField>& figure_fields() {
       {"jump_p999", "°", &F::jump_p999, 2, low,
        "Angle between the normals of neighbouring pixels beyond what the truth has there, 99.9th "
        "percentile: seams and specks in the shading."},
+      {"rough", "°", &F::rough, 3, low,
+       "The same angle beyond the truth's, mean: how rough the shading is."},
+      {"torn", "%", &F::torn, 3, low,
+       "Pixels away from outlines that show nothing, are wrong by more than s, or lie at a gap or "
+       "a "
+       "depth jump over s that the truth has not."},
       {"crease_rms", "s", &F::crease_rms, 3, low, "Error of the depth within 1.5 s of a crease."},
       {"crease_angle", "°", &F::crease_angle, 2, low,
        "Angle between the map's normal and the true one within 1.5 s of a crease, median."},
@@ -37,6 +43,8 @@ const std::vector<FigureField>& figure_fields() {
        "Share of the crease lines that the map does not have within 1.5 s."},
       {"outline_rms", "s", &F::outline_rms, 3, low,
        "Error of the depth within 1.5 s of an outline."},
+      {"rim_angle", "°", &F::rim_angle, 2, low,
+       "Angle between the map's normal and the true one within 1.5 s of an outline, median."},
       {"outline_miss", "s", &F::outline_miss, 3, low,
        "Mean distance between the outlines of the mask and the true ones, both ways."},
       {"outline_jag", "s", &F::outline_jag, 3, low,
@@ -49,6 +57,8 @@ const std::vector<FigureField>& figure_fields() {
       {"holes", "", &F::holes, 1, low, "Enclosed gaps a scene that lie on the true surface."},
       {"specks", "/ Mpixel", &F::specks, 1, low,
        "Loose pieces of at most eight pixels per million pixels."},
+      {"averted", "", &F::averted, 1, low,
+       "Covered pixels a scene whose normal does not face the eye."},
       {"splash_covered", "%", &F::splash_covered, 1, high,
        "Pieces of splash with at least half of their pixels at the right depth."},
       {"splash_missing", "", &F::splash_missing, 1, low, "Pieces of splash that are not there."},
