@@ -49,6 +49,8 @@ struct Figures {
   // Change of the depth error from frame to frame: see figures/flicker.hpp
   double flicker = kNone, flicker_p999 = kNone;  // the camera moves 0.3 pixels
   double jitter = kNone, jitter_p999 = kNone;    // the particles move 0.01 s
+  double moved = kNone, moved_p999 = kNone;      // the water moves as a whole: see motion.hpp
+  double bent = kNone, bent_p999 = kNone;        // ... and bends
   // The mesh: see figures/mesh_distance.hpp
   double mesh_rms = kNone, mesh_p95 = kNone, mesh_p999 = kNone, mesh_outline = kNone;
 };

@@ -49,8 +49,11 @@ void add_scenes(CLI::App& app, ScenesOptions& options) {
   app.add_flag("--ortho", options.setup.orthographic, "Orthographic cameras");
   app.add_flag("--flicker", options.setup.moving,
                "Move the camera by 0.3 pixels three times and measure the change of the error");
+  app.add_flag("--motion", options.setup.flowing,
+               "Move the water as a whole three times, bend it three times, and measure the change "
+               "of the error along its points");
   app.add_option("--flicker-seeds", options.setup.moving_seeds,
-                 "Measure it with the first so many seeds (default: all)")
+                 "Measure these changes with the first so many seeds (default: all)")
       ->check(CLI::PositiveNumber);
 }
 

@@ -84,6 +84,9 @@ struct Lens {
   /// d(point) / d(depth); not of unit length.
   Vec3d direction(int i, int j) const;
   Vec3d point(int i, int j, double depth) const { return origin(i, j) + depth * direction(i, j); }
+  /// Where the image shows the point: columns and rows from the first pixel's centre, and its
+  /// depth.
+  Vec3d project(const Vec3d& point) const;
   /// Index of the pixel that shows the point; none: it is outside the image or behind the eye.
   std::optional<std::size_t> pixel(const Vec3d& point) const;
 };

@@ -71,6 +71,13 @@ const std::vector<FigureField>& figure_fields() {
       {"jitter", "s", &F::jitter, 4, low,
        "Change of the depth error when each particle moves by 0.01 s, RMS."},
       {"jitter_p999", "s", &F::jitter_p999, 4, low, "The same change, 99.9th percentile."},
+      {"moved", "s", &F::moved, 4, low,
+       "Change of the depth error along points of the water when all of it moves by about 0.07 s, "
+       "RMS."},
+      {"moved_p999", "s", &F::moved_p999, 4, low, "The same change, 99.9th percentile: pops."},
+      {"bent", "s", &F::bent, 4, low,
+       "Change of the depth error along points of the water when it bends by up to 0.1 s, RMS."},
+      {"bent_p999", "s", &F::bent_p999, 4, low, "The same change, 99.9th percentile: pops."},
       {"mesh_rms", "s", &F::mesh_rms, 4, low,
        "Distance of the mesh's vertices from the true surface, RMS, away from outlines."},
       {"mesh_p95", "s", &F::mesh_p95, 4, low, "The same distance, 95th percentile."},
