@@ -25,9 +25,12 @@ bool any_measured(const Table::Line& line) {
                      [](double value) { return !std::isnan(value); });
 }
 
+/// The worst of the scenes and its name; nothing where it looks like their mean.
 std::string worst_shown(const Row& row, const Quantity& quantity, std::size_t field) {
   if (row.worst.empty() || row.worst[field].scene.empty()) return "";
-  return shown(quantity, row.worst[field].value) + " " + row.worst[field].scene;
+  const std::string value = shown(quantity, row.worst[field].value);
+  if (value == shown(quantity, row.figures.*figure_fields()[field].value)) return "";
+  return value + " " + row.worst[field].scene;
 }
 
 /// One figure of all rows of the group.
