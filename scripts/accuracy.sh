@@ -3,7 +3,8 @@
 # series and the real frames, against splashsurf too, and puts the tables into the page.
 #   scripts/accuracy.sh            everything: about twenty minutes on two cores
 #   scripts/accuracy.sh --quick    a few scenes with one seed, the page left as it is: minutes
-# Results are in build/accuracy: main.html, series.html and real.html are to be looked at.
+# Results are in build/accuracy: main.html, violent.html, series.html and real.html are to be
+# looked at.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 quick=
@@ -32,11 +33,13 @@ measure() {  # NAME OPTION...
 
 scenes=sphere,waves,boxpool,capsules,sheet  # for what takes many settings
 main=(--seeds reporting)
+violent=(--scene violent --seeds reporting)
 series=(--series noise,lattice,spacing,orthographic,wide,narrow,jitter --scene "$scenes")
 mesh=()
 frames=(examples/data/dam/frame_015.ply examples/data/cube_drop/frame_007.ply)
 if [[ $quick ]]; then
   main=(--seeds 1001 --scene sphere,boxpool)
+  violent=(--seeds 1001 --scene jet,gate)
   series=(--series noise,jitter --scene sphere,box)
   mesh=(--scene sphere,box)
   frames=(examples/data/cube_drop/frame_007.ply)
@@ -46,6 +49,7 @@ fi
 all=(--method "$methods,splashsurf" --splashsurf "$splashsurf")
 
 measure main "${main[@]}" "${all[@]}" --flicker --flicker-seeds 1
+measure violent "${violent[@]}" "${all[@]}" --motion --flicker-seeds 1
 measure series "${series[@]}" --seeds 1001 --method fit,ssm,narrow-range,anisotropic
 measure mesh "${mesh[@]}" --seeds 1001 --method fit,ssm --mesh
 measure real real "${frames[@]}" --particle-radius 0.025 "${all[@]}"
@@ -55,11 +59,11 @@ awk '/^#### / { keep = /Mean/ }  # of the meshes nothing but their own figures
   keep && (!/^\|/ || /^\| (figure|mesh_|time)/ || /^\|-/)' "$out/mesh.md" > "$out/page.md"
 mv "$out/page.md" "$out/mesh.md"
 page=docs/accuracy.md
-for name in main series mesh real; do  # what lies between the markers of that name
+for name in main violent series mesh real; do  # what lies between the markers of that name
   awk -v name="$name" -v tables="$out/$name.md" '
     $0 == "<!-- begin " name " -->" { print; while ((getline line < tables) > 0) print line; skip = 1 }
     $0 == "<!-- end " name " -->" { skip = 0 }
     !skip' "$page" > "$out/page.md"
   cp "$out/page.md" "$page"
 done
-echo "accuracy: $page has the new tables; look at $out/{main,series,real}.html"
+echo "accuracy: $page has the new tables; look at $out/{main,violent,series,real}.html"

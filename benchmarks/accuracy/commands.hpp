@@ -20,7 +20,7 @@ struct CommonOptions {
 };
 
 struct ScenesOptions {
-  std::vector<std::string> scenes;
+  std::vector<std::string> scenes{"calm"};
   std::vector<std::string> series{"main"};
   std::vector<std::string> seeds{"1"};
   Setup setup;

@@ -51,22 +51,38 @@ double outline_distance(const Truth& truth, const std::vector<bool>& covered) {
   return distance.mean() / truth.mean_scale();
 }
 
-/// 99.9th percentile of the angle between the normals of neighbouring interior pixels, less the
-/// angle that the truth has there.
-double normal_jump(const Truth& truth, const Map& map) {
-  if (map.normal.empty()) return kNone;
-  const int width = truth.lens.width;
+/// Pixels with their neighbours on the right and below.
+template <class Visit>
+void for_each_pair(int width, std::size_t pixels, const Visit& visit) {
+  for (std::size_t p = 0; p < pixels; ++p)
+    for (const std::size_t q : {p + 1, p + width})
+      if (q < pixels && (q != p + 1 || q % width != 0)) visit(p, q);
+}
+
+/// The angles between the normals of neighbouring interior pixels, less the angle that the truth
+/// has there.
+std::vector<double> normal_jumps(const Truth& truth, const Map& map) {
   std::vector<double> jumps;
-  for (std::size_t p = 0; p < map.depth.size(); ++p)
-    for (const std::size_t q : {p + 1, p + width}) {
-      if (q >= map.depth.size() || (q == p + 1 && q % width == 0)) continue;
-      if (truth.class_of[p] != PixelClass::interior || truth.class_of[q] != PixelClass::interior ||
-          map.normal[p] == Vec3{} || map.normal[q] == Vec3{})
-        continue;
-      jumps.push_back(std::max(0.0, angle_between(Vec3d(map.normal[p]), Vec3d(map.normal[q])) -
-                                        angle_between(truth.normal[p], truth.normal[q])));
-    }
-  return percentile(jumps, 0.999);
+  if (map.normal.empty()) return jumps;
+  for_each_pair(truth.lens.width, map.depth.size(), [&](std::size_t p, std::size_t q) {
+    if (truth.class_of[p] != PixelClass::interior || truth.class_of[q] != PixelClass::interior ||
+        map.normal[p] == Vec3{} || map.normal[q] == Vec3{})
+      return;
+    jumps.push_back(std::max(0.0, angle_between(Vec3d(map.normal[p]), Vec3d(map.normal[q])) -
+                                      angle_between(truth.normal[p], truth.normal[q])));
+  });
+  return jumps;
+}
+
+/// Covered pixels whose normal does not face the eye.
+double count_averted(const Lens& lens, const Map& map) {
+  if (map.normal.empty()) return kNone;
+  double averted = 0;
+  for (std::size_t p = 0; p < map.depth.size(); ++p) {
+    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
+    if (finite(map.depth[p]) && !(dot(Vec3d(map.normal[p]), lens.direction(i, j)) < 0)) ++averted;
+  }
+  return averted;
 }
 
 }  // namespace
@@ -101,6 +117,24 @@ std::vector<Vec3d> normals_of_depth(const Lens& lens, const std::vector<float>& 
   return normals;
 }
 
+double torn_share(const Truth& truth, const Map& map) {
+  std::vector<bool> torn(map.depth.size());
+  for_each_pair(truth.lens.width, map.depth.size(), [&](std::size_t p, std::size_t q) {
+    const float a = map.depth[p], b = map.depth[q];
+    if (finite(a) == finite(b) && (!finite(a) || std::abs(a - b) <= kJump)) return;
+    torn[p] = torn[q] = true;
+  });
+  double count = 0, all = 0;
+  for (std::size_t p = 0; p < torn.size(); ++p) {
+    if (truth.class_of[p] != PixelClass::interior && truth.class_of[p] != PixelClass::crease)
+      continue;
+    ++all;
+    // Nothing is infinitely far away.
+    count += torn[p] || !(std::abs(map.depth[p] - truth.depth[p]) <= kJump);
+  }
+  return all > 0 ? 100 * count / all : kNone;
+}
+
 int count_specks(const Truth& truth, const Map& map) {
   const Pieces ours = find_layers(truth.lens, map.depth);
   const Pieces theirs = find_layers(truth.lens, truth.depth);
@@ -118,7 +152,8 @@ Figures compare(const Truth& truth, const Map& map) {
   const Lens& lens = truth.lens;
   const auto slopes = normals_of_depth(lens, map.depth);
   Moments along_normal, depth, crease_depth, outline_depth;
-  std::vector<double> along_normal_sizes, angles, slope_angles, crease_angles, crease_slopes;
+  std::vector<double> along_normal_sizes, angles, slope_angles, crease_angles, crease_slopes,
+      rim_angles;
   double outliers = 0, both = 0, either = 0;
   std::vector<bool> covered(map.depth.size());
   for (std::size_t p = 0; p < map.depth.size(); ++p) {
@@ -129,10 +164,12 @@ Figures compare(const Truth& truth, const Map& map) {
     const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
     const Vec3d& normal = truth.normal[p];
     const double error = map.depth[p] - truth.depth[p];
-    const auto add_angles = [&](std::vector<double>& own, std::vector<double>& by_slope) {
+    const auto add_angle = [&](std::vector<double>& angles_of) {
       if (!map.normal.empty() && map.normal[p] != Vec3{})
-        own.push_back(angle_between(Vec3d(map.normal[p]), normal));
-      if (slopes[p] != Vec3d{}) by_slope.push_back(angle_between(slopes[p], normal));
+        angles_of.push_back(angle_between(Vec3d(map.normal[p]), normal));
+    };
+    const auto add_slope = [&](std::vector<double>& slopes_of) {
+      if (slopes[p] != Vec3d{}) slopes_of.push_back(angle_between(slopes[p], normal));
     };
     switch (truth.class_of[p]) {
       case PixelClass::interior: {
@@ -141,15 +178,18 @@ Figures compare(const Truth& truth, const Map& map) {
         along_normal_sizes.push_back(std::abs(error_along_normal));
         depth.add(clamped(error));
         outliers += std::abs(error) > 1;
-        add_angles(angles, slope_angles);
+        add_angle(angles);
+        add_slope(slope_angles);
         break;
       }
       case PixelClass::crease:
         crease_depth.add(clamped(error));
-        add_angles(crease_angles, crease_slopes);
+        add_angle(crease_angles);
+        add_slope(crease_slopes);
         break;
       case PixelClass::silhouette:
         outline_depth.add(clamped(error));
+        add_angle(rim_angles);
         break;
       case PixelClass::splash:
       case PixelClass::none:
@@ -171,11 +211,18 @@ Figures compare(const Truth& truth, const Map& map) {
   f.crease_angle = percentile(crease_angles, 0.5);
   f.crease_slope = percentile(crease_slopes, 0.5);
   f.outline_rms = outline_depth.rms();
+  f.rim_angle = percentile(rim_angles, 0.5);
   f.outline_miss = outline_distance(truth, covered);
   f.iou = either > 0 ? both / either : kNone;
   f.holes = count_holes(truth, covered);
   f.specks = 1e6 * count_specks(truth, map) / static_cast<double>(map.depth.size());
-  f.jump_p999 = normal_jump(truth, map);
+  f.averted = count_averted(lens, map);
+  std::vector<double> jumps = normal_jumps(truth, map);
+  Moments turn;
+  for (const double jump : jumps) turn.add(jump);
+  f.rough = turn.mean();
+  f.jump_p999 = percentile(jumps, 0.999);
+  f.torn = torn_share(truth, map);
   const Straightness outline = outline_straightness(truth, map);
   f.outline_jag = outline.jag;
   f.outline_lost = outline.lost;

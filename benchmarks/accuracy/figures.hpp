@@ -27,24 +27,30 @@ struct Figures {
   double angle_median = kNone, angle_p95 = kNone;
   double slope_median = kNone, slope_p95 = kNone;
   double jump_p999 = kNone;  // angle between neighbouring pixels' normals, less the truth's own
+  double rough = kNone;      // ... mean
+  double torn = kNone;       // percent of the pixels, those near creases too: see torn_share
   // Pixels near creases
   double crease_rms = kNone;                          // depth
   double crease_angle = kNone, crease_slope = kNone;  // medians
   double crease_jag = kNone, crease_lost = kNone;     // see figures/lines.hpp
   // Pixels near outlines
   double outline_rms = kNone;   // depth
+  double rim_angle = kNone;     // median
   double outline_miss = kNone;  // mean distance between the outlines, both ways
   double outline_jag = kNone, outline_lost = kNone;
   // The whole mask
-  double iou = kNone;     // intersection over union
-  double holes = kNone;   // enclosed gaps that mostly lie on the truth's surface
-  double specks = kNone;  // per megapixel: see count_specks
+  double iou = kNone;      // intersection over union
+  double holes = kNone;    // enclosed gaps that mostly lie on the truth's surface
+  double specks = kNone;   // per megapixel: see count_specks
+  double averted = kNone;  // covered pixels whose normal does not face the eye
   // Pieces of splash: see figures/splash.hpp
   double splash_covered = kNone, splash_missing = kNone;
   double splash_doubled = kNone, splash_closed = kNone;
   // Change of the depth error from frame to frame: see figures/flicker.hpp
   double flicker = kNone, flicker_p999 = kNone;  // the camera moves 0.3 pixels
   double jitter = kNone, jitter_p999 = kNone;    // the particles move 0.01 s
+  double moved = kNone, moved_p999 = kNone;      // the water moves as a whole: see motion.hpp
+  double bent = kNone, bent_p999 = kNone;        // ... and bends
   // The mesh: see figures/mesh_distance.hpp
   double mesh_rms = kNone, mesh_p95 = kNone, mesh_p999 = kNone, mesh_outline = kNone;
 };
@@ -57,6 +63,11 @@ Figures compare(const Truth& truth, const Map& map);
 /// by more than s or only one has surface. Pieces where the truth has such pieces too do not
 /// count.
 int count_specks(const Truth& truth, const Map& map);
+
+/// Share of the pixels away from outlines, percent, that show nothing or something that is over s
+/// away, or have a neighbour that shows nothing or is over s away in depth: away from outlines the
+/// truth has no such neighbours.
+double torn_share(const Truth& truth, const Map& map);
 
 /// Throws InvalidArgument when the map has another size than the truth.
 void require_same_size(const Truth& truth, const Map& map);

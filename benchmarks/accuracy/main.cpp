@@ -28,7 +28,10 @@ void add_common(CLI::App& app, CommonOptions& options) {
 }
 
 void add_scenes(CLI::App& app, ScenesOptions& options) {
-  app.add_option("--scene", options.scenes, "Scenes")->delimiter(',')->capture_default_str();
+  app.add_option("--scene", options.scenes,
+                 "Names of scenes, calm, violent, violent-tuning or violent-reporting")
+      ->delimiter(',')
+      ->capture_default_str();
   app.add_option("--series", options.series,
                  "What is varied: main, noise, lattice, spacing, orthographic, wide, narrow, "
                  "jitter or all of them")
@@ -46,8 +49,11 @@ void add_scenes(CLI::App& app, ScenesOptions& options) {
   app.add_flag("--ortho", options.setup.orthographic, "Orthographic cameras");
   app.add_flag("--flicker", options.setup.moving,
                "Move the camera by 0.3 pixels three times and measure the change of the error");
+  app.add_flag("--motion", options.setup.flowing,
+               "Move the water as a whole three times, bend it three times, and measure the change "
+               "of the error along its points");
   app.add_option("--flicker-seeds", options.setup.moving_seeds,
-                 "Measure it with the first so many seeds (default: all)")
+                 "Measure these changes with the first so many seeds (default: all)")
       ->check(CLI::PositiveNumber);
 }
 
@@ -82,7 +88,6 @@ int main(int argc, char** argv) {
   accuracy::ScenesOptions scenes;
   accuracy::RealOptions real;
   for (const MethodEntry& entry : method_list()) common.methods.push_back(entry.name);
-  for (const accuracy::Scene& scene : accuracy::scenes()) scenes.scenes.push_back(scene.name);
   CLI::App app{
       "Extracts analytic scenes and prints how far the maps are from the truth. Lengths are in s, "
       "the particle spacing (two particle radii)."};

@@ -65,6 +65,36 @@ Vec3d pushed_inside(const Scene& scene, Vec3d p) {
   return p;
 }
 
+/// A random point within 4 s of `near` that is deep enough and, where the way there has to stay in
+/// the solid, at the end of a straight one.
+Vec3d deep_point(const Scene& scene, const Vec3d& near, bool inside_all_the_way, Random& random) {
+  constexpr double kNearBy = 4;  // s; half the side of a cube
+  constexpr double kStep = 0.5;  // s
+  constexpr int kTries = 20000;  // a drop of a few s^3 takes some thousand
+  for (int k = 0; k < kTries; ++k) {
+    const Vec3d q =
+        near + random.in_box({-kNearBy, -kNearBy, -kNearBy}, {kNearBy, kNearBy, kNearBy});
+    if (scene.distance(q) > -kDepth) continue;
+    const int steps = inside_all_the_way ? static_cast<int>(length(q - near) / kStep) : 0;
+    bool inside = true;
+    for (int step = 1; step <= steps && inside; ++step)
+      inside = scene.distance(near + (1. * step / (steps + 1)) * (q - near)) < 0;
+    if (inside) return q;
+  }
+  return pushed_inside(scene, near);
+}
+
+/// Adds points until the mass is that of the volume: what the shell would hold finds room near by,
+/// so that thin parts get their mass too.
+void fill_up(const Scene& scene, Random& random, std::vector<Vec3d>& points) {
+  const auto wanted = static_cast<std::size_t>(std::llround(volume(scene)));
+  while (points.size() < wanted) {
+    const Vec3d p = random.in_box(scene.low, scene.high);
+    const double depth = -scene.distance(p);
+    if (depth >= 0 && depth < kDepth) points.push_back(deep_point(scene, p, false, random));
+  }
+}
+
 /// One round: pairs nearer than kSpacing push each other apart, then all return to their depth.
 void relax(const Scene& scene, std::vector<Vec3d>& points) {
   constexpr double kStiffness = 0.25, kLongestMove = 0.3;
@@ -95,27 +125,24 @@ std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed) {
   Random random(seed);
   const Vec3d centre = (scene.low + scene.high) / 2 + random.in_box({-.5, -.5, -.5}, {.5, .5, .5});
   const int reach = static_cast<int>(length(scene.high - scene.low) / 2) + 2;
-  std::vector<Vec3d> points;
+  std::vector<Vec3d> points, shell;
   for (int k = -reach; k <= reach; ++k)
     for (int j = -reach; j <= reach; ++j)
       for (int i = -reach; i <= reach; ++i) {
         const Vec3d jitter =
             random.in_box({-kJitter, -kJitter, -kJitter}, {kJitter, kJitter, kJitter});
         const Vec3d p = centre + i * a + j * b + k * c + jitter;
-        if (scene.distance(p) <= -kDepth) points.push_back(p);
+        const double depth = -scene.distance(p);
+        if (depth >= kDepth)
+          points.push_back(p);
+        else if (depth > 0)
+          shell.push_back(p);
       }
-  // What the shell would hold finds room near by, so that thin parts get their mass too.
-  const auto wanted = static_cast<std::size_t>(std::llround(volume(scene)));
-  constexpr double kNearBy = 4;  // s; half the side of a cube
-  while (points.size() < wanted) {
-    const Vec3d p = random.in_box(scene.low, scene.high);
-    const double depth = -scene.distance(p);
-    if (depth < 0 || depth >= kDepth) continue;
-    Vec3d q;
-    do {
-      q = p + random.in_box({-kNearBy, -kNearBy, -kNearBy}, {kNearBy, kNearBy, kNearBy});
-    } while (scene.distance(q) > -kDepth);
-    points.push_back(q);
+  if (scene.use != Use::calm) {
+    // Each drop and ligament gets its own mass, to the lattice's chance.
+    for (const Vec3d& p : shell) points.push_back(deep_point(scene, p, true, random));
+  } else {
+    fill_up(scene, random, points);
   }
   for (int round = 0; round < kRounds; ++round) relax(scene, points);
   return points;

@@ -9,8 +9,9 @@
 
 namespace meniscus::accuracy {
 
-/// volume(scene) particles (rounded) at a depth of at least s/2: a jittered, rotated lattice of the
-/// right mass everywhere, thin parts too, whose outer shell is pushed in, then relaxed.
+/// Particles at a depth of at least s/2: a jittered, rotated lattice of the right mass everywhere,
+/// thin parts too, whose outer shell is pushed in, then relaxed. Calm scenes have volume(scene) of
+/// them (rounded); in violent ones the mass of each drop is right to a particle or two.
 std::vector<Vec3d> fill(const Scene& scene, std::uint64_t seed);
 
 /// How a solid is filled.

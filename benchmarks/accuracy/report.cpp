@@ -67,7 +67,9 @@ std::string markdown(const Report& report) {
       const std::vector<bool> best = best_of(line);
       for (std::size_t k = 0; k < line.values.size(); ++k) {
         const std::string value = shown(line.quantity, line.values[k]);
-        text += best[k] ? " **" + value + "** |" : " " + value + " |";
+        text += best[k] ? " **" + value + "**" : " " + value;
+        if (!line.worst.empty() && !line.worst[k].empty()) text += " (" + line.worst[k] + ")";
+        text += " |";
       }
       text += "\n";
     }

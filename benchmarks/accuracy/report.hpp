@@ -21,7 +21,8 @@ struct Quantity {
 struct Table {
   struct Line {
     Quantity quantity;
-    std::vector<double> values;  // one a column; NaN: not measured
+    std::vector<double> values;        // one a column; NaN: not measured
+    std::vector<std::string> worst{};  // of what a value is the mean of, and where; may be empty
   };
   std::string title, note;  // the note may be empty
   std::vector<std::string> columns;
@@ -59,7 +60,7 @@ std::string shown(const Quantity& quantity, double value);
 /// Which values of a line are best, to the digits shown. None when there is no choice.
 std::vector<bool> best_of(const Table::Line& line);
 
-/// The tables (not the details), best values in bold.
+/// The tables (not the details), best values in bold, the worst behind a mean in brackets.
 std::string markdown(const Report& report);
 
 std::string html(const Report& report);

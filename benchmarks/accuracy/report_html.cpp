@@ -28,6 +28,7 @@ tbody tr { background: #fff; } tbody tr:hover { background: #f6f8fa; }
 tbody th { font-weight: 500; } .unit { color: var(--soft); text-align: left; }
 td.meaning { white-space: normal; text-align: left; color: var(--soft); min-width: 24rem;
   font-size: 12.5px; line-height: 1.35; }
+.worst { font-weight: 400; font-size: 11.5px; line-height: 1.2; color: var(--soft); }
 td.best { font-weight: 700; color: var(--best); }
 details { margin: .5rem 0; } summary { cursor: pointer; padding: .2rem 0; }
 .gallery th { vertical-align: middle; }
@@ -97,8 +98,12 @@ std::string table_of(const Table& table, bool with_meanings) {
     std::string row = "<th title=\"" + escaped(q.meaning) + "\">" + escaped(q.name) + "</th>" +
                       element("td", escaped(q.unit), " class=\"unit\"");
     const std::vector<bool> best = best_of(line);
-    for (std::size_t k = 0; k < line.values.size(); ++k)
-      row += element("td", shown(q, line.values[k]), best[k] ? " class=\"best\"" : "");
+    for (std::size_t k = 0; k < line.values.size(); ++k) {
+      std::string cell = shown(q, line.values[k]);
+      if (!line.worst.empty() && !line.worst[k].empty())
+        cell += "<div class=\"worst\">" + escaped(line.worst[k]) + "</div>";
+      row += element("td", cell, best[k] ? " class=\"best\"" : "");
+    }
     if (with_meanings) row += element("td", escaped(q.meaning), " class=\"meaning\"");
     rows += element("tr", row) + "\n";
   }

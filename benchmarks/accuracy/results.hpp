@@ -11,15 +11,23 @@
 
 namespace meniscus::accuracy {
 
+/// The worst of the scenes behind a mean; no scene: there is none.
+struct Worst {
+  double value = kNone;
+  std::string scene;
+};
+
 /// The figures of one method on one scene, or a mean.
 struct Row {
   std::string series, setting, scene, method;
   bool smooth = false;  // as the scene is
   Figures figures;
   double seconds = 0;
+  std::vector<Worst> worst{};  // of a mean over scenes: one a figure, in the order of the fields
 };
 
-/// The mean of rows of one setting and method, as the row of `scene`.
+/// The mean of rows of one setting and method, as the row of `scene`; over several scenes with the
+/// worst of them.
 Row mean_of(const std::vector<Row>& rows, const std::string& scene);
 
 nlohmann::json to_json(const Row& row);

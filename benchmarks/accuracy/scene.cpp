@@ -83,12 +83,17 @@ Vec3d Lens::direction(int i, int j) const {
          down * ((j + 0.5 - 0.5 * height) / focal);
 }
 
-std::optional<std::size_t> Lens::pixel(const Vec3d& point) const {
+Vec3d Lens::project(const Vec3d& point) const {
   const Vec3d from_eye = point - eye;
   const double depth = dot(from_eye, forward);
-  if (!(depth > 0)) return std::nullopt;
-  const double x = std::floor(0.5 * width + dot(from_eye, right) * scale(depth));
-  const double y = std::floor(0.5 * height + dot(from_eye, down) * scale(depth));
+  return {0.5 * width - 0.5 + dot(from_eye, right) * scale(depth),
+          0.5 * height - 0.5 + dot(from_eye, down) * scale(depth), depth};
+}
+
+std::optional<std::size_t> Lens::pixel(const Vec3d& point) const {
+  const Vec3d place = project(point);
+  if (!(place.z > 0)) return std::nullopt;
+  const double x = std::floor(place.x + 0.5), y = std::floor(place.y + 0.5);
   if (!(x >= 0 && y >= 0 && x < width && y < height)) return std::nullopt;
   return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
 }

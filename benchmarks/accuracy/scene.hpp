@@ -16,8 +16,13 @@ namespace meniscus::accuracy {
 
 inline constexpr double kParticleRadius = 0.5;  // s
 
+/// What a scene is for. Calm scenes are for both, apart by their seeds; of the violent ones some
+/// had a say in the choice of constants, and the others none.
+enum class Use { calm, tuning, reporting };
+
 struct Scene {
   std::string name;
+  Use use = Use::calm;
   std::function<double(const Vec3d&)> distance;  // s; to the surface, negative inside
   double safe_step = 1;           // this share of `distance` never reaches beyond the surface
   std::vector<Piece> splash;      // particles that hover about the solid and are no part of it
@@ -36,8 +41,15 @@ struct Scene {
 /// before a pool).
 const std::vector<Scene>& scenes();
 
-/// Throws InvalidArgument, with the names there are.
+/// See violent.hpp.
+const std::vector<Scene>& violent_scenes();
+
+/// Of either kind. Throws InvalidArgument, with the names there are.
 const Scene& find_scene(const std::string& name);
+
+/// Names of scenes, where a word may also be calm (scenes()), violent, violent-tuning or
+/// violent-reporting. Throws InvalidArgument, with the names there are.
+std::vector<std::string> scenes_named(const std::vector<std::string>& words);
 
 /// The scene from where seed `seed` sees it: the eye turns about the vertical through the target by
 /// up to 30 degrees and rises or sinks by up to 5. Seed 1 has the scene's own camera.
@@ -72,6 +84,9 @@ struct Lens {
   /// d(point) / d(depth); not of unit length.
   Vec3d direction(int i, int j) const;
   Vec3d point(int i, int j, double depth) const { return origin(i, j) + depth * direction(i, j); }
+  /// Where the image shows the point: columns and rows from the first pixel's centre, and its
+  /// depth.
+  Vec3d project(const Vec3d& point) const;
   /// Index of the pixel that shows the point; none: it is outside the image or behind the eye.
   std::optional<std::size_t> pixel(const Vec3d& point) const;
 };

@@ -6,6 +6,7 @@
 #include "accuracy/scene.hpp"
 #include "accuracy/shapes.hpp"
 #include "accuracy/splash.hpp"
+#include "accuracy/violent.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::accuracy {
@@ -209,13 +210,38 @@ const std::vector<Scene>& scenes() {
   return all;
 }
 
+const std::vector<Scene>& violent_scenes() {
+  static const std::vector<Scene> all = make_violent_scenes();
+  return all;
+}
+
 const Scene& find_scene(const std::string& name) {
   std::string names;
-  for (const Scene& scene : scenes()) {
-    if (scene.name == name) return scene;
-    names += (names.empty() ? "" : ", ") + scene.name;
-  }
+  for (const auto* list : {&scenes(), &violent_scenes()})
+    for (const Scene& scene : *list) {
+      if (scene.name == name) return scene;
+      names += (names.empty() ? "" : ", ") + scene.name;
+    }
   throw InvalidArgument("scene: no scene is called '" + name + "', there are " + names);
+}
+
+std::vector<std::string> scenes_named(const std::vector<std::string>& words) {
+  std::vector<std::string> names;
+  for (const std::string& word : words) {
+    if (word != "calm" && !word.starts_with("violent")) {
+      names.push_back(find_scene(word).name);
+      continue;
+    }
+    const std::size_t before = names.size();
+    for (const Scene& scene : word == "calm" ? scenes() : violent_scenes())
+      if (word == "calm" || word == "violent" ||
+          word == (scene.use == Use::tuning ? "violent-tuning" : "violent-reporting"))
+        names.push_back(scene.name);
+    require(names.size() > before, "scene: '" + word +
+                                       "' is no list of scenes, there are calm, violent, "
+                                       "violent-tuning and violent-reporting");
+  }
+  return names;
 }
 
 }  // namespace meniscus::accuracy

@@ -58,6 +58,17 @@ void write_pictures(const std::string& folder, const Row& row, const Case& scene
   write_file(stem + "_error.png", errors.data(), errors.size());
 }
 
+/// The truth of the case's first frame, as methods give theirs.
+Surface true_surface(const Case& scene_case) {
+  const Truth& truth = scene_case.truths[0];
+  Map map;
+  for (std::size_t p = 0; p < truth.depth.size(); ++p) {
+    map.depth.push_back(static_cast<float>(truth.depth[p]));
+    map.normal.push_back(static_cast<Vec3>(truth.normal[p]));
+  }
+  return surface_of(truth.lens, map, kParticleRadius);
+}
+
 /// What is gathered while the scenes are measured.
 struct Gathered {
   std::vector<Row> rows;     // means over the seeds and over the scenes
@@ -76,9 +87,18 @@ void measure_setting(const std::vector<Contender>& contenders, const CommonOptio
   print_header(series, setting);
   const bool with_gallery = !common.html.empty() && gathered.rows.empty();
   std::vector<std::vector<Row>> of_method(contenders.size());
-  for (const std::string& scene : options.scenes) {
+  for (const std::string& scene : scenes_named(options.scenes)) {
     const std::vector<Case> cases = make_cases({scene}, seeds_named(options.seeds), setup);
     Gallery::Row pictures{scene, {}};
+    if (with_gallery) {
+      const Surface truth = true_surface(cases[0]);
+      pictures.cells.push_back(
+          {"truth", picture_of(truth, Preview::lit), picture_of(truth, Preview::normal)});
+    }
+    if (!common.pictures.empty())
+      for (const Case& c : cases)
+        write_pictures(common.pictures, {series.name, setting.name, scene, "truth", false, {}, 0},
+                       c, true_surface(c));
     for (std::size_t k = 0; k < contenders.size(); ++k) {
       std::vector<Row> of_seed;
       for (const Case& c : cases) {

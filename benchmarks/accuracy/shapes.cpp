@@ -124,6 +124,33 @@ Level above_balls(const Vec3d& p, const std::vector<std::pair<Vec3d, double>>& b
   return level;
 }
 
+double melted(double a, double b, double blend) {
+  const double overlap = std::max(0.0, 1 - std::abs(a - b) / blend);
+  return std::min(a, b) - blend / 4 * overlap * overlap;
+}
+
+double thread_distance(const Vec3d& p, const std::vector<Bead>& beads) {
+  double nearest = length(p - beads[0].centre) - beads[0].radius;
+  for (std::size_t k = 0; k + 1 < beads.size(); ++k) {
+    const auto& [a, a_radius] = beads[k];
+    const auto& [b, b_radius] = beads[k + 1];
+    const Vec3d axis = b - a;
+    const double span = length(axis), falls = (a_radius - b_radius) / span;
+    if (std::abs(falls) >= 1) {  // one ball holds the other
+      nearest = std::min(nearest, length(p - b) - b_radius);
+      continue;
+    }
+    // The nearest of the balls between: the normal of their hull leans by `falls` towards b.
+    const double along = dot(p - a, axis) / span;
+    const double across = std::sqrt(std::max(dot(p - a, p - a) - along * along, 0.0));
+    const double lean = falls / std::sqrt(1 - falls * falls);
+    const double share = std::clamp((along - across * lean) / span, 0.0, 1.0);
+    const Vec3d centre = a + share * axis;
+    nearest = std::min(nearest, length(p - centre) - (a_radius + share * (b_radius - a_radius)));
+  }
+  return nearest;
+}
+
 Level above_dam(const Vec3d& p) {
   // A height field in x, the distance ahead of the parabola; where it is low its end is rounded.
   constexpr double kLow = 3, kFall = 9, kRound = 2;  // s

@@ -60,6 +60,20 @@ Level above_waves(const Vec3d& p, const std::vector<Wave>& waves);
 /// of two, taken in order); for distance_to_zero.
 Level above_balls(const Vec3d& p, const std::vector<std::pair<Vec3d, double>>& balls, double blend);
 
+/// The union of two solids that melt into each other over `blend` s, from their distances: the
+/// polynomial smooth minimum.
+double melted(double a, double b, double blend);
+
+/// A ball, of which threads are made.
+struct Bead {
+  Vec3d centre;
+  double radius;  // s
+};
+
+/// A string of beads: the hull of each with the next; a drop where there is one. Exact everywhere
+/// but inside near the joints.
+double thread_distance(const Vec3d& p, const std::vector<Bead>& beads);
+
 /// Water behind a broken dam, for distance_to_zero: towards +x its height falls from 12 s to 3 s
 /// and ends in a round front that is ahead in the middle (y = 0).
 Level above_dam(const Vec3d& p);

@@ -8,6 +8,7 @@
 
 #include "accuracy/contenders.hpp"
 #include "accuracy/figures.hpp"
+#include "accuracy/motion.hpp"
 #include "accuracy/particles.hpp"
 #include "accuracy/scene.hpp"
 #include "accuracy/truth.hpp"
@@ -26,6 +27,18 @@ struct Setup {
   bool moving = false;  // the camera moves by 0.3 pixels to the right from frame to frame
   std::size_t moving_seeds = SIZE_MAX;  // it does so with the first so many seeds
   double jitter = 0;  // s; standard deviation of what moves each coordinate, anew in each frame
+  // The water moves as a whole, and once more bends: three more frames each, with the first
+  // moving_seeds seeds.
+  bool flowing = false;
+};
+
+/// Water that moves under a camera that stays: the frames after the case's first.
+struct Flow {
+  double Figures::*rms;  // where what is measured goes
+  double Figures::*p999;
+  Motion motion;
+  std::vector<Particles> particles;
+  std::vector<Truth> truths;
 };
 
 /// One scene, filled with particles and traced.
@@ -35,6 +48,7 @@ struct Case {
   Particles particles;
   std::vector<Truth> truths;  // one a frame
   double jitter = 0;          // s; of the particles in all frames but the first
+  std::vector<Flow> flows;
 };
 
 /// All scenes with all seeds, scene by scene. The same on any number of processors.

@@ -118,6 +118,7 @@ Truth trace(const Scene& scene, const Lens& lens) {
     }
   });
 
+  const bool has_creases = scene.use == Use::calm;  // violent solids are round
   std::vector<bool> outline(pixels), crease(pixels);
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i) {
@@ -133,7 +134,7 @@ Truth trace(const Scene& scene, const Lens& lens) {
         const std::size_t q = static_cast<std::size_t>(y) * width + x;
         if (!(std::abs(truth.depth[p] - truth.depth[q]) <= kJump))
           outline[p] = true;
-        else if (dot(truth.normal[p], truth.normal[q]) < kSameSurface)
+        else if (has_creases && dot(truth.normal[p], truth.normal[q]) < kSameSurface)
           crease[p] = true;
       }
     }

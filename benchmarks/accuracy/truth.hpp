@@ -11,7 +11,8 @@ namespace meniscus::accuracy {
 enum class PixelClass : std::uint8_t {
   none,        // no surface
   interior,    // all else
-  crease,      // within 1.5 s of a crease: neighbours whose normals' dot product is below 0.95
+  crease,      // within 1.5 s of a crease: neighbours whose normals' dot product is below 0.95;
+               // violent scenes are round and have none
   silhouette,  // within 1.5 s of an outline: the end of the surface, or a depth jump over s
   splash,      // a lone particle or a small cluster in the air, up to its outline
 };

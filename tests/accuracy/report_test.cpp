@@ -87,6 +87,29 @@ TEST(Tables, ShowTheScenesOfOneSetting) {
   EXPECT_EQ(report.details.size(), 2u) << "two scenes";
 }
 
+TEST(Tables, NameTheWorstSceneBesideTheMean) {
+  Row box = row("main", "box", "fit", 1), ball = row("main", "ball", "fit", 3);
+  box.figures.iou = 0.5;
+  ball.figures.iou = 0.75;
+  box.figures.normal_bias = -0.5;
+  ball.figures.normal_bias = 0.25;
+  const Row both = mean_of({box, ball}, kMean);
+  Report report;
+  add_tables({box, ball, both}, report);
+  const auto shown_of = [&](const std::string& name) {
+    for (const Table::Line& line : report.tables[0].lines)
+      if (line.quantity.name == name) return line.worst.at(0);
+    return std::string("no line");
+  };
+  EXPECT_EQ(shown_of("normal_rms"), "3.0000 ball");
+  EXPECT_EQ(shown_of("iou"), "0.5000 box") << "low ones are worse";
+  EXPECT_EQ(shown_of("normal_bias"), "-0.5000 box") << "far from zero is worse";
+  EXPECT_THAT(markdown(report), HasSubstr("| normal_rms | s | 2.0000 (3.0000 ball) |"));
+  EXPECT_THAT(html(report), HasSubstr("<div class=\"worst\">3.0000 ball</div>"));
+  EXPECT_EQ(to_json(both)["worst"]["iou"]["scene"], "box");
+  EXPECT_TRUE(mean_of({box, box}, "box").worst.empty()) << "seeds of one scene";
+}
+
 TEST(Tables, ShowTheMeansOfSeveralSettings) {
   const std::vector<Row> rows{row("main", "box", "fit", 1), row("main", kMean, "fit", 3),
                               row("wide", "box", "fit", 5), row("wide", kMean, "fit", 7)};

@@ -42,6 +42,44 @@ Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps) {
   return flicker_of(changes);
 }
 
+Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps, const Motion& motion) {
+  require(truths.size() == maps.size(), "flicker: " + std::to_string(maps.size()) + " maps for " +
+                                            std::to_string(truths.size()) +
+                                            " truths, wanted as many");
+  // The error of a frame at a pixel; nothing where it is not measured, or of another layer.
+  const auto error_at = [&](std::size_t frame, std::size_t p, double depth) {
+    const Truth& truth = truths[frame];
+    const bool measured = truth.class_of[p] == PixelClass::interior &&
+                          finite(maps[frame].depth[p]) && std::abs(truth.depth[p] - depth) <= kJump;
+    return measured ? clamped(maps[frame].depth[p] - truth.depth[p]) : kNone;
+  };
+  std::vector<double> changes;
+  for (std::size_t k = 0; k + 1 < maps.size(); ++k) {
+    const Lens& lens = truths[k].lens;
+    require_same_size(truths[k], maps[k]);
+    require_same_size(truths[k + 1], maps[k + 1]);
+    const int frame = static_cast<int>(k);
+    for (std::size_t p = 0; p < truths[k].depth.size(); ++p) {
+      const double before = error_at(k, p, truths[k].depth[p]);
+      if (std::isnan(before)) continue;
+      const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
+      const Vec3d still = motion.back(lens.point(i, j, truths[k].depth[p]), frame);
+      const Vec3d place = truths[k + 1].lens.project(motion.forth(still, frame + 1));
+      const int x = static_cast<int>(std::floor(place.x)),
+                y = static_cast<int>(std::floor(place.y));
+      if (x < 0 || y < 0 || x + 1 >= lens.width || y + 1 >= lens.height) continue;
+      const std::size_t q = static_cast<std::size_t>(y) * lens.width + x;
+      const auto across = [&](std::size_t left) {
+        return std::lerp(error_at(k + 1, left, place.z), error_at(k + 1, left + 1, place.z),
+                         place.x - x);
+      };
+      const double after = std::lerp(across(q), across(q + lens.width), place.y - y);
+      if (!std::isnan(after)) changes.push_back(after - before);
+    }
+  }
+  return flicker_of(changes);
+}
+
 std::optional<double> second_difference(double first, double middle, double last) {
   if (!finite(first) || !finite(middle) || !finite(last)) return std::nullopt;
   const double before = middle - first, after = last - middle;

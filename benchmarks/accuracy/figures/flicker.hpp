@@ -6,6 +6,7 @@
 
 #include "accuracy/figures/statistics.hpp"
 #include "accuracy/map.hpp"
+#include "accuracy/motion.hpp"
 #include "accuracy/truth.hpp"
 
 namespace meniscus::accuracy {
@@ -19,6 +20,11 @@ struct Flicker {
 /// both, clamped to 2 s. One truth a frame (a camera that moves), or one for all (particles that
 /// move). Throws InvalidArgument when there are other numbers of truths and maps.
 Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps);
+
+/// The same along points of the water: each pixel's error in one frame is compared with the error
+/// where the point that the truth shows there has gone in the next, between the pixels. One truth
+/// and one map a frame.
+Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps, const Motion& motion);
 
 /// The second difference of three depths (s) in time; nothing unless all are there and none is more
 /// than s from the next.
