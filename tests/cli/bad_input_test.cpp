@@ -1,6 +1,7 @@
 // Bad input, one clear line each: files, cameras, folders, disks, devices.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "cli/program.hpp"
@@ -103,6 +104,15 @@ TEST_F(ProgramBadInput, NanAndInfiniteCoordinatesAreCountedAndDropped) {
   dirty.push_back("--strict");
   expect_error(run(dirty), 1, {"3"});
   EXPECT_FALSE(exists("strict.png"));
+}
+
+TEST_F(ProgramBadInput, NoParticleWithCoordinatesIsAnError) {
+  write_particles("in.ply", {{std::nan(""), 0, 0}, {0, INFINITY, 0}});
+  expect_error(run({"extract", "in.ply", "-q", "-o", "a.png", "--size", "64x48"}), 1,
+               {"in.ply: 2 of 2 particles have NaN or infinite coordinates", "none is left"});
+  EXPECT_THAT(files(), ElementsAre("in.ply"));
+  write_particles("in.ply", {});  // an emitter that has not begun
+  EXPECT_EQ(run({"extract", "in.ply", "-q", "-o", "a.png", "--size", "64x48"}).exit_code, 0);
 }
 
 // --- cameras
