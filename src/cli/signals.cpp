@@ -17,7 +17,10 @@ std::atomic<int> kept{0};
 }  // namespace
 
 void handle_signals() {
+  // Writes that fail instead: to a file that is too large, and to who has stopped listening. A
+  // batch whose progress nobody reads any more goes on.
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   // All threads inherit the blocked signals, so only the one that waits for them gets them, and it
   // may do what a signal handler must not.
   sigset_t stop;
