@@ -92,18 +92,20 @@ void warn(const std::string& what) {
 
 // Finds out before work begins whether the outputs can be written, and clears the folders of what
 // killed processes left.
-void prepare_folders(const Plan& plan, const ExtractOptions& options) {
+void prepare_folders(const Plan& plan, const CameraTrack* cameras, const ExtractOptions& options) {
+  std::vector<std::string> outputs;
+  for (const FrameJob& job : plan.jobs)
+    outputs.insert(outputs.end(), job.outputs.begin(), job.outputs.end());
+  as_usage([&] {
+    check_outputs({plan.inputs, cameras ? cameras->files() : std::vector<std::string>()}, outputs,
+                  {options.log, options.report});
+  });
   std::set<std::string> folders;
-  for (const FrameJob& job : plan.jobs) {
-    as_usage([&] {
-      check_outputs(job.input, job.outputs, {options.log, options.report}, options.camera_file);
-    });
-    for (const std::string& path : job.outputs)
-      if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
-        OutputFile probe(path);
-        remove_abandoned_outputs(path);
-      }
-  }
+  for (const std::string& path : outputs)
+    if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
+      OutputFile probe(path);
+      remove_abandoned_outputs(path);
+    }
 }
 
 // What must be the same for all frames: the camera where none is given, and the particle radius
@@ -226,7 +228,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   });
   if (team.leads())
     for (const std::string& warning : plan.warnings) warn(warning);
-  prepare_folders(plan, options);
+  prepare_folders(plan, cameras.get(), options);
   say("frames", input.text() + ": " + (plan.jobs.empty() ? "none" : named_frames(plan.frames())));
   if (shard.count > 1)
     say("shard", std::to_string(shard.index) + " of " + std::to_string(shard.count) + " of " +

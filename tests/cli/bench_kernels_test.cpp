@@ -112,6 +112,8 @@ TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
 }
 
 TEST_F(ProgramBenchKernels, FilesThatCannotBeUsedAreNamedBeforeAnythingIsMeasured) {
+  write("old.json", "{}");
+  expect_error(run(tiny({"--compare", "old.json", "--json", "./old.json"})), 2, {"is the input"});
   expect_error(run(tiny({"--compare", "missing.json"})), 1, {"missing.json"});
   write("wrong.json", "{}");
   expect_error(run(tiny({"--compare", "wrong.json"})), 1, {"wrong.json", "meniscus bench --json"});
