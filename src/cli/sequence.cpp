@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <set>
 #include <string>
@@ -16,6 +17,7 @@
 #include "batch/plan.hpp"
 #include "batch/record.hpp"
 #include "batch/report.hpp"
+#include "batch/room.hpp"
 #include "batch/run.hpp"
 #include "cli/batch_progress.hpp"
 #include "cli/options.hpp"
@@ -156,6 +158,36 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   return settings;
 }
 
+// Under a limit on memory PoCL hangs or aborts where it gets none, so that no more frames are under
+// way at once than have room.
+void fit_into_memory(BatchSettings& settings, const Plan& plan, const CameraTrack& cameras) {
+  const std::size_t room = room_left();
+  if (room == std::numeric_limits<std::size_t>::max()) return;
+  std::size_t pixels = 0;
+  for (const FrameJob& job : plan.jobs) try {
+      const Camera camera = cameras.at(job.frame);
+      pixels = std::max(
+          pixels, static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+    } catch (const InputError&) {  // is said when it is the frame's turn
+    }
+  const int devices = static_cast<int>(settings.devices.size());
+  const Crew asked{devices * settings.in_flight, settings.writers};
+  const Crew crew = crew_within(asked, pixels, room);
+  const auto megabytes = [](std::size_t bytes) { return grouped(bytes >> 20) + " MB"; };
+  const std::string left = "the limit on memory leaves " + megabytes(room);
+  if (crew.extracting < devices)
+    throw Error(left + " and frames of " + grouped(pixels) + " pixels take about " +
+                megabytes(room_for({devices, 1}, pixels)) +
+                " (raise ulimit -v, or use fewer devices or a smaller image)");
+  if (crew == asked) return;
+  settings.in_flight = crew.extracting / devices;
+  settings.writers = crew.writing;
+  warn(left + ": " + counted(static_cast<std::size_t>(crew.extracting), "frame") +
+       " in flight instead of " + std::to_string(asked.extracting) + ", and " +
+       std::to_string(crew.writing) + " written at once instead of " +
+       std::to_string(asked.writing));
+}
+
 // Whether more than a few drops are outside the image. Of frames that stream it is not counted.
 bool leaves_image(const FrameRecord& record) {
   const auto counted = [&](const char* what) {
@@ -237,7 +269,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   if (plan.jobs.empty()) return 0;
   const bool framed = !cameras && !options.eye;
   cameras = settle_for_all(plan, options, std::move(cameras), say);
-  const BatchSettings settings = settings_of(options, shard, say);
+  BatchSettings settings = settings_of(options, shard, say);
+  fit_into_memory(settings, plan, *cameras);
   say("method", to_string(options.parameters.method));
   if (options.verbose && team.leads()) std::fputs(describe(options.parameters).c_str(), stderr);
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
