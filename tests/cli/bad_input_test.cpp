@@ -229,6 +229,22 @@ TEST_F(ProgramBadInput, NoOpenClPlatform) {
   EXPECT_THAT(files(), ElementsAre("in.ply", "vendors"));
 }
 
+TEST_F(ProgramBadInput, ADamagedCacheOfPoClIsNamed) {
+  write_particles("in.ply", block(3));
+  const Conditions own{{{"POCL_CACHE_DIR", path("cache")}}};
+  const std::vector<std::string> words{"extract", "in.ply",   "-q",  "--size",   "64x48",  "-o",
+                                       "a.png",   "--device", "cpu", "--method", "spheres"};
+  if (run(words, own).exit_code != 0 || !exists("cache")) GTEST_SKIP() << "no PoCL";
+  for (const std::size_t size : {0, 1000}) {  // no object at all; one whose end is missing
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path("cache")))
+      if (entry.path().extension() == ".so") std::filesystem::resize_file(entry.path(), size);
+    const Outcome outcome = run(words, own);
+    EXPECT_GT(outcome.exit_code, 128);
+    EXPECT_THAT(outcome.err, HasSubstr("meniscus: error: ended by "));
+    EXPECT_THAT(outcome.err, HasSubstr("remove " + path("cache") + ", or set POCL_CACHE_DIR"));
+  }
+}
+
 TEST_F(ProgramBadInput, CacheThatCannotBeWrittenIsReplaced) {
   write_particles("in.ply", block(3));
   const Conditions homeless{{{"HOME", "/proc/none"},
