@@ -193,8 +193,12 @@ inline float4 field_at(const Grid grid, global const float* kernels, const int n
   return (float4)(sum_of(gx), sum_of(gy), sum_of(gz), sum_of(field));
 }
 
-// Where the ray of each point first meets field = level between the depths `from` and `to`.
-// One work-item per point.
+// Steps of a ray, of a radius where there is nothing: a stray far behind the rest is not worth more, and
+// beyond 2^24 radii such a step is lost.
+#define MOST_STEPS 1024
+
+// Where the ray of each point first meets field = level between the depths `from` and `to`, within
+// MOST_STEPS steps. One work-item per point.
 kernel void cast_field(global const float* points,  // [2][count] u, v, pixels
                        global const float* from,    // [count] particle radii; +inf: nothing to find
                        global const float* to,      // [count] particle radii
@@ -217,7 +221,7 @@ kernel void cast_field(global const float* points,  // [2][count] u, v, pixels
   const float last = to[p];
   float t = from[p], low = t, short_of = -level;
   float over = -1.0f;
-  while (t <= last) {
+  for (int step = 0; t <= last && step < MOST_STEPS; ++step) {
     const float c = field_at(grid, kernels, n, r.ox + t * r.dx, r.oy + t * r.dy, -t, 0).w;
     over = c - level;
     if (over >= 0.0f) break;

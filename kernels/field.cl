@@ -325,14 +325,20 @@ inline ints taken_from(const Cells cells, const Beam b, const int p, const int e
          SAME_ROW(tags, tag) & (((tags - tag) & 2047) < row_cells) & (SEARCHED_LANES < end - p);
 }
 
-// Lists the particles near a beam; -1 where they are more than MOST_NEAR. Layer by layer, the stretch
-// of the axis that particles in the layer may be nearest to bounds the rows, and its distance from
-// a row the row's cells: hardly a cell is visited in vain.
+// Rows of cells that a search may visit. Points at depths that have nothing to do with each other have a
+// longer and wider beam; then each finds what is near by itself.
+#define MOST_ROWS 16384.0f
+
+// Lists the particles near a beam; -1 where they are more than MOST_NEAR or the rows more than MOST_ROWS.
+// Layer by layer, the stretch of the axis that particles in the layer may be nearest to bounds the rows,
+// and its distance from a row the row's cells: hardly a cell is visited in vain.
 inline int search_cells(const Cells cells, const Beam b, int* item) {
   const float c = cells.inverse_cell, side = 1.0f / c, end = b.z + b.ez;
   // What is beside the axis is at most so far above or below the point that it is nearest to.
   const float rise = b.reach * sqrt((b.ex * b.ex + b.ey * b.ey) * b.per_length);
   const float per_depth = 1.0f / fmax(-b.ez, 1e-6f);
+  const float layers = 2.0f + (2.0f * b.reach - b.ez) * c, rows = 2.0f + 2.0f * b.reach * c;
+  if (!(layers * rows < MOST_ROWS)) return -1;
   const int k1 = cell_of(b.z + b.reach, c);
   const floatv none = (floatv)(0.0f);
   int count = 0;

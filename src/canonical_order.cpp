@@ -53,6 +53,17 @@ int sort_by_leading_bits(std::vector<Key>& keys) {
 
 }  // namespace
 
+void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
+                    const Parameters& params, std::vector<std::string>& warnings) {
+  if (bad == 0) return;
+  const std::string what = std::to_string(bad) + " of " + std::to_string(size) +
+                           " particles have NaN or infinite coordinates (the first is particle " +
+                           std::to_string(first) + ")";
+  if (bad == size) throw InputError(what + ", and none is left");
+  if (params.strict) throw InputError(what + "; leave --strict away to drop them");
+  warnings.push_back(what + " and were dropped");
+}
+
 std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& params,
                                          std::vector<std::string>& warnings) {
   std::vector<Key> keys;
@@ -64,14 +75,9 @@ std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& p
     else
       first_bad = std::min(first_bad, i);
   }
-  const std::size_t bad = p.size() - keys.size();
-  if (bad > 0) {
-    const std::string what = std::to_string(bad) + " of " + std::to_string(p.size()) +
-                             " particles have NaN or infinite coordinates (the first is particle " +
-                             std::to_string(first_bad) + ")";
-    if (params.strict) throw InputError(what + "; leave --strict away to drop them");
-    warnings.push_back(what + " and were dropped");
-  }
+  report_dropped(static_cast<std::int64_t>(p.size() - keys.size()),
+                 static_cast<std::int64_t>(p.size()), static_cast<std::int64_t>(first_bad), params,
+                 warnings);
 
   const int left_out = sort_by_leading_bits(keys);
   const auto before = [&](const Key& a, const Key& b) {

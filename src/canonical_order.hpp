@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,10 +13,15 @@ namespace meniscus {
 
 /// Indices of the particles with finite coordinates, in an order that depends on the set alone: by
 /// position, then by own radius, then by velocity. Particles that agree in all of them are
-/// interchangeable. Warns of the others, and of particles at one position; throws InputError when
-/// params.strict.
+/// interchangeable. Warns of the others (see report_dropped), and of particles at one position.
 std::vector<std::size_t> canonical_order(const Particles& particles, const Parameters& params,
                                          std::vector<std::string>& warnings);
+
+/// Warns that `bad` of `size` particles, the first of them number `first`, have no finite
+/// coordinates and were dropped. Throws InputError when params.strict, and where none is left:
+/// that is no empty frame but a damaged one.
+void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
+                    const Parameters& params, std::vector<std::string>& warnings);
 
 /// Whether two particles have one position; those that do follow each other in the order.
 inline bool at_one_position(const Particles& p, std::size_t a, std::size_t b) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/json_number.hpp"
 #include "io/json_reason.hpp"
 #include "meniscus/error.hpp"
 
@@ -65,13 +66,23 @@ Roofline roofline_of(const Json& json) {
   return roofline;
 }
 
+// The whole number under a key.
+template <class Integer>
+void take_whole(const Json& json, const char* key, Integer& number) {
+  const auto whole = whole_number<Integer>(json.at(key));
+  if (!whole)
+    throw InputError(std::string(key) + " is " + json.at(key).dump() +
+                     ", must be a whole number that fits");
+  number = *whole;
+}
+
 Result result_of(const Json& json) {
   Result result;
   result.kernel = json.at("kernel");
   result.variant = json.at("variant");
-  result.particles = json.at("particles");
-  result.width = json.at("width");
-  result.height = json.at("height");
+  take_whole(json, "particles", result.particles);
+  take_whole(json, "width", result.width);
+  take_whole(json, "height", result.height);
   result.unit = json.at("unit");
   result.items = json.at("items");
   result.bytes = json.at("bytes");
@@ -196,8 +207,8 @@ BenchRun from_json(const std::string& text, const std::string& name) try {
     session.kind = entry.at("kind");
     session.platform = entry.at("platform");
     session.driver = entry.at("driver");
-    session.compute_units = entry.at("compute_units");
-    session.threads = entry.at("threads");
+    take_whole(entry, "compute_units", session.compute_units);
+    take_whole(entry, "threads", session.threads);
     session.other_work = entry.at("other_work");
     session.roofline = roofline_of(entry.at("roofline"));
     for (const Json& result : entry.at("results")) session.results.push_back(result_of(result));

@@ -24,6 +24,10 @@ Particles read_particles(const std::string& path, double particle_radius = 0);
 /// Reads {"width", "height", "view": 4x4, "projection": 4x4} (row-major JSON). Throws InputError.
 Camera read_camera(const std::string& path);
 
+/// Frames are numbered from 0 to this: a number of 18 digits, so that differences and sums of two
+/// always fit.
+inline constexpr std::int64_t kLastFrame = 999'999'999'999'999'999;
+
 /// Under this key a file with one camera, for every frame.
 inline constexpr std::int64_t kEveryFrame = -1;
 

@@ -20,6 +20,13 @@ bool CameraTrack::has(std::int64_t frame) const {
   return fixed_ || listed_.contains(frame) || files_.contains(frame);
 }
 
+std::vector<std::string> CameraTrack::files() const {
+  std::vector<std::string> names;
+  for (const auto& [frame, file] : files_) names.push_back(file.path);
+  if (names.empty() && !origin_.empty()) names.push_back(origin_);
+  return names;
+}
+
 Camera CameraTrack::at(std::int64_t frame) const {
   if (fixed_) return *fixed_;
   if (const auto listed = listed_.find(frame); listed != listed_.end()) return listed->second;

@@ -31,6 +31,9 @@ class CameraTrack {
   /// The frame's after this one, or this one's where the track ends.
   Camera after(std::int64_t frame) const { return at(has(frame + 1) ? frame + 1 : frame); }
 
+  /// Those it is read from; none where the camera was given.
+  std::vector<std::string> files() const;
+
   /// "cameras.json" or the pattern, for messages.
   const std::string& origin() const { return origin_; }
 

@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "meniscus/error.hpp"
+#include "meniscus/io.hpp"
 
 namespace meniscus {
 namespace {
@@ -46,6 +47,8 @@ void add_range(const std::string& list, const std::string& part, std::vector<std
   if (!good || text.at != text.end)
     throw wrong("\"" + part + "\" is no frame and no range of frames");
   if (first < 0 || last < 0) throw wrong("\"" + part + "\" goes below frame 0");
+  if (std::max({first, last, step}) > kLastFrame || step < -kLastFrame)
+    throw wrong("\"" + part + "\" goes beyond frame " + std::to_string(kLastFrame));
   if (step == 0 || (last != first && (last > first) != (step > 0)))
     throw wrong("the step of \"" + part + "\" never reaches its end");
   if (static_cast<std::uint64_t>((last - first) / step) >= kMost - frames.size())

@@ -8,7 +8,7 @@
 namespace meniscus {
 
 /// The frames that a list such as "1-240", "1-240x2", "1,5,10-20" or "10-1x-3" names, in its order,
-/// each once. Frames are whole numbers >= 0; the step after x may be left out.
+/// each once. Frames are whole numbers from 0 to kLastFrame; the step after x may be left out.
 /// Throws InvalidArgument, naming the part that is wrong.
 std::vector<std::int64_t> parse_frames(const std::string& list);
 

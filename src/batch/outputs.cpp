@@ -34,10 +34,8 @@ OutputKind kind_of(const std::string& path) {
                         ".png (picture)");
 }
 
-bool same_file(const std::string& a, const std::string& b) { return canonical(a) == canonical(b); }
-
-void check_outputs(const std::string& input, const std::vector<std::string>& outputs,
-                   const std::vector<std::string>& others, const std::string& camera) {
+void check_outputs(const InputNames& read, const std::vector<std::string>& outputs,
+                   const std::vector<std::string>& others) {
   for (const std::string& path : outputs) {
     kind_of(path);
     if (path.find('*') != std::string::npos)
@@ -48,10 +46,14 @@ void check_outputs(const std::string& input, const std::vector<std::string>& out
           fs::path(path).extension().string());
   }
   std::map<fs::path, std::string> taken;  // and what by
-  for (const std::string& part : part_files(input))
-    taken[canonical(part)] =
-        "is the input" + (part == input ? "" : " " + input + ", too") + ", give another name";
-  if (!camera.empty()) taken[canonical(camera)] = "is the camera's file, give another name";
+  for (const std::string& input : read.inputs) {
+    if (input.empty()) continue;
+    for (const std::string& part : part_files(input))
+      taken[canonical(part)] =
+          "is the input" + (part == input ? "" : " " + input + ", too") + ", give another name";
+  }
+  for (const std::string& camera : read.cameras)
+    if (!camera.empty()) taken[canonical(camera)] = "is the camera's file, give another name";
   for (const auto* paths : {&outputs, &others})
     for (const std::string& path : *paths) {
       if (path.empty()) continue;

@@ -14,14 +14,17 @@ enum class OutputKind { exr, mesh, png };
 /// By the ending. Throws InvalidArgument.
 OutputKind kind_of(const std::string& path);
 
-/// Whether two names lead to one file, there or not.
-bool same_file(const std::string& a, const std::string& b);
+/// What a command reads, whether all of it is asked for or not. Empty names are none.
+struct InputNames {
+  std::vector<std::string> inputs;   // a * stands for the parts of a frame
+  std::vector<std::string> cameras;  // their files
+};
 
 /// Throws InvalidArgument for endings that nobody knows, an output that is named twice, and one
-/// that is the input or the camera's file. `others` are written, too, whatever their endings: logs,
+/// that is an input or a camera's file. `others` are written, too, whatever their endings: logs,
 /// reports, or none where a name is empty.
-void check_outputs(const std::string& input, const std::vector<std::string>& outputs,
-                   const std::vector<std::string>& others = {}, const std::string& camera = "");
+void check_outputs(const InputNames& read, const std::vector<std::string>& outputs,
+                   const std::vector<std::string>& others = {});
 
 /// How files are written.
 struct WriteOptions {

@@ -12,6 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kFrameDigits = 18;  // of kLastFrame
+
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // A place at the start of `text`: how many characters it takes, 0: there is none.
@@ -166,7 +168,7 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
       return true;
     }
     std::size_t end = at;
-    while (end < name.size() && is_digit(name[end]) && end - at < 18) ++end;
+    while (end < name.size() && is_digit(name[end]) && end - at < kFrameDigits) ++end;
     for (; end > at; --end) {  // digits may be followed by literal digits
       const std::string digits = name.substr(at, end - at);
       std::int64_t frame = 0;

@@ -1,16 +1,20 @@
 #include "batch/record.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "io/input_file.hpp"
+#include "io/json_number.hpp"
 #include "io/output_file.hpp"
+#include "meniscus/io.hpp"
 
 namespace meniscus {
 namespace {
@@ -40,11 +44,9 @@ void take(const std::string& key, const Json& value, double& number) {
 
 template <std::integral Integer>
 void take(const std::string& key, const Json& value, Integer& number) {
-  if (!value.is_number_integer() ||
-      (value.is_number_unsigned() ? !std::in_range<Integer>(value.get<std::uint64_t>())
-                                  : !std::in_range<Integer>(value.get<std::int64_t>())))
-    wanted(key, value, "a whole number");
-  number = value.get<Integer>();
+  const auto whole = whole_number<Integer>(value);
+  if (!whole) wanted(key, value, "a whole number");
+  number = *whole;
 }
 
 template <class Number>
@@ -135,6 +137,8 @@ FrameRecord record_of(const std::string& line) {
     const auto found = root.find(key);
     if (found != root.end()) take(key, *found, value);
   });
+  if (record.frame < -kLastFrame || record.frame > kLastFrame)
+    wanted("frame", root["frame"], "a whole number of at most 18 digits");
   return record;
 }
 
@@ -177,20 +181,34 @@ BatchLog::BatchLog(const std::string& path) : path_(path) {
     throw OutputError(path + ": is no log: wanted a file of lines that begin with " + wanted +
                       ", or none (give --log another name)");
   }
-  // From its end back to the last line that is whole.
-  off_t end = size;
-  char last = '\n';
-  while (end > 0 && pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n') --end;
-  if (end != size && ftruncate(descriptor_, end) != 0) refuse(errno);
 }
 
 BatchLog::~BatchLog() { close(descriptor_); }
 
+// Cuts the log after its last line that is whole. Under the lock.
+void BatchLog::drop_half_line() {
+  const off_t size = lseek(descriptor_, 0, SEEK_END);
+  off_t end = size;
+  char last = '\n';
+  while (end > 0 && pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n') --end;
+  if (end < size && ftruncate(descriptor_, end) != 0)
+    throw OutputError(cannot_be_written(path_, errno));
+}
+
 void BatchLog::add(const FrameRecord& record) {
   const std::string line = to_json(record) + "\n";
+  const std::scoped_lock threads(mine_);
+  // Processes take turns, so that a line without an end is nobody's who still writes. File systems
+  // without locks do as well as they can.
+  flock(descriptor_, LOCK_EX);
+  const std::unique_ptr<int, void (*)(int*)> processes(&descriptor_,
+                                                       [](int* file) { flock(*file, LOCK_UN); });
+  drop_half_line();
   const ssize_t count = write(descriptor_, line.data(), line.size());
-  if (count != static_cast<ssize_t>(line.size()))
-    throw OutputError(cannot_be_written(path_, count < 0 ? errno : ENOSPC));
+  if (count == static_cast<ssize_t>(line.size())) return;
+  const int error = count < 0 ? errno : ENOSPC;
+  if (count > 0) drop_half_line();
+  throw OutputError(cannot_be_written(path_, error));
 }
 
 std::vector<FrameRecord> read_log(const std::string& path, std::string* note) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -42,18 +43,22 @@ std::string to_json(const FrameRecord& record);
 /// A log that is open for more records.
 class BatchLog {
  public:
-  /// Begins the log or continues it; a last line without an end, left by a killed process, is
-  /// removed first. Throws OutputError, also where the file is no log.
+  /// Begins the log or continues it. Throws OutputError, also where the file is no log.
   explicit BatchLog(const std::string& path);
   ~BatchLog();
   BatchLog(const BatchLog&) = delete;
   BatchLog& operator=(const BatchLog&) = delete;
 
-  /// Adds a line in one piece; safe from several threads at once. Throws OutputError.
+  /// Adds a line in one piece, or, on a full disk, nothing; safe from several threads and processes
+  /// at once. A last line without an end, left by a killed process, is removed first. Throws
+  /// OutputError.
   void add(const FrameRecord& record);
 
  private:
+  void drop_half_line();
+
   std::string path_;
+  std::mutex mine_;  // of this process's threads, which share one lock on the file
   int descriptor_ = -1;
 };
 

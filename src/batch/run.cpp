@@ -17,6 +17,8 @@
 #include "content_hash.hpp"
 #include "device/device.hpp"
 #include "extract_sparingly.hpp"
+#include "io/input_file.hpp"
+#include "io/parts.hpp"
 #include "io/seal.hpp"
 
 namespace meniscus {
@@ -52,6 +54,29 @@ struct Worker {
 
 // A device that fails so many frames in a row gets no more.
 constexpr int kPatience = 3;
+
+// What tells a file from another of its name: size, time, and a hash of its content, of which as
+// much is read as is cheap beside extracting it: all of up to 16 MiB, else pieces from its begin to
+// its end.
+std::string trace_of(const std::string& path) {
+  constexpr std::uintmax_t kPieces = 16;
+  std::vector<char> piece(std::size_t{1} << 20);
+  const OpenFile file = open_input(path);
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+  const std::uintmax_t step = std::max<std::uintmax_t>(
+      piece.size(), size > piece.size() ? (size - piece.size()) / (kPieces - 1) : 0);
+  std::string trace =
+      fs::path(path).filename().string() + '\n' + std::to_string(size) + ' ' + std::to_string(time);
+  for (std::uintmax_t k = 0; k < kPieces; ++k) {
+    std::fseek(file.get(), static_cast<long>(k * step), SEEK_SET);
+    const std::size_t count = std::fread(piece.data(), 1, piece.size(), file.get());
+    if (count == 0) break;
+    trace += ' ' + hex_digits(content_hash(piece.data(), count));
+  }
+  return trace + '\n';
+}
 
 // Frames waiting for the next step. The end is a null pointer for each thread that waits. The
 // steps block on files and devices, so that they are threads and no tasks of oneTBB's, whose own
@@ -147,16 +172,11 @@ class Batch {
     frame.particles = open_particles(frame.job->input, settings_.particle_radius);
   }
 
-  // Whether all outputs are there, complete, of the same job, and no older than the input.
+  // Whether all outputs are there, complete and of the same job.
   static bool whole(const Frame& frame) {
-    std::error_code error;
-    const auto made = fs::last_write_time(frame.job->input, error);
-    if (error) return false;
-    for (const std::string& path : frame.job->outputs) {
-      const auto written = fs::last_write_time(path, error);
-      if (error || written < made || !flaw_of(path, frame.seal).empty()) return false;
-    }
-    return true;
+    const std::vector<std::string>& outputs = frame.job->outputs;
+    return std::all_of(outputs.begin(), outputs.end(),
+                       [&](const std::string& path) { return flaw_of(path, frame.seal).empty(); });
   }
 
   void extract_all(Worker& worker) {
@@ -338,12 +358,9 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
 
 std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
                    const BatchSettings& settings) {
-  std::error_code error;
-  const auto size = fs::file_size(job.input, error);
-  std::string text = "meniscus " + version() + "\n" + describe(settings.parameters) +
-                     fs::path(job.input).filename().string() + "\n" +
-                     std::to_string(error ? 0 : size) + "\n" + std::to_string(camera.width) + " " +
-                     std::to_string(camera.height) + "\n";
+  std::string text = settings.program + "\n" + describe(settings.parameters);
+  for (const std::string& part : part_files(job.input)) text += trace_of(part);
+  text += std::to_string(camera.width) + " " + std::to_string(camera.height) + "\n";
   const auto add = [&](double value) {
     char number[32];
     std::snprintf(number, sizeof number, "%a ", value);

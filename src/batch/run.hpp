@@ -14,6 +14,7 @@
 #include "batch/record.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "program_identity.hpp"
 
 namespace meniscus {
 
@@ -29,6 +30,7 @@ struct BatchSettings {
   bool resume = false;      // skip frames whose outputs are whole and of the same job
   bool fail_fast = false;   // the first failed frame ends the batch
   std::string host, shard;  // for the records
+  std::string program = program_identity();
 };
 
 struct BatchOutcome {
@@ -43,15 +45,17 @@ struct BatchOutcome {
 ///             thread at a time; what it throws ends the batch
 ///
 /// A frame for which a device has no memory is extracted again, alone and in smaller chunks; one
-/// whose device fails, on another device; its warnings say so. A device that fails frame after frame
-/// gets no more. A frame that cannot be read or extracted fails by itself. One that cannot be
+/// whose device fails, on another device; its warnings say so. A device that fails frame after
+/// frame gets no more. A frame that cannot be read or extracted fails by itself. One that cannot be
 /// written ends the batch and is not over. Throws DeviceError when a device cannot be opened.
 BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
                        const BatchSettings& settings, const std::atomic<int>& stop,
                        const std::function<void(const FrameRecord&)>& finished);
 
-/// What a frame's outputs depend on, as the 16 hex digits that they carry: parameters, its camera
-/// and the next frame's, how they are written, and the name and size of the input.
+/// What a frame's outputs depend on, as the 16 hex digits that they carry: the program, parameters,
+/// its camera and the next frame's, how they are written, and of each file of the input the name,
+/// size, time and content, of which 16 MiB are looked at. Throws InputError where one cannot be
+/// read.
 std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
                    const BatchSettings& settings);
 

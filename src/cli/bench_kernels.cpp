@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "batch/outputs.hpp"
 #include "child_process.hpp"
 #include "cli/bench_command.hpp"
 #include "cli/options.hpp"
@@ -92,7 +93,7 @@ void bench_kernels(const BenchOptions& options) {
   check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
   use_threads(options.threads);
   // Files that cannot be read or written are better known now than later.
-  check_different({options.json, options.html});
+  as_usage([&] { check_outputs({{options.compare}, {}}, {}, {options.json, options.html}); });
   std::optional<bench::BenchRun> old;
   if (!options.compare.empty())
     old = bench::from_json(read_file(options.compare).bytes, options.compare);

@@ -47,7 +47,7 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
 
 void run_frame(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  as_usage([&] { check_outputs(options.input, options.outputs, {}, options.camera_file); });
+  as_usage([&] { check_outputs({{options.input}, {options.camera_file}}, options.outputs); });
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
   if (team.leads())

@@ -100,14 +100,6 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
   }
 }
 
-void check_different(const std::vector<std::string>& outputs) {
-  for (std::size_t i = 0; i < outputs.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (!outputs[i].empty() && !outputs[k].empty() && same_file(outputs[i], outputs[k]))
-        throw usage_error("output " + outputs[i] +
-                          ": is named twice, give each output its own name");
-}
-
 CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
                                  const std::string& unit, std::function<void(double)> take,
                                  const std::string& help) {

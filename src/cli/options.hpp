@@ -53,9 +53,6 @@ void add_device_option(CLI::App& command, std::string& device, const std::string
 /// --kernel K, parts of names, separated by commas or given several times.
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);
 
-/// Throws usage_error where one file is named for two outputs; empty names are none.
-void check_different(const std::vector<std::string>& outputs);
-
 /// An option that takes a finite number above 0; `unit` says what of.
 CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
                                  const std::string& unit, std::function<void(double)> take,

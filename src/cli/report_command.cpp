@@ -31,8 +31,7 @@ void run_report(const ReportOptions& options) {
     } catch (const InvalidArgument& error) {
       throw usage_error(error.what());
     }
-  for (const std::string& log : options.logs)
-    as_usage([&] { check_outputs(log, {}, {options.output}); });
+  as_usage([&] { check_outputs({options.logs, {}}, {}, {options.output}); });
   OutputFile page(options.output);  // better now than later
   std::vector<FrameRecord> records;
   std::vector<std::string> notes;

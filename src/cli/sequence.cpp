@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <set>
 #include <string>
@@ -16,6 +17,7 @@
 #include "batch/plan.hpp"
 #include "batch/record.hpp"
 #include "batch/report.hpp"
+#include "batch/room.hpp"
 #include "batch/run.hpp"
 #include "cli/batch_progress.hpp"
 #include "cli/options.hpp"
@@ -92,18 +94,20 @@ void warn(const std::string& what) {
 
 // Finds out before work begins whether the outputs can be written, and clears the folders of what
 // killed processes left.
-void prepare_folders(const Plan& plan, const ExtractOptions& options) {
+void prepare_folders(const Plan& plan, const CameraTrack* cameras, const ExtractOptions& options) {
+  std::vector<std::string> outputs;
+  for (const FrameJob& job : plan.jobs)
+    outputs.insert(outputs.end(), job.outputs.begin(), job.outputs.end());
+  as_usage([&] {
+    check_outputs({plan.inputs, cameras ? cameras->files() : std::vector<std::string>()}, outputs,
+                  {options.log, options.report});
+  });
   std::set<std::string> folders;
-  for (const FrameJob& job : plan.jobs) {
-    as_usage([&] {
-      check_outputs(job.input, job.outputs, {options.log, options.report}, options.camera_file);
-    });
-    for (const std::string& path : job.outputs)
-      if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
-        OutputFile probe(path);
-        remove_abandoned_outputs(path);
-      }
-  }
+  for (const std::string& path : outputs)
+    if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
+      OutputFile probe(path);
+      remove_abandoned_outputs(path);
+    }
 }
 
 // What must be the same for all frames: the camera where none is given, and the particle radius
@@ -152,6 +156,36 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   if (shard.count > 1)
     settings.shard = std::to_string(shard.index) + "/" + std::to_string(shard.count);
   return settings;
+}
+
+// Under a limit on memory PoCL hangs or aborts where it gets none, so that no more frames are under
+// way at once than have room.
+void fit_into_memory(BatchSettings& settings, const Plan& plan, const CameraTrack& cameras) {
+  const std::size_t room = room_left();
+  if (room == std::numeric_limits<std::size_t>::max()) return;
+  std::size_t pixels = 0;
+  for (const FrameJob& job : plan.jobs) try {
+      const Camera camera = cameras.at(job.frame);
+      pixels = std::max(
+          pixels, static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
+    } catch (const InputError&) {  // is said when it is the frame's turn
+    }
+  const int devices = static_cast<int>(settings.devices.size());
+  const Crew asked{devices * settings.in_flight, settings.writers};
+  const Crew crew = crew_within(asked, pixels, room);
+  const auto megabytes = [](std::size_t bytes) { return grouped(bytes >> 20) + " MB"; };
+  const std::string left = "the limit on memory leaves " + megabytes(room);
+  if (crew.extracting < devices)
+    throw Error(left + " and frames of " + grouped(pixels) + " pixels take about " +
+                megabytes(room_for({devices, 1}, pixels)) +
+                " (raise ulimit -v, or use fewer devices or a smaller image)");
+  if (crew == asked) return;
+  settings.in_flight = crew.extracting / devices;
+  settings.writers = crew.writing;
+  warn(left + ": " + counted(static_cast<std::size_t>(crew.extracting), "frame") +
+       " in flight instead of " + std::to_string(asked.extracting) + ", and " +
+       std::to_string(crew.writing) + " written at once instead of " +
+       std::to_string(asked.writing));
 }
 
 // Whether more than a few drops are outside the image. Of frames that stream it is not counted.
@@ -226,7 +260,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   });
   if (team.leads())
     for (const std::string& warning : plan.warnings) warn(warning);
-  prepare_folders(plan, options);
+  prepare_folders(plan, cameras.get(), options);
   say("frames", input.text() + ": " + (plan.jobs.empty() ? "none" : named_frames(plan.frames())));
   if (shard.count > 1)
     say("shard", std::to_string(shard.index) + " of " + std::to_string(shard.count) + " of " +
@@ -235,7 +269,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   if (plan.jobs.empty()) return 0;
   const bool framed = !cameras && !options.eye;
   cameras = settle_for_all(plan, options, std::move(cameras), say);
-  const BatchSettings settings = settings_of(options, shard, say);
+  BatchSettings settings = settings_of(options, shard, say);
+  fit_into_memory(settings, plan, *cameras);
   say("method", to_string(options.parameters.method));
   if (options.verbose && team.leads()) std::fputs(describe(options.parameters).c_str(), stderr);
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "batch/outputs.hpp"
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
@@ -76,7 +77,9 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
   if (options.child >= 0)
     return verify::run_as_child(options.child, options.from, settings_of(options));
   // Files that cannot be written are better known now than later.
-  check_different({options.json, options.junit, options.html});
+  as_usage([&] {
+    check_outputs({options.compare, {}}, {}, {options.json, options.junit, options.html});
+  });
   const bool to_output = options.json == "-";
   std::optional<OutputFile> json, junit, html, record;
   if (!options.json.empty() && !to_output) json.emplace(options.json);

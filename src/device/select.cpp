@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "device/host_signals.hpp"
 #include "device/installation.hpp"
 #include "device/opencl_error.hpp"
 #include "grouped.hpp"
@@ -137,6 +138,7 @@ std::vector<DeviceInfo> find_devices(std::vector<std::string>& problems) {
   // vectors of 8 or 16 work-items (verify found it). What is slow one by one has vectors of its
   // own.
   setenv(kIntelVectorizer, "1", 0);
+  const HostSignals signals;
   std::vector<cl::Platform> platforms;
   try {
     cl::Platform::get(&platforms);

@@ -160,15 +160,15 @@ Particles read_points(const InputFile& file, bool packed) {
 
   Particles particles;
   std::vector<Attribute> columns;
-  const auto add_three = [&](Field first, std::size_t offset) {
+  const auto add_three = [&](const Attribute& first) {
     for (std::size_t k = 0; k < 3; ++k)
-      columns.push_back({offset + 4 * k, Scalar::float32,
-                         static_cast<Field>(static_cast<std::size_t>(first) + k)});
+      columns.push_back({first.offset + 4 * k, first.type,
+                         static_cast<Field>(static_cast<std::size_t>(first.field) + k)});
   };
-  add_three(Field::x, 0);
+  add_three({0, Scalar::float32, Field::x});
   for (const Attribute& attribute : kept) {
     if (attribute.field == Field::vx)
-      add_three(Field::vx, attribute.offset);
+      add_three(attribute);
     else
       columns.push_back(attribute);
   }

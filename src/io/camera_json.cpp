@@ -1,8 +1,8 @@
 #include <cstdint>
 #include <map>
-#include <utility>
 
 #include "io/input_file.hpp"
+#include "io/json_number.hpp"
 #include "io/json_reason.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
@@ -23,12 +23,10 @@ const json& entry(const InputFile& file, const json& root, const char* key) {
 
 int read_side(const InputFile& file, const json& root, const char* key) {
   const json& value = entry(file, root, key);
-  const bool fits = value.is_number_unsigned() ? std::in_range<int>(value.get<std::uint64_t>())
-                                               : value.is_number_integer() &&
-                                                     std::in_range<int>(value.get<std::int64_t>());
-  if (!fits)
+  const auto pixels = whole_number<int>(value);
+  if (!pixels)
     fail(file, key, "found " + in_quotes(value.dump()) + ", wanted a whole number of pixels");
-  return value.get<int>();
+  return *pixels;
 }
 
 std::array<double, 16> read_matrix(const InputFile& file, const json& root, const char* key) {
@@ -96,8 +94,13 @@ std::map<std::int64_t, Camera> read_cameras(const std::string& path) {
     const auto frame = root[k].find("frame");
     if (!root[k].is_object() || frame == root[k].end() || !frame->is_number_unsigned())
       fail(place, "", "has no key \"frame\" with a whole number >= 0");
+    const auto number = whole_number<std::int64_t>(*frame);
+    if (!number || *number > kLastFrame)
+      fail(place, "",
+           "frame is " + frame->dump() + ", must be a whole number from 0 to " +
+               std::to_string(kLastFrame));
     const Camera camera = read_object(place, root[k]);
-    if (!cameras.emplace(frame->get<std::int64_t>(), camera).second)
+    if (!cameras.emplace(*number, camera).second)
       fail(place, "", "is the second one of frame " + frame->dump());
   }
   return cameras;

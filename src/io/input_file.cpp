@@ -4,19 +4,25 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <system_error>
 
 namespace meniscus {
 
+OpenFile open_input(const std::string& path) {
+  const InputFile named{path, {}};
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (is_directory(status)) fail(named, "", "is a directory, wanted a file");
+  if (is_other(status)) fail(named, "", "is a pipe or a device, wanted a file");
+  OpenFile file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) fail(named, "", "cannot be opened: " + std::generic_category().message(errno));
+  return file;
+}
+
 InputFile read_file(const std::string& path) {
   InputFile file{path, {}};
+  const OpenFile stream = open_input(path);
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) fail(file, "", "is a directory, wanted a file");
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(path.c_str(), "rb"),
-                                                               &std::fclose);
-  if (!stream) fail(file, "", "cannot be opened: " + std::generic_category().message(errno));
-
   const auto told = std::filesystem::file_size(path, error);
   constexpr std::size_t kChunk = 1 << 20;
   std::size_t length = 0;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdio>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -15,7 +17,14 @@ struct InputFile {
   std::size_t size() const { return bytes.size(); }
 };
 
-/// Reads a whole file. Throws InputError when it is missing, a directory, unreadable or empty.
+/// An open file; closed with its owner.
+using OpenFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+/// Opens a file for reading. Throws InputError when it is missing, unreadable, or no regular file:
+/// a pipe or a device may make the program wait for ever.
+OpenFile open_input(const std::string& path);
+
+/// Reads a whole file. Throws InputError as open_input does, and where it is empty.
 InputFile read_file(const std::string& path);
 
 /// Throws InputError "name: place: message"; an empty place is left out.

@@ -52,11 +52,18 @@ std::optional<Scalar> scalar_named(const std::string& name) {
 }
 
 /// Takes "time T" and "particle_radius R" from a comment; other text is left alone.
-void read_comment(const std::vector<std::string>& words, Particles& stated) {
+void read_comment(const std::vector<std::string>& words, const InputFile& file,
+                  const std::string& place, Particles& stated) {
   for (std::size_t i = 1; i + 1 < words.size(); ++i) {
-    const std::optional<double> value = parse_real(words[i + 1]);
-    if (value && words[i] == "time") stated.time = *value;
-    if (value && words[i] == "particle_radius") stated.particle_radius = *value;
+    double* const to = words[i] == "time"              ? &stated.time
+                       : words[i] == "particle_radius" ? &stated.particle_radius
+                                                       : nullptr;
+    if (!to) continue;
+    if (exceeds_double(words[i + 1]))
+      fail(
+          file, place,
+          "found " + in_quotes(words[i + 1]) + " for " + words[i] + ", wanted a number of 64 bits");
+    *to = parse_real(words[i + 1]).value_or(*to);
   }
 }
 
@@ -112,7 +119,7 @@ Header read_header(const InputFile& file) {
     const std::string& key = words[0];
     if (key == "end_header") break;
     if (key == "comment" || key == "obj_info") {
-      read_comment(words, header.stated);
+      read_comment(words, file, cursor.place(), header.stated);
     } else if (key == "format") {
       const std::string name = words.size() > 1 ? words[1] : "";
       if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian")

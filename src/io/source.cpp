@@ -154,7 +154,8 @@ constexpr std::int64_t kLarge = std::int64_t{1} << 18;
 
 std::unique_ptr<ParticleSource> open_rows(const std::string& path, double particle_radius) {
   if (!lower_case(path).ends_with(".ply")) return nullptr;
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // Without waiting for who writes to a pipe.
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   struct stat status {};
   InputFile head{path, std::string(kHead, '\0')};
   const ssize_t length =

@@ -40,21 +40,28 @@ void split_at_blanks(std::string_view line, Words& words) {
 
 // .csv
 
-/// Splits a row; a cell in double quotes may hold the separator.
-void split_cells(std::string_view line, char separator, Words& cells) {
+/// Splits a row; a cell in double quotes may hold the separator, and "" for a quote. Returns what
+/// is wrong with such cells, in words; empty: nothing.
+std::string split_cells(std::string_view line, char separator, Words& cells) {
   cells.clear();
   for (std::size_t at = 0;;) {
-    const std::size_t first = line.find_first_not_of(" ", at);
+    const std::size_t first = std::min(line.find_first_not_of(" ", at), line.size());
     std::size_t end;
-    if (first != std::string_view::npos && line[first] == '"') {
-      const std::size_t close = std::min(line.find('"', first + 1), line.size());
+    if (first < line.size() && line[first] == '"') {
+      std::size_t close = line.find('"', first + 1);
+      while (close != std::string_view::npos && line.substr(close + 1).starts_with('"'))
+        close = line.find('"', close + 2);
+      if (close == std::string_view::npos)
+        return "a cell in quotes does not end in its line, wanted one line for each row";
       cells.push_back(line.substr(first + 1, close - first - 1));
-      end = line.find(separator, close);
+      end = std::min(line.find(separator, close), line.size());
+      if (const auto rest = trimmed(line.substr(close + 1, end - close - 1)); !rest.empty())
+        return "found " + in_quotes(rest) + " after a cell in quotes, wanted a separator";
     } else {
-      end = line.find(separator, at);
-      cells.push_back(trimmed(line.substr(at, end == std::string_view::npos ? end : end - at)));
+      end = std::min(line.find(separator, at), line.size());
+      cells.push_back(trimmed(line.substr(at, end - at)));
     }
-    if (end == std::string_view::npos) return;
+    if (end == line.size()) return "";
     at = end + 1;
   }
 }
@@ -154,7 +161,8 @@ Particles read_csv(const InputFile& file) {
     if (trimmed(*line).empty() || line->starts_with('#')) continue;
     const bool is_first = names.empty();
     if (is_first) separator = separator_of(*line);
-    split_cells(*line, separator, cells);
+    if (const std::string flaw = split_cells(*line, separator, cells); !flaw.empty())
+      fail(file, cursor.place(), flaw);
     if (is_first) {
       const bool has_header = !std::all_of(cells.begin(), cells.end(),
                                            [](std::string_view cell) { return parse_real(cell); });

@@ -25,6 +25,13 @@ std::optional<double> parse_real(std::string_view text) {
   return value;
 }
 
+bool exceeds_double(std::string_view text) {
+  text = without_plus(text);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc::result_out_of_range && end == text.data() + text.size();
+}
+
 std::optional<std::int64_t> parse_integer(std::string_view text) {
   text = without_plus(text);
   std::int64_t value = 0;

@@ -14,6 +14,9 @@ namespace meniscus {
 /// where it is none or exceeds a double.
 std::optional<double> parse_real(std::string_view text);
 
+/// Whether `text` is a number, but one that exceeds a double.
+bool exceeds_double(std::string_view text);
+
 /// The whole of `text` as a whole number of 64 bits; also written as 12.0 or 1e3.
 std::optional<std::int64_t> parse_integer(std::string_view text);
 

@@ -189,7 +189,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
         rim = with_rim(projected, fitted, found);
         neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit.support);
         trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
-        splash = upload_splats(device, projected, split.splash);
+        splash = upload_splats(device, projected, split.splash, kLargestDrop);
         radius = least_radius(projected);
       });
   const auto& [visible, mesh] = triangulated;

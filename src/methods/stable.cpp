@@ -40,7 +40,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   const Buffer<float> device_records = upload(device, records.values);
 
   clock.start("upload");
-  const SplatParticles splash = upload_splats(device, projected, split.splash);
+  const SplatParticles splash = upload_splats(device, projected, split.splash, kLargestDrop);
   const DeviceCells cells = upload_cells(device, host_cells);
   const DeviceCells levelled = level_cells(
       device, cells, measure_gradients(device, cells, Measured::near_air), params.region);

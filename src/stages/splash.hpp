@@ -15,6 +15,10 @@ struct SplashSplit {
   std::vector<std::int32_t> splash;  // ascending: connected pieces of at most params.pieces
 };
 
+/// As large as a drop is drawn, particle radii, whatever its own radius: the density field, which
+/// draws it, reaches a quarter as far, and rays that look for it farther out take their time.
+inline constexpr float kLargestDrop = 16;
+
 /// Finds the small connected pieces over links shorter than params.link. (The paper takes
 /// particles with fewer than three neighbours; pieces keep thin sheets whole, docs/method.md.)
 ///

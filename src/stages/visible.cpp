@@ -98,15 +98,17 @@ Discs outline_discs(Device& device, const SplatParticles& particles, const Sampl
 }
 
 SplatParticles upload_splats(Device& device, const Projected& projected,
-                             const std::vector<std::int32_t>& indices) {
+                             const std::vector<std::int32_t>& indices, float largest) {
   const std::size_t n = indices.size(), stride = (n + 63) / 64 * 64;
   Upload<float> values(device, 6 * stride);
   constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = static_cast<std::size_t>(indices[k]);
-      const float row[6] = {-projected.z[i], projected.u[i],  projected.v[i],
-                            projected.ku[i], projected.kv[i], projected.scale[i]};
+      const float scale = std::min(projected.scale[i], largest),
+                  less = scale == projected.scale[i] ? 1.0f : scale / projected.scale[i];
+      const float row[6] = {-projected.z[i],        projected.u[i],         projected.v[i],
+                            less * projected.ku[i], less * projected.kv[i], scale};
       for (std::size_t r = 0; r < 6; ++r) values[r * stride + k] = row[r];
     }
   });
@@ -196,7 +198,8 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
         const std::size_t i = static_cast<std::size_t>(candidates[k]);
         const double nodes = std::numbers::pi * params.footprint * params.footprint *
                              projected.ku[i] * projected.kv[i] / (grid.step * grid.step);
-        const double share = counts[k] / nodes;
+        // A footprint may be larger than the image.
+        const double share = counts[k] / std::min(nodes, static_cast<double>(grid.size()));
         if (share < least_owned) continue;
         parts[part].index.push_back(candidates[k]);
         parts[part].owned.push_back(static_cast<float>(share));

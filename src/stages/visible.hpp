@@ -1,6 +1,7 @@
 // visible: the depth map of the particles' spheres and the particles that own it (paper 2.1).
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "device/device.hpp"
@@ -18,9 +19,11 @@ struct SplatParticles {
   double pixels = 0;  // that a particle's own radius spans, on average
 };
 
-/// Uploads the particles with the given indices (canonical order). Does not wait.
+/// Uploads the particles with the given indices (canonical order), none larger than `largest`
+/// particle radii. Does not wait.
 SplatParticles upload_splats(Device& device, const Projected& projected,
-                             const std::vector<std::int32_t>& indices);
+                             const std::vector<std::int32_t>& indices,
+                             float largest = std::numeric_limits<float>::infinity());
 
 /// Particles as the kernels draw them, and what each may cover.
 struct Discs {
@@ -78,7 +81,8 @@ struct Visible {
   std::vector<float> owned;         // share of its footprint's nodes that it owns
 };
 
-/// The particles among `candidates` that own at least `least_owned` of their footprint.
+/// The particles among `candidates` that own at least `least_owned` of their footprint, or of the
+/// image where that is smaller.
 /// Waits. Throws DeviceError.
 ///
 ///   splats  the candidates on the device

@@ -76,17 +76,6 @@ Particles read_all(const ParticleSource& source) {
   return all;
 }
 
-void report_bad(const Survey& survey, const Parameters& params,
-                std::vector<std::string>& warnings) {
-  const std::int64_t bad = survey.size - survey.finite;
-  if (bad == 0) return;
-  const std::string what = std::to_string(bad) + " of " + std::to_string(survey.size) +
-                           " particles have NaN or infinite coordinates (the first is particle " +
-                           std::to_string(survey.first_bad) + ")";
-  if (params.strict) throw InputError(what + "; leave --strict away to drop them");
-  warnings.push_back(what + " and were dropped");
-}
-
 double radius_of(const ParticleSource& source, const Survey& survey, const Parameters& params,
                  std::vector<std::string>& warnings) {
   if (params.particle_radius > 0) return params.particle_radius;
@@ -278,7 +267,8 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   StageClock clock(device, timings);
   clock.start("survey");
   const Survey& survey = survey_of(source);
-  report_bad(survey, params, surface.warnings);
+  report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, params,
+                 surface.warnings);
   const double radius = radius_of(source, survey, params, surface.warnings);
   surface.particle_radius = radius;
   const std::array<double, 3> origin = origin_of(survey.low, survey.high, survey.sample);

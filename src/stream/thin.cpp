@@ -116,7 +116,7 @@ void VoxelGrid::add(float x, float y, float z, bool seen, const Vec3& velocity) 
     // Its floor, without the call that std::floor is where the processor may be an old one.
     cell[a] = static_cast<std::int64_t>(inside);
     cell[a] -= static_cast<double>(cell[a]) > inside;
-    place[a] = static_cast<std::int64_t>((along - static_cast<double>(cell[a])) * kUnit);
+    place[a] = static_cast<std::int64_t>((inside - static_cast<double>(cell[a])) * kUnit);
   }
   // Particles that follow each other in a file are often neighbours.
   const std::uint64_t key = key_of(cell);

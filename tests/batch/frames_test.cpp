@@ -40,7 +40,12 @@ TEST(Frames, SaysWhatIsWrong) {
   EXPECT_THAT(error_of("1-5x-1"), HasSubstr("never reaches its end"));
   EXPECT_THAT(error_of("5-1x1"), HasSubstr("never reaches its end"));
   EXPECT_THAT(error_of("0-99999999999"), HasSubstr("names more than 10000000 frames"));
-  EXPECT_THAT(error_of("0-9223372036854775807"), HasSubstr("names more than 10000000 frames"));
+  EXPECT_THAT(error_of("0-999999999999999999"), HasSubstr("names more than 10000000 frames"));
+  // No file's name holds more digits, and sums of such numbers would overflow.
+  for (const char* list : {"9223372036854775807", "9223372036854775800-9223372036854775807",
+                           "0-9223372036854775807", "1000000000000000000"})
+    EXPECT_THAT(error_of(list), HasSubstr("goes beyond frame 999999999999999999")) << list;
+  EXPECT_THAT(error_of("1-5x9223372036854775807"), HasSubstr("goes beyond frame"));
 }
 
 TEST(Frames, ListsAreShortAndReadBack) {

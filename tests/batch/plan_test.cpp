@@ -160,6 +160,8 @@ TEST_F(PlanTest, TracksAreAListAPatternOrOneCamera) {
             "camera 0: has no key \"frame\""},
            {"twice.json", "[" + camera("\"frame\":1,", 64) + "," + camera("\"frame\":1,", 64) + "]",
             "camera 1: is the second one of frame 1"},
+           {"large.json", "[" + camera("\"frame\":18446744073709551615,", 64) + "]",
+            "camera 0: frame is 18446744073709551615, must be a whole number from 0 to "},
            {"number.json", "[1]", "camera 0: has no key \"frame\""}}) {
     std::ofstream(path(name)) << text;
     try {

@@ -1,7 +1,10 @@
 #include "batch/record.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
+#include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -144,6 +147,8 @@ TEST(Record, AnyOtherBadLineIsAnErrorWithItsNumber) {
   expect("{\"frame\": 1.5, \"status\": \"done\"}", "\"frame\" is \"1.5\", wanted a whole number");
   expect("{\"frame\": 1e30, \"status\": \"done\"}", "whole number");
   expect("{\"frame\": 18446744073709551615, \"status\": \"done\"}", "whole number");
+  expect("{\"frame\": 9223372036854775807, \"status\": \"done\"}", "\"frame\" is ");
+  expect("{\"frame\": -9223372036854775808, \"status\": \"done\"}", "\"frame\" is ");
   expect("{\"frame\": 1, \"status\": \"good\"}", "wanted done, failed or skipped");
   expect("{\"frame\": 1, \"status\": \"done\", \"read_ms\": \"1\"}", "\"read_ms\"");
   expect("{\"frame\": 1, \"status\": \"done\", \"outputs\": \"a\"}", "wanted a list");
@@ -163,6 +168,34 @@ TEST(Record, LinesOfManyThreadsStayWhole) {
       });
   }
   EXPECT_THAT(read(folder / "a.jsonl"), testing::SizeIs(800));
+}
+
+// Two shards share a log, and one of them is killed, or meets a full disk, in the middle of a line.
+TEST(Record, HalfALineOfOneProcessDoesNotSpoilThatOfAnother) {
+  const TemporaryFolder folder;
+  BatchLog log(folder / "a.jsonl");
+  log.add(full_record());
+  std::ofstream(folder / "a.jsonl", std::ios::binary | std::ios::app) << "{\"frame\": 7, \"sta";
+  log.add(full_record());
+  EXPECT_THAT(read(folder / "a.jsonl"), ElementsAre(full_record(), full_record()));
+}
+
+TEST(Record, ALineThatDoesNotFitOnTheDiskLeavesNothing) {
+  const TemporaryFolder folder;
+  BatchLog log(folder / "a.jsonl"), other(folder / "a.jsonl");
+  log.add(full_record());
+  const auto size = std::filesystem::file_size(folder / "a.jsonl");
+  // A limit on the file's size cuts a write as a full disk does.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit full{size + 100, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &full);
+  EXPECT_THROW(log.add(full_record()), OutputError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  other.add(full_record());
+  EXPECT_THAT(read(folder / "a.jsonl"), ElementsAre(full_record(), full_record()));
 }
 
 TEST(Record, AnEmptyLogHasNoRecords) {

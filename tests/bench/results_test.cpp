@@ -133,6 +133,18 @@ TEST(Results, OtherFilesAreRefused) {
   expect_refused(json.dump(), "quick");
   json["sessions"][0]["results"][0]["ms"] = {0.0};
   expect_refused(json.dump(), "quick");
+  const auto good = nlohmann::json::parse(to_json(made_up_run()));
+  for (const char* const key : {"particles", "width", "height"})
+    for (const nlohmann::json& value : {nlohmann::json(1e300), nlohmann::json(-1e300),
+                                        nlohmann::json(2.5), nlohmann::json(UINT64_MAX)}) {
+      json = good;
+      json["sessions"][0]["results"][0][key] = value;
+      expect_refused(json.dump(), std::string(key) + " is " + value.dump());
+    }
+  json = good;
+  json["sessions"][0]["threads"] = 1e10;
+  expect_refused(json.dump(), "threads is 10000000000.0");
+  json = good;
   json["sessions"][0]["results"][0].erase("kernel");
   expect_refused(json.dump(), "kernel");
 }

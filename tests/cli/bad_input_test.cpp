@@ -1,6 +1,7 @@
 // Bad input, one clear line each: files, cameras, folders, disks, devices.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "cli/program.hpp"
@@ -103,6 +104,15 @@ TEST_F(ProgramBadInput, NanAndInfiniteCoordinatesAreCountedAndDropped) {
   dirty.push_back("--strict");
   expect_error(run(dirty), 1, {"3"});
   EXPECT_FALSE(exists("strict.png"));
+}
+
+TEST_F(ProgramBadInput, NoParticleWithCoordinatesIsAnError) {
+  write_particles("in.ply", {{std::nan(""), 0, 0}, {0, INFINITY, 0}});
+  expect_error(run({"extract", "in.ply", "-q", "-o", "a.png", "--size", "64x48"}), 1,
+               {"in.ply: 2 of 2 particles have NaN or infinite coordinates", "none is left"});
+  EXPECT_THAT(files(), ElementsAre("in.ply"));
+  write_particles("in.ply", {});  // an emitter that has not begun
+  EXPECT_EQ(run({"extract", "in.ply", "-q", "-o", "a.png", "--size", "64x48"}).exit_code, 0);
 }
 
 // --- cameras
@@ -217,6 +227,22 @@ TEST_F(ProgramBadInput, NoOpenClPlatform) {
   expect_error(run({"extract", "in.ply", "-q", "-o", "a.png"}, nothing), 1, {"OpenCL platform"});
   expect_error(run({"devices"}, nothing), 1, {"OpenCL platform"});
   EXPECT_THAT(files(), ElementsAre("in.ply", "vendors"));
+}
+
+TEST_F(ProgramBadInput, ADamagedCacheOfPoClIsNamed) {
+  write_particles("in.ply", block(3));
+  const Conditions own{{{"POCL_CACHE_DIR", path("cache")}}};
+  const std::vector<std::string> words{"extract", "in.ply",   "-q",  "--size",   "64x48",  "-o",
+                                       "a.png",   "--device", "cpu", "--method", "spheres"};
+  if (run(words, own).exit_code != 0 || !exists("cache")) GTEST_SKIP() << "no PoCL";
+  for (const std::size_t size : {0, 1000}) {  // no object at all; one whose end is missing
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path("cache")))
+      if (entry.path().extension() == ".so") std::filesystem::resize_file(entry.path(), size);
+    const Outcome outcome = run(words, own);
+    EXPECT_GT(outcome.exit_code, 128);
+    EXPECT_THAT(outcome.err, HasSubstr("meniscus: error: ended by "));
+    EXPECT_THAT(outcome.err, HasSubstr("remove " + path("cache") + ", or set POCL_CACHE_DIR"));
+  }
 }
 
 TEST_F(ProgramBadInput, CacheThatCannotBeWrittenIsReplaced) {

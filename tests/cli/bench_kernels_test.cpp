@@ -114,6 +114,8 @@ TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
 TEST_F(ProgramBenchKernels, FilesThatCannotBeUsedAreNamedBeforeAnythingIsMeasured) {
   expect_error(run(tiny({"--compare", "missing.json"})), 1, {"missing.json"});
   write("wrong.json", "{}");
+  expect_error(run(tiny({"--compare", "wrong.json", "--json", "./wrong.json"})), 2,
+               {"output ./wrong.json: is the input"});
   expect_error(run(tiny({"--compare", "wrong.json"})), 1, {"wrong.json", "meniscus bench --json"});
   expect_error(run(tiny({"--json", "nowhere/new.json"})), 1, {"nowhere/new.json"});
   expect_error(run(tiny({"--html", "nowhere/new.html"})), 1, {"nowhere/new.html"});

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "cli/program.hpp"
@@ -200,6 +201,59 @@ TEST_F(ProgramOutput, SamePointAndLineGiveValidResults) {
         extract_all("in.ply", {"--method", method, "--size", "64x48", "-q"});
       }
     }
+}
+
+// A particle's footprint is larger than the image.
+TEST_F(ProgramOutput, ASurfaceFromVeryNearFillsTheImage) {
+  write_particles("in.ply", block(10));
+  for (const char* const method : {"ssm", "fit", "stable"})
+    for (const char* const degrees : {"6", "2", "0.5"}) {
+      const Outcome outcome =
+          run({"extract", "in.ply", "--method", method, "--eye", "0.05,0.04,2.4", "--target",
+               "0.01,0.01,0", "--fov", degrees, "--size", "512x384", "-o", "a.exr"});
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr(" 196,608 pixels")) << method << ' ' << degrees;
+    }
+}
+
+TEST_F(ProgramOutput, TwoDropsAreAsLargeAsTheirDistanceSays) {
+  write_particles("in.ply", {{0, 0, 0}, {1, 0, 0}}, 0);
+  const Outcome outcome = extract_all("in.ply", {"--size", "64x48"});
+  EXPECT_THAT(outcome.err, HasSubstr("estimated 0.5 from the spacing"));
+  EXPECT_GT(elements("a.ply", "vertex"), 0);
+}
+
+TEST_F(ProgramOutput, RadiiThatDifferGreatlyTakeNoLonger) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-3000, 3000);
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\nelement vertex 1000\nproperty float x\nproperty float y\n"
+          "property float z\nproperty float radius\nend_header\n";
+  for (int k = 0; k < 1000; ++k)
+    text << place(random) << ' ' << place(random) << ' ' << place(random) << ' '
+         << (k % 3 ? 1 : 5000) << '\n';
+  write("in.ply", text.str());
+  for (const char* const method : {"fit", "stable"})
+    EXPECT_EQ(run({"extract", "in.ply", "--method", method, "--size", "256x256", "-o", "a.exr"},
+                  in_time(60))
+                  .exit_code,
+              0)
+        << method;
+}
+
+TEST_F(ProgramOutput, AStrayFarBehindTakesNoLonger) {
+  auto points = block(5);
+  for (auto& point : points)
+    for (double& x : point) x *= 0.05;
+  points.push_back({0, 0, -1e5});
+  write_particles("in.ply", points, 0.005);
+  for (const std::string& method : kMethods)
+    EXPECT_EQ(run({"extract", "in.ply", "--method", method, "--eye", "0,0,0.2", "--target", "0,0,0",
+                   "--size", "128x128", "-o", "a.exr"},
+                  in_time(60))
+                  .exit_code,
+              0)
+        << method;
 }
 
 TEST_F(ProgramOutput, StoppedByASignalLeavesNothing) {

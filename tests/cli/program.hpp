@@ -23,6 +23,11 @@ struct Conditions {
   std::string program = MENISCUS_PROGRAM;
 };
 
+/// Where it is killed when it has not ended in time.
+inline Conditions in_time(int seconds) {
+  return {{}, 0, {"/usr/bin/env", "timeout", "-s", "KILL", std::to_string(seconds)}};
+}
+
 /// A test with a folder of its own, in which the program runs.
 class Program : public testing::Test {
  protected:

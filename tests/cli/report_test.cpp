@@ -1,5 +1,6 @@
 // `report`, and `extract --report`.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "cli/program.hpp"
 #include "page/tags.hpp"
@@ -92,6 +93,32 @@ TEST_F(ProgramReport, ACutOffLineIsANote) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: a.jsonl: line 4 is cut off"));
   EXPECT_THAT(read("a.html"), HasSubstr("a.jsonl: line 4 is cut off"));
+}
+
+TEST_F(ProgramReport, NobodyWaitsForAPipeInALog) {
+  ASSERT_EQ(mkfifo(path("o.png").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("o.exr").c_str(), 0600), 0);
+  for (const char* const output : {"o.png", "o.exr"}) {
+    write("a.jsonl",
+          "{\"frame\": 1, \"status\": \"done\", \"outputs\": [\"" + std::string(output) + "\"]}\n");
+    EXPECT_EQ(run({"report", "a.jsonl", "-o", "a.html"}, in_time(20)).exit_code, 0);
+    EXPECT_THAT(read("a.html"), HasSubstr("is a pipe or a device, wanted a file"));
+  }
+}
+
+// Numbers whose differences do not fit, and a gap that no memory holds.
+TEST_F(ProgramReport, AFrameOfNineteenDigitsIsABadLine) {
+  write("a.jsonl",
+        "{\"frame\": 9223372036854775807, \"status\": \"done\"}\n"
+        "{\"frame\": 9223372036854775806, \"status\": \"done\"}\n");
+  const Conditions bounded{
+      {}, 0, {"/bin/sh", "-c", "ulimit -v 4000000; exec timeout 20 \"$@\"", "sh"}};
+  expect_error(run({"report", "a.jsonl", "-o", "a.html"}, bounded), 1,
+               {"a.jsonl: line 1", "\"frame\" is \"9223372036854775807\""});
+  expect_error(run({"extract", "f.#.ply", "-o", "o.#.png", "--frames",
+                    "9223372036854775806-9223372036854775807"},
+                   bounded),
+               2, {"goes beyond frame 999999999999999999"});
 }
 
 TEST_F(ProgramReport, BadUseIsAnErrorAndLeavesNoPage) {

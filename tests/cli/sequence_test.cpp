@@ -1,11 +1,13 @@
 // Sequences: which frames come out, and that none is lost or half-written whatever happens.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <sstream>
@@ -24,6 +26,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
+
+constexpr char kCamera[] =
+    R"({"width": 64, "height": 48, "view": [[1,0,0,0],[0,1,0,0],[0,0,1,-4],[0,0,0,1]],
+        "projection": [[2,0,0,0],[0,2,0,0],[0,0,-1.02,-0.2],[0,0,-1,0]]})";
 
 class Sequence : public Program {
  protected:
@@ -277,13 +283,14 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   }
   EXPECT_EQ(failed, 3);
 
-  // Without --strict the NaN is dropped, said, and the frame is empty.
+  // Without --strict the NaN is dropped, which must leave some particles.
   const Outcome lenient = run(words({"--frames", "4"}));
-  EXPECT_EQ(lenient.exit_code, 0) << lenient.err;
-  EXPECT_THAT(lenient.err, HasSubstr("meniscus: warning: frame 4: d.0004.ply: "));
+  expect_error(lenient, 3, {"frame 4 of 1 failed"});
+  EXPECT_THAT(lenient.err, HasSubstr("d.0004.ply: 1 of 1 particles have NaN"));
 
   // What several frames warn of is said once, and of which at the end.
   write_particles("d.0003.ply", {{0, 0, 0}, {std::nan(""), 0, 0}});
+  write_particles("d.0004.ply", {{0, 0, 0}, {0, std::nan(""), 0}, {0, 0, 1}});
   const Outcome several = run(words({"--frames", "3-4"}));
   EXPECT_EQ(several.exit_code, 0) << several.err;
   EXPECT_THAT(several.err, HasSubstr("meniscus: warning: 2 frames 3,4: 1 of "));
@@ -375,6 +382,124 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   // A newer input.
   fs::last_write_time(path("d.0002.ply"), fs::file_time_type::clock::now() + std::chrono::hours(1));
   EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("5 were there already"));
+}
+
+TEST_F(Sequence, ResumeRedoesWhatWasMadeFromAnotherInput) {
+  write_sequence(3);
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("3 were there already"));
+  // As rsync -t and cp -p leave it: of another time, older than the outputs.
+  const std::string input = path("d.0001.ply");
+  const auto time = fs::last_write_time(input);
+  fs::last_write_time(input, time - std::chrono::hours(1));
+  EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("2 were there already"));
+  // Of the same time and size, but with another content.
+  std::string text = read("d.0001.ply");
+  text.replace(text.rfind("0.2"), 3, "0.3");
+  write("d.0001.ply", text);
+  fs::last_write_time(input, time - std::chrono::hours(1));
+  EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("2 were there already"));
+  EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("3 were there already"));
+}
+
+TEST_F(Sequence, ResumeRedoesWhatAnotherProgramMade) {
+  write_sequence(2);
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  Conditions other;
+  other.program = path("meniscus");
+  fs::copy_file(MENISCUS_PROGRAM, other.program);
+  EXPECT_THAT(run(words({"--resume"}), other).err, HasSubstr("2 were there already"));
+  std::ofstream(other.program, std::ios::binary | std::ios::app) << "another build";
+  EXPECT_THAT(run(words({"--resume"}), other).err, HasSubstr("2 frames in"));
+}
+
+TEST_F(Sequence, ResumeSkipsFramesInParts) {
+  for (int frame = 0; frame < 2; ++frame)
+    for (const char* const rank : {"rank0.ply", "rank1.ply"})
+      write_particles(name("d.", frame, std::string(".") + rank), block(3));
+  const std::vector<std::string> all{"extract", "d.####.rank*.ply", "--size",  "64x48",
+                                     "-o",      "o.####.exr",       "--resume"};
+  ASSERT_EQ(run(all).exit_code, 0);
+  EXPECT_THAT(run(all).err, HasSubstr("2 were there already"));
+  const std::string part = path("d.0001.rank1.ply");
+  fs::last_write_time(part, fs::last_write_time(part) - std::chrono::hours(1));
+  EXPECT_THAT(run(all).err, HasSubstr("1 was there already"));
+  write_particles("d.0000.rank2.ply", block(2));
+  EXPECT_THAT(run(all).err, HasSubstr("1 was there already"));
+}
+
+TEST_F(Sequence, NoInputIsOverwrittenWhetherAskedForOrNot) {
+  write_sequence(3);
+  const std::string frame = read("d.0002.ply"), camera = kCamera;
+  for (const char* const file : {"c.0000.json", "c.0001.json", "c.0002.json"}) write(file, camera);
+  const std::vector<std::string> first{"extract", "d.####.ply", "--frames",
+                                       "0-1",     "--camera",   "c.####.json"};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = first;
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  expect_error(with({"-o", "o.####.exr", "--report", "./d.0002.ply"}), 2,
+               {"output ./d.0002.ply: is the input, give another name"});
+  expect_error(with({"-o", "o.####.exr", "--log", "./d.0002.ply"}), 2, {"is the input"});
+  expect_error(run({"extract", "d.####.ply", "--frames", "0", "-o", "./d.0002.ply"}), 2,
+               {"is the input"});
+  expect_error(with({"-o", "o.####.exr", "--report", "./c.0001.json"}), 2,
+               {"output ./c.0001.json: is the camera's file"});
+  expect_error(with({"-o", "o.####.exr", "--report", "c.0002.json"}), 2, {"is the camera's file"});
+  EXPECT_EQ(read("d.0002.ply"), frame);
+  EXPECT_EQ(read("c.0001.json"), camera);
+  EXPECT_THAT(outputs(), IsEmpty());
+}
+
+// PoCL hangs or aborts in its locks where it gets no memory, so that what has no room is not begun.
+TEST_F(Sequence, ALimitOnMemoryEndsInDoneFramesOrOneLine) {
+  write_sequence(4);
+  for (const int megabytes : {350, 450, 550, 650, 800, 1200, 1600}) {
+    SCOPED_TRACE(megabytes);
+    const Conditions limited{
+        {},
+        0,
+        {"/bin/sh", "-c",
+         "ulimit -v " + std::to_string(1024 * megabytes) + "; exec timeout -s KILL 60 \"$@\"",
+         "sh"}};
+    const Outcome outcome = run({"extract", "d.####.ply", "--size", "1024x768", "-o", "o.####.exr",
+                                 "--aov", "N", "--in-flight", "4"},
+                                limited);
+    if (outcome.exit_code == 0)
+      EXPECT_EQ(outputs().size(), 4u);
+    else
+      expect_error(outcome, 1, {"MB"});
+    EXPECT_THAT(temporary_files(), IsEmpty());
+    for (const auto& [file, bytes] : outputs()) fs::remove(path(file));
+  }
+}
+
+TEST_F(Sequence, NobodyWaitsForAPipe) {
+  write_sequence(2);
+  ASSERT_EQ(mkfifo(path("d.0002.ply").c_str(), 0600), 0);
+  ASSERT_EQ(mkfifo(path("camera.json").c_str(), 0600), 0);
+  const Outcome frames = run(words(), in_time(60));
+  expect_error(frames, 3, {"frame 2 of 3 failed"});
+  EXPECT_THAT(frames.err, HasSubstr("d.0002.ply: is a pipe or a device, wanted a file"));
+  expect_error(
+      run({"extract", "d.####.ply", "--frames", "0", "--camera", "camera.json", "-o", "o.####.png"},
+          in_time(60)),
+      1, {"camera.json: is a pipe or a device, wanted a file"});
+  expect_error(run({"extract", "d.0002.ply", "-o", "o.png"}, in_time(60)), 1, {"is a pipe"});
+}
+
+TEST_F(Sequence, GoesOnWhenNobodyListens) {
+  write_sequence(6);
+  // As `meniscus ... 2>&1 | head -1` in a shell; the pipe's reader is gone after the first line.
+  const Conditions unheard{
+      {}, 0, {"/bin/sh", "-c", "{ \"$@\" 2>&1; echo $? > code; } | head -n 1; sleep 0", "sh"}};
+  run(words({"--in-flight", "1", "--threads", "1"}), unheard);
+  for (int wait = 0; !exists("code") && wait < 600; ++wait)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(read("code"), "0\n");
+  EXPECT_EQ(outputs().size(), 18u);
+  EXPECT_THAT(temporary_files(), IsEmpty());
 }
 
 TEST_F(Sequence, KilledAtAnyMomentAndResumed) {

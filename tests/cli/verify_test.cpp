@@ -13,8 +13,9 @@ using testing::HasSubstr;
 using ProgramVerify = Program;
 
 TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
-  const Outcome outcome = run({"verify", "--device", "cpu", "--size", "small", "--kernel", "project",
-                               "--json", "v.json", "--junit", "v.xml", "--html", "v.html"});
+  const Outcome outcome =
+      run({"verify", "--device", "cpu", "--size", "small", "--kernel", "project", "--json",
+           "v.json", "--junit", "v.xml", "--html", "v.html"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("PASSED"));
   const auto json = nlohmann::json::parse(read("v.json"));
@@ -32,11 +33,17 @@ TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
 }
 
 TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
-  expect_error(run({"verify", "--kernel", "no_such"}), 2, {"--kernel is no_such", "project_particles"});
+  expect_error(run({"verify", "--kernel", "no_such"}), 2,
+               {"--kernel is no_such", "project_particles"});
   expect_error(run({"verify", "--device", "no such"}), 1, {"no usable OpenCL device matches"});
   expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
   expect_error(run({"verify", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
   write("broken.json", "{");
+  for (const char* option : {"--html", "--json", "--junit"})
+    expect_error(
+        run({"verify", "--compare", "broken.json", "broken.json", option, "./broken.json"}), 2,
+        {"output ./broken.json: is the input"});
+  EXPECT_EQ(read("broken.json"), "{");
   expect_error(run({"verify", "--compare", "broken.json", "broken.json"}), 1, {"broken.json"});
 }
 
@@ -51,8 +58,8 @@ TEST_F(ProgramVerify, ProgressFitsTheTerminal) {
 }
 
 TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
-  const std::vector<std::string> command{"verify", "--device", "cpu", "--size", "small", "--kernel",
-                                         "bound_bins"};
+  const std::vector<std::string> command{"verify", "--device", "cpu",       "--size",
+                                         "small",  "--kernel", "bound_bins"};
   EXPECT_EQ(run(command, {.environment = {{"MENISCUS_LAUNCHER", "env ANYTHING=1"}}}).exit_code, 0);
   expect_error(run(command, {.environment = {{"MENISCUS_LAUNCHER", "false"}}}), 1,
                {"listing the OpenCL devices", "exit code 1"});
@@ -63,12 +70,11 @@ TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
 // A device that crashes or hangs costs rows; the next process goes on behind the case.
 TEST_F(ProgramVerify, CrashesAndHangsAreRowsAndNoEnd) {
   for (const bool hangs : {false, true}) {
-    const Outcome outcome =
-        run({"verify", "--device", "cpu", "--size", "small", "--kernel", "select_near", "--timeout",
-             "2", "--json", "v.json"},
-            {.environment = {{"LD_PRELOAD", MENISCUS_ENDING_CALL},
-                             {"MENISCUS_END_CALL", "2"},
-                             {"MENISCUS_END_BY", hangs ? "hang" : "crash"}}});
+    const Outcome outcome = run({"verify", "--device", "cpu", "--size", "small", "--kernel",
+                                 "select_near", "--timeout", "2", "--json", "v.json"},
+                                {.environment = {{"LD_PRELOAD", MENISCUS_ENDING_CALL},
+                                                 {"MENISCUS_END_CALL", "2"},
+                                                 {"MENISCUS_END_BY", hangs ? "hang" : "crash"}}});
     EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
     const auto json = nlohmann::json::parse(read("v.json"));
     ASSERT_EQ(json["rows"].size(), 4u) << "one for each variant";

@@ -96,6 +96,17 @@ TEST_F(Bgeo, ReadsPlainAndPacked) {
   }
 }
 
+TEST_F(Bgeo, AVelocityOfWholeNumbersIsNotReadAsFloats) {
+  std::string bytes = header(1, 1) + attribute("v", 3, 1);
+  for (const float value : {1.0f, 2.0f, 3.0f, 1.0f}) bytes += big(value);
+  for (const std::int32_t value : {4, -5, 6}) bytes += big(value);
+  const Particles p = read("a.bgeo", bytes + std::string("\x00\xff", 2));
+  EXPECT_THAT(p.z, ElementsAre(3));
+  EXPECT_THAT(p.vx, ElementsAre(4));
+  EXPECT_THAT(p.vy, ElementsAre(-5));
+  EXPECT_THAT(p.vz, ElementsAre(6));
+}
+
 TEST_F(Bgeo, ZeroPointsAreFine) {
   EXPECT_EQ(read("a.bgeo", header(0, 0) + std::string("\x00\xff", 2)).size(), 0u);
 }

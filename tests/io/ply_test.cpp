@@ -132,6 +132,15 @@ TEST_F(Ply, ReadsLinesThatEndInALoneReturn) {
   EXPECT_THAT(p.z, ElementsAre(3));
 }
 
+TEST_F(Ply, WordsInCommentsAreLeftAlone) {
+  const Particles p = read("a.ply", one_vertex("comment made the first time 2nd try\n"
+                                               "comment the particle_radius is half the spacing\n"
+                                               "element vertex 1\nproperty float x\n"
+                                               "property float y\nproperty float z\n"));
+  EXPECT_EQ(p.particle_radius, 0);
+  EXPECT_EQ(p.time, 0);
+}
+
 TEST_F(Ply, ZeroVerticesAreFine) { EXPECT_EQ(read("a.ply", with_radius(0, -1)).size(), 0u); }
 
 TEST_F(Ply, LeavesOutAVelocityThatLacksAComponent) {
@@ -212,6 +221,13 @@ TEST_F(Ply, SaysWhatIsWrongInTheHeader) {
               HasSubstr("line 3: unknown header line \"elment vertex 1\""));
   EXPECT_THAT(error_of("a.ply", one_vertex("comment particle_radius -2\nelement vertex 1\n" + xyz)),
               HasSubstr("particle_radius is -2, must be > 0 and finite (give --particle-radius"));
+  for (const char* const value : {"1e400", "-1e400", "1e-400"})
+    EXPECT_THAT(error_of("a.ply", one_vertex(std::string("comment particle_radius ") + value +
+                                             "\nelement vertex 1\n" + xyz)),
+                HasSubstr(std::string("line 3: found \"") + value +
+                          "\" for particle_radius, wanted a number of 64 bits"));
+  EXPECT_THAT(error_of("a.ply", one_vertex("comment time 1e400\nelement vertex 1\n" + xyz)),
+              HasSubstr("line 3: found \"1e400\" for time, wanted a number of 64 bits"));
 }
 
 TEST_F(Ply, SaysWhatIsWrongInTheData) {

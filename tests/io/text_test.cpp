@@ -117,6 +117,18 @@ TEST_F(Csv, ReadsOtherSeparatorsAndNames) {
               ElementsAre(4));
 }
 
+TEST_F(Csv, ACellInQuotesIsRefusedUnlessItIsWhole) {
+  EXPECT_THAT(read("a.csv", "x,y,z,name\n\"1\" , 2,3,\"a \"\"b\"\", c\"\n").x, ElementsAre(1));
+  EXPECT_EQ(error_of("a.csv", "x,y,z\n\"1\"5,2,3\n"),
+            "a.csv: line 2: found \"5\" after a cell in quotes, wanted a separator");
+  EXPECT_EQ(error_of("a.csv", "x,y,z\n\"1\"\"5\",2,3\n"),
+            "a.csv: line 2: found \"1\"\"5\", wanted a number for x");
+  // A cell that goes on in the next line would be a particle of its own.
+  EXPECT_EQ(
+      error_of("a.csv", "name,x,y,z\n\"a,1,2,3\nb\",1,2,3\n"),
+      "a.csv: line 2: a cell in quotes does not end in its line, wanted one line for each row");
+}
+
 TEST_F(Csv, ReadsColumnsWithoutNames) {
   EXPECT_THAT(read("a.csv", "1,2,3\n4,5,6").z, ElementsAre(3, 6));
   EXPECT_THAT(read("a.csv", "1,2,3,4,5,6\n").vx, ElementsAre(4));

@@ -68,6 +68,17 @@ TEST(VoxelGrid, AveragesVelocitiesByHand) {
   EXPECT_FALSE(is_known(fast.seen_mean_velocity(fast.voxels()[0])));
 }
 
+TEST(VoxelGrid, StraysAtAnyDistanceStayInTheOuterVoxels) {
+  VoxelGrid grid(2, {0, 0, 0});
+  for (int k = 0; k < 4; ++k) grid.add(3e38f, -3e38f, 3e38f, true);
+  grid.add(1e12f, 0, 0, true);
+  for (const VoxelGrid::Voxel& voxel : grid.voxels())
+    for (const std::int64_t sum : voxel.sum) {
+      EXPECT_GE(sum, 0);
+      EXPECT_LT(sum, voxel.count << 20);  // places in a voxel have 20 bits
+    }
+}
+
 TEST(VoxelGrid, AddsTheVoxelsOfAnother) {
   Random random(2);
   const Vec3d origin{1, 2, 3};
