@@ -164,7 +164,8 @@ BatchLog::BatchLog(const std::string& path) : path_(path) {
     if (descriptor_ >= 0) close(descriptor_);
     throw OutputError(cannot_be_written(path, error));
   };
-  descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  descriptor_ =
+      open(behind_links(path).c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666);
   if (descriptor_ < 0) refuse(errno);
   const off_t size = lseek(descriptor_, 0, SEEK_END);
   // Nothing is cut off from, or added to, a file that is something else.
