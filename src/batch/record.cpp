@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "io/input_file.hpp"
+#include "io/json_text.hpp"
 #include "io/output_file.hpp"
 
 namespace meniscus {
@@ -123,8 +124,8 @@ Json json_of(const std::vector<std::pair<std::string, Value>>& table) {
 FrameRecord record_of(const std::string& line) {
   Json root;
   try {
-    root = Json::parse(line);
-  } catch (const nlohmann::json::exception&) {
+    root = parse_json<Json>(line);
+  } catch (const InputError&) {
     throw BadLine{"is not JSON: " + in_quotes(line)};
   }
   if (!root.is_object()) throw BadLine{"is " + in_quotes(line) + ", wanted {\"frame\": ...}"};

@@ -178,5 +178,13 @@ TEST(Record, SaysWhenALogCannotBeWrittenOrRead) {
   EXPECT_THROW(read_log(folder / "a.jsonl", &note), InputError);
 }
 
+TEST(Record, DeepNestingIsABadLineAndNoCrash) {
+  const TemporaryFolder folder;
+  put(folder / "a.jsonl", "{\"frame\": 1, \"status\": " + std::string(200'000, '[') +
+                              std::string(200'000, ']') + "}\n");
+  std::string note;
+  EXPECT_THROW(read_log(folder / "a.jsonl", &note), InputError);
+}
+
 }  // namespace
 }  // namespace meniscus
