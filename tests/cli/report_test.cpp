@@ -108,5 +108,18 @@ TEST_F(ProgramReport, BadUseIsAnErrorAndLeavesNoPage) {
   EXPECT_EQ(run({"report", "empty.jsonl", "-o", "a.html"}).exit_code, 0) << "no frame is over";
 }
 
+TEST_F(ProgramReport, DamagedPicturesDoNotLoseThePage) {
+  ASSERT_EQ(extract({"--log", "a.jsonl"}).exit_code, 0);
+  const std::string whole = read("o.1.png");
+  write("o.1.png", "");
+  write("o.2.png", whole.substr(0, whole.size() / 2));
+  write("o.3.png", "no picture");
+  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html"}).exit_code, 0);
+  const std::string page = read("a.html");
+  expect_whole_page(page);
+  EXPECT_EQ(occurrences(page, "<img "), 1u);
+  EXPECT_EQ(occurrences(page, "cannot be read"), 3u);
+}
+
 }  // namespace
 }  // namespace meniscus::test
