@@ -1,7 +1,11 @@
 // `report`, and `extract --report`.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "cli/program.hpp"
+#include "meniscus/io.hpp"
 #include "page/tags.hpp"
 
 namespace meniscus::test {
@@ -119,6 +123,18 @@ TEST_F(ProgramReport, DamagedPicturesDoNotLoseThePage) {
   expect_whole_page(page);
   EXPECT_EQ(occurrences(page, "<img "), 1u);
   EXPECT_EQ(occurrences(page, "cannot be read"), 3u);
+}
+
+TEST_F(ProgramReport, NormalsThatAreNoNumbersDoNotLoseThePage) {
+  ASSERT_EQ(run({"extract", "f.#.ply", "-o", "e.#.exr", "--size", "64x48", "--method", "spheres",
+                 "-q", "--log", "a.jsonl"})
+                .exit_code,
+            0);
+  Surface surface = read_exr(path("e.1.exr"));
+  std::fill(surface.normal.begin(), surface.normal.end(), Vec3{NAN, NAN, NAN});
+  write_exr(path("e.1.exr"), surface, {});
+  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html"}).exit_code, 0);
+  EXPECT_EQ(occurrences(read("a.html"), "<img "), 4u);
 }
 
 }  // namespace
