@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "io/input_file.hpp"
 #include "io/json_number.hpp"
-#include "io/json_reason.hpp"
+#include "io/json_text.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::bench {
@@ -195,10 +196,10 @@ std::string to_json(const BenchRun& run) {
 }
 
 BenchRun from_json(const std::string& text, const std::string& name) try {
-  const Json json = Json::parse(text);
+  const Json json = parse_json<Json>(text);
   if (json.at("kernel_benchmarks") != kFormat)
-    throw InputError("kernel_benchmarks is " + json.at("kernel_benchmarks").dump() + ", must be " +
-                     std::to_string(kFormat));
+    throw InputError("kernel_benchmarks is " + shown(json.at("kernel_benchmarks").dump()) +
+                     ", must be " + std::to_string(kFormat));
   BenchRun run;
   run.version = json.at("meniscus");
   for (const Json& entry : json.at("sessions")) {
@@ -218,7 +219,7 @@ BenchRun from_json(const std::string& text, const std::string& name) try {
 } catch (const nlohmann::json::exception& error) {
   throw InputError(name + ": is not what meniscus bench --json writes: " + reason_of(error));
 } catch (const InputError& error) {
-  throw InputError(name + ": " + error.what());
+  throw InputError(name + ": is not what meniscus bench --json writes: " + error.what());
 }
 
 }  // namespace meniscus::bench

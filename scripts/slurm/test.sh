@@ -19,12 +19,17 @@ fail() {
   tail -n 5 "$work"/log/*.log "$work"/*.out >&2 || true
   exit 1
 }
+# The processes of this cluster, orphans too: those that inherited its configuration, by their ids.
+of_cluster() (
+  unset SLURM_CONF
+  grep -lzxF "SLURM_CONF=$work/slurm.conf" /proc/[0-9]*/environ 2>/dev/null | cut -d/ -f3 || true
+)
 stop_cluster() {
   scancel --user=root 2>/dev/null || true
-  pkill -F "$work/run/ctld.pid" 2>/dev/null || true
-  for pid in "$work"/run/slurmd.*.pid; do pkill -F "$pid" 2>/dev/null || true; done
-  sleep 1
-  pkill -f "$work" 2>/dev/null || true
+  for signal in TERM KILL; do
+    for pid in $(of_cluster); do kill -"$signal" "$pid" 2>/dev/null || true; done
+    sleep 1
+  done
   rm -rf "$work"
 }
 trap stop_cluster EXIT
@@ -104,7 +109,13 @@ for _ in $(seq 1200); do
 done
 [[ -z $(squeue -h) ]] || fail "jobs are left: $(squeue -h)"
 grep -q "requeue\|Requeue" log/ctld.log || fail "no task was requeued"
-for _ in $(seq 100); do pgrep -f "$program extract" >/dev/null || break; sleep .2; done
+frames_under_way() {
+  for pid in $(of_cluster); do
+    [[ $(readlink "/proc/$pid/exe" 2>/dev/null) == "$program" ]] && return
+  done
+  return 1
+}
+for _ in $(seq 100); do frames_under_way || break; sleep .2; done
 
 diff -rq whole out || fail "the outputs differ from an undisturbed run"
 (($(find out -name '.*' -type f | wc -l) == 0)) || fail "temporary files are left"

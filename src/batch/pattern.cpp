@@ -4,6 +4,8 @@
 #include <charconv>
 #include <filesystem>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "meniscus/error.hpp"
 
@@ -148,7 +150,10 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
     }
     return;
   }
-  // All ways in which the entry's name fits: piece by piece, character by character.
+  // All ways in which the entry's name fits: piece by piece, character by character. From a * there
+  // are many; those that lead nowhere are not gone again.
+  using Way = std::tuple<std::size_t, std::size_t, std::size_t, std::int64_t, std::string>;
+  std::set<Way> dead;
   const auto fit = [&](const std::string& name, const auto& self, std::size_t piece,
                        std::size_t within, std::size_t at, const Match& match) -> bool {
     const std::string& text = pieces[piece].literal;
@@ -156,8 +161,11 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
       if (text[within] != '*')
         return at < name.size() && name[at] == text[within] &&
                self(name, self, piece, within + 1, at + 1, match);
+      Way way{piece, within, at, match.frame, match.digits};
+      if (dead.contains(way)) return false;
       for (std::size_t end = at; end <= name.size(); ++end)
         if (self(name, self, piece, within + 1, end, match)) return true;
+      dead.insert(std::move(way));
       return false;
     }
     if (!pieces[piece].place) {
@@ -190,6 +198,7 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
   for (fs::directory_iterator entry(folder.empty() ? "." : folder, ignored), end; entry != end;
        entry.increment(ignored)) {
     const std::string name = entry->path().filename().string();
+    dead.clear();
     fit(name, fit, 0, 0, 0, before);
     if (ignored) break;
   }

@@ -13,6 +13,7 @@
 
 #include "io/input_file.hpp"
 #include "io/json_number.hpp"
+#include "io/json_text.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/io.hpp"
 
@@ -125,8 +126,8 @@ Json json_of(const std::vector<std::pair<std::string, Value>>& table) {
 FrameRecord record_of(const std::string& line) {
   Json root;
   try {
-    root = Json::parse(line);
-  } catch (const nlohmann::json::exception&) {
+    root = parse_json<Json>(line);
+  } catch (const InputError&) {
     throw BadLine{"is not JSON: " + in_quotes(line)};
   }
   if (!root.is_object()) throw BadLine{"is " + in_quotes(line) + ", wanted {\"frame\": ...}"};
@@ -168,7 +169,8 @@ BatchLog::BatchLog(const std::string& path) : path_(path) {
     if (descriptor_ >= 0) close(descriptor_);
     throw OutputError(cannot_be_written(path, error));
   };
-  descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  descriptor_ =
+      open(behind_links(path).c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666);
   if (descriptor_ < 0) refuse(errno);
   const off_t size = lseek(descriptor_, 0, SEEK_END);
   // Nothing is cut off from, or added to, a file that is something else.

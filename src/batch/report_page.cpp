@@ -276,6 +276,7 @@ std::string stage_shares(const BatchReport& report) {
   };
   std::vector<Row> rows{{"read", "read"}};
   Row write{"write", "write"}, rest{"the rest of extract", "extract"};
+  std::map<std::string, std::size_t> row_of;  // of stages
   std::size_t frames = 0;
   const auto add = [](Row& row, double ms) {
     row.sum += ms;
@@ -289,10 +290,9 @@ std::string stage_shares(const BatchReport& report) {
     add(write, r.write_ms);
     double other = r.extract_ms;
     for (const auto& [stage, ms] : r.stages) {
-      auto row = std::find_if(rows.begin() + 1, rows.end(),
-                              [&, name = &stage](const Row& known) { return known.name == *name; });
-      if (row == rows.end()) row = rows.insert(row, Row{stage, "extract"});
-      add(*row, ms);
+      const auto [row, is_new] = row_of.try_emplace(stage, rows.size());
+      if (is_new) rows.push_back({stage, "extract"});
+      add(rows[row->second], ms);
       other -= ms;
     }
     add(rest, std::max(0.0, other));

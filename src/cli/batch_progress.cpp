@@ -8,6 +8,7 @@
 
 #include "batch/plan.hpp"
 #include "cli/progress.hpp"
+#include "cli/terminal.hpp"
 #include "printed.hpp"
 
 namespace meniscus::cli {
@@ -28,8 +29,8 @@ BatchProgress::~BatchProgress() {
   clear();
   for (const FrameWarning& warning : warnings_.kinds())
     if (warning.frames.size() > 1)
-      std::fprintf(stderr, "meniscus: warning: %s: %s\n", named_frames(warning.frames).c_str(),
-                   warning.message().c_str());
+      print_line(stderr,
+                 "meniscus: warning: " + named_frames(warning.frames) + ": " + warning.message());
 }
 
 double BatchProgress::seconds() const {
@@ -42,12 +43,12 @@ void BatchProgress::over(const FrameRecord& record) {
   for (const std::string& warning : record.warnings) {
     if (!warnings_.add(record.frame, warning)) continue;
     clear();
-    std::fprintf(stderr, "meniscus: warning: frame %lld: %s: %s\n", frame, record.input.c_str(),
-                 warning.c_str());
+    print_line(stderr, printed("meniscus: warning: frame %lld: %s: %s", frame, record.input.c_str(),
+                               warning.c_str()));
   }
   if (record.status == FrameStatus::failed) {
     clear();
-    std::fprintf(stderr, "meniscus: frame %lld failed: %s\n", frame, record.error.c_str());
+    print_line(stderr, printed("meniscus: frame %lld failed: %s", frame, record.error.c_str()));
   }
   const std::array<double, 3> ms{record.read_ms, record.extract_ms, record.write_ms};
   if (record.status != FrameStatus::skipped) {
@@ -55,8 +56,9 @@ void BatchProgress::over(const FrameRecord& record) {
     for (std::size_t k = 0; k < ms.size(); ++k) ms_[k] += ms[k];
   }
   if (!quiet_ && !bar_ && record.status == FrameStatus::done)
-    std::fprintf(stderr, "frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write\n",
-                 frame, over_, frames_, ms[0], ms[1], ms[2]);
+    print_line(stderr,
+               printed("frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write",
+                       frame, over_, frames_, ms[0], ms[1], ms[2]));
   if (bar_ && (over_ == frames_ || Clock::now() >= next_)) draw();
 }
 

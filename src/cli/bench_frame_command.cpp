@@ -10,6 +10,7 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/report.hpp"
+#include "cli/terminal.hpp"
 #include "frame/measure.hpp"
 #include "frame/report.hpp"
 #include "io/output_file.hpp"
@@ -97,7 +98,7 @@ void run_bench_frame(BenchFrameOptions options) {
 
   std::string why;
   const DeviceInfo device = select_device(options.device, &why);
-  std::fprintf(stderr, "%-10s %s: %s\n", "device", device.name.c_str(), why.c_str());
+  print_line(stderr, printed("%-10s %s: %s", "device", device.name.c_str(), why.c_str()));
   std::vector<FrameFigures> results;
   for_each_frame(options, [&](const FrameInput& frame) {
     for (const Method method : options.methods) {
@@ -109,8 +110,9 @@ void run_bench_frame(BenchFrameOptions options) {
       parameters.particle_radius = options.particle_radius.value_or(0);
       results.push_back(measure_frame(device, frame, parameters, options.measure));
       const FrameFigures& f = results.back();
-      std::fprintf(stderr, "%-10s %s, %s particles, %dx%d: %.2f ms\n", f.method.c_str(),
-                   f.frame.c_str(), grouped(f.particles).c_str(), f.width, f.height, f.median_ms);
+      print_line(stderr, printed("%-10s %s, %s particles, %dx%d: %.2f ms", f.method.c_str(),
+                                 f.frame.c_str(), grouped(f.particles).c_str(), f.width, f.height,
+                                 f.median_ms));
     }
   });
   if (to_output) {
@@ -118,7 +120,7 @@ void run_bench_frame(BenchFrameOptions options) {
     return;
   }
   std::fprintf(stderr, "\n");
-  std::fputs(frames_table(results).c_str(), stdout);
+  print_lines(stdout, frames_table(results));
   std::printf(
       "\ncpu ms is the processor time of the whole process beside the median frame, and again "
       "beside\nframes/s, where %d frames are in flight. The stages' times include the wait after "

@@ -6,6 +6,7 @@
 #include "child_process.hpp"
 #include "cli/bench_command.hpp"
 #include "cli/options.hpp"
+#include "cli/terminal.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "kernels/compare.hpp"
@@ -73,14 +74,15 @@ bench::BenchRun measure(const BenchOptions& options) {
     const auto say = [&](const std::string& what) {
       if (options.quiet) return;
       const std::string on = cpu ? ", threads: " + std::to_string(threads) : "";
-      std::fprintf(stderr, "measuring  %s on %s%s\n", what.c_str(), info.name.c_str(), on.c_str());
+      print_line(stderr, "measuring  " + what + " on " + info.name + on);
     };
     run.sessions.push_back(bench::measure(device, threads, measure_options(options), say));
     // Intel's keeps to --threads, too, but counts all processors as compute units nevertheless.
     const bool intel = info.platform.find("Intel") != std::string::npos;
     if (cpu && !intel && static_cast<int>(info.compute_units) != threads)
-      std::fprintf(stderr, "meniscus: warning: %s uses %u threads whatever --threads says\n",
-                   info.name.c_str(), info.compute_units);
+      print_line(stderr, "meniscus: warning: " + info.name + " uses " +
+                             std::to_string(info.compute_units) +
+                             " threads whatever --threads says");
     if (cpu && options.threads == 0 && threads > 1)
       run.sessions.push_back(measure_with_one_thread(options, info));
   }
@@ -116,8 +118,8 @@ void bench_kernels(const BenchOptions& options) {
     std::fputs(bench::to_json(run).c_str(), stdout);
     return;
   }
-  std::fputs((bench::results_table(run) + bench::verdict_table(run)).c_str(), stdout);
-  std::fputs(bench::comparison_table(pairs).c_str(), stdout);
+  print_lines(stdout, bench::results_table(run) + bench::verdict_table(run));
+  print_lines(stdout, bench::comparison_table(pairs));
 }
 
 }  // namespace meniscus::cli

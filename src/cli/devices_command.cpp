@@ -3,6 +3,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/report.hpp"
+#include "cli/terminal.hpp"
 #include "device/program_cache.hpp"
 #include "device/tuning.hpp"
 #include "frame/tune.hpp"
@@ -23,26 +24,28 @@ void show_devices() {
     problem = error.what();
   }
   for (const DeviceInfo& device : devices) {
-    std::printf("%c %d  %s\n", device.index == chosen ? '*' : ' ', device.index,
-                device.name.c_str());
-    std::printf("     %s, %s, %s memory, largest buffer %s\n", to_string(device.kind),
-                counted(device.compute_units, "compute unit").c_str(),
-                size_of(device.global_memory).c_str(), size_of(device.largest_buffer).c_str());
-    std::printf("     %s, driver %s, %s\n", device.platform.c_str(), device.driver.c_str(),
-                device.version.c_str());
-    if (!device.usable) std::printf("     not usable: %s\n", device.problem.c_str());
+    print_line(stdout, printed("%c %d  %s", device.index == chosen ? '*' : ' ', device.index,
+                               device.name.c_str()));
+    print_line(stdout, printed("     %s, %s, %s memory, largest buffer %s", to_string(device.kind),
+                               counted(device.compute_units, "compute unit").c_str(),
+                               size_of(device.global_memory).c_str(),
+                               size_of(device.largest_buffer).c_str()));
+    print_line(stdout, printed("     %s, driver %s, %s", device.platform.c_str(),
+                               device.driver.c_str(), device.version.c_str()));
+    if (!device.usable) print_line(stdout, "     not usable: " + device.problem);
     if (const Tuning tuning = tuning_of(device);
         device.usable && !(tuning == default_tuning(device)))
-      std::printf("     launched with %s, as meniscus tune found\n", to_string(tuning).c_str());
+      print_line(stdout, "     launched with " + to_string(tuning) + ", as meniscus tune found");
   }
-  for (const std::string& other : problems) std::printf("! %s\n", other.c_str());
+  for (const std::string& other : problems) print_line(stdout, "! " + other);
   if (chosen < 0) throw DeviceError(problem);
-  std::printf(
-      "\nThe default is %d: %s. Choose another by --device with its number, a part of its "
-      "name, cpu or gpu.\n",
-      chosen, why.c_str());
+  print_lines(
+      stdout,
+      printed("\nThe default is %d: %s. Choose another by --device with its number, a part of its "
+              "name, cpu or gpu.\n",
+              chosen, why.c_str()));
   if (const std::string folder = program_cache_folder(); !folder.empty())
-    std::printf("Built kernels are kept in %s; remove it to build them anew.\n", folder.c_str());
+    print_line(stdout, "Built kernels are kept in " + folder + "; remove it to build them anew.");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "cli/options.hpp"
 #include "cli/report.hpp"
 #include "cli/sequence.hpp"
+#include "cli/terminal.hpp"
 #include "device/device.hpp"
 #include "extract_sparingly.hpp"
 #include "frame/process.hpp"
@@ -72,7 +73,7 @@ void run_frame(const ExtractOptions& options) {
   if (options.verbose && team.leads()) {
     say("", info.platform + ", driver " + info.driver + ", " + info.version);
     say("parameters", "");
-    std::fputs(describe(options.parameters).c_str(), stderr);
+    print_lines(stderr, describe(options.parameters));
   }
   Device device(info);
 
@@ -86,7 +87,7 @@ void run_frame(const ExtractOptions& options) {
   if (!surface.velocity.empty())
     surface.forward = screen_motion(surface, camera, options.frames_per_second);
   for (const std::string& warning : surface.warnings)
-    std::fprintf(stderr, "meniscus: warning: %s: %s\n", options.input.c_str(), warning.c_str());
+    print_line(stderr, "meniscus: warning: " + options.input + ": " + warning);
   say("radius", radius_line(options, particles, surface.particle_radius));
   say("method", to_string(options.parameters.method));
   say("found", counts_line(surface.counts));

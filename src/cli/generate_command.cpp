@@ -7,6 +7,7 @@
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "cli/report.hpp"
+#include "cli/terminal.hpp"
 #include "dam_break.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
@@ -45,8 +46,8 @@ void run_generate(const GenerateOptions& options) {
   }
   file.commit();
   if (!options.quiet)
-    std::fprintf(stderr, "%-10s %s: %s particles of radius %s\n", "wrote", options.output.c_str(),
-                 grouped(dam.size()).c_str(), radius);
+    print_line(stderr, printed("%-10s %s: %s particles of radius %s", "wrote",
+                               options.output.c_str(), grouped(dam.size()).c_str(), radius));
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "cli/help_formatter.hpp"
 #include "cli/newer_tbb.hpp"
 #include "cli/signals.hpp"
+#include "cli/terminal.hpp"
 #include "meniscus/meniscus.hpp"
 #include "mpi/launch.hpp"
 
@@ -24,15 +25,13 @@ namespace {
 enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2 };  // 3 and more: see extract
 
 int fail(ExitCode code, const std::string& what) {
-  std::string line = meniscus::end_team(what.empty() ? "unknown error" : what);
-  for (char& c : line)
-    if (c == '\n') c = ' ';
+  const std::string line = meniscus::end_team(what.empty() ? "unknown error" : what);
   if (meniscus::launch().rank > 0) {
     if (meniscus::has_team()) return code;
     // Most likely all processes have the same to say: mpirun stops the others when one has ended.
     std::this_thread::sleep_for(std::chrono::seconds(5));
   }
-  std::fprintf(stderr, "meniscus: error: %s\n", line.c_str());
+  meniscus::cli::print_line(stderr, "meniscus: error: " + line);
   return code;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "printable.hpp"
 #include "printed.hpp"
 
 namespace meniscus::cli {
@@ -26,7 +27,8 @@ std::size_t columns() {
 }
 
 void draw_over(const std::string& line) {
-  std::fprintf(stderr, "\r%s\x1b[K", line.substr(0, columns() - 1).c_str());
+  const std::size_t most = columns() - 1;
+  std::fprintf(stderr, "\r%s\x1b[K", printable(line, most).substr(0, most).c_str());
   std::fflush(stderr);
 }
 

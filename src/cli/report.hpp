@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/terminal.hpp"
 #include "meniscus/meniscus.hpp"
 #include "printed.hpp"
 
@@ -17,7 +18,7 @@ class Talk {
  public:
   explicit Talk(bool quiet) : quiet_(quiet) {}
   void operator()(const char* what, const std::string& text) const {
-    if (!quiet_) std::fprintf(stderr, "%-10s %s\n", what, text.c_str());
+    if (!quiet_) print_line(stderr, printed("%-10s %s", what, text.c_str()));
   }
 
  private:

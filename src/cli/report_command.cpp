@@ -11,6 +11,7 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/report.hpp"
+#include "cli/terminal.hpp"
 #include "grouped.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
@@ -39,7 +40,7 @@ void run_report(const ReportOptions& options) {
     std::string note;
     for (FrameRecord& record : read_log(log, &note)) records.push_back(std::move(record));
     if (note.empty()) continue;
-    std::fprintf(stderr, "meniscus: warning: %s\n", note.c_str());
+    print_line(stderr, "meniscus: warning: " + note);
     notes.push_back(note);
   }
   BatchReport report = merge_records(records, expected);

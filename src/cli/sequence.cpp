@@ -23,6 +23,7 @@
 #include "cli/options.hpp"
 #include "cli/report.hpp"
 #include "cli/signals.hpp"
+#include "cli/terminal.hpp"
 #include "extract.hpp"
 #include "frame/process.hpp"
 #include "host_name.hpp"
@@ -88,9 +89,7 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   return best;
 }
 
-void warn(const std::string& what) {
-  std::fprintf(stderr, "meniscus: warning: %s\n", what.c_str());
-}
+void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
 
 // Finds out before work begins whether the outputs can be written, and clears the folders of what
 // killed processes left.
@@ -220,14 +219,14 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
     throw OutputError(outcome.broken + "; " + std::to_string(outcome.done + outcome.skipped) +
                       " of " + std::to_string(frames) + " frames are done" + go_on);
   if (signal != 0) {
-    std::fprintf(stderr, "meniscus: error: stopped by signal %d with %zu of %s left%s\n", signal,
-                 left, counted(frames, "frame").c_str(), go_on.c_str());
+    print_line(stderr, printed("meniscus: error: stopped by signal %d with %zu of %s left%s",
+                               signal, left, counted(frames, "frame").c_str(), go_on.c_str()));
     return kStoppedBySignal + signal;
   }
   if (failed.empty()) return 0;
   const std::string not_begun = left > 0 ? ", and " + std::to_string(left) + " were not begun" : "";
-  std::fprintf(stderr, "meniscus: error: %s of %zu failed%s\n", named_frames(failed).c_str(),
-               frames, not_begun.c_str());
+  print_line(stderr, printed("meniscus: error: %s of %zu failed%s", named_frames(failed).c_str(),
+                             frames, not_begun.c_str()));
   return kSomeFailed;
 }
 
@@ -272,7 +271,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   BatchSettings settings = settings_of(options, shard, say);
   fit_into_memory(settings, plan, *cameras);
   say("method", to_string(options.parameters.method));
-  if (options.verbose && team.leads()) std::fputs(describe(options.parameters).c_str(), stderr);
+  if (options.verbose && team.leads()) print_lines(stderr, describe(options.parameters));
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
 
   std::unique_ptr<BatchLog> log;

@@ -6,6 +6,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
+#include "cli/terminal.hpp"
 #include "device/tuning.hpp"
 #include "frame/tune.hpp"
 #include "printed.hpp"
@@ -20,15 +21,14 @@ struct TuneOptions {
 };
 
 void tune_device(const DeviceInfo& info, const TuneOptions& options) {
-  std::printf("%s (%s, driver %s)\n", info.name.c_str(), info.platform.c_str(),
-              info.driver.c_str());
+  print_line(stdout, info.name + " (" + info.platform + ", driver " + info.driver + ")");
   if (options.forget) {
     forget_tuning(info);
-    std::printf("  forgotten: %s from now on\n", to_string(tuning_of(info)).c_str());
+    print_line(stdout, "  forgotten: " + to_string(tuning_of(info)) + " from now on");
     return;
   }
   const TuningRun run = tune(info, dam_frame(), options.rounds, [&](const std::string& what) {
-    if (!options.quiet) std::fprintf(stderr, "measuring  %s\n", what.c_str());
+    if (!options.quiet) print_line(stderr, "measuring  " + what);
   });
   for (const Trial& trial : run.trials) {
     std::string note = trial.tuning == default_tuning(info) ? "  (default)" : "";
@@ -37,12 +37,13 @@ void tune_device(const DeviceInfo& info, const TuneOptions& options) {
     else if (!trial.same_bits)
       note += "  other bits: not used";
     const std::string time = std::isfinite(trial.ms) ? printed("%8.1f ms", trial.ms) : "";
-    std::printf("  %-24s %11s%s\n", to_string(trial.tuning).c_str(), time.c_str(), note.c_str());
+    print_line(stdout, printed("  %-24s %11s%s", to_string(trial.tuning).c_str(), time.c_str(),
+                               note.c_str()));
   }
   if (!keep_tuning(info, run.best))
     throw Error(
         "tune: the choice cannot be kept: set MENISCUS_CACHE_DIR to a folder that can be written");
-  std::printf("  kept: %s\n", to_string(run.best).c_str());
+  print_line(stdout, "  kept: " + to_string(run.best));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
+#include "cli/terminal.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
@@ -44,8 +45,7 @@ verify::VerifyRun verify_with_progress(const VerifyOptions& options) {
           progress.emplace(device.substr(0, 36), "", static_cast<std::int64_t>(step.items),
                            options.quiet);
           // Without a terminal a line for each device is enough.
-          if (!options.quiet && !progress->shown())
-            std::fprintf(stderr, "verifying  %s\n", device.c_str());
+          if (!options.quiet && !progress->shown()) print_line(stderr, "verifying  " + device);
         }
         progress->reached(static_cast<std::int64_t>(step.item - 1), step.name);
       });
@@ -90,7 +90,7 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
   if (record) {
     Device device(options.device == "all" ? "" : options.device);
     write(record, verify::to_bytes(verify::record_canonical(device, [&](const std::string& what) {
-            if (!options.quiet) std::fprintf(stderr, "recording  %s\n", what.c_str());
+            if (!options.quiet) print_line(stderr, "recording  " + what);
           })));
     return;
   }
@@ -100,11 +100,11 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
     if (run.devices.size() < 2)
       throw usage_error("--compare: the files hold one device in all, two are needed");
     for (std::size_t k = 1; k < run.devices.size() && !to_output; ++k)
-      std::fputs(verify::comparison_of(run.devices[0], run.devices[k]).c_str(), stdout);
+      print_lines(stdout, verify::comparison_of(run.devices[0], run.devices[k]));
   } else {
     check_parts_of_names("--kernel", options.kernels, verify::known_kernels());
     run = verify_with_progress(options);
-    if (!to_output) std::fputs(verify::table_of(run).c_str(), stdout);
+    if (!to_output) print_lines(stdout, verify::table_of(run));
     exit_code = run.good() ? 0 : 1;
   }
   if (to_output) std::fputs(verify::to_json(run).c_str(), stdout);

@@ -1,8 +1,10 @@
 // Finding OpenCL devices and choosing one.
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 
@@ -15,6 +17,25 @@
 
 namespace meniscus {
 namespace {
+
+// Whether a folder is this user's, and nobody else's business.
+bool is_private(const std::string& folder) {
+  struct stat status {};
+  return lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
+         status.st_uid == geteuid() && (status.st_mode & (S_IRWXG | S_IRWXO)) == 0;
+}
+
+// The folder among the temporary files, where anyone may have made one of its name before; what
+// PoCL finds in its cache it runs. Then it gets a name that nobody knows. Empty: there is none.
+std::string private_temporary_folder() {
+  std::error_code error;
+  const std::filesystem::path all = std::filesystem::temp_directory_path(error);
+  if (error) return "";
+  std::string folder = (all / ("meniscus-pocl-" + std::to_string(geteuid()))).string();
+  if (mkdir(folder.c_str(), S_IRWXU) == 0 || (errno == EEXIST && is_private(folder))) return folder;
+  folder += "-XXXXXX";
+  return mkdtemp(folder.data()) ? folder : "";
+}
 
 // PoCL crashes when it cannot write its kernel cache. It looks at POCL_CACHE_DIR, then
 // XDG_CACHE_HOME, then HOME/.cache; when none of them can be written, give it a temporary folder
@@ -39,10 +60,8 @@ void give_pocl_a_cache() {
   } else if (const char* home = std::getenv("HOME"); home && *home) {
     if (writable(fs::path(home) / ".cache" / "pocl")) return;
   }
-  std::error_code error;
-  const fs::path folder =
-      fs::temp_directory_path(error) / ("meniscus-pocl-" + std::to_string(::getuid()));
-  if (error || !writable(folder))
+  const std::string folder = private_temporary_folder();
+  if (folder.empty() || !writable(folder))
     throw DeviceError(
         "no folder for PoCL's kernel cache can be written: set POCL_CACHE_DIR to one");
   setenv("POCL_CACHE_DIR", folder.c_str(), 1);
@@ -224,9 +243,8 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
       best = &device;
   }
   if (!best) {
-    std::string what = selector.empty()
-                           ? "no usable OpenCL device was found"
-                           : "no usable OpenCL device matches \"" + selector + "\"";
+    std::string what = selector.empty() ? "no usable OpenCL device was found"
+                                        : "no usable OpenCL device matches \"" + selector + "\"";
     what += "; there are: " + names(devices);
     throw DeviceError(what + listed(problems) + listed(installation_problems()));
   }

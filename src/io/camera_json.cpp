@@ -3,7 +3,7 @@
 
 #include "io/input_file.hpp"
 #include "io/json_number.hpp"
-#include "io/json_reason.hpp"
+#include "io/json_text.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
@@ -51,9 +51,9 @@ std::array<double, 16> read_matrix(const InputFile& file, const json& root, cons
 
 json parse(const InputFile& file) {
   try {
-    return json::parse(file.bytes);
-  } catch (const json::exception& error) {
-    fail(file, "", "is not JSON: " + reason_of(error));
+    return parse_json<json>(file.bytes);
+  } catch (const InputError& error) {
+    fail(file, "", std::string("is not JSON: ") + error.what());
   }
 }
 

@@ -8,19 +8,25 @@
 #include <ImfMatrixAttribute.h>
 #include <ImfRationalAttribute.h>
 #include <ImfStringAttribute.h>
+#include <ImfVersion.h>
 
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <string_view>
 #include <vector>
 
+#include "grouped.hpp"
 #include "io/exr_channels.hpp"
 #include "io/input_file.hpp"
+#include "io/scalar.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
 
 namespace meniscus {
 namespace {
+
+constexpr std::size_t kHeaderAt = 8;  // behind the magic number, the version and its flags
 
 // Lets OpenEXR read a file in memory.
 class Stream : public Imf::IStream {
@@ -43,6 +49,31 @@ class Stream : public Imf::IStream {
   const std::string& bytes_;
   std::size_t at_ = 0;
 };
+
+// The size of every attribute against what is left of the file: OpenEXR makes room for it before it
+// reads. Other kinds of files than that of write_exr, such as tiles, are not looked into.
+void check_attributes(const InputFile& file) {
+  const std::string_view bytes = file.bytes;
+  const auto whole_number = [&](std::size_t at) {
+    return load<std::int32_t>(&bytes[at], std::endian::little);
+  };
+  if (bytes.size() < kHeaderAt || !Imf::isImfMagic(bytes.data()) ||
+      (whole_number(4) & ~Imf::LONG_NAMES_FLAG) != Imf::EXR_VERSION)
+    fail(file, "", "is cut off, damaged or no EXR: wanted scan lines");
+  const auto behind_text = [&](std::size_t at) {
+    const std::size_t end = bytes.find('\0', at);
+    return end == std::string_view::npos ? bytes.size() : end + 1;
+  };
+  for (std::size_t at = kHeaderAt; at < bytes.size() && bytes[at] != '\0';) {
+    const std::size_t size_at = behind_text(behind_text(at));
+    const std::size_t left = bytes.size() - std::min(bytes.size(), size_at + sizeof(std::int32_t));
+    const std::int32_t size = left > 0 ? whole_number(size_at) : 0;
+    if (size < 0 || static_cast<std::size_t>(size) >= std::max<std::size_t>(left, 1))
+      fail(file, byte_place(at),
+           "is cut off or damaged: the file ends in an attribute of its header");
+    at = size_at + sizeof(std::int32_t) + static_cast<std::size_t>(size);
+  }
+}
 
 template <class Attribute>
 const Attribute& attribute(const InputFile& file, const Imf::Header& header, const char* name) {
@@ -74,6 +105,22 @@ Camera camera_of(const InputFile& file, const Imf::Header& header) {
   return camera;
 }
 
+// Whether the file can hold the pixels that its header states, before there is room for them.
+void check_room(const InputFile& file, const Imf::Header& header, const Camera& camera) {
+  // What a byte can stand for: 1,032 in deflate, and PXR24 leaves out every fourth before it.
+  constexpr std::uint64_t kMostRatio = 1376;
+  std::uint64_t pixel = 0;  // bytes
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+    pixel += c.channel().type == Imf::HALF ? 2 : 4;
+  const std::uint64_t pixels =
+      static_cast<std::uint64_t>(camera.width) * static_cast<std::uint64_t>(camera.height);
+  if (pixels * pixel / kMostRatio > file.size())
+    fail(file, "",
+         "its " + counted(file.size(), "byte") + " cannot hold the " +
+             std::to_string(camera.width) + "x" + std::to_string(camera.height) +
+             " pixels of its header (make the file again)");
+}
+
 // Reads all rows into `frame`; the error names the first one that cannot be read.
 void read_rows(const InputFile& file, Imf::InputFile& image, const Imf::FrameBuffer& frame,
                int height) {
@@ -97,17 +144,28 @@ void read_rows(const InputFile& file, Imf::InputFile& image, const Imf::FrameBuf
 
 Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
   const InputFile file = read_file(path);
-  Stream stream(file);
-  std::optional<Imf::InputFile> image;
-  try {
-    image.emplace(stream);
-  } catch (const std::exception& error) {
-    fail(file, "", std::string("is cut off, damaged or no EXR: ") + error.what());
-  }
-  const Imf::Header& header = image->header();
-
+  check_attributes(file);
+  const auto as_input = [&](const auto& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      fail(file, "", std::string("is cut off, damaged or no EXR: ") + error.what());
+    }
+  };
+  Imf::Header header;
+  as_input([&] {
+    Stream head(file);
+    head.seekg(kHeaderAt);
+    int version = Imf::EXR_VERSION;
+    header.readFrom(head, version);
+  });
   Surface surface;
   surface.camera = camera_of(file, header);
+  check_room(file, header, surface.camera);
+  Stream stream(file);
+  std::optional<Imf::InputFile> image;
+  as_input([&] { image.emplace(stream); });
+
   surface.particle_radius =
       attribute<Imf::DoubleAttribute>(file, header, "meniscus.particleRadius").value();
   const auto width = static_cast<std::size_t>(surface.camera.width);

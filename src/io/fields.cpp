@@ -1,6 +1,7 @@
 #include "io/fields.hpp"
 
 #include <algorithm>
+#include <array>
 #include <initializer_list>
 
 #include "io/input_file.hpp"
@@ -54,10 +55,12 @@ Field field_of_column(std::string_view given) {
 
 std::vector<Field> fields_of_columns(const std::vector<std::string>& names) {
   std::vector<Field> fields;
+  std::array<bool, static_cast<std::size_t>(Field::none) + 1> taken{};
   for (const std::string& name : names) {
     const Field field = field_of_column(name);
-    const bool taken = std::find(fields.begin(), fields.end(), field) != fields.end();
-    fields.push_back(taken ? Field::none : field);
+    bool& is_taken = taken[static_cast<std::size_t>(field)];
+    fields.push_back(is_taken ? Field::none : field);
+    is_taken = true;
   }
   const auto has = [&](Field field) {
     return std::find(fields.begin(), fields.end(), field) != fields.end();

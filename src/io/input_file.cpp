@@ -6,7 +6,15 @@
 #include <filesystem>
 #include <system_error>
 
+#include "printable.hpp"
+
 namespace meniscus {
+
+namespace {
+
+constexpr std::size_t kLongest = 40;  // of a text in a message, characters
+
+}  // namespace
 
 OpenFile open_input(const std::string& path) {
   const InputFile named{path, {}};
@@ -47,7 +55,6 @@ void fail(const InputFile& file, const std::string& place, const std::string& me
 std::string byte_place(std::size_t offset) { return "byte " + std::to_string(offset); }
 
 std::string in_quotes(std::string_view text) {
-  constexpr std::size_t kLongest = 40;
   std::string result = "\"";
   for (const char c : text.substr(0, kLongest)) {
     if (c >= ' ' && c <= '~') {
@@ -60,6 +67,8 @@ std::string in_quotes(std::string_view text) {
   }
   return result + (text.size() > kLongest ? "...\"" : "\"");
 }
+
+std::string shown(std::string_view name) { return printable(name, kLongest); }
 
 std::string shown(double value) {
   char text[32];

@@ -36,6 +36,9 @@ std::string byte_place(std::size_t offset);
 /// Text for a message: in quotes, at most 40 characters, unprintable ones as \xNN.
 std::string in_quotes(std::string_view text);
 
+/// A name in a file for a message: printable, at most 40 characters.
+std::string shown(std::string_view name);
+
 /// A number for a message, as short as %g has it.
 std::string shown(double value);
 

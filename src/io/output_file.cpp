@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 #include "host_name.hpp"
@@ -99,6 +100,8 @@ std::string advice(int error, const std::string& folder) {
       return "free some space or choose another disk";
     case EFBIG:
       return "raise the limit on the size of files, ulimit -f";
+    case ELOOP:
+      return "remove the symbolic links that lead in a circle, or choose another name";
     case ENAMETOOLONG:
       return "choose a shorter name";
     case EMFILE:
@@ -109,26 +112,60 @@ std::string advice(int error, const std::string& folder) {
   }
 }
 
+// Whether a link is not another user's bait: in a folder where everyone may make files and nobody
+// may remove those of others, its owner is this user or the folder's. Linux's protected_symlinks
+// asks the same of those who open the link; a rename to where it leads would pass it by.
+bool may_follow(const struct stat& link, const std::string& path) {
+  constexpr mode_t kShared = S_ISVTX | S_IWOTH;
+  struct stat folder {};
+  return link.st_uid == geteuid() ||
+         (stat(folder_of(path).c_str(), &folder) == 0 &&
+          ((folder.st_mode & kShared) != kShared || folder.st_uid == link.st_uid));
+}
+
+// Whether a file that is there may be replaced by this user.
+bool may_replace(const struct stat& file, const std::string& path) {
+  if ((file.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0) return false;
+  return faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) == 0 || errno != EACCES;
+}
+
 }  // namespace
+
+std::string behind_links(const std::string& path) {
+  constexpr int kMostLinks = 40;  // as Linux
+  std::string target = path;
+  for (int links = 0;; ++links) {
+    struct stat status {};
+    if (lstat(target.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return target;
+    if (links == kMostLinks) throw OutputError(cannot_be_written(path, ELOOP));
+    if (!may_follow(status, target))
+      throw OutputError(path + ": cannot be written: it is a symbolic link of another user in " +
+                        folder_of(target) + ", where everyone may make one (choose another name)");
+    std::error_code error;
+    const std::filesystem::path next = std::filesystem::read_symlink(target, error);
+    if (error) throw OutputError(cannot_be_written(path, error.value()));
+    target = (std::filesystem::path(folder_of(target)) / next).string();
+  }
+}
 
 std::string cannot_be_written(const std::string& path, int error) {
   return path + ": cannot be written: " + std::generic_category().message(error) + " (" +
          advice(error, folder_of(path)) + ")";
 }
 
-OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
-  std::error_code ignored;
-  if (std::filesystem::is_symlink(path, ignored)) {
-    const auto followed = std::filesystem::canonical(path, ignored);
-    if (!ignored) target_ = followed.string();
-  }
+OutputFile::OutputFile(const std::string& path) : path_(path), target_(behind_links(path)) {
+  std::optional<mode_t> kept;  // the mode of a file of this user's that is replaced
   struct stat status {};
   if (stat(target_.c_str(), &status) == 0) {
     if (S_ISDIR(status.st_mode)) fail(EISDIR);
-    if (!S_ISREG(status.st_mode)) {
-      failure_ = path_ + ": cannot be written: not a regular file (choose another name)";
+    const auto refuse = [&](const char* why) {
+      failure_ = path_ + ": cannot be written: " + why;
       check();
-    }
+    };
+    if (!S_ISREG(status.st_mode)) refuse("not a regular file (choose another name)");
+    if (!may_replace(status, target_))
+      refuse("the file that is there is read-only (chmod u+w it, or choose another name)");
+    if (status.st_uid == geteuid()) kept = status.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
   }
   if (target_.empty() || target_.back() == '/') fail(target_.empty() ? ENOENT : EISDIR);
   const std::string folder = folder_of(target_);
@@ -138,7 +175,8 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
                   static_cast<unsigned long long>(random_bits()));
     temporary_ = folder + "/" + own_prefix() + number;
     slot_ = register_pending(temporary_);
-    descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    descriptor_ =
+        open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, kept.value_or(0666));
     // The lock says that the file is in use, see remove_abandoned_outputs().
     if (descriptor_ >= 0 && lock(descriptor_)) break;
     const int error = descriptor_ >= 0 ? EEXIST : errno;
@@ -148,6 +186,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(path) {
     slot_ = -1;
     if (error != EEXIST || attempt == 16) fail(error);
   }
+  if (kept) fchmod(descriptor_, *kept);  // what umask took; not all file systems have modes
   buffer_.resize(kBufferSize);
   room_ = kBufferSize;
 }
@@ -239,7 +278,8 @@ void remove_abandoned_outputs(const std::string& path) {
       const auto written = entry->last_write_time(gone);
       if (gone || now - written < kForeign) continue;
     }
-    const int descriptor = open(entry->path().c_str(), O_RDWR | O_CLOEXEC);
+    const int descriptor =
+        open(entry->path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor < 0) continue;
     if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) unlink(entry->path().c_str());
     close(descriptor);

@@ -11,10 +11,11 @@
 namespace meniscus {
 
 /// Writes to a unique temporary name in the target's folder; `publish` renames it to the target. A
-/// symbolic link is followed, so that the link stays and its file changes. Every function throws
-/// OutputError that names the target, the reason and what to do; after one failure all later calls
-/// fail with the same message. A full disk is an error here; for the limit on a file's size
-/// (RLIMIT_FSIZE) to be one too, the program must ignore SIGXFSZ.
+/// symbolic link is followed, so that the link stays and its file changes or is made. A file that
+/// is replaced gives its mode to the new one, and is left alone where it is read-only. Every
+/// function throws OutputError that names the target, the reason and what to do; after one failure
+/// all later calls fail with the same message. A full disk is an error here; for the limit on a
+/// file's size (RLIMIT_FSIZE) to be one too, the program must ignore SIGXFSZ.
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);
@@ -67,12 +68,17 @@ class OutputFile {
   int slot_ = -1;  // in the registry of pending files
 };
 
+/// Where a path leads, its last name no longer a symbolic link: the one rule for all that is
+/// written. Throws OutputError where links lead in a circle, and for a link of another user in a
+/// folder that is open to everyone, such as /tmp.
+std::string behind_links(const std::string& path);
+
 /// The message of an error of the system (errno): the file, the reason and what to do.
 std::string cannot_be_written(const std::string& path, int error);
 
-/// Removes temporary files in the folder of `path` that nobody writes any more, because their process
-/// was killed: those of this machine that are not locked, those of others when they have not been
-/// written for an hour either, since not every shared file system shares its locks.
+/// Removes temporary files in the folder of `path` that nobody writes any more, because their
+/// process was killed: those of this machine that are not locked, those of others when they have
+/// not been written for an hour either, since not every shared file system shares its locks.
 void remove_abandoned_outputs(const std::string& path);
 
 /// Removes the temporary files of all OutputFiles that are not committed. Async-signal-safe: for

@@ -4,6 +4,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "io/fields.hpp"
@@ -16,14 +17,14 @@ namespace meniscus {
 namespace {
 
 struct Property {
-  std::string name;
+  std::string name;  // for messages, and to find its field
   Scalar type;
   std::optional<Scalar> list_count;  // type of a list's length; none: a scalar
   Field field = Field::none;
 };
 
 struct Element {
-  std::string name;
+  std::string name;  // for messages
   std::size_t count = 0;
   std::vector<Property> properties;
   bool is_vertex() const { return name == "vertex"; }
@@ -75,10 +76,10 @@ Property read_property(const std::vector<std::string>& words, const InputFile& f
   const auto type = [&](const std::string& name) {
     const std::optional<Scalar> found = scalar_named(name);
     if (!found)
-      fail(file, place, "unknown type " + in_quotes(name) + " of property " + words.back());
+      fail(file, place, "unknown type " + in_quotes(name) + " of property " + shown(words.back()));
     return *found;
   };
-  Property property{words.back(), type(words[words.size() - 2]), std::nullopt};
+  Property property{shown(words.back()), type(words[words.size() - 2]), std::nullopt};
   if (list) {
     property.list_count = type(words[2]);
     if (!is_whole(*property.list_count))
@@ -108,6 +109,7 @@ Header read_header(const InputFile& file) {
   // Where lines end in a lone \r, a \n after the header already belongs to the data.
   const bool lone_return = file.bytes[cursor.offset() - 1] == '\r';
   bool has_format = false;
+  std::unordered_set<std::string> elements;  // their names
   for (;;) {
     const auto line = cursor.next_line();
     if (!line || !cursor.line_was_ended())
@@ -133,10 +135,9 @@ Header read_header(const InputFile& file) {
       const auto count = words.size() == 3 ? parse_integer(words[2]) : std::nullopt;
       if (!count || *count < 0)
         fail(file, cursor.place(), "found " + in_quotes(*line) + ", wanted \"element NAME COUNT\"");
-      for (const Element& element : header.elements)
-        if (element.name == words[1])
-          fail(file, cursor.place(), "element " + in_quotes(words[1]) + " appears twice");
-      header.elements.push_back({words[1], static_cast<std::size_t>(*count), {}});
+      if (!elements.insert(words[1]).second)
+        fail(file, cursor.place(), "element " + in_quotes(words[1]) + " appears twice");
+      header.elements.push_back({shown(words[1]), static_cast<std::size_t>(*count), {}});
     } else if (key == "property") {
       if (header.elements.empty()) fail(file, cursor.place(), "property before any element");
       header.elements.back().properties.push_back(read_property(words, file, cursor.place()));

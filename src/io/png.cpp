@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include "grouped.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "io/preview.hpp"
@@ -14,6 +15,16 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kFirstChunkEnd = 8 + 25;  // the signature, IHDR
+constexpr std::size_t kDepthAt = 24;            // of a sample, bits, one byte in IHDR
+constexpr std::size_t kMostRatio = 1032;        // of deflate: what one byte can stand for
+
+// Whether a file can hold its picture, before there is room for it: eight bits a channel, RGB as
+// write_png makes it. Fewer bits or channels would grow further in memory.
+bool can_hold(const InputFile& file, const png_image& image) {
+  constexpr png_uint_32 kLargest = 16384;  // each side, as of a camera
+  return image.width <= kLargest && image.height <= kLargest && image.format == PNG_FORMAT_RGB &&
+         file.bytes[kDepthAt] == 8 && PNG_IMAGE_SIZE(image) / kMostRatio <= file.size();
+}
 
 }  // namespace
 
@@ -45,7 +56,13 @@ RgbImage read_png(const std::string& path) {
     fail(file, "", "is cut off, damaged or no PNG: libpng: " + reason + " (make it again)");
   };
   if (!png_image_begin_read_from_memory(&description, file.bytes.data(), file.size())) refuse();
-  description.format = PNG_FORMAT_RGB;
+  if (!can_hold(file, description)) {
+    png_image_free(&description);
+    fail(file, "",
+         "its " + counted(file.size(), "byte") + " are no picture of " +
+             std::to_string(description.width) + "x" + std::to_string(description.height) +
+             " pixels by Meniscus, 8-bit RGB (make it again)");
+  }
   RgbImage image{static_cast<int>(description.width), static_cast<int>(description.height), {}};
   image.bytes.resize(PNG_IMAGE_SIZE(description));
   const png_color black{0, 0, 0};

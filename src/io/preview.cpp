@@ -9,6 +9,9 @@
 namespace meniscus {
 namespace {
 
+// 0 to 1. What is no number, as maps of a damaged file or of another program may hold, is 0.
+float share(float x) { return x > 0 ? std::min(x, 1.0f) : 0.0f; }
+
 constexpr Color kDark = {0.012f, 0.014f, 0.018f};  // background of the technical views
 
 Picture draw_normal(const Scene& scene) {
@@ -33,7 +36,7 @@ Color ramp(float s) {
                                                    {0.0331f, 0.1441f, 0.2705f},
                                                    {0.0578f, 0.0452f, 0.2232f},
                                                    {0.0578f, 0.0000f, 0.0887f}}};
-  const float x = std::clamp(s, 0.0f, 1.0f) * (kStops.size() - 1);
+  const float x = share(s) * (kStops.size() - 1);
   const auto k = std::min(static_cast<std::size_t>(x), kStops.size() - 2);
   return mix(kStops[k], kStops[k + 1], x - static_cast<float>(k));
 }
@@ -41,7 +44,7 @@ Color ramp(float s) {
 Picture draw_depth(const Scene& scene) {
   std::vector<float> depths;
   for (std::size_t k = 0; k < scene.normal.size(); ++k)
-    if (scene.covered(k)) depths.push_back(scene.depth(k));
+    if (scene.covered(k) && std::isfinite(scene.depth(k))) depths.push_back(scene.depth(k));
   Picture picture(scene.normal.size(), kDark);
   if (depths.empty()) return picture;
   // The range leaves out one hundredth at either end, so that a stray drop does not flatten it.
@@ -144,8 +147,7 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) 
   bytes.reserve(3 * picture.size());
   for (const Color& color : picture)
     for (const float channel : {color.x, color.y, color.z})
-      bytes.push_back(
-          srgb[static_cast<std::size_t>(std::clamp(channel, 0.0f, 1.0f) * 65535 + 0.5f)]);
+      bytes.push_back(srgb[static_cast<std::size_t>(share(channel) * 65535 + 0.5f)]);
   return bytes;
 }
 

@@ -34,10 +34,15 @@ Relief measure(const Scene& scene, const std::vector<Offset>& offsets, float rad
   const double w = scene.view.w_row[2] * center.z + scene.view.w_row[3];
   const auto pixels_x = static_cast<float>(radius * scene.view.u_scale / w);
   const auto pixels_y = static_cast<float>(radius * scene.view.v_scale / w);
+  // Beyond every image, and no number, fit no int.
+  const auto whole = [](float pixels) {
+    constexpr float kBeyond = 1 << 20;
+    return std::abs(pixels) < kBeyond ? static_cast<int>(std::lround(pixels)) : 1 << 20;
+  };
   Relief sum;
   for (const Offset& offset : offsets) {
-    const int i = column + static_cast<int>(std::lround(offset.x * pixels_x));
-    const int j = row + static_cast<int>(std::lround(offset.y * pixels_y));
+    const int i = column + whole(offset.x * pixels_x);
+    const int j = row + whole(offset.y * pixels_y);
     if (i < 0 || i >= scene.width || j < 0 || j >= scene.height) continue;
     const std::size_t there = scene.at(i, j);
     if (!scene.covered(there)) {

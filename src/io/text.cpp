@@ -23,7 +23,8 @@ double real_at(const InputFile& file, const TextCursor& cursor, std::string_view
                const std::string& column) {
   const std::optional<double> value = parse_real(word);
   if (!value)
-    fail(file, cursor.place(), "found " + in_quotes(word) + ", wanted a number for " + column);
+    fail(file, cursor.place(),
+         "found " + in_quotes(word) + ", wanted a number for " + shown(column));
   return *value;
 }
 

@@ -328,7 +328,7 @@ class VtkReader {
   std::string next_name(const std::string& of) {
     const std::string_view token = cursor_.next_token();
     if (token.empty()) fail_here("the file ends here, wanted the name of " + of + " (truncated?)");
-    return std::string(token);
+    return shown(token);  // no name that says something is longer
   }
 
   std::string next_type() { return lower_case(cursor_.next_token()); }

@@ -1,5 +1,7 @@
 #include "page/page.hpp"
 
+#include "printable.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -44,7 +46,7 @@ std::string html_page(const std::string& title, const std::string& style, const 
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char c : text) switch (c) {
+  for (const char c : well_formed(text)) switch (c) {
       case '&':
         result += "&amp;";
         break;

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <span>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "page/page.hpp"
 #include "printed.hpp"
@@ -32,6 +35,36 @@ th.device { max-width: 11rem; white-space: normal; text-align: center; }
 th.sub { text-align: center; font-size: 11.5px; white-space: normal; }
 .hash { font-family: ui-monospace, Menlo, monospace; font-size: 12px; }
 )css";
+
+// Files that are compared may name any number of kernels and variants; a page has room for what
+// people and browsers can take.
+constexpr std::size_t kMostCells = 200'000;  // of one table
+
+// How many of a table's lines are shown, and what is said of the others.
+struct Lines {
+  std::size_t shown;
+  std::string rest;  // behind the table
+
+  Lines(std::size_t count, std::size_t columns)
+      : shown(std::min(count, kMostCells / std::max<std::size_t>(1, columns))) {
+    if (shown < count)
+      rest = "<p>" + counted(count - shown, "more line") + ": too many for one page.</p>\n";
+  }
+};
+
+// Things in the order in which they come, each once.
+template <class Thing>
+class InOrder {
+ public:
+  void add(const Thing& thing) {
+    if (known_.insert(thing).second) things_.push_back(thing);
+  }
+  const std::vector<Thing>& things() const { return things_; }
+
+ private:
+  std::set<Thing> known_;
+  std::vector<Thing> things_;
+};
 
 std::string attribute(const std::string& text) { return " title=\"" + escaped(text) + "\""; }
 
@@ -114,7 +147,7 @@ std::string failures_of(const VerifyRun& run) {
                           [](const Failure& failure) { return failure.first->required; });
     for (const auto& [row, cases] : failures)
       text += "<tr><td class=\"word\">" + name_of(device.device) + "</td><td class=\"word\">" +
-              row->group + "</td><td class=\"word\">" + escaped(row->kernel) +
+              escaped(row->group) + "</td><td class=\"word\">" + escaped(row->kernel) +
               "</td><td class=\"word\">" + escaped(row->variant) + "</td><td class=\"word\">" +
               std::to_string(cases) + "</td><td>" + error_of(*row) + "</td><td class=\"reason\">" +
               escaped(row->size + (row->size.empty() ? "" : ": ") + row->reason +
@@ -145,6 +178,12 @@ std::string differences_of(const VerifyRun& run) {
     return std::tuple(row.group, row.kernel, compared_variant(row));
   };
   std::map<decltype(kind(Row{})), std::set<std::string>> sizes;
+  const auto place = [&](const Row& row) { return std::pair(kind(row), row.size); };
+  std::vector<std::map<decltype(place(Row{})), const Row*>> rows;  // of each device
+  for (const DeviceResults& device : run.devices) {
+    auto& known = rows.emplace_back();
+    for (const Row& row : device.rows) known.try_emplace(place(row), &row);
+  }
   std::vector<const Row*> lines;  // of the first device
   std::string counts;
   for (std::size_t d = 1; d < run.devices.size(); ++d) {
@@ -167,41 +206,37 @@ std::string differences_of(const VerifyRun& run) {
       "<div class=\"panel\"><table><tr><th class=\"word\">what</th><th class=\"word\">kernel</th>"
       "<th class=\"word\">variant</th><th class=\"word\">cases</th>" +
       device_heads(run, 1) + "</tr>\n";
-  for (const Row* line : lines) {
-    text += "<tr><td class=\"word\">" + line->group + "</td><td class=\"word\">" +
+  const Lines room(lines.size(), run.devices.size());
+  for (const Row* line : std::span(lines).first(room.shown)) {
+    text += "<tr><td class=\"word\">" + escaped(line->group) + "</td><td class=\"word\">" +
             escaped(line->kernel) + "</td><td class=\"word\">" + escaped(compared_variant(*line)) +
             "</td><td class=\"word\"" + attribute(line->size) + ">" +
             std::to_string(sizes[kind(*line)].size()) + "</td>";
-    for (const DeviceResults& device : run.devices) {
-      const auto found = std::find_if(device.rows.begin(), device.rows.end(), [&](const Row& row) {
-        return kind(row) == kind(*line) && row.size == line->size;
-      });
-      text += found == device.rows.end() ? "<td></td>" : cell_of(*found);
+    for (const auto& known : rows) {
+      const auto found = known.find(place(*line));
+      text += found == known.end() ? "<td></td>" : cell_of(*found->second);
     }
     text += "</tr>\n";
   }
-  return text + "</table></div>\n";
+  return text + "</table></div>\n" + room.rest;
 }
 
 // A table of one group of rows: a line for each kernel in the order of the first device, columns
 // for devices and variants.
 std::string matrix_of(const VerifyRun& run, const std::string& group) {
-  std::vector<std::string> kernels, variants;
-  const auto note = [](std::vector<std::string>& list, const std::string& name) {
-    if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
-  };
-  std::map<std::string, Cell> cells;
-  const auto key = [](std::size_t device, const std::string& variant, const std::string& kernel) {
-    return std::to_string(device) + "\n" + variant + "\n" + kernel;
-  };
+  InOrder<std::string> all_kernels, all_variants;
+  std::map<std::tuple<std::size_t, std::string, std::string>, Cell> cells;
   for (std::size_t d = 0; d < run.devices.size(); ++d)
     for (const Row& row : run.devices[d].rows) {
       if (row.group != group) continue;
-      note(kernels, row.kernel);
-      note(variants, row.variant);
-      cells[key(d, row.variant, row.kernel)].add(row);
+      all_kernels.add(row.kernel);
+      all_variants.add(row.variant);
+      cells[{d, row.variant, row.kernel}].add(row);
     }
+  const std::vector<std::string>&kernels = all_kernels.things(), &variants = all_variants.things();
   if (kernels.empty()) return "";
+  const Lines room(kernels.size(), run.devices.size() * variants.size());
+  if (room.shown == 0) return room.rest;
   std::string text =
       "<div class=\"panel\"><table><tr><th></th>" + device_heads(run, variants.size()) + "</tr>\n";
   if (variants.size() > 1 || !variants.front().empty()) {
@@ -212,27 +247,31 @@ std::string matrix_of(const VerifyRun& run, const std::string& group) {
         text += "<th class=\"sub\">" + escaped(variant) + "</th>";
     text += "</tr>\n";
   }
-  for (const std::string& kernel : kernels) {
+  for (const std::string& kernel : std::span(kernels).first(room.shown)) {
     text += "<tr><td class=\"word\">" + escaped(kernel) + "</td>";
     for (std::size_t d = 0; d < run.devices.size(); ++d)
-      for (const std::string& variant : variants) text += cells[key(d, variant, kernel)].html();
+      for (const std::string& variant : variants) {
+        const auto found = cells.find({d, variant, kernel});
+        text += found == cells.end() ? Cell().html() : found->second.html();
+      }
     text += "</tr>\n";
   }
-  return text + "</table></div>\n";
+  return text + "</table></div>\n" + room.rest;
 }
 
 // Whole frames: their hashes, so that everyone can see that they are the same.
 std::string frames_of(const VerifyRun& run) {
-  std::vector<std::pair<std::string, std::string>> lines;  // frame, method
-  std::map<std::string, const Row*> cells;
+  InOrder<std::pair<std::string, std::string>> all;  // frame, method
+  std::map<std::tuple<std::size_t, std::string, std::string>, const Row*> cells;
   for (std::size_t d = 0; d < run.devices.size(); ++d)
     for (const Row& row : run.devices[d].rows) {
       if (row.group != "frame") continue;
-      if (std::find(lines.begin(), lines.end(), std::pair(row.size, row.kernel)) == lines.end())
-        lines.emplace_back(row.size, row.kernel);
-      cells[std::to_string(d) + "\n" + row.size + "\n" + row.kernel] = &row;
+      all.add({row.size, row.kernel});
+      cells[{d, row.size, row.kernel}] = &row;
     }
+  const auto& lines = all.things();
   if (lines.empty()) return "";
+  const Lines room(lines.size(), run.devices.size());
   std::string text =
       "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
       "device and with every vector width. Orange: what the program that ran there wants, "
@@ -240,12 +279,12 @@ std::string frames_of(const VerifyRun& run) {
       "class=\"panel\"><table><tr><th "
       "class=\"word\">frame</th><th class=\"word\">method</th>" +
       device_heads(run, 1) + "</tr>\n";
-  for (const auto& [frame, method] : lines) {
+  for (const auto& [frame, method] : std::span(lines).first(room.shown)) {
     text += "<tr><td class=\"word\">" + escaped(frame) + "</td><td class=\"word\">" +
             escaped(method) + "</td>";
     const Row* first = nullptr;
     for (std::size_t d = 0; d < run.devices.size(); ++d) {
-      const auto found = cells.find(std::to_string(d) + "\n" + frame + "\n" + method);
+      const auto found = cells.find({d, frame, method});
       if (found == cells.end()) {
         text += "<td></td>";
         continue;
@@ -262,40 +301,41 @@ std::string frames_of(const VerifyRun& run) {
     }
     text += "</tr>\n";
   }
-  return text + "</table></div>\n";
+  return text + "</table></div>\n" + room.rest;
 }
 
 // Figures of every device side by side: limits, or what probes have to say.
 std::string figures_of(const VerifyRun& run, const std::string& group, const std::string& title,
                        const std::string& what) {
-  std::vector<std::pair<std::string, std::string>> lines;  // name, section
-  std::map<std::string, const Row*> cells;
+  std::map<std::string, std::string> sections;  // by name
+  InOrder<std::string> names;
+  std::map<std::pair<std::size_t, std::string>, const Row*> cells;
   for (std::size_t d = 0; d < run.devices.size(); ++d)
     for (const Row& row : run.devices[d].rows) {
       if (row.group != group) continue;
       const std::string name = row.kernel + (row.variant.empty() ? "" : ", " + row.variant);
-      if (std::find_if(lines.begin(), lines.end(),
-                       [&](const auto& line) { return line.first == name; }) == lines.end())
-        lines.emplace_back(name, row.section);
-      cells[std::to_string(d) + "\n" + name] = &row;
+      names.add(name);
+      sections.try_emplace(name, row.section);
+      cells[{d, name}] = &row;
     }
-  if (lines.empty()) return "";
+  if (names.things().empty()) return "";
+  const Lines room(names.things().size(), run.devices.size());
   std::string text = "<h2>" + title + "</h2><p>" + what +
                      "</p><div class=\"panel\"><table><tr><th></th>" + device_heads(run, 1) +
                      "<th class=\"word\">rests on</th></tr>\n";
-  for (const auto& [name, section] : lines) {
+  for (const std::string& name : std::span(names.things()).first(room.shown)) {
     text += "<tr><td class=\"word\">" + escaped(name) + "</td>";
     for (std::size_t d = 0; d < run.devices.size(); ++d) {
-      const auto found = cells.find(std::to_string(d) + "\n" + name);
+      const auto found = cells.find({d, name});
       if (found == cells.end()) {
         text += "<td></td>";
         continue;
       }
       text += cell_of(*found->second);
     }
-    text += "<td class=\"section\"><small>" + escaped(section) + "</small></td></tr>\n";
+    text += "<td class=\"section\"><small>" + escaped(sections.at(name)) + "</small></td></tr>\n";
   }
-  return text + "</table></div>\n";
+  return text + "</table></div>\n" + room.rest;
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "io/json_reason.hpp"
+#include "io/input_file.hpp"
+#include "io/json_text.hpp"
 #include "meniscus/error.hpp"
 #include "page/page.hpp"
+#include "printable.hpp"
 #include "printed.hpp"
 
 namespace meniscus::verify {
@@ -18,6 +20,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kGroups[] = {"device", "probe", "limit", "kernel", "reference", "frame"};
+
+// What is said of devices goes with each of their rows.
+constexpr std::size_t kMostDevices = 64, kLongestName = 200;  // characters
 
 // JSON has no infinity.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json("infinite"); }
@@ -45,7 +50,7 @@ Row row_of(const Json& object) {
   row.size = object.at("size");
   const std::string result = object.at("result");
   require(result == "pass" || result == "fail" || result == "skip",
-          "\"result\" is " + result + ", must be pass, fail or skip");
+          "\"result\" is " + in_quotes(result) + ", must be pass, fail or skip");
   row.result = result == "pass" ? Result::pass : result == "fail" ? Result::fail : Result::skip;
   const Json& ulp = object.at("ulp");
   row.ulp = ulp.is_null() ? -1 : ulp.is_string() ? INFINITY : ulp.get<double>();
@@ -62,7 +67,7 @@ auto parsed(const std::string& name, const Work& work) {
     return work();
   } catch (const Json::exception& error) {
     throw InputError(name + ": is not what meniscus verify --json writes: " + reason_of(error));
-  } catch (const InvalidArgument& error) {
+  } catch (const Error& error) {
     throw InputError(name + ": is not what meniscus verify --json writes: " + error.what());
   } catch (const std::out_of_range&) {
     throw InputError(
@@ -161,7 +166,7 @@ std::string to_json(const Row& row) {
 }
 
 Row row_from_json(const std::string& text, const std::string& name) {
-  return parsed(name, [&] { return row_of(Json::parse(text)); });
+  return parsed(name, [&] { return row_of(parse_json<Json>(text)); });
 }
 
 std::string to_json(const VerifyRun& run) {
@@ -188,13 +193,18 @@ std::string to_json(const VerifyRun& run) {
 
 VerifyRun run_from_json(const std::string& text, const std::string& name) {
   return parsed(name, [&] {
-    const Json json = Json::parse(text);
+    const Json json = parse_json<Json>(text);
     VerifyRun run;
     run.version = json.at("meniscus");
+    require(json.at("devices").size() <= kMostDevices,
+            "it has " + counted(json.at("devices").size(), "device") + ", at most " +
+                std::to_string(kMostDevices) + " are read");
     for (const Json& device : json.at("devices")) {
+      const auto said = [&](const char* key) {
+        return printable(device.at(key).get<std::string>(), kLongestName);
+      };
       DeviceResults results;
-      results.device = {device.at("name"), device.at("platform"), device.at("driver"),
-                        device.at("version")};
+      results.device = {said("name"), said("platform"), said("driver"), said("version")};
       results.seconds = device.at("seconds");
       run.devices.push_back(results);
     }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "cost.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -129,6 +130,16 @@ TEST_F(Pattern, AStarStandsForTheParts) {
   touch({"d.0001.rank0.ply", "d.0001.rank1.ply", "d.0002.rank0.ply", "d.0003.ply"});
   EXPECT_THAT(existing("d.####.rank*.ply"),
               ElementsAre(Pair(1, "d.0001.rank*.ply"), Pair(2, "d.0002.rank*.ply")));
+}
+
+TEST_F(Pattern, ManyStarsAreNotTriedInEveryWay) {
+  touch({std::string(200, 'a') + ".0001.ply", std::string(100, '1') + "x"});
+  const Cost cost = cost_of([] {
+    if (!existing("*a*a*a*a*a*a*a*a*a*a*b.####.ply").empty()) _exit(1);
+    if (existing("*a*a*a*a*a*a*a*a*a*a*.####.ply").size() != 1) _exit(1);
+    if (!existing("*{}*{}*{}*{}*{}*y").empty()) _exit(1);
+  });
+  EXPECT_LT(cost.seconds, 5);
 }
 
 }  // namespace

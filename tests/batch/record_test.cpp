@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "cost.hpp"
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
@@ -209,6 +210,31 @@ TEST(Record, SaysWhenALogCannotBeWrittenOrRead) {
   EXPECT_THROW(BatchLog(folder / "none/a.jsonl"), OutputError);
   std::string note;
   EXPECT_THROW(read_log(folder / "a.jsonl", &note), InputError);
+}
+
+TEST(Record, DeepNestingIsABadLineAndNoCrash) {
+  const TemporaryFolder folder;
+  put(folder / "a.jsonl", "{\"frame\": 1, \"status\": " + std::string(200'000, '[') +
+                              std::string(200'000, ']') + "}\n");
+  std::string note;
+  EXPECT_THROW(read_log(folder / "a.jsonl", &note), InputError);
+}
+
+TEST(Record, AnObjectOfManyKeysIsABadLine) {
+  const TemporaryFolder folder;
+  std::string line = "{\"frame\": 1, \"status\": \"done\", \"stages\": {";
+  for (int k = 0; k < 200'000; ++k) line += "\"stage " + std::to_string(k) + "\": 1, ";
+  put(folder / "a.jsonl", line + "\"last\": 1}}\n");
+  const Cost cost = cost_of([&] {
+    std::string note;
+    try {
+      read_log(folder / "a.jsonl", &note);
+    } catch (const InputError&) {
+      return;
+    }
+    _exit(1);
+  });
+  EXPECT_LT(cost.seconds, 5);
 }
 
 }  // namespace

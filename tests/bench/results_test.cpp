@@ -149,5 +149,11 @@ TEST(Results, OtherFilesAreRefused) {
   expect_refused(json.dump(), "kernel");
 }
 
+TEST(Results, DeepNestingIsAnErrorAndNoCrash) {
+  expect_refused(
+      "{\"kernel_benchmarks\": " + std::string(200'000, '[') + std::string(200'000, ']') + "}",
+      "nests deeper than 32 levels");
+}
+
 }  // namespace
 }  // namespace meniscus::bench

@@ -1,5 +1,6 @@
 // Bad input, one clear line each: files, cameras, folders, disks, devices.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -262,6 +263,74 @@ TEST_F(ProgramBadInput, CacheThatCannotBeWrittenIsReplaced) {
                             {"TMPDIR", "/proc/none"}}};
   expect_error(run({"extract", "in.ply", "-o", "b.png"}, nowhere), 1, {"POCL_CACHE_DIR"});
   EXPECT_FALSE(exists("b.png"));
+}
+
+// What PoCL finds in its cache it runs.
+TEST_F(ProgramBadInput, ACacheThatOthersCanWriteIsNotUsed) {
+  namespace fs = std::filesystem;
+  write_particles("in.ply", block(3));
+  const std::string name = "tmp/meniscus-pocl-" + std::to_string(geteuid());
+  const Conditions homeless{{{"HOME", "/proc/none"},
+                             {"XDG_CACHE_HOME", ""},
+                             {"POCL_CACHE_DIR", ""},
+                             {"TMPDIR", path("tmp")}}};
+  const auto mode_of = [&](const fs::path& folder) {
+    return static_cast<int>(fs::status(folder).permissions());
+  };
+  // Runs with what was found there; returns the folder that was used.
+  const auto used = [&]() -> fs::path {
+    const Outcome outcome =
+        run({"extract", "in.ply", "--size", "64x48", "--method", "ssm", "-o", "a.png"}, homeless);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    fs::path found;
+    for (const auto& entry : fs::directory_iterator(path("tmp")))
+      if (entry.is_directory() && !entry.is_symlink() && !fs::is_empty(entry)) found = entry.path();
+    return found;
+  };
+  const auto renew = [&] {
+    fs::remove_all(path("tmp"));
+    fs::create_directory(path("tmp"));
+  };
+  renew();
+  EXPECT_EQ(used(), path(name));
+  EXPECT_EQ(mode_of(path(name)), 0700);
+  EXPECT_EQ(used(), path(name)) << "this user's own, made before";
+
+  renew();
+  fs::create_directory(path(name));
+  fs::permissions(path(name), fs::perms::all);
+  EXPECT_THAT(used().string(), testing::StartsWith(path(name) + "-"));
+  EXPECT_EQ(mode_of(used()), 0700);
+  EXPECT_TRUE(fs::is_empty(path(name)));
+
+  renew();
+  fs::create_directory(path("bait"));
+  fs::permissions(path("bait"), fs::perms::owner_all);
+  fs::create_directory_symlink("../bait", path(name));
+  EXPECT_THAT(used().string(), testing::StartsWith(path(name) + "-"));
+  EXPECT_TRUE(fs::is_empty(path("bait")));
+
+  if (geteuid() != 0) return;  // only root can make another user's folder
+  renew();
+  fs::create_directory(path(name));
+  fs::permissions(path(name), fs::perms::owner_all);
+  ASSERT_EQ(chown(path(name).c_str(), 65534, 65534), 0);
+  EXPECT_THAT(used().string(), testing::StartsWith(path(name) + "-"));
+  EXPECT_TRUE(fs::is_empty(path(name)));
+}
+
+TEST_F(ProgramBadInput, NamesSteerNoTerminalAndHaveAnEnd) {
+  const std::string name = "\x1b[2J\x07\nmeniscus: error: \xff.ply";
+  const Outcome missing = run({"extract", name, "-o", "a.png"});
+  expect_error(missing, 1, {"\\x1b[2J\\x07", "\\xff.ply"});
+  EXPECT_THAT(missing.err, testing::Not(HasSubstr("\x1b")));
+  EXPECT_LT(run({"extract", std::string(100'000, 'n') + ".ply", "-o", "a.png"}).err.size(),
+            20'000u);
+  write_particles("Grüße.ply", block(3));
+  EXPECT_THAT(
+      run({"extract", "Grüße.ply", "--method", "spheres", "--size", "8x8", "-o", "ä\x1b.png"}).err,
+      testing::AllOf(HasSubstr("Grüße.ply"), HasSubstr("ä\\x1b.png"),
+                     testing::Not(HasSubstr("\x1b"))));
 }
 
 }  // namespace

@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "cli/program.hpp"
+#include "meniscus/io.hpp"
 #include "page/tags.hpp"
 
 namespace meniscus::test {
@@ -133,6 +137,31 @@ TEST_F(ProgramReport, BadUseIsAnErrorAndLeavesNoPage) {
   expect_error(run({"report", "-o", "a.html"}), 2, {"LOG"});
   EXPECT_FALSE(exists("a.html"));
   EXPECT_EQ(run({"report", "empty.jsonl", "-o", "a.html"}).exit_code, 0) << "no frame is over";
+}
+
+TEST_F(ProgramReport, DamagedPicturesDoNotLoseThePage) {
+  ASSERT_EQ(extract({"--log", "a.jsonl"}).exit_code, 0);
+  const std::string whole = read("o.1.png");
+  write("o.1.png", "");
+  write("o.2.png", whole.substr(0, whole.size() / 2));
+  write("o.3.png", "no picture");
+  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html"}).exit_code, 0);
+  const std::string page = read("a.html");
+  expect_whole_page(page);
+  EXPECT_EQ(occurrences(page, "<img "), 1u);
+  EXPECT_EQ(occurrences(page, "cannot be read"), 3u);
+}
+
+TEST_F(ProgramReport, NormalsThatAreNoNumbersDoNotLoseThePage) {
+  ASSERT_EQ(run({"extract", "f.#.ply", "-o", "e.#.exr", "--size", "64x48", "--method", "spheres",
+                 "-q", "--log", "a.jsonl"})
+                .exit_code,
+            0);
+  Surface surface = read_exr(path("e.1.exr"));
+  std::fill(surface.normal.begin(), surface.normal.end(), Vec3{NAN, NAN, NAN});
+  write_exr(path("e.1.exr"), surface, {});
+  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html"}).exit_code, 0);
+  EXPECT_EQ(occurrences(read("a.html"), "<img "), 4u);
 }
 
 }  // namespace

@@ -87,5 +87,18 @@ TEST_F(ProgramVerify, CrashesAndHangsAreRowsAndNoEnd) {
   }
 }
 
+TEST_F(ProgramVerify, TextsOfFilesThatAreComparedSteerNoTerminal) {
+  write("a.json", R"({"meniscus": "0", "devices": [
+    {"name": "a", "platform": "p", "driver": "1", "version": "1", "seconds": 1},
+    {"name": "b", "platform": "p", "driver": "1", "version": "1\u001b[2J", "seconds": 1}],
+    "rows": [{"index": 1, "group": "kernel", "device": "b", "kernel": "k\u0007", "variant": "",
+    "size": "", "result": "fail", "ulp": null, "reason": "\u001b[31m", "ms": 1, "required": true,
+    "section": ""}]})");
+  const Outcome outcome = run({"verify", "--compare", "a.json"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::AllOf(HasSubstr("k\\x07"), HasSubstr("\\x1b[31m"),
+                                          testing::Not(HasSubstr("\x1b"))));
+}
+
 }  // namespace
 }  // namespace meniscus::test

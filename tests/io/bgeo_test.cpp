@@ -153,5 +153,11 @@ TEST_F(Bgeo, SaysWhatIsWrong) {
             "override)");
 }
 
+TEST_F(Bgeo, RefusesWhatUnpacksToAThousandTimesItsSize) {
+  const std::string bomb = packed(header(3'000'000, 0) + std::string(48'000'000, '\0'));
+  ASSERT_LT(bomb.size(), 60'000u);
+  EXPECT_THAT(error_of("a.bgeo.gz", bomb), HasSubstr("unpacks to more than 100 times its size"));
+}
+
 }  // namespace
 }  // namespace meniscus

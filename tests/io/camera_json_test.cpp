@@ -67,5 +67,11 @@ TEST_F(CameraJson, AnyCutIsAnError) {
     EXPECT_NE(error_of("c.json", bytes.substr(0, length)), "no error") << length;
 }
 
+TEST_F(CameraJson, DeepNestingIsAnErrorAndNoCrash) {
+  const std::string nested = std::string(200'000, '[') + std::string(200'000, ']');
+  for (const std::string& bytes : {nested, "{\"width\": " + nested + "}"})
+    EXPECT_EQ(error_of("c.json", bytes), "c.json: is not JSON: it nests deeper than 32 levels");
+}
+
 }  // namespace
 }  // namespace meniscus

@@ -423,5 +423,45 @@ TEST(ExrReader, RefusesForeignFiles) {
   EXPECT_THAT(reading_error(folder / "a.exr"), HasSubstr("wanted an EXR of Meniscus"));
 }
 
+TEST(ExrReader, RefusesPixelsThatTheFileCannotHold) {
+  const TemporaryFolder folder;
+  write_exr(folder / "a.exr", sample_surface(sample_camera(9, 20)), {});
+  std::string bytes = file_bytes(folder / "a.exr");
+  for (const char* window : {"dataWindow", "displayWindow"}) {
+    const std::size_t at =
+        bytes.find(std::string(window) + '\0' + "box2i") + std::strlen(window) + 11;
+    for (const std::size_t side : {at + 8, at + 12}) bytes.replace(side, 4, "\xff\x3f\0\0", 4);
+  }
+  std::ofstream(folder / "b.exr", std::ios::binary) << bytes;
+  EXPECT_THAT(reading_error(folder / "b.exr"),
+              HasSubstr("bytes cannot hold the 16384x16384 pixels of its header"));
+}
+
+TEST(ExrReader, RefusesAnAttributeThatTheFileCannotHold) {
+  const TemporaryFolder folder;
+  write_exr(folder / "a.exr", sample_surface(sample_camera(9, 20)), {});
+  std::string bytes = file_bytes(folder / "a.exr");
+  const std::string name("software\0string", 15);
+  bytes.replace(bytes.find(name) + name.size() + 1, 4, "\xf0\xff\xff\x7f");
+  std::ofstream(folder / "b.exr", std::ios::binary) << bytes;
+  EXPECT_THAT(reading_error(folder / "b.exr"), HasSubstr("ends in an attribute of its header"));
+}
+
+TEST(ExrReader, ReadsALargeImageWithoutASurface) {
+  const TemporaryFolder folder;  // nothing packs better
+  Surface surface = sample_surface(sample_camera(2048, 2048));
+  std::fill(surface.depth.begin(), surface.depth.end(), INFINITY);
+  for (auto* map : {&surface.normal, &surface.position})
+    std::fill(map->begin(), map->end(), Vec3{});
+  std::fill(surface.group.begin(), surface.group.end(), 0);
+  std::fill(surface.kind.begin(), surface.kind.end(), Kind::none);
+  std::fill(surface.residual.begin(), surface.residual.end(), 0.0f);
+  for (const auto compression : {Compression::rle, Compression::zips, Compression::zip,
+                                 Compression::piz, Compression::pxr24}) {
+    write_exr(folder / "a.exr", surface, {}, compression);
+    EXPECT_EQ(read_exr(folder / "a.exr").depth.size(), 2048u * 2048);
+  }
+}
+
 }  // namespace
 }  // namespace meniscus

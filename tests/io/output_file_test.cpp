@@ -214,5 +214,75 @@ TEST(OutputFile, ManyFilesAtOnce) {
   EXPECT_EQ(folder.entries().size(), 70u);
 }
 
+TEST(OutputFile, FollowsALinkToAFileThatIsNotThereYet) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "real");
+  std::filesystem::create_symlink("real/file", folder / "first");
+  std::filesystem::create_symlink("first", folder / "link");
+  OutputFile file(folder / "link");
+  file.write("new");
+  file.commit();
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(file_bytes(folder / "real/file"), "new");
+}
+
+TEST(OutputFile, LinksInACircleAreAnError) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("b", folder / "a");
+  std::filesystem::create_symlink("a", folder / "b");
+  EXPECT_THAT(message_of([&] { OutputFile file(folder / "a"); }),
+              AllOf(StartsWith(folder / "a: cannot be written: "), HasSubstr("in a circle")));
+  EXPECT_EQ(folder.entries().size(), 2u);
+}
+
+// What Linux's protected_symlinks refuses.
+TEST(OutputFile, ALinkOfAnotherUserInASharedFolderIsNotFollowed) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can make another user's link";
+  constexpr uid_t kOther = 65534;
+  const TemporaryFolder folder;
+  std::ofstream(folder / "precious") << "precious";
+  std::filesystem::create_directory(folder / "shared");
+  std::filesystem::create_symlink("../precious", folder / "shared/out");
+  ASSERT_EQ(lchown((folder / "shared/out").c_str(), kOther, kOther), 0);
+  const auto result = [&] {
+    return message_of([&] {
+      OutputFile file(folder / "shared/out");
+      file.write("new");
+      file.commit();
+    });
+  };
+  ASSERT_EQ(chmod((folder / "shared").c_str(), 01777), 0);
+  EXPECT_THAT(result(), AllOf(StartsWith(folder / "shared/out: cannot be written: "),
+                              HasSubstr("a symbolic link of another user")));
+  EXPECT_EQ(file_bytes(folder / "precious"), "precious");
+  // The folder's owner may leave links in it.
+  ASSERT_EQ(chown((folder / "shared").c_str(), kOther, kOther), 0);
+  EXPECT_EQ(result(), "no OutputError");
+  EXPECT_EQ(file_bytes(folder / "precious"), "new");
+}
+
+TEST(OutputFile, KeepsTheModeOfTheFileThatItReplaces) {
+  const TemporaryFolder folder;
+  for (const mode_t mode : {0600u, 0644u, 0666u, 0750u}) {
+    std::ofstream(folder / "a") << "old";
+    ASSERT_EQ(chmod((folder / "a").c_str(), mode), 0);
+    OutputFile file(folder / "a");
+    file.commit();
+    struct stat status {};
+    ASSERT_EQ(stat((folder / "a").c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 07777, mode);
+  }
+}
+
+TEST(OutputFile, LeavesAFileThatIsReadOnly) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "a") << "old";
+  ASSERT_EQ(chmod((folder / "a").c_str(), 0444), 0);
+  EXPECT_THAT(message_of([&] { OutputFile(folder / "a").commit(); }),
+              AllOf(StartsWith(folder / "a: cannot be written: "), HasSubstr("read-only (chmod")));
+  EXPECT_EQ(file_bytes(folder / "a"), "old");
+  EXPECT_THAT(folder.entries(), ElementsAre("a"));
+}
+
 }  // namespace
 }  // namespace meniscus

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "cost.hpp"
 #include "io/io_test_support.hpp"
 
 namespace meniscus {
@@ -248,6 +249,37 @@ TEST_F(Ply, SaysWhatIsWrongInTheData) {
                      "element face 1\nproperty list char int i\nend_header\n" +
                      std::string(12, '\0') + "\xff";
   EXPECT_THAT(error_of("a.ply", list), HasSubstr("face 0: the length of list i"));
+}
+
+TEST_F(Ply, LongNamesInTheHeaderTakeNoMoreRoomThanTheFile) {
+  std::string bytes = "ply\nformat ascii 1.0\nelement " + std::string(100'000, 'e') + " 1\n";
+  for (int k = 0; k < 10'000; ++k) bytes += "property int p" + std::to_string(k) + "\n";
+  bytes += "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  for (int k = 0; k < 10'000; ++k) bytes += "0 ";
+  bytes += "\n1 2 3\n";
+  const std::string path = write("a.ply", bytes);
+  EXPECT_LT(cost_of([&] { read_particles(path); }).megabytes, 300);  // once it was 1,000
+}
+
+TEST_F(Ply, ManyElementsTakeNoTimeToTellApart) {
+  std::string bytes = "ply\nformat ascii 1.0\n";
+  for (int k = 0; k < 100'000; ++k) bytes += "element e" + std::to_string(k) + " 0\n";
+  bytes +=
+      "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+      "1 2 3\n";
+  const std::string path = write("a.ply", bytes);
+  EXPECT_LT(cost_of([&] { read_particles(path); }).seconds, 8);  // each against each other: 16
+}
+
+TEST_F(Ply, NamesInMessagesAreShortAndSteerNoTerminal) {
+  const std::string start = "ply\nformat ascii 1.0\nelement vertex 1\n";
+  const std::string message = error_of(
+      "a.ply", start + "property nil \x1b[2J" + std::string(100'000, 'n') + "\nend_header\n");
+  EXPECT_THAT(message, HasSubstr("of property \\x1b[2Jnnn"));
+  EXPECT_LT(message.size(), 300u);
+  EXPECT_THAT(error_of("a.ply", start + "property float x\nproperty float y\nproperty float z\n"
+                                        "property float \x1b[2J\nend_header\n1 2 3 x\n"),
+              HasSubstr("wanted a number for property \\x1b[2J of element vertex"));
 }
 
 }  // namespace

@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <png.h>
+#include <zlib.h>
 
 #include <cmath>
+#include <fstream>
 #include <functional>
 
 #include "io/picture.hpp"
@@ -226,6 +228,48 @@ TEST(Relief, TellsTheFootOfAStepFromItsTop) {
   EXPECT_LT(foot.hollow, 0.5f + 1.0f / 96);
   EXPECT_GT(top.bulge, 0.196f - 1.0f / 96);
   EXPECT_LT(top.bulge, 0.5f + 1.0f / 96);
+}
+
+std::string reading_error(const std::string& path) {
+  try {
+    read_png(path);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Png, RefusesAPictureThatItsFileCannotHold) {
+  const TemporaryFolder folder;
+  write_png(folder / "a.png", sample_surface(sample_camera(24, 18)), Preview::lit);
+  std::string bytes = file_bytes(folder / "a.png");
+  const auto put = [&](std::size_t at, std::initializer_list<int> values) {
+    for (const int value : values) bytes[at++] = static_cast<char>(value);
+    const uLong sum = crc32(0, reinterpret_cast<const Bytef*>(bytes.data() + 12), 17);
+    for (int k = 0; k < 4; ++k) bytes[29 + k] = static_cast<char>(sum >> (24 - 8 * k));
+    std::ofstream(folder / "b.png", std::ios::binary) << bytes;
+  };
+  put(16, {0, 0, 0x40, 0, 0, 0, 0x40, 0});  // 16384 x 16384
+  EXPECT_THAT(reading_error(folder / "b.png"),
+              testing::HasSubstr("bytes are no picture of 16384x16384 pixels"));
+  // Grey of one bit: 24 times as large in memory as when it is unpacked.
+  put(16, {0, 0, 0, 24, 0, 0, 0, 18, 1, 0});
+  EXPECT_THAT(reading_error(folder / "b.png"), testing::HasSubstr("8-bit RGB"));
+}
+
+TEST(Preview, WhatIsNoNumberIsBlackAndNoCrash) {
+  for (const float wrong : {NAN, INFINITY, -INFINITY, 1e38f, -1e38f}) {
+    Surface surface = sample_surface(sample_camera());
+    for (std::size_t k = 0; k < surface.normal.size(); k += 3) {
+      surface.normal[k] = {wrong, wrong, wrong};
+      surface.depth[k] = k % 2 ? wrong : surface.depth[k];
+    }
+    for (const double radius : {surface.particle_radius, 1e-300, 1e300}) {
+      surface.particle_radius = radius;
+      for (const Preview preview : kPreviews)
+        EXPECT_EQ(draw_preview(surface, preview).size(), 3u * 61 * 47);
+    }
+  }
 }
 
 }  // namespace

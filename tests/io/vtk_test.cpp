@@ -224,5 +224,15 @@ TEST_F(Vtk, SaysWhatIsWrong) {
             "override)");
 }
 
+TEST_F(Vtk, NamesInMessagesAreShortAndSteerNoTerminal) {
+  const std::string message =
+      error_of("a.vtk",
+               "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 1 float\n0 0 0\n"
+               "POINT_DATA 1\nSCALARS \x1b[2J" +
+                   std::string(100'000, 'n') + " float 1\nLOOKUP_TABLE default\nx\n");
+  EXPECT_THAT(message, HasSubstr("wanted a number for \\x1b[2Jnnn"));
+  EXPECT_LT(message.size(), 300u);
+}
+
 }  // namespace
 }  // namespace meniscus

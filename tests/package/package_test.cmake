@@ -9,7 +9,24 @@ function(run)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${work}/run COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
+# A package is for other machines: it holds no code for the processor of this one.
+if(EXISTS ${BUILD}/compile_commands.json)
+  file(STRINGS ${BUILD}/compile_commands.json native REGEX "-march=native")
+  if(native)
+    message(FATAL_ERROR "configure with -DMENISCUS_NATIVE_BENCHMARKS=OFF: ${native}")
+  endif()
+endif()
+
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/installed)
+# Nor does it hold a path of this one.
+file(GLOB_RECURSE exported ${work}/installed/*/MeniscusTargets*.cmake)
+foreach(file ${exported})
+  file(STRINGS ${file} paths REGEX "[\":;]/[a-z]")
+  if(paths)
+    message(FATAL_ERROR "${file} holds a path of this machine: ${paths}")
+  endif()
+endforeach()
+
 function(build source folder)
   run(${CMAKE_COMMAND} -S ${SOURCE}/${source} -B ${work}/${folder} -G Ninja
     -DCMAKE_PREFIX_PATH=${work}/installed -DCMAKE_BUILD_TYPE=${CONFIG}

@@ -157,5 +157,22 @@ TEST(Faults, NoneIsFoundWhereNoneIs) {
   EXPECT_GT(passed, 1000u);
 }
 
+// What is recorded is what all devices must compute from then on.
+TEST(Recording, RefusesWhatIsFarFromDoublePrecision) {
+  Device device;
+  const Fault fault{"", "project.cl", "", "from_world.s3 * px + from_world.s4 * py",
+                    "from_world.s3 * px - from_world.s4 * py", "", ""};
+  device.state().kernel_text = [&](const std::string& file, const std::string& text) {
+    return file == fault.file ? with_fault(fault, text) : text;
+  };
+  try {
+    record_canonical(device, [](const std::string&) {});
+    FAIL() << "a wrong sign was recorded";
+  } catch (const InvalidArgument& error) {
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("of project_particles is"),
+                                             testing::HasSubstr("off double precision")));
+  }
+}
+
 }  // namespace
 }  // namespace meniscus::verify

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cost.hpp"
 #include "meniscus/error.hpp"
 #include "verify/page.hpp"
 
@@ -221,6 +222,58 @@ TEST(VerifyRun, TableTellsLimitsOfOneNameApart) {
   run.devices[0].rows[0].variant = "upload";
   run.devices[0].rows[0].reason = "10.1 GB/s";
   EXPECT_THAT(table_of(run), HasSubstr("transfer, upload          10.1 GB/s\n"));
+}
+
+TEST(VerifyRun, DeepNestingIsAnErrorAndNoCrash) {
+  const std::string nested = std::string(200'000, '[') + std::string(200'000, ']');
+  EXPECT_THROW(run_from_json("{\"meniscus\": " + nested + "}", "a.json"), InputError);
+}
+
+TEST(VerifyRun, TextsOfAFileStayTexts) {
+  VerifyRun run = two_devices();
+  run.devices[1].rows[0].group = "<script>x</script>";
+  run.devices[0].rows[0].group = run.devices[1].rows[0].group;
+  EXPECT_THAT(to_html(run), Not(HasSubstr("<script>")));
+  run = two_devices();
+  run.devices[1].rows[0].reason = "\x1b[2J\x01 \xff";
+  run.devices[1].device.name = "a\x07";
+  for (const std::string& text : {to_junit(run), to_html(run)})
+    EXPECT_THAT(text, AllOf(HasSubstr("\ufffd[2J\ufffd \ufffd"), HasSubstr("a\ufffd"),
+                            Not(HasSubstr("\x01")), Not(HasSubstr("\xff"))));
+}
+
+TEST(VerifyRun, APageOfMadeUpKernelsHasAnEnd) {
+  VerifyRun run = two_devices();
+  for (int k = 0; k < 2000; ++k) {
+    Row one = run.devices[0].rows[0];
+    one.kernel = "k" + std::to_string(k);
+    one.variant = "v" + std::to_string(k);
+    for (DeviceResults& device : run.devices) device.rows.push_back(one);
+  }
+  const Cost cost = cost_of([&] {
+    if (to_html(run).size() > 10'000'000) _exit(1);
+  });
+  EXPECT_LT(cost.megabytes, 500);
+  EXPECT_THAT(to_html(run), HasSubstr("more lines: too many for one page"));
+}
+
+TEST(VerifyRun, OfTooManyDevicesIsRefused) {
+  VerifyRun run = two_devices();
+  run.devices.resize(65, run.devices[0]);
+  try {
+    run_from_json(to_json(run), "a.json");
+    FAIL() << "65 devices were read";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), AllOf(StartsWith("a.json: "), HasSubstr("65 devices, at most 64")));
+  }
+}
+
+TEST(VerifyRun, NamesOfDevicesHaveAnEndAndSteerNoTerminal) {
+  VerifyRun run = two_devices();
+  run.devices[0].device.name = "\x1b]0;title\x07" + std::string(100'000, 'x');
+  const VerifyRun back = run_from_json(to_json(run), "a.json");
+  EXPECT_THAT(back.devices[0].device.name, StartsWith("\\x1b]0;title\\x07xxx"));
+  EXPECT_LT(back.devices[0].device.name.size(), 300u);
 }
 
 }  // namespace
