@@ -11,6 +11,7 @@ const std::vector<StageCase>& stage_cases() {
       {"density", {0, 1, 65, 700}, density_case},
       {"motion", {0, 1, 65, 900}, motion_case},
       {"particle_fit", {4, 11}, particle_fit_case},
+      {"roundness", {4, 11}, roundness_case},
       {"blend", {9, 37}, blend_case},
       {"stable", {1, 13, 60}, stable_case},
       {"paper", {3, 7, 8, 40}, paper_case},

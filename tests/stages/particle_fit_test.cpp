@@ -23,15 +23,25 @@ ParticleFits fit(Device& device, const Scene& scene, const FitParams& params) {
   return fit_particles(device, scene.projected, scene.seen, scene.around, params);
 }
 
+// Some fits of two sheets, some of one quadric, some in between.
+std::vector<float> mixed_roundness(const Scene& scene) {
+  Random random(7);
+  std::vector<float> roundness;
+  for (std::size_t k = 0; k < scene.seen.index.size(); ++k)
+    roundness.push_back(k % 3 == 0 ? 0 : k % 3 == 1 ? 1 : static_cast<float>(random(0, 1)));
+  return roundness;
+}
+
 // Checks the fits of pass `pass` against the normal equations with the weights that those of the
 // pass before give; `before` is empty in the first.
 void expect_pass(const Scene& scene, const ParticleFits& before, const ParticleFits& after,
-                 const FitParams& params, int pass) {
+                 const FitParams& of_sheets, int pass) {
   const Surroundings all = scene.surroundings(before);
   ASSERT_EQ(after.size(), scene.seen.index.size());
   for (std::size_t k = 0; k < after.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(scene.place[k]);
     const double rho = after.support[k];
+    const FitParams params = reference::round_params(of_sheets, after.roundness[k]);
     const reference::PassProblem one =
         reference::pass_problem(all, before, k, i, rho, params, pass);
     ASSERT_GE(after.residual[k], 0);
@@ -168,6 +178,26 @@ TEST_P(ParticleFit, EachPassWeighsByThePassBefore) {
     }
 }
 
+TEST_P(ParticleFit, RoundFitsCrossWiderAnglesAndSeeLess) {
+  for (const auto& surface : {hills, roof}) {
+    const Scene scene = fitted_surface(field(11, 2, surface));
+    const std::vector<float> roundness = mixed_roundness(scene);
+    FitParams params;
+    params.least_support = 1;
+    ParticleFits before;
+    for (params.passes = 1; params.passes <= 3; ++params.passes) {
+      const ParticleFits after =
+          fit_particles(device_, scene.projected, scene.seen, scene.around, roundness, params);
+      for (std::size_t k = 0; k < after.size(); ++k) {
+        EXPECT_EQ(after.roundness[k], roundness[k]);
+        EXPECT_FLOAT_EQ(static_cast<float>(after.support[k]), 10 - 3 * roundness[k]);
+      }
+      expect_pass(scene, before, after, params, params.passes);
+      before = after;
+    }
+  }
+}
+
 // Half of the field is a plane, half a wave that is too short for a quadric of the full support.
 double half_wave(double u, double v) {
   return 30 + 0.1 * v + (u < 32 ? 0 : 1.2 * (1 - std::cos((u - 32) * 2 * std::acos(-1) / 12)));
@@ -216,12 +246,14 @@ TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
   for (const auto& surface : {roof, half_wave}) {
     const Scene scene = fitted_surface(field(18, 4, surface));
     const FitParams params;
-    const ParticleFits fits = fit(device_, scene, params);
+    const ParticleFits fits = fit_particles(device_, scene.projected, scene.seen, scene.around,
+                                            mixed_roundness(scene), params);
     const Surroundings all = scene.surroundings(fits);
     std::size_t decided = 0;
     for (std::size_t k = 0; k < fits.size(); ++k) {
-      const auto expected = reference::measure(all, static_cast<std::size_t>(scene.place[k]),
-                                               fits.support[k], fits.quadric[k], params);
+      const auto expected = reference::measure(
+          all, static_cast<std::size_t>(scene.place[k]), fits.support[k], fits.quadric[k],
+          reference::round_params(params, fits.roundness[k]), fits.roundness[k]);
       if (expected.margin < 1e-5) continue;  // a neighbour more or less
       ++decided;
       const double n = expected.neighbours;

@@ -35,8 +35,12 @@ std::vector<Fault> faults() {
        "* 2.0000002f", "level_weights", ""},
       {"OneUlpOfTheDensity", "density.cl", "kernel void measure_gradients", "f.c * NORM, result",
        "f.c * (NORM * 1.0000001f), result", "measure_gradients", ""},
-      {"AnotherOrderOfFactors", "particle_fit.cl", "kernel void measure_edges", "p.w * r * r *",
-       "p.w * (r * r) *", "measure_edges", ""},
+      {"AnotherOrderOfFactors", "particle_fit.cl", "inline floatv share_of", "u * r * r *",
+       "u * (r * r) *", "measure_edges", ""},
+      {"ALostFactorOfTheEvidence", "roundness.cl", "kernel void measure_evidence",
+       "t.weight * t.f, t.f, squares", "t.weight, t.f, squares", "measure_evidence", ""},
+      {"ATrialFitOfNoEdge", "roundness.cl", "kernel void place_models", "weight *= edge_of",
+       "weight = edge_of", "place_models", ""},
       {"OneUlpOfAMoment", "fit.cl", "#define CUBIC", "fma(s, c, fma(q, d##c, m[k]))",
        "fma(q, d##c, fma(s, c, m[k]))", "fit_particles", ""},
       {"AWrongCoefficientOfExp", "prelude.cl", "floatv exp_negative", "(1.0f / 720.0f)",
@@ -160,8 +164,13 @@ TEST(Faults, NoneIsFoundWhereNoneIs) {
 // What is recorded is what all devices must compute from then on.
 TEST(Recording, RefusesWhatIsFarFromDoublePrecision) {
   Device device;
-  const Fault fault{"", "project.cl", "", "from_world.s3 * px + from_world.s4 * py",
-                    "from_world.s3 * px - from_world.s4 * py", "", ""};
+  const Fault fault{"",
+                    "project.cl",
+                    "",
+                    "from_world.s3 * px + from_world.s4 * py",
+                    "from_world.s3 * px - from_world.s4 * py",
+                    "",
+                    ""};
   device.state().kernel_text = [&](const std::string& file, const std::string& text) {
     return file == fault.file ? with_fault(fault, text) : text;
   };

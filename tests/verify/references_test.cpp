@@ -45,6 +45,8 @@ const Fault kFaults[] = {
     {"motion", 65, "motion.cl", "weight += w;", "weight += 1.001f * w;"},
     {"particle_fit", 11, "particle_fit.cl", "*squares += w", "*squares += 1.05f * w"},
     {"particle_fit", 11, "particle_fit.cl", "0.75f - y * y", "0.76f - y * y"},
+    {"roundness", 11, "roundness.cl", "squares / larger", "1.001f * squares / larger"},
+    {"roundness", 11, "roundness.cl", "B.ff * vb - A.ff", "B.ff * vb - 0.99f * A.ff"},
     {"blend", 9, "hits.cl", "fabs(B) + sqrt(D)", "fabs(B) + 1.0001f * sqrt(D)"},
     {"stable", 13, "stable.cl", "root = sqrt(fmax(D, none))",
      "root = 1.001f * sqrt(fmax(D, none))"},

@@ -45,6 +45,13 @@ inline double value_at(const std::array<float, 10>& c, const Vec3d& x) {
   return sum;
 }
 
+/// Its gradient there.
+inline Vec3d gradient_at(const std::array<float, 10>& c, const Vec3d& x) {
+  return {c[1] + 2.0 * c[4] * x.x + double{c[7]} * x.y + double{c[9]} * x.z,
+          c[2] + 2.0 * c[5] * x.y + double{c[7]} * x.x + double{c[8]} * x.z,
+          c[3] + 2.0 * c[6] * x.z + double{c[8]} * x.y + double{c[9]} * x.x};
+}
+
 /// exp(-r^2 / tau^2), at least 1e-4: the share that is left of the weight of a point r behind the
 /// surface.
 inline double robustness(double r, double tau) {

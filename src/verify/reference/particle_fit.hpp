@@ -28,6 +28,13 @@ inline double common_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, 
   return near < 1e-6 || same < -0.5 ? 0 : near * std::exp(-2 * (1 - same) / (sigma * sigma));
 }
 
+/// The parameters of a fit of that roundness: sigma and tau go from FitParams' to 1.2 and .8.
+inline FitParams round_params(FitParams params, double roundness) {
+  params.normal_sigma += roundness * (1.2 - params.normal_sigma);
+  params.tau += roundness * (std::max(0.8, params.tau) - params.tau);
+  return params;
+}
+
 /// exp(-h^2 / (.6 + .075 l^2)^2), at least 1e-5: the first pass's share for a neighbour at height
 /// h.
 inline double flatness(const Vec3d& x, const Vec3d& n_i) {
@@ -100,10 +107,12 @@ struct Measured {
 /// e = max(.005, smoothstep(.3, .9, share)) with the share of the particles elsewhere, u_j W(l / 4)
 /// each, that agree, smoothstep(.72, .95, n_i.n_j), and .01 u_i that agrees; the firmness,
 /// max(.005, smoothstep(.7, 1, share)) with those that agree by smoothstep(.85, .95, n_i.n_j), and
-/// u_i that agrees; the RMS of f, at most 2, under the common weights; the sum of u_j. `quadric` is
-/// that of the fit with its offset.
+/// u_i that agrees; the RMS of f, at most 2, under the common weights; the sum of u_j. For n_i.n_j
+/// stands, by the roundness, the product of n_j and the quadric's unit gradient at j. `quadric` is
+/// that of the fit with its offset; `params` is that of round_params.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
-                        const std::array<float, 10>& quadric, const FitParams& params) {
+                        const std::array<float, 10>& quadric, const FitParams& params,
+                        double roundness = 0) {
   Measured found;
   double near = 0, agree = 0, firm = 0, weight = 0, squares = 0;
   for (std::size_t j = 0; j < all.position.size(); ++j) {
@@ -120,9 +129,11 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
     found.supporters += u;
     if (l == 0) continue;
     const double q = u * wendland(l / 4);
+    const Vec3d gradient = normalized(gradient_at(quadric, x));
+    const double agrees = same + roundness * (dot(gradient, all.normal[j]) - same);
     near += q;
-    agree += q * smooth_step(0.72, 0.95, same);
-    firm += q * smooth_step(0.85, 0.95, same);
+    agree += q * smooth_step(0.72, 0.95, agrees);
+    firm += q * smooth_step(0.85, 0.95, agrees);
   }
   const double own = all.weight[i];
   found.edge = std::max(0.005, smooth_step(0.3, 0.9, (0.01 * own + agree) / (0.01 * own + near)));

@@ -12,6 +12,7 @@ ReferenceErrors visible_case(Device& device, int size);
 ReferenceErrors density_case(Device& device, int size);
 ReferenceErrors motion_case(Device& device, int size);
 ReferenceErrors particle_fit_case(Device& device, int size);
+ReferenceErrors roundness_case(Device& device, int size);
 ReferenceErrors blend_case(Device& device, int size);
 ReferenceErrors stable_case(Device& device, int size);
 ReferenceErrors paper_case(Device& device, int size);

@@ -21,6 +21,7 @@ struct GivenFits {
     fits.visible.push_back(visible);
     fits.surface.push_back(1);
     fits.support.push_back(FitParams{}.support);
+    fits.roundness.push_back(0);
     fits.edge.push_back(1);
     fits.firmness.push_back(1);
     fits.spread.push_back(0);
@@ -64,6 +65,7 @@ inline GivenFits crowd(unsigned seed) {
               k % 11 == 0 ? 5e-4 : random(0.01, 1), random(-0.05, 0.1));
     scene.fits.surface.back() = random(0, 1);
     scene.fits.support.back() = random(5, 10);
+    scene.fits.roundness.back() = k % 3 == 0 ? random(0, 1) : 0;
     scene.fits.edge.back() = random(0.2, 1);
     scene.fits.firmness.back() = random(0.005, 1);
     scene.trust.back() = k % 13 == 0 ? 0.009 : k % 3 == 0 ? random(0.02, 1) : 1;

@@ -113,6 +113,7 @@ ParticleFits made_by_hand(const Triangulation& mesh, Depth&& depth, double bend,
     fits.visible.push_back(random(0.1, 1));
     fits.surface.push_back(1);
     fits.support.push_back(FitParams{}.support);
+    fits.roundness.push_back(0);
     fits.edge.push_back(random(0.005, 1));
     fits.firmness.push_back(fits.edge.back());
     fits.foot.push_back(mesh.position[k] + n);

@@ -1,0 +1,106 @@
+// The evidence for one quadric or two sheets in double precision, from its definition
+// (roundness.hpp, roundness.cl), given the trial fits.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "verify/reference/fit.hpp"
+
+namespace meniscus::reference {
+
+/// A trial fit around a particle.
+struct TrialFit {
+  Vec3d position, normal;  // particle radii, unit
+  double weight = 0;
+  std::array<float, 10> quadric{};  // through the particles, |grad f| = 1 at this one
+};
+
+/// What one neighbour's fit says at a particle.
+struct TrialWord {
+  double weight = 0, f = 0;
+  Vec3d gradient, place;
+};
+
+/// Of all fits within 4.5 whose normals are less than 120 degrees from that of `own`.
+inline std::vector<TrialWord> words_about(const std::vector<TrialFit>& fits, std::size_t own) {
+  std::vector<TrialWord> words;
+  for (const TrialFit& fit : fits) {
+    const Vec3d x = fits[own].position - fit.position;
+    const double l = length(x) / 4.5;
+    if (l >= 1 || !(fit.weight > 0) || dot(fit.normal, fits[own].normal) < -0.5) continue;
+    const Vec3d gradient = gradient_at(fit.quadric, x);
+    const double f = value_at(fit.quadric, x) / std::max(length(gradient), 0.3);
+    words.push_back({fit.weight * std::pow(1 - l * l, 3), std::clamp(f, -0.5, 0.5),
+                     normalized(gradient), fit.position});
+  }
+  return words;
+}
+
+/// The mean of f^2.
+inline double one_quadric(const std::vector<TrialFit>& fits, std::size_t own) {
+  double sum = 0, weight = 0;
+  for (const TrialWord& word : words_about(fits, own)) {
+    sum += word.weight * word.f * word.f;
+    weight += word.weight;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
+/// The mean of 1 - n.n'.
+inline double bend_of(const std::vector<TrialFit>& fits, std::size_t own) {
+  double sum = 0, weight = 0;
+  for (const TrialFit& fit : fits) {
+    const double l = length(fits[own].position - fit.position) / 4.5;
+    const double same = dot(fit.normal, fits[own].normal);
+    if (l >= 1 || same < -0.5) continue;
+    const double w = fit.weight * std::pow(1 - l * l, 3);
+    sum += w * (1 - same);
+    weight += w;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
+/// The mean of f^2 on the sheet that the blend would take: A around the gradient that dominates
+/// after two rounds of mean shift, or B, the rest.
+inline double two_sheets(const std::vector<TrialFit>& fits, std::size_t own) {
+  const std::vector<TrialWord> words = words_about(fits, own);
+  if (words.empty()) return 0;
+  const auto same = [](const Vec3d& a, const Vec3d& b) { return smooth_step(0.7, 0.9, dot(a, b)); };
+  Vec3d axis = std::max_element(words.begin(), words.end(), [](const auto& a, const auto& b) {
+                 return a.weight < b.weight;
+               })->gradient;
+  for (int round = 0; round < 2; ++round) {
+    Vec3d sum;
+    for (const TrialWord& word : words)
+      sum += word.gradient * (word.weight * same(word.gradient, axis));
+    axis = normalized(sum);
+  }
+  struct Sheet {
+    double weight = 0, f = 0, squares = 0;
+    Vec3d centre, normal;
+  } a, b;
+  const auto add = [](Sheet& sheet, const TrialWord& word, double w) {
+    sheet.weight += w;
+    sheet.f += w * word.f;
+    sheet.squares += w * word.f * word.f;
+    sheet.centre += word.place * w;
+    sheet.normal += word.gradient * w;
+  };
+  for (const TrialWord& word : words) {
+    const double share = same(word.gradient, axis);
+    add(a, word, share * word.weight);
+    add(b, word, (1 - share) * word.weight);
+  }
+  const double of_a = a.squares / a.weight;
+  if (!(b.weight > 0)) return of_a;
+  const Vec3d apart = b.centre / b.weight - a.centre / a.weight;
+  const bool convex = dot(apart, axis) - dot(apart, normalized(b.normal)) < 0;
+  const double fa = a.f / a.weight, fb = b.f / b.weight;
+  if (convex ? fb <= fa : fb >= fa) return of_a;
+  const double meets = smooth_step(0.003, 0.02, b.weight / (a.weight + b.weight));
+  return of_a + meets * (b.squares / b.weight - of_a);
+}
+
+}  // namespace meniscus::reference

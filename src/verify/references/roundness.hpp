@@ -1,0 +1,48 @@
+// The trial fits of a scene, as stage roundness makes them, for its reference.
+#pragma once
+
+#include "stages/roundness.hpp"
+#include "verify/reference/roundness.hpp"
+#include "verify/references/mesh_by_hand.hpp"
+
+namespace meniscus {
+
+/// The trial fits, narrow or wide, of the fitted particles; nothing else is a neighbour that tells.
+inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedSurface& scene,
+                                                   bool wide) {
+  FitParams params;
+  params.support = kTrialReach;
+  params.passes = 1;
+  const ParticleFits fits =
+      fit_particles(device, scene.projected, scene.seen, scene.around,
+                    std::vector<float>(scene.seen.index.size(), wide ? 1.0f : 0.0f), params);
+  std::vector<reference::TrialFit> trial;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    std::array<float, 10> quadric = fits.quadric[k];
+    if (!(fits.residual[k] < 0)) quadric[0] += static_cast<float>(params.offset);
+    const double weight = fits.residual[k] < 0 ? 0 : fits.surface[k] * (wide ? 1 : fits.edge[k]);
+    trial.push_back({fits.position[k], fits.normal[k], weight, quadric});
+  }
+  return trial;
+}
+
+/// The same as if its numbers had been rounded some ten times.
+inline std::vector<reference::TrialFit> rounded(std::vector<reference::TrialFit> fits,
+                                                Random& random) {
+  const auto off = [&](double size) { return 10 * kEpsilon * size * random(-1, 1); };
+  for (reference::TrialFit& fit : fits) {
+    fit.position += Vec3d{off(30), off(30), off(30)};
+    fit.weight *= 1 + off(1);
+    for (float& c : fit.quadric) c += static_cast<float>(off(std::abs(c) + 0.1));
+  }
+  return fits;
+}
+
+inline Evidence evidence_of(Device& device, const FittedSurface& scene) {
+  return measure_evidence(
+      device, scene.projected, scene.seen, scene.around,
+      find_neighbours(device, scene.projected, scene.seen.index, scene.around.index, kTrialReach),
+      {}, {});
+}
+
+}  // namespace meniscus

@@ -1,0 +1,143 @@
+// Whether one quadric or two sheets explain the surface, against double-precision loops and shapes
+// whose answer is known, on every device.
+#include "stages/roundness.hpp"
+
+#include <numbers>
+
+#include "stages/stage_test_support.hpp"
+#include "verify/references/roundness.hpp"
+
+namespace meniscus {
+namespace {
+
+using Roundness = OnDevice;
+
+// Particles at given places with given normals, all of them fitted.
+FittedSurface surface_of(const std::vector<Vec3d>& at, const std::vector<Vec3d>& normal,
+                         double noise) {
+  Random random(9);
+  std::vector<Vec3d> uvt;
+  for (const Vec3d& x : at) {  // plain_view: eye x = u - 50, y = 50 - v, z = -t
+    const Vec3d moved =
+        x + Vec3d{random(-noise, noise), random(-noise, noise), random(-noise, noise)};
+    uvt.push_back({50 + moved.x, 50 - moved.y, -moved.z});
+  }
+  FittedSurface scene{place(uvt), {}, {}, {}};
+  scene.seen = all_visible(scene.projected);
+  scene.around = {scene.seen.index, std::vector<double>(at.size(), 1.0), normal};
+  scene.place = scene.seen.index;
+  return scene;
+}
+
+// About 2 radii apart on a sphere, around (0, 0, -60).
+FittedSurface drop(double radius, double noise) {
+  std::vector<Vec3d> at, normal;
+  const int count = static_cast<int>(std::numbers::pi * radius * radius);  // 4 radii^2 each
+  for (int k = 0; k < count; ++k) {
+    const double z = 1 - (2 * k + 1.0) / count, turn = k * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double across = std::sqrt(1 - z * z);
+    const Vec3d n{across * std::cos(turn), across * std::sin(turn), z};
+    normal.push_back(n);
+    at.push_back(n * radius + Vec3d{0, 0, -60});
+  }
+  return surface_of(at, normal, noise);
+}
+
+// Two faces that meet at 90 degrees along y; normals turn over two radii, as the field's do.
+FittedSurface edge(double noise) {
+  std::vector<Vec3d> at, normal;
+  for (int j = -10; j <= 10; ++j)
+    for (int i = -12; i <= 12; ++i) {
+      const double along = 2 * i + 0.7;
+      const double side = along < 0 ? -1 : 1, depth = std::abs(along) / std::numbers::sqrt2;
+      at.push_back({side * depth, 2.0 * j, -60 - depth});
+      const double turn = std::clamp(along / 2, -1.0, 1.0) * std::numbers::pi / 4;
+      normal.push_back({std::sin(turn), 0, std::cos(turn)});
+    }
+  return surface_of(at, normal, noise);
+}
+
+std::vector<float> roundness_of(Device& device, const FittedSurface& scene) {
+  return measure_roundness(
+      device, scene.projected, scene.seen, scene.around,
+      find_neighbours(device, scene.projected, scene.seen.index, scene.around.index, kTrialReach),
+      {}, {});
+}
+
+TEST_P(Roundness, EvidenceMatchesTheReference) {
+  std::size_t decided = 0, all = 0;
+  double most_two = 0, apart = 0;
+  for (const auto& surface : {hills, roof}) {
+    const FittedSurface scene = fitted_surface(field(15, 3, surface));
+    const Evidence evidence = evidence_of(device_, scene);
+    const auto wide = trial_fits(device_, scene, true), narrow = trial_fits(device_, scene, false);
+    Random random(5);
+    const auto near_narrow = rounded(narrow, random);
+    // As in the case of `verify` (src/verify/references/roundness.cpp).
+    const double bound = kEpsilon * (20 * 10 + 50);
+    for (std::size_t k = 0; k < scene.seen.index.size(); ++k) {
+      EXPECT_NEAR(evidence.one[k], reference::one_quadric(wide, k), bound);
+      EXPECT_NEAR(evidence.bend[k], reference::bend_of(wide, k), bound);
+      EXPECT_EQ(evidence.normal[k], wide[k].normal);
+      const double expected = reference::two_sheets(narrow, k);
+      ++all;
+      if (std::abs(reference::two_sheets(near_narrow, k) - expected) > bound) continue;
+      ++decided;
+      EXPECT_NEAR(evidence.two[k], expected, 4 * bound);
+      most_two = std::max(most_two, expected);
+      apart = std::max(apart, std::abs(expected - reference::one_quadric(narrow, k)));
+    }
+  }
+  EXPECT_GT(decided, all * 9 / 10);
+  EXPECT_GT(most_two, 1e-3);
+  EXPECT_GT(apart, 1e-3);  // sheets were told apart
+}
+
+TEST_P(Roundness, DropsAreRound) {
+  for (const double radius : {3.0, 5.0, 8.0})
+    for (const float r : roundness_of(device_, drop(radius, 0.1))) EXPECT_EQ(r, 1) << radius;
+}
+
+// A single layer of particles has no field that tells its normals; those of edge() are made to turn
+// about as fast as the field's do. Sharp edges of bodies are in the accuracy tests.
+TEST_P(Roundness, AnEdgeIsLessRoundThanADropOfTheSameNoise) {
+  constexpr double kNoise = 0.25;
+  const FittedSurface scene = edge(kNoise);
+  const std::vector<float> of_edge = roundness_of(device_, scene);
+  double sum = 0, count = 0;
+  for (std::size_t k = 0; k < of_edge.size(); ++k) {
+    if (std::abs(scene.projected.x[k]) > 4 || std::abs(scene.projected.y[k]) > 14) continue;
+    sum += of_edge[k];
+    ++count;
+  }
+  EXPECT_GT(count, 50);
+  EXPECT_LT(sum / count, 0.5);
+  for (const float r : roundness_of(device_, drop(5, kNoise))) EXPECT_EQ(r, 1);
+}
+
+TEST_P(Roundness, FlatPlacesAreNotAsked) {
+  const auto flat = [](double, double) { return 30.0; };
+  for (const float r : roundness_of(device_, fitted_surface(field(15, 3, flat)))) EXPECT_EQ(r, 0);
+  EXPECT_TRUE(roundness_of(device_, surface_of({}, {}, 0)).empty());
+}
+
+TEST_P(Roundness, VectorsOfAnyWidthGiveTheSameBits) {
+  const FittedSurface scene = drop(5, 0.3);
+  use_width(1);
+  const Evidence one = evidence_of(device_, scene);
+  const std::vector<float> round = roundness_of(device_, scene);
+  for (const int width : {4, 8, 16}) {
+    use_width(width);
+    const Evidence wide = evidence_of(device_, scene);
+    EXPECT_EQ(one.one, wide.one);
+    EXPECT_EQ(one.two, wide.two);
+    EXPECT_EQ(one.bend, wide.bend);
+    EXPECT_EQ(one.normal, wide.normal);
+    EXPECT_EQ(round, roundness_of(device_, scene));
+  }
+}
+
+MENISCUS_ON_EVERY_DEVICE(Roundness);
+
+}  // namespace
+}  // namespace meniscus
