@@ -33,7 +33,7 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
     for (std::size_t k = begin; k < end; ++k)
       if (!(fits.residual[k] < 0))
         trust[k] = smooth_step(0.24, 0.33, means[0][k]) * smooth_step(5, 12, fits.supporters[k]) *
-                   (1 - smooth_step(0.6, 0.9, means[1][k]));
+                   (1 - smooth_step(0.45, 0.75, means[1][k]));
   });
   return trust;
 }
