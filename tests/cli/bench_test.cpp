@@ -68,9 +68,11 @@ TEST_F(ProgramBench, TheBuiltInFrameIsTheExampleOfTheDam) {
                                "spheres", "--size", "128x96"})["results"][0];
   EXPECT_EQ(built_in["particles"], 35937);
   for (const char* key : {"particles", "pixels"}) EXPECT_EQ(built_in[key], given[key]) << key;
-  // A driver lets go of a command's buffers a little after it, which moves the peak by some of them.
-  const double bytes = given["device_bytes"];
-  EXPECT_NEAR(built_in["device_bytes"].get<double>(), bytes, 0.02 * bytes);
+  // A driver lets go of a command's buffers a little after it, under load later than the next
+  // command's are made, which moves the peak by some of the particles' buffers, of 16 bytes a
+  // particle.
+  EXPECT_NEAR(built_in["device_bytes"].get<double>(), given["device_bytes"].get<double>(),
+              2 * 16 * 35937.0);
 }
 
 TEST_F(ProgramBench, SyntheticFramesOfEverySize) {

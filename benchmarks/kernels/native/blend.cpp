@@ -87,7 +87,7 @@ struct Entry {
   hit.gx = gx * slope;
   hit.gy = gy * slope;
   hit.gz = gz * slope;
-  hit.pull = -3.0f * g[10] * steep * facing;
+  hit.pull = g[15] * steep * facing;
   return any(hit.weight > 0.0f);
 }
 
