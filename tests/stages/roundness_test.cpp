@@ -73,17 +73,15 @@ TEST_P(Roundness, EvidenceMatchesTheReference) {
     const auto wide = trial_fits(device_, scene, true), narrow = trial_fits(device_, scene, false);
     Random random(5);
     const auto near_narrow = rounded(narrow, random);
-    // As in the case of `verify` (src/verify/references/roundness.cpp).
-    const double bound = kEpsilon * (20 * 10 + 50);
     for (std::size_t k = 0; k < scene.seen.index.size(); ++k) {
-      EXPECT_NEAR(evidence.one[k], reference::one_quadric(wide, k), bound);
-      EXPECT_NEAR(evidence.bend[k], reference::bend_of(wide, k), bound);
+      EXPECT_NEAR(evidence.one[k], reference::one_quadric(wide, k), kEvidenceBound);
+      EXPECT_NEAR(evidence.bend[k], reference::bend_of(wide, k), kEvidenceBound);
       EXPECT_EQ(evidence.normal[k], wide[k].normal);
       const double expected = reference::two_sheets(narrow, k);
       ++all;
-      if (std::abs(reference::two_sheets(near_narrow, k) - expected) > bound) continue;
+      if (std::abs(reference::two_sheets(near_narrow, k) - expected) > kEvidenceBound) continue;
       ++decided;
-      EXPECT_NEAR(evidence.two[k], expected, 4 * bound);
+      EXPECT_NEAR(evidence.two[k], expected, 4 * kEvidenceBound);
       most_two = std::max(most_two, expected);
       apart = std::max(apart, std::abs(expected - reference::one_quadric(narrow, k)));
     }

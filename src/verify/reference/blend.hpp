@@ -10,6 +10,7 @@
 #include "stages/particle_fit.hpp"
 #include "stages/view.hpp"
 #include "verify/reference/epsilon.hpp"
+#include "verify/reference/fit.hpp"
 
 namespace meniscus::reference {
 
@@ -22,9 +23,7 @@ inline double smooth_passage(double low, double high, double x) {
 inline double value(const ParticleFits& fits, std::size_t k, const Vec3d& X, Vec3d* gradient) {
   const std::array<float, 10>& c = fits.quadric[k];
   const Vec3d d = X - fits.position[k];
-  *gradient = {c[1] + 2.0 * c[4] * d.x + c[7] * d.y + c[9] * d.z,
-               c[2] + 2.0 * c[5] * d.y + c[7] * d.x + c[8] * d.z,
-               c[3] + 2.0 * c[6] * d.z + c[8] * d.y + c[9] * d.x};
+  *gradient = gradient_at(c, d);
   return c[0] + c[1] * d.x + c[2] * d.y + c[3] * d.z + c[4] * d.x * d.x + c[5] * d.y * d.y +
          c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.y * d.z + c[9] * d.z * d.x;
 }

@@ -26,6 +26,12 @@ inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedS
   return trial;
 }
 
+/// How far floats may be from the reference: f is good to 20 epsilon of terms that add up to 10;
+/// its square, at most 1/4, to twice that times 1/2. Sums of some fifty terms round by as many
+/// epsilon. Two sheets may be four times as far, and are decided where `rounded` fits move them by
+/// less than it: which sheet is taken is a choice, and shares are steep.
+inline constexpr double kEvidenceBound = kEpsilon * (20 * 10 + 50);
+
 /// The same as if its numbers had been rounded some ten times.
 inline std::vector<reference::TrialFit> rounded(std::vector<reference::TrialFit> fits,
                                                 Random& random) {
