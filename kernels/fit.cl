@@ -157,7 +157,7 @@ inline floatv solve(floatv* A, floatv* b) {
 }
 
 // The quadric a (in: its right-hand side) of the sums in m. Returns the smallest pivot, see solve.
-inline floatv quadric_of(const floatv* m, floatv* a, const float ridge) {
+inline floatv quadric_of(const floatv* m, floatv* a, const floatv ridge) {
   floatv A[55];
 #pragma unroll
   for (int k = 0; k < 55; ++k) A[k] = plain_zero(m[kProduct[k]]);  // see PRODUCTS

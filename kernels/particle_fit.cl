@@ -100,15 +100,22 @@ inline void add_distance(const floatv f, const floatv weight, const floatv inver
   *total += w;
 }
 
-// What a fit's weights have of its roundness (roundness.cl): 2 / sigma^2 and tau, both between those of
-// two sheets and those of one quadric.
-//   weighing  sigma and tau (particle radii) at roundness 0; how much they grow up to roundness 1
-inline floatv falloff_of(const floatv roundness, const float4 weighing) {
-  const floatv sigma = fma(roundness, (floatv)(weighing.z), (floatv)(weighing.x));
+// What a fit has of its roundness (roundness.cl), each between that of two sheets and that of one
+// quadric: 2 / sigma^2, tau, the distance of the off-surface rows and the ridge.
+//   model  at roundness 0: sigma, tau (particle radii), off-surface distance (particle radii), ridge;
+//          then how much each changes up to roundness 1
+inline floatv falloff_of(const floatv roundness, const float8 model) {
+  const floatv sigma = fma(roundness, (floatv)(model.s4), (floatv)(model.s0));
   return 2.0f / (sigma * sigma);
 }
-inline floatv tau_of(const floatv roundness, const float4 weighing) {
-  return fma(roundness, (floatv)(weighing.w), (floatv)(weighing.y));
+inline floatv tau_of(const floatv roundness, const float8 model) {
+  return fma(roundness, (floatv)(model.s5), (floatv)(model.s1));
+}
+inline floatv off_surface_of(const floatv roundness, const float8 model) {
+  return fma(roundness, (floatv)(model.s6), (floatv)(model.s2));
+}
+inline floatv ridge_of(const floatv roundness, const float8 model) {
+  return fma(roundness, (floatv)(model.s7), (floatv)(model.s3));
 }
 
 // How far a fit's surroundings are one sheet, from the weights of all particles elsewhere and of those
@@ -149,9 +156,8 @@ kernel void fit_particles(
     global float* weight,           // [slots] out, where one pass is to come or none
     global float* turned,           // [n + 1][4] normals out
     const int lanes, const int nobody, const int pass, const int left,  // passes to come
-    const float4 weighing,  // see falloff_of
-    const float4 fitting) {  // off-surface distance, particle radii; ridge; h_0, particle radii;
-                             // h_1, 1 / particle radii
+    const float8 model,  // see falloff_of
+    const float2 heights) {  // h_0, particle radii; h_1, 1 / particle radii
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f);
@@ -166,10 +172,10 @@ kernel void fit_particles(
     for (int k = 0; k < 10; ++k) c[k] = SELECT(none, LOADF(quadric + k * lanes + lane), refit);
   }
   const floatv rho = LOADF(support + lane), inverse_rho = 1.0f / rho;
-  const floatv delta = fitting.x / rho;
   const floatv roundness = LOADF(support + lanes + lane);
-  const floatv falloff = falloff_of(roundness, weighing);
-  const floatv inverse_tau = 1.0f / tau_of(roundness, weighing);
+  const floatv delta = off_surface_of(roundness, model) / rho;
+  const floatv falloff = falloff_of(roundness, model);
+  const floatv inverse_tau = 1.0f / tau_of(roundness, model);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   floatv m[MOMENTS], a[10];
 #pragma unroll
@@ -191,7 +197,7 @@ kernel void fit_particles(
       floatv off = none;
       if (ANY(!refit)) {
         const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
-                         fma((floatv)(fitting.w), squared, (floatv)(fitting.z));
+                         fma((floatv)(heights.y), squared, (floatv)(heights.x));
         off = smaller(h * h, (floatv)(11.5129255f));  // 1e-5
       }
       if (ANY(refit)) {
@@ -222,7 +228,7 @@ kernel void fit_particles(
 #pragma unroll
     for (int k = 0; k < 10; ++k) a[k] = SELECT(a[k], none, few);
   }
-  const floatv least = quadric_of(m, a, fitting.y);
+  const floatv least = quadric_of(m, a, ridge_of(roundness, model));
   const floatv slope = sqrt(larger(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
   floatv rms = none;
   if (left == 1) {
@@ -288,8 +294,8 @@ kernel void measure_edges(global const float4* place, global const float4* norma
                           global float* rows,           // [4][lanes] e; firmness; distance, radii;
                                                         // number
                           const int lanes,
-                          const float4 weighing,  // see falloff_of
-                          const float reach) {    // particle radii
+                          const float8 model,   // see falloff_of
+                          const float reach) {  // particle radii
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
@@ -297,8 +303,8 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   const floatv inverse_rho = 1.0f / LOADF(support + lane);
   const floatv roundness = LOADF(support + lanes + lane);
-  const floatv falloff = falloff_of(roundness, weighing);
-  const floatv inverse_tau = 1.0f / tau_of(roundness, weighing);
+  const floatv falloff = falloff_of(roundness, model);
+  const floatv inverse_tau = 1.0f / tau_of(roundness, model);
   const int round = ANY(roundness > 0.0f);
   floatv c[10];
 #pragma unroll

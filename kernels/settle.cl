@@ -10,6 +10,15 @@
 #define REFINE 8                 // positions of a crossing within a step, at most
 #define NEWTON (1.0f / 2048.0f)  // particle radii: a shorter step of Newton's need not be taken
 
+// Where blend and field tell different things the field is right: on violent scenes, samples over half
+// a radius apart err by .2 to .5 s in the blend and by .2 to .3 s in the field, those over two radii
+// apart by .8 to 1.4 s and .1 to .5 s (docs/method.md). From these distances (particle radii, along
+// the blend's normal) and these cosines of normals on the blend gives way, up to those where it is gone.
+#define NEAR_FIELD 0.5f
+#define OFF_FIELD 1.0f
+#define TURNED_OFF 0.6f
+#define TURNED_ALIKE 0.92f
+
 typedef struct {
   floatv depth;       // +infinity: nowhere, or already reached at the start
   floatv nx, ny, nz;  // unit outward normal, eye axes
@@ -188,11 +197,10 @@ typedef struct {
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
 // its point, which is in doubt, reaches the contour's. Where they are not, or no group was met, the
 // density field is followed near by: in between the two are mixed by the trust, without it the
-// blend goes. A ray that met no group and comes near no particle (`core` is infinite) shows nothing.
+// blend goes.
 inline Verdict judge(const int* at, const intv listed, global const float* triangle,
-                     global const float* reference, global const float* core,
-                     global const float* trust, global const float* depth, const float4 limits,
-                     const int only_gaps) {
+                     global const float* reference, global const float* trust,
+                     global const float* depth, const float4 limits, const int only_gaps) {
   const floatv none = (floatv)(0.0f);
   Verdict v;
   v.t0 = gather_float(reference, at);
@@ -201,7 +209,7 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
   intv live = listed & (v.t0 < INFINITY);
   if (only_gaps) live &= !met;
   // Maps are read only where they tell: they are large, and a CPU waits for them.
-  const intv blended = live & met, gap = live & !met;
+  const intv blended = live & met;
   floatv carried = none;
   if (ANY(blended)) carried = SELECT(none, gather_float(trust, at), blended);
   intv on_edge, ended;
@@ -212,7 +220,6 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
   if (ANY(sure)) alone &= !(fabs(v.t - gather_float(triangle, at)) < limits.z);
   v.gone = alone & ended;
   v.doubted = alone & !ended;
-  if (ANY(gap)) v.gone |= gap & !(gather_float(core, at) < INFINITY);
   v.mixed = live & !v.gone & (trusted < 1.0f);
   return v;
 }
@@ -244,39 +251,43 @@ inline floatv search_to(const floatv t, const floatv t0, const float beyond) {
 
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
 // nothing outside the fluid: with less trust the contour draws in to where the field has its own.
-// And it gives way where it disagrees with the field.
+// And it gives way where it disagrees with the field, but for convex creases, which the field rounds.
+// Where there is no field to follow, the larger share decides.
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
-                   global const float* reference, global const float* core,
-                   global const float* trust, global float* depth, global float* normal,
+                   global const float* reference, global const float* trust, global float* depth,
+                   global float* normal,
                    global int* group, global uchar* kind, global float* behind, const Cells cells,
                    global const float* weight, global const float* level_weight,
                    const float4 limits, const float beyond, Around* around) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
-  const floatv front = gather_float(core, at);
   const intv met = t < INFINITY;
   intv on_edge, ended;
   const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
   const floatv from = search_from(t, t0, limits), to = search_to(t, t0, beyond);
-  const intv reaches = listed & (front < INFINITY) & (from <= to);
+  const intv reaches = listed & (from <= to);
   Probes probes = {weight, t, listed & met, none};
   const Crossing c =
       first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &probes);
   const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
-  const floatv apart = SELECT(nowhere, fabs(c.depth - t), met);
-  const floatv yielding = larger(share - (1.0f - share) * 2.0f * larger(apart - 0.5f, none), none);
-  const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
-  share = SELECT(choice, yielding, apart < limits.w);
-  const intv changed = listed & (share < 1.0f), both = share > 0.0f;
-  const intv drawn = changed & (c.depth < INFINITY), gone = changed & !(c.depth < INFINITY);
-  const floatv rest = 1.0f - share;
+  const intv crossed = c.depth < INFINITY;
   floatv mx = none, my = none, mz = none;
-  if (ANY(drawn & both)) {  // maps that a CPU waits for
+  if (ANY(crossed & (share > 0.0f))) {  // maps that a CPU waits for
     mx = gather_float(normal, at);
     my = gather_float(normal + n, at);
     mz = gather_float(normal + 2 * n, at);
+    const floatv apart = fabs(c.depth - t) * fabs(mx * r.dx + my * r.dy - mz);
+    const floatv alike = mx * c.nx + my * c.ny + mz * c.nz;
+    const floatv agreement = (1.0f - smooth_step(NEAR_FIELD, OFF_FIELD, apart)) *
+                             smooth_step(TURNED_OFF, TURNED_ALIKE, alike);
+    share = SELECT(share, share * agreement, crossed & (share > 0.0f) & !on_edge);
   }
+  const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
+  share = SELECT(choice, share, crossed);
+  const intv changed = listed & (share < 1.0f), both = share > 0.0f;
+  const intv drawn = changed & crossed, gone = changed & !crossed;
+  const floatv rest = 1.0f - share;
   const floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
   const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
   const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
@@ -294,8 +305,6 @@ kernel void settle_samples(
     global const int* count,        // [tiles]
     global const float* triangle,   // [samples] depth of kept triangles
     global const float* reference,  // [samples] reference depth
-    global const float* core,       // [samples] finite where the ray comes near enough to a particle
-                                    // to meet the field's level
     global const float* trust,      // [samples] of the blend (blend.cl)
     global float* depth,            // [samples] in and out
     global float* behind,           // [samples] out
@@ -317,8 +326,8 @@ kernel void settle_samples(
     if (!vectors) return;
     Verdict verdict[VECTORS];
     for (int v = 0; v < vectors; ++v) {
-      verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, core, trust, depth,
-                         limits, only_gaps);
+      verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, trust, depth, limits,
+                         only_gaps);
       around.wanted[v] = verdict[v].doubted;
       ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
@@ -330,8 +339,6 @@ kernel void settle_samples(
 
 kernel void follow_field(
     global const int* sample, global const int* count, global const float* reference,
-    global const float* core,   // [samples] finite where the ray comes near enough to a particle to
-                                // meet the field's level
     global const float* trust,  // [samples] of the blend (blend.cl)
     global float* depth,        // [samples] in and out
     global float* normal,       // [3][samples] in and out
@@ -354,12 +361,11 @@ kernel void follow_field(
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
-      const intv reaches = lanes[v].used & (gather_float(core, lanes[v].at) < INFINITY);
-      ask_for(search_from(t, t0, limits), search_to(t, t0, beyond), reaches, &around);
+      ask_for(search_from(t, t0, limits), search_to(t, t0, beyond), lanes[v].used, &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
-      follow(lanes[v].at, lanes[v].used, samples.x * samples.y, lanes[v].rays, reference, core, trust,
+      follow(lanes[v].at, lanes[v].used, samples.x * samples.y, lanes[v].rays, reference, trust,
              depth, normal, group, kind, behind, cells, weight, level_weight, limits, beyond,
              &around);
   }
@@ -368,8 +374,7 @@ kernel void follow_field(
 // Both at a list of positions. One work-item per point, WIDTH 1.
 #if WIDTH == 1
 kernel void settle_points(
-    global const float* triangle, global const float* reference, global const float* core,
-    global float* trust, global float* depth, global float* normal, global int* group,
+    global const float* triangle, global const float* reference, global float* trust, global float* depth, global float* normal, global int* group,
     global uchar* kind, global float* behind, global float* to_follow,
     global const float* points,  // [2][n] u, v, pixels
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
@@ -383,10 +388,10 @@ kernel void settle_points(
   Around around;
   around.vectors = 1;
   around.count = -1;  // nothing to share: every point searches for itself
-  const Verdict verdict = judge(&p, 1, triangle, reference, core, trust, depth, limits, 0);
+  const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, limits, 0);
   settle(verdict, &p, 1, r, depth, behind, to_follow, cells, weight, &around);
   if (to_follow[p] < INFINITY)
-    follow(&p, 1, n, r, reference, core, trust, depth, normal, group, kind, behind, cells,
+    follow(&p, 1, n, r, reference, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, limits, beyond, &around);
 }
 #endif

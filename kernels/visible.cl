@@ -185,14 +185,12 @@ inline void count_finite(const Part part, const floatv* map, global int* occupie
   if (number > 0) atomic_add(occupied + block_of(part.i, part.j, nodes.x), number);
 }
 
-// Draws two maps of a bin at once: the nearest fronts, and with `core` > 0 what lies within `core` of
-// the half axes of any disc (0 there), else the farthest backs, t + bulge sqrt(1 - d^2).
+// Draws two maps of a bin at once: the nearest fronts and the farthest backs, t + bulge sqrt(1 - d^2).
 inline void draw_both(const Part part, global const float* disc, global const int2* entry,
-                      floatv* near, floatv* other, const float2 grid, const float core) {
+                      floatv* near, floatv* far, const float2 grid) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
   const floatv node_v = rows_of(part, grid);
-  const float least = 1.0f - core * core;
   for (int e = part.begin; e < part.end; ++e) {
     const int packed = entry[e].y;
     const int j0 = max(packed >> 8 & 15, part.row),
@@ -211,41 +209,32 @@ inline void draw_both(const Part part, global const float* disc, global const in
       floatv front = d.s0 - half_depth;
       front = SELECT(front, (floatv)(1e-6f), front < 1e-6f);
       near[row] = SELECT(near[row], front, front < near[row]);
-      if (core > 0.0f) {
-        other[row] = SELECT(other[row], (floatv)(0.0f), q >= least);
-      } else {
-        const floatv back = d.s0 + half_depth;
-        other[row] = SELECT(other[row], back, back > other[row]);
-      }
+      const floatv back = d.s0 + half_depth;
+      far[row] = SELECT(far[row], back, back > far[row]);
     }
   }
 }
 
-// The nearest front at every node of the listed bins, INFINITY where there is none, and where a node
-// lies within `core` of any particle's footprint: 0, else INFINITY. Bins without particles are left
-// as they are. The range as above.
-kernel void splat_core(global const float* disc, global const int* end, global const int2* entry,
-                       global float* depth,    // [ny*nx] particle radii
-                       global float* in_core,  // [ny*nx]
-                       global int* occupied,   // [blocks] out: at how many nodes the depth is finite;
-                                               // 0 before
-                       const int2 range, const int bins_x, const int2 nodes, const float2 grid,
-                       const float core) {  // > 0
+// As splat_depth; bins without particles are left as they are.
+kernel void splat_fronts(global const float* disc, global const int* end, global const int2* entry,
+                         global float* depth,   // [ny*nx] particle radii
+                         global int* occupied,  // [blocks] out: at how many nodes the depth is finite;
+                                                // 0 before
+                         const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
   const Part part = part_of(end, range, bins_x);
   if (part.begin == part.end) return;
-  floatv near[ROWS], other[ROWS];
-  for (int row = 0; row < ROWS; ++row) near[row] = other[row] = (floatv)(INFINITY);
-  draw_both(part, disc, entry, near, other, grid, core);
-  store_rows(part, near, depth, nodes);
-  store_rows(part, other, in_core, nodes);
-  count_finite(part, near, occupied, nodes);
+  floatv map[ROWS];
+  for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
+  draw_discs(part, disc, entry, map, 0, grid, 0);
+  store_rows(part, map, depth, nodes);
+  count_finite(part, map, occupied, nodes);
 }
 
 // The nearest front, INFINITY where there is none, and the farthest back, 0 where there is none.
 // Bins without particles are left as they are, unless `asked` for: then there are no fronts.
 kernel void splat_extent(global const float* disc, global const int* end, global const int2* entry,
                          global float* from, global float* to,
-                         global int* occupied,     // [blocks] out: as of splat_core
+                         global int* occupied,     // [blocks] out: as of splat_fronts
                          global const int* asked,  // [blocks] not 0: is to be written
                          const int2 range, const int bins_x,
                          const int2 nodes, const float2 grid) {
@@ -258,7 +247,7 @@ kernel void splat_extent(global const float* disc, global const int* end, global
     near[row] = (floatv)(INFINITY);
     far[row] = (floatv)(0.0f);
   }
-  draw_both(part, disc, entry, near, far, grid, 0.0f);
+  draw_both(part, disc, entry, near, far, grid);
   store_rows(part, near, from, nodes);
   if (!any_entries) return;
   store_rows(part, far, to, nodes);

@@ -118,41 +118,39 @@ native::Cells cells_of(Frame& frame, const CapturedLaunch& launch, std::size_t f
 }
 
 native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
-  const cl_float4 limits = launch.scalar<cl_float4>(21);
-  return {lists_of(frame, launch),
-          launch.read<float>(2),
-          launch.read<float>(3),
-          launch.read<float>(4),
-          launch.read<float>(5),
-          launch.write<float>(6),
-          launch.write<float>(7),
-          launch.write<float>(8),
-          cells_of(frame, launch, 9),
-          launch.read<float>(16),
-          limits.s[0],
-          limits.s[2],
-          launch.scalar<cl_int>(22) != 0};
-}
-
-native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
-  const cl_float4 limits = launch.scalar<cl_float4>(23);
+  const cl_float4 limits = launch.scalar<cl_float4>(20);
   return {lists_of(frame, launch),
           launch.read<float>(2),
           launch.read<float>(3),
           launch.read<float>(4),
           launch.write<float>(5),
           launch.write<float>(6),
-          launch.write<std::int32_t>(7),
-          launch.write<std::uint8_t>(8),
-          launch.write<float>(9),
-          cells_of(frame, launch, 10),
+          launch.write<float>(7),
+          cells_of(frame, launch, 8),
+          launch.read<float>(15),
+          limits.s[0],
+          limits.s[2],
+          launch.scalar<cl_int>(21) != 0};
+}
+
+native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
+  const cl_float4 limits = launch.scalar<cl_float4>(22);
+  return {lists_of(frame, launch),
+          launch.read<float>(2),
+          launch.read<float>(3),
+          launch.write<float>(4),
+          launch.write<float>(5),
+          launch.write<std::int32_t>(6),
+          launch.write<std::uint8_t>(7),
+          launch.write<float>(8),
+          cells_of(frame, launch, 9),
+          launch.read<float>(16),
           launch.read<float>(17),
-          launch.read<float>(18),
           pixel_grid(frame.view).size(),
           limits.s[0],
           limits.s[1],
           limits.s[3],
-          launch.scalar<cl_float>(24)};
+          launch.scalar<cl_float>(23)};
 }
 
 native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
@@ -201,7 +199,7 @@ Case prepare_settle(Frame& frame) {
   // Triangle, reference, trust and depth read, one map written. What is computed depends on where
   // the density decides, and is not counted.
   result.bytes = 20 * result.items;
-  add_native(result, frame, "settle_samples", {6, 7, 8}, settle_input, native::settle_samples);
+  add_native(result, frame, "settle_samples", {5, 6, 7}, settle_input, native::settle_samples);
   return result;
 }
 
@@ -209,7 +207,7 @@ Case prepare_follow(Frame& frame) {
   Case result = frame_case(frame, "follow_field");
   // A reference depth; how many samples follow the field from there, and how far, is not counted.
   result.bytes = 4 * result.items;
-  add_native(result, frame, "follow_field", {5, 6, 7, 8, 9}, follow_input, native::follow_field);
+  add_native(result, frame, "follow_field", {4, 5, 6, 7, 8}, follow_input, native::follow_field);
   return result;
 }
 

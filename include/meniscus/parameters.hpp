@@ -48,10 +48,10 @@ struct MergeParams {
 struct FitParams {
   double support = 10;         // radius of a fit's support
   double least_support = .55;  // share of it that is left where one quadric cannot follow
-  double normal_sigma = .5;    // normal difference that a fit crosses, unitless
+  double normal_sigma = .45;   // normal difference that a fit crosses, unitless
   int passes = 3;              // fits of each particle, the later ones with robust weights
-  double off_surface = 1.2;    // distance of the off-surface rows
-  double ridge = 5e-4;         // on the quadratic terms, times the sum of weights
+  double off_surface = 1.4;    // distance of the off-surface rows
+  double ridge = 1e-3;         // on the quadratic terms, times the sum of weights
   double tau = 0.3;            // one-sided robust scale: points this far behind lose their weight
   double offset = 1;           // the surface lies this far outside the particle centres
 };

@@ -69,32 +69,31 @@ std::vector<SilhouetteEdge> cut_silhouettes(Device& device, const View& view,
 // The surface where it is asked for: reference depth, blend, contour, and splash before it. First
 // the samples of a coarse lattice, then those between that these do not tell. Samples whose nearest
 // layer ends before them look again behind it.
-SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid,
-                            FrontAndCore fronts, const Triangulation& mesh,
-                            const BlendRecords& records, const FittedFrame& frame, bool groups,
-                            const Parameters& params, StageClock& clock) {
+SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& grid, Fronts fronts,
+                            const Triangulation& mesh, const BlendRecords& records,
+                            const FittedFrame& frame, bool groups, const Parameters& params,
+                            StageClock& clock) {
   clock.start("region");
   SurfaceBuffers surface = empty_surface(device, grid);
-  const auto& [front, front_core, occupied] = fronts;
+  const auto& [front, occupied] = fronts;
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid, occupied);
   const FitTiles tiles = list_fits(device, view, records, grid);
   const Extent splash = splash_extent(device, frame.splash, grid, occupied);
   // Of the samples that show nothing in the layers so far, the reference depth of the last.
   const auto open = filled<float>(device, grid.size(), kNoSurface);
 
-  const auto fill_layer = [&](const SampleLists& lists, const Buffer<float>& reference,
-                              const Buffer<float>& core) {
+  const auto fill_layer = [&](const SampleLists& lists, const Buffer<float>& reference) {
     clock.start("blend");
     blend_groups(device, view, lists, frame.records, tiles, reference, surface, params.blend);
     clock.start("settle");
-    settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference, core,
-                   surface, open, params.region, false);
+    settle_samples(device, view, lists, frame.cells, frame.levelled, triangles, reference, surface,
+                   open, params.region, false);
   };
   const auto splash_over = [&](const SampleLists& lists) {
     draw_splash(device, view, lists, frame.levelled, splash, surface, params.region);
   };
   const auto fill_front = [&](const LayerSamples& wanted) {
-    fill_layer(wanted.surface, front, front_core);
+    fill_layer(wanted.surface, front);
     clock.start("splash");
     splash_over(keep_samples(device, wanted.splash, splash.from, surface.depth, open));
   };
@@ -116,22 +115,24 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   // What lies behind the front layer, at all samples together: few are open.
   constexpr int kBehind = 2;       // layers
   constexpr double kLayerGap = 3;  // particle radii
+  // The levelled field lies one radius outside the particles, a little more between two.
+  constexpr float kBehindFootprint = 1.4f;  // particle radii
   clock.start("behind");
   const SampleLists gaps = list_samples(device, grid, open, occupied, listed);
-  const Discs hidden = outline_discs(device, frame.hidden, grid,
-                                     {{static_cast<float>(kCoreFootprint), 1.0f}}, Drawn::behind);
+  const Discs hidden =
+      outline_discs(device, frame.hidden, grid, {{kBehindFootprint, 1.0f}}, Drawn::behind);
   const DiscsBehind discs = list_discs(device, hidden, gaps, open, kLayerGap);
   SampleLists lists = gaps;
   for (int layer = 0; layer < kBehind; ++layer) {
     clock.start("behind");
     if (layer > 0) lists = keep_samples(device, lists, open, surface.depth);
-    const Buffer<float> core = splat_behind(device, discs, lists, open, kLayerGap);
-    lists = keep_samples(device, lists, core, surface.depth);
-    fill_layer(lists, core, core);
+    const Buffer<float> reference = splat_behind(device, discs, lists, open, kLayerGap);
+    lists = keep_samples(device, lists, reference, surface.depth);
+    fill_layer(lists, reference);
   }
   clock.start("settle");
-  settle_samples(device, view, gaps, frame.cells, frame.levelled, triangles, front, front_core,
-                 surface, open, params.region, true);
+  settle_samples(device, view, gaps, frame.cells, frame.levelled, triangles, front, surface, open,
+                 params.region, true);
   clock.start("splash");
   splash_over(keep_samples(device, gaps, splash.from, surface.depth));
   clock.start("specks");
@@ -197,9 +198,9 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   const SplatParticles seen = upload_splats(device, projected, visible.index);
   const auto draw_fronts = [&](const SampleGrid& grid) {
     const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-    return splat_core(device, seen, grid, footprint, bulge, kCoreFootprint);
+    return splat_fronts(device, seen, grid, footprint, bulge);
   };
-  FrontAndCore on_image;  // drawn while the host is at the fits' records
+  Fronts on_image;  // drawn while the host is at the fits' records
   if (params.image) on_image = draw_fronts(pixel_grid(view));
   clock.start("fit");
   const NormalSources sources =

@@ -160,13 +160,18 @@ std::size_t most_slots(Device& device) {
   return std::min(most_values<float>(device), kMostSlots - 1);
 }
 
-// What the weights of fits have of their roundness, see falloff_of in particle_fit.cl.
-cl_float4 weighing_of(const FitParams& params) {
-  const auto growth = [](double from, double to) {
-    return static_cast<float>(std::max(to - from, 0.0));
-  };
-  return {{static_cast<float>(params.normal_sigma), static_cast<float>(params.tau),
-           growth(params.normal_sigma, kRoundSigma), growth(params.tau, kRoundTau)}};
+// What fits have of their roundness, see falloff_of in particle_fit.cl.
+cl_float8 model_of(const FitParams& params) {
+  const double flat[] = {params.normal_sigma, params.tau, params.off_surface, params.ridge};
+  const double round[] = {
+      std::max(params.normal_sigma, kRoundSigma), std::max(params.tau, kRoundTau),
+      std::min(params.off_surface, kRoundOffSurface), std::min(params.ridge, kRoundRidge)};
+  cl_float8 model;
+  for (std::size_t k = 0; k < 4; ++k) {
+    model.s[k] = static_cast<float>(flat[k]);
+    model.s[4 + k] = static_cast<float>(round[k] - flat[k]);
+  }
+  return model;
 }
 
 // The residual of each fit; negative: no fit.
@@ -333,14 +338,13 @@ Range range_of_lanes(Device& device, const FitLanes& lanes) {
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
                const FitParams& params) {
-  const cl_float4 fitting{{static_cast<float>(params.off_surface), static_cast<float>(params.ridge),
-                           kHeight, kHeightGrowth}};
+  const cl_float2 heights{{kHeight, kHeightGrowth}};
   const FitNeighbours::Part& part = *lanes.part;
   launch(device, kFiles, "fit_particles", range_of_lanes(device, lanes),
          width_option(device.state().wide_width()), surface.place, from, part.particle,
          part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.residual,
          lanes.weight, turned, static_cast<cl_int>(lanes.residual.size), surface.nobody,
-         cl_int{pass.done}, cl_int{pass.left}, weighing_of(params), fitting);
+         cl_int{pass.done}, cl_int{pass.left}, model_of(params), heights);
 }
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
@@ -393,8 +397,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     launch(device, kFiles, "measure_edges", range_of_lanes(device, lanes),
            width_option(device.state().wide_width()), surface.place, normals, part.particle,
            part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.weight,
-           lanes.residual, rows.back(), static_cast<cl_int>(lanes.residual.size),
-           weighing_of(params), kEdgeReach);
+           lanes.residual, rows.back(), static_cast<cl_int>(lanes.residual.size), model_of(params),
+           kEdgeReach);
   }
   fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());

@@ -34,9 +34,11 @@ inline constexpr float kEdgeReach = 4;
 
 /// What fits have where one quadric explains the surroundings (roundness 1), where FitParams says
 /// it for roundness 0.
-inline constexpr double kRoundSigma = 1.2;  // normal difference that a fit crosses, unitless
-inline constexpr double kRoundTau = 0.8;    // one-sided robust scale, particle radii
-inline constexpr double kRoundSupport = 7;  // radius of the support, particle radii, at most
+inline constexpr double kRoundSigma = 1.2;       // normal difference that a fit crosses, unitless
+inline constexpr double kRoundTau = 0.8;         // one-sided robust scale, particle radii
+inline constexpr double kRoundSupport = 7;       // radius of the support, particle radii, at most
+inline constexpr double kRoundOffSurface = 1.2;  // distance of the off-surface rows, radii, at most
+inline constexpr double kRoundRidge = 1e-4;      // on the quadratic terms, at most: bends need them
 
 /// What the kernels read of each particle of the surface, and of nobody behind the last, whose u
 /// is 0.
@@ -131,7 +133,7 @@ std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
 ///   neighbours  of `seen` within params.support
 ///   roundness   [seen] how far one quadric explains each one's surroundings (roundness.hpp), 0 ..
 ///   1:
-///               it widens sigma and tau and takes the support to kRoundSupport
+///               it takes sigma, tau, support, off-surface distance and ridge to kRound...
 ///
 /// Waits. Throws DeviceError.
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,

@@ -10,7 +10,7 @@ constexpr float kTriangleReach = 3;
 // The density field is sought this many particle radii before and twice as many behind the blend or
 // the reference depth; in gaps, which have nothing behind them, farther.
 constexpr float kSearch = 2;
-constexpr float kFarSearch = 100;
+constexpr float kFarSearch = 12;
 
 cl_float4 limits_of(const RegionParams& params) {
   return {{static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
@@ -25,19 +25,19 @@ constexpr char kSettle[] = "cells.cl field.cl samples.cl settle.cl";
 void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const DeviceCells& cells, const DeviceCells& levelled,
                     const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                    const Buffer<float>& core, const SurfaceBuffers& surface,
-                    const Buffer<float>& behind, const RegionParams& params, bool only_gaps) {
+                    const SurfaceBuffers& surface, const Buffer<float>& behind,
+                    const RegionParams& params, bool only_gaps) {
   const SampleGrid& grid = surface.grid;
   const auto follow = allocate<float>(device, grid.size());
   const int width = device.state().vector_width, wide = device.state().wide_width();
   launch(device, kSettle, "settle_samples", range_of(lists, width), width_option(width),
-         lists.sample, lists.count, triangle_depth, reference, core, surface.trust, surface.depth,
-         behind, follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell,
-         cells.mask, cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
-         kernel_rays(view), limits_of(params), static_cast<cl_int>(only_gaps));
+         lists.sample, lists.count, triangle_depth, reference, surface.trust, surface.depth, behind,
+         follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         limits_of(params), static_cast<cl_int>(only_gaps));
   const SampleLists rest = keep_samples(device, lists, follow);
   launch(device, kSettle, "follow_field", range_of(rest, wide), width_option(wide), rest.sample,
-         rest.count, reference, core, surface.trust, surface.depth, surface.normal, surface.group,
+         rest.count, reference, surface.trust, surface.depth, surface.normal, surface.group,
          surface.kind, behind, cells.x, cells.y, cells.z, cells.tag, cells.start,
          cells.inverse_cell, cells.mask, cells.weight, levelled.weight, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view), limits_of(params),
@@ -51,9 +51,9 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
   const std::size_t n = surface.grid.size();
   const auto no_triangle = filled<float>(device, n, kNoSurface);
   const auto behind = allocate<float>(device, n), follow = allocate<float>(device, n);
-  launch(device, kSettle, "settle_points", {n}, "", no_triangle, reference, reference,
-         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, follow,
-         points, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+  launch(device, kSettle, "settle_points", {n}, "", no_triangle, reference, surface.trust,
+         surface.depth, surface.normal, surface.group, surface.kind, behind, follow, points,
+         cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
          cells.weight, levelled.weight, static_cast<cl_int>(n), kernel_rays(view),
          limits_of(params), kSearch);
 }

@@ -9,20 +9,16 @@
 
 namespace meniscus {
 
-/// A ray that passes every particle at more than this many of its radii does not meet the levelled
-/// field's surface, which lies one radius outside the particles, a little more between two.
-inline constexpr double kCoreFootprint = 1.4;
-
 /// Decides what each listed sample of a layer shows (kernel settle_samples): the blend where its
 /// groups are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled
-/// density field where they are not and `core` is finite, nothing outside the fluid. Changes the
+/// density field where they are not, nothing outside the fluid. Changes the
 /// surface. `behind` receives for each listed sample that has a reference but shows nothing that
 /// reference, kNoSurface for all other listed ones. Does not wait.
 void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const DeviceCells& cells, const DeviceCells& levelled,
                     const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                    const Buffer<float>& core, const SurfaceBuffers& surface,
-                    const Buffer<float>& behind, const RegionParams& params, bool only_gaps);
+                    const SurfaceBuffers& surface, const Buffer<float>& behind,
+                    const RegionParams& params, bool only_gaps);
 
 /// The same at a list of points (pixels, [2][n] u then v) whose samples `surface` holds, on a grid
 /// of n x 1: what lies near each point's reference depth, without triangles that vouch.

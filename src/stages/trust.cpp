@@ -10,6 +10,11 @@ namespace {
 
 constexpr SheetWeights kSheet{5, 0.4f, 0.6f};
 
+// Where fits' surroundings lie farther from them than this (RMS, particle radii; by the higher one
+// in full), a trace less than full trust has every sample compared with the density field
+// (settle.cl).
+constexpr double kComparedFrom = 0.3, kCompared = 0.4, kTrace = 0.01;
+
 }  // namespace
 
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
@@ -33,7 +38,8 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
     for (std::size_t k = begin; k < end; ++k)
       if (!(fits.residual[k] < 0))
         trust[k] = smooth_step(0.24, 0.33, means[0][k]) * smooth_step(5, 12, fits.supporters[k]) *
-                   (1 - smooth_step(0.45, 0.75, means[1][k]));
+                   (1 - smooth_step(0.45, 0.75, means[1][k])) *
+                   (1 - kTrace * smooth_step(kComparedFrom, kCompared, means[1][k]));
   });
   return trust;
 }

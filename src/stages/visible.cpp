@@ -50,10 +50,10 @@ void draw(Device& device, const std::string& kernel, const Discs& discs, const B
   });
 }
 
-// The same for two maps of all discs, whatever lies before them.
-template <class... Maps, class... Last>
+// The same for several maps of all discs, whatever lies before them.
+template <class... Maps>
 void draw_all(Device& device, const std::string& kernel, const Discs& discs, const SampleGrid& grid,
-              const std::tuple<const Maps&...>& maps, Last... last) {
+              const std::tuple<const Maps&...>& maps) {
   draw_bins(device, discs.outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
             [&](const BinLists& lists) {
               std::apply(
@@ -62,7 +62,7 @@ void draw_all(Device& device, const std::string& kernel, const Discs& discs, con
                            bin_items(lists, device.state().vector_width), options(device),
                            discs.records, lists.end, lists.entry, all...,
                            cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
-                           lattice_of(grid), last...);
+                           lattice_of(grid));
                   },
                   maps);
             });
@@ -144,16 +144,14 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
   return owner;
 }
 
-FrontAndCore splat_core(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                        double footprint, double bulge, double core) {
-  const FrontAndCore maps{allocate<float>(device, grid.size()),
-                          allocate<float>(device, grid.size()), no_blocks(device, grid)};
+Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    double footprint, double bulge) {
+  const Fronts maps{allocate<float>(device, grid.size()), no_blocks(device, grid)};
   if (particles.count == 0) return maps;
   const Discs discs =
       outline_discs(device, particles, grid,
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
-  draw_all(device, "splat_core", discs, grid, std::tie(maps.depth, maps.core, maps.occupied),
-           static_cast<cl_float>(core / footprint));
+  draw_all(device, "splat_fronts", discs, grid, std::tie(maps.depth, maps.occupied));
   return maps;
 }
 

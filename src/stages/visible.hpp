@@ -52,17 +52,15 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
 Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                            double footprint);
 
-/// Fronts, as by splat_depth, and where they have a particle near; written in occupied blocks.
-struct FrontAndCore {
+/// Fronts, as by splat_depth, written in occupied blocks.
+struct Fronts {
   Buffer<float> depth;
-  Buffer<float>
-      core;  // [ny*nx] 0 within `core` radii of any particle on the screen, else kNoSurface
   OccupiedBlocks occupied;
 };
 
 /// Waits.
-FrontAndCore splat_core(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                        double footprint, double bulge, double core);
+Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    double footprint, double bulge);
 
 /// From the nearest front to the farthest back of the spheres at every node.
 struct Extent {

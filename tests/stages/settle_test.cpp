@@ -224,14 +224,13 @@ struct Layer {
   explicit Layer(std::size_t n)
       : triangle(n, kNoSurface),
         reference(n, kNoSurface),
-        core(n, 1),
         trust(n),
         depth(n, kNoSurface),
         normal(3 * n),
         behind(n),
         group(n, 7),
         kind(n, static_cast<cl_uchar>(Kind::surface)) {}
-  std::vector<float> triangle, reference, core, trust, depth, normal, behind;
+  std::vector<float> triangle, reference, trust, depth, normal, behind;
   std::vector<cl_int> group;
   std::vector<cl_uchar> kind;
   Vec3d normal_at(std::size_t s) const {
@@ -270,8 +269,7 @@ Layer settled(Device& device, const View& view, const DeviceCells& cells,
   const auto reference = upload(device, before.reference);
   const auto behind = filled<float>(device, grid.size(), kNoSurface);
   settle_samples(device, view, list_samples(device, grid, reference), cells, levelled,
-                 upload(device, before.triangle), reference, upload(device, before.core), surface,
-                 behind, kParams, only_gaps);
+                 upload(device, before.triangle), reference, surface, behind, kParams, only_gaps);
   Layer after = download(device, before, surface);
   after.behind = download(device, behind);
   return after;
@@ -289,7 +287,6 @@ enum Case : std::size_t {
   unmet,
   unmet_far,
   no_reference,
-  no_core,
   shallow,
   shallow_on_edge,
   outside_on_edge,
@@ -355,10 +352,6 @@ Layer make_layer(const std::vector<double>& crossing, DepthOf&& depth_of) {
         set(0, c);
         layer.reference[s] = kNoSurface;
         break;
-      case no_core:
-        set(0, c + 0.25);
-        layer.core[s] = kNoSurface;
-        break;
       case shallow:
         set(1, depth_of(s, 0.5 * kParams.contour_density));
         break;
@@ -413,33 +406,37 @@ TEST_P(Settle, SamplesShowTheBlendTheFieldOrTheirMixture) {
         which == shallow_on_edge || which == beyond_edge_on_triangle) {
       EXPECT_TRUE(after.same_sample(before, s));
       EXPECT_EQ(after.behind[s], kNoSurface);
-    } else if (which == outside || which == unmet_far || which == no_core || which == shallow ||
+    } else if (which == outside || which == unmet_far || which == shallow ||
                which == outside_on_edge || which == beyond_edge) {
       EXPECT_EQ(after.depth[s], kNoSurface);
       EXPECT_EQ(after.behind[s], before.reference[s]);
-    } else if (which == untrusted || which == unmet) {
+    } else if (which == untrusted || which == unmet || which == too_far_apart) {
       expect_field(after);
     } else {
       const double density = reference::density(field_.particles, at(s, t));
       const bool on_edge = which == little_trusted_on_edge;
-      const double share = reference::mixed_share(
-          reference::blend_share(before.trust[s] - (on_edge ? kOnEdge : 0), false, on_edge, density,
-                                 kParams.contour_density),
-          std::abs(c - t));
-      // The crossing's error counts by the rest, and once more through the share where the two lie
-      // apart: twice the rest of the trust by their distance. The contour's ramp passes on 20 of
-      // the density's rounding.
+      const Vec3d g = field_.gradient(at(s, c)), blended = before.normal_at(s);
+      const double facing = std::abs(dot(blended, ray_direction(view_, u(s), v(s))));
+      const double agreement =
+          on_edge ? 1
+                  : reference::agreement(std::abs(c - t) * facing, dot(blended, normalized(-g)));
+      const double share =
+          agreement * reference::blend_share(before.trust[s] - (on_edge ? kOnEdge : 0), false,
+                                             on_edge, density, kParams.contour_density);
+      // The field's normal turns by its bend, 3 / (4 pi) at most a particle, over its slope on the
+      // way that the crossing is off.
       const double off = depth_tolerance(s, c);
-      const double share_off = 2 * (1 - share) * off + 20 * field_rounding(s, t) + 8 * kEpsilon;
+      const double moved = off * speed(s) + ray_rounding(view_, u(s), v(s), c);
+      const double turned = 2 * in_reach(at(s, c)) * 0.75 / std::numbers::pi * moved / length(g);
+      // The crossing's error counts by the rest, and once more through the agreement, whose slopes
+      // are at most 3 a radius and 4.7. The contour's ramp passes on 20 of the density's rounding.
+      const double share_off = (on_edge ? 0 : 3 * off * facing + 4.7 * turned) +
+                               20 * field_rounding(s, t) + 8 * kEpsilon;
       EXPECT_NEAR(after.depth[s], share * t + (1 - share) * c,
                   (1 - share) * off + share_off * std::abs(c - t) + 4 * kEpsilon * t);
       EXPECT_EQ(after.behind[s], kNoSurface);
-      // The field's normal turns by its bend, 3 / (4 pi) at most a particle, over its slope on the
-      // way that the crossing is off; the share's error counts by the normals' difference.
-      const Vec3d g = field_.gradient(at(s, c));
-      const Vec3d mixed = share * before.normal_at(s) + (1 - share) * normalized(-g);
-      const double moved = off * speed(s) + ray_rounding(view_, u(s), v(s), c);
-      const double turned = 2 * in_reach(at(s, c)) * 0.75 / std::numbers::pi * moved / length(g);
+      // The share's error counts by the normals' difference.
+      const Vec3d mixed = share * blended + (1 - share) * normalized(-g);
       EXPECT_NEAR(length(after.normal_at(s) - normalized(mixed)), 0,
                   2 * ((1 - share) * turned + 2 * share_off) / length(mixed) + 8 * kEpsilon);
       EXPECT_NEAR(length(after.normal_at(s)), 1, 4 * kEpsilon);
@@ -456,9 +453,8 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   for (std::size_t s = 0; s < n_; ++s) crossing[s] = sure_crossing(s);
   Layer before = make_layer(crossing, depth_of());
   before.triangle.assign(n_, kNoSurface);
-  before.core = before.reference;
   for (std::size_t s = 0; s < n_; ++s)
-    if (!(crossing[s] < kEnd)) before.reference[s] = before.core[s] = 19;
+    if (!(crossing[s] < kEnd)) before.reference[s] = 19;
   // The points are searched two radii behind, samples four: the kernel by itself takes the same.
   const SurfaceBuffers samples = upload(device_, grid_, before);
   const auto reference = upload(device_, before.reference);
@@ -469,16 +465,16 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
                           static_cast<float>(kParams.blob_density), 3, 2}};
   const std::string files = "cells.cl field.cl samples.cl settle.cl";
   launch(device_, files, "settle_samples", range_of(lists, 1), "", lists.sample, lists.count,
-         upload(device_, before.triangle), reference, upload(device_, before.core), samples.trust,
-         samples.depth, behind, follow, cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start,
-         cells_.inverse_cell, cells_.mask, cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first,
-         grid_.step, kernel_rays(view_), limits, cl_int{0});
+         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
+         cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
+         cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_),
+         limits, cl_int{0});
   const SampleLists rest = keep_samples(device_, lists, follow);
   launch(device_, files, "follow_field", range_of(rest, 1), "", rest.sample, rest.count, reference,
-         filled<float>(device_, n_, 0.0f), samples.trust, samples.depth, samples.normal,
-         samples.group, samples.kind, behind, cells_.x, cells_.y, cells_.z, cells_.tag,
-         cells_.start, cells_.inverse_cell, cells_.mask, cells_.weight, levelled_.weight,
-         cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_), limits, 2.0f);
+         samples.trust, samples.depth, samples.normal, samples.group, samples.kind, behind,
+         cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
+         cells_.weight, levelled_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step,
+         kernel_rays(view_), limits, 2.0f);
   const Layer expected = download(device_, before, samples);
 
   std::vector<float> points(2 * n_);

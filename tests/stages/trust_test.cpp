@@ -62,9 +62,9 @@ TEST_P(Trust, MatchesItsDefinition) {
       doubt += w * off[j];
       apart += w * fits.spread[j];
     }
-    const double expected = smooth_step(0.24, 0.33, dense / weight) *
-                            (1 - smooth_step(0.45, 0.75, apart / weight)) *
-                            smooth_step(5, 12, fits.supporters[k]);
+    const double expected =
+        smooth_step(0.24, 0.33, dense / weight) * (1 - smooth_step(0.45, 0.75, apart / weight)) *
+        (1 - 0.01 * smooth_step(0.3, 0.4, apart / weight)) * smooth_step(5, 12, fits.supporters[k]);
     between += expected > 0.01 && expected < 0.99;
     // A weight is off by 50 epsilon at most: n.n' by four, which a slope of 7.5 passes on, and the
     // distance; sums round once a fit. Smoothstep's slope is 1.5 over the width of its ramp.

@@ -155,7 +155,7 @@ void motion_of_samples(const Motion& input, std::size_t begin, std::size_t end);
 
 struct Settle {
   Lists lists;
-  const float *triangle, *reference, *core, *trust;
+  const float *triangle, *reference, *trust;
   float *depth, *behind, *follow;
   Cells cells;
   const float* weight;
@@ -167,7 +167,7 @@ void settle_samples(const Settle& input, std::size_t begin, std::size_t end);
 
 struct Follow {
   Lists lists;
-  const float *reference, *core, *trust;
+  const float *reference, *trust;
   float *depth, *normal;
   std::int32_t* group;
   std::uint8_t* kind;

@@ -158,7 +158,7 @@ Verdict judge(const Settle& in, const Lanes& lanes) {
   const Ints met = v.t < kNowhere;
   Ints live = lanes.used & (v.t0 < kNowhere);
   if (in.only_gaps) live &= ~met;
-  const Ints blended = live & met, gap = live & ~met;
+  const Ints blended = live & met;
   const Trust trust(any(blended) ? (blended ? gather(in.trust, at) : Floats{}) : Floats{});
   v.contour = trust.contour(in.contour);
   const Ints sure = live & (trust.ended | (trust.share >= 1.0f));
@@ -166,7 +166,6 @@ Verdict judge(const Settle& in, const Lanes& lanes) {
   if (any(sure)) alone &= ~(magnitude(v.t - gather(in.triangle, at)) < in.triangle_reach);
   v.gone = alone & trust.ended;
   v.doubted = alone & ~trust.ended;
-  if (any(gap)) v.gone |= gap & ~(gather(in.core, at) < kNowhere);
   v.mixed = live & ~v.gone & (trust.share < 1.0f);
   return v;
 }
@@ -190,22 +189,32 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
   const Trust trust(met ? gather(in.trust, at) : none);
   const Floats from = larger(smaller(t, t0) - in.search, all(1e-3f));
   const Floats to = (met ? t : t0) + in.beyond;
-  const Ints reaches = lanes.used & (gather(in.core, at) < kNowhere) & (from <= to);
+  const Ints reaches = lanes.used & (from <= to);
   Probes probes{in.weight, t, lanes.used & met, none};
   const Crossing c =
       first_crossing(in.cells, in.level_weight, r, from, to, in.level, reaches, around, probes);
   const Floats inside = probes.density - trust.contour(in.contour) - 0.1f * (1.0f - trust.share);
   Floats share = trust.share * smaller(larger(20.0f * inside, none), one);
-  const Floats apart = met ? magnitude(c.depth - t) : all(kNowhere);
-  const Floats yielding = larger(share - (1.0f - share) * 2.0f * larger(apart - 0.5f, none), none);
-  share = apart < in.search ? yielding : share > 0.5f ? one : none;
-  const Ints changed = lanes.used & (share < 1.0f), both = share > 0.0f;
-  const Ints drawn = changed & (c.depth < kNowhere), gone = changed & ~(c.depth < kNowhere);
-  const Floats rest = 1.0f - share;
+  const Ints crossed = c.depth < kNowhere, compared = crossed & (share > 0.0f);
   float* const normal[3] = {in.normal, in.normal + in.samples, in.normal + 2 * in.samples};
-  const Floats nx = both ? share * gather(normal[0], at) + rest * c.nx : c.nx;
-  const Floats ny = both ? share * gather(normal[1], at) + rest * c.ny : c.ny;
-  const Floats nz = both ? share * gather(normal[2], at) + rest * c.nz : c.nz;
+  Floats mx{}, my{}, mz{};
+  if (any(compared)) {
+    mx = gather(normal[0], at);
+    my = gather(normal[1], at);
+    mz = gather(normal[2], at);
+    const Floats apart = magnitude(c.depth - t) * magnitude(mx * r.dx + my * r.dy - mz);
+    const Floats alike = mx * c.nx + my * c.ny + mz * c.nz;
+    const Floats agreement =
+        (1.0f - smooth_step(0.5f, 1.0f, apart)) * smooth_step(0.6f, 0.92f, alike);
+    share = compared & ~trust.on_edge ? share * agreement : share;
+  }
+  share = crossed ? share : share > 0.5f ? one : none;
+  const Ints changed = lanes.used & (share < 1.0f), both = share > 0.0f;
+  const Ints drawn = changed & crossed, gone = changed & ~crossed;
+  const Floats rest = 1.0f - share;
+  const Floats nx = both ? share * mx + rest * c.nx : c.nx;
+  const Floats ny = both ? share * my + rest * c.ny : c.ny;
+  const Floats nz = both ? share * mz + rest * c.nz : c.nz;
   const Floats size = root(larger(nx * nx + ny * ny + nz * nz, all(1e-30f)));
   scatter(both ? share * t + rest * c.depth : c.depth, in.depth, at, drawn);
   scatter(nx / size, normal[0], at, drawn);
@@ -244,9 +253,8 @@ void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
       const int vectors = load_work(in.lists, tile, place, lanes, around);
       for (int v = 0; v < vectors; ++v) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
-        const Ints reaches = lanes[v].used & (gather(in.core, lanes[v].at) < kNowhere);
         ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)), (t < kNowhere ? t : t0) + in.beyond,
-                reaches, around);
+                lanes[v].used, around);
         ask_for(t, t, lanes[v].used & (t < kNowhere), around);
       }
       for (int v = 0; v < vectors; ++v) follow(in, lanes[v], around);

@@ -91,9 +91,10 @@ inline double blend_share(double trust, bool vouched, bool on_edge, double densi
   return trust * std::clamp(20 * inside, 0.0, 1.0);
 }
 
-/// The share that is left where blend and field lie `apart` radii of depth from each other.
-inline double mixed_share(double share, double apart) {
-  return std::max(share - (1 - share) * 2 * std::max(apart - 0.5, 0.0), 0.0);
+/// How far blend and field agree that lie `apart` radii from each other along the blend's normal
+/// and whose normals' product is `alike`: the factor on the blend's share but at convex creases.
+inline double agreement(double apart, double alike) {
+  return (1 - smooth_step(0.5, 1, apart)) * smooth_step(0.6, 0.92, alike);
 }
 
 }  // namespace meniscus::reference
