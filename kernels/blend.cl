@@ -300,6 +300,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   out.nx = plain_zero(nx * size);  // see gradient_at
   out.ny = plain_zero(ny * size);
   out.nz = plain_zero(nz * size);
+  face_eye(s.dx, s.dy, &out.nx, &out.ny, &out.nz);
   // Where the fluid turns away from the eye no ray enters it, and hidden fits tell of sheet R. A
   // convex edge between the surface and R ends the surface where it leaves R's fluid.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;

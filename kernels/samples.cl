@@ -57,6 +57,21 @@ inline int load_lanes(const int tile, const int place,
 }
 
 // Stores depths and normals at the samples where wanted.
+// Turns a unit normal that does not face a ray (dx, dy, -1) until it does, just: what is seen faces the
+// eye, and where quadrics or layers are blended near a rim the mean may not.
+inline void face_eye(const floatv dx, const floatv dy, floatv* nx, floatv* ny, floatv* nz) {
+  const floatv square = dx * dx + dy * dy + 1.0f;
+  const floatv along = *nx * dx + *ny * dy - *nz, most = (floatv)(-0.01f) * sqrt(square);
+  const intv turned = (along > most) & (*nx * *nx + *ny * *ny + *nz * *nz > 0.5f);  // not where none is
+  if (!ANY(turned)) return;
+  const floatv back = (along - most) / square;
+  const floatv x = *nx - back * dx, y = *ny - back * dy, z = *nz + back;
+  const floatv size = 1.0f / sqrt(larger(x * x + y * y + z * z, (floatv)(1e-30f)));
+  *nx = SELECT(*nx, x * size, turned);
+  *ny = SELECT(*ny, y * size, turned);
+  *nz = SELECT(*nz, z * size, turned);
+}
+
 inline void store_surface(const floatv t, const floatv nx, const floatv ny, const floatv nz,
                           const int* at, const intv wanted, const int n, global float* depth,
                           global float* normal) {  // [3][n]

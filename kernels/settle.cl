@@ -288,12 +288,16 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const intv changed = listed & (share < 1.0f), both = share > 0.0f;
   const intv drawn = changed & crossed, gone = changed & !crossed;
   const floatv rest = 1.0f - share;
-  const floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
-  const floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
-  const floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
-  const floatv size = sqrt(larger(nx * nx + ny * ny + nz * nz, (floatv)(1e-30f)));
-  store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx / size, ny / size, nz / size,
-                at, drawn, n, depth, normal);
+  floatv nx = SELECT(c.nx, share * mx + rest * c.nx, both);
+  floatv ny = SELECT(c.ny, share * my + rest * c.ny, both);
+  floatv nz = SELECT(c.nz, share * mz + rest * c.nz, both);
+  const floatv size = 1.0f / sqrt(larger(nx * nx + ny * ny + nz * nz, (floatv)(1e-30f)));
+  nx *= size;
+  ny *= size;
+  nz *= size;
+  face_eye(r.dx, r.dy, &nx, &ny, &nz);
+  store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx, ny, nz, at, drawn,
+                n, depth, normal);
   mark_splash(at, drawn & (share <= 0.5f), group, kind);
   if (!ANY(gone)) return;
   scatter_float(nowhere, depth, at, gone);

@@ -327,6 +327,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   out.nx = nx * size;
   out.ny = ny * size;
   out.nz = nz * size;
+  face_eye(s.dx, s.dy, out.nx, out.ny, out.nz);
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{};

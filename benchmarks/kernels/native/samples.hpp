@@ -13,6 +13,20 @@ constexpr int kTile = 16;
 struct Rays {
   Floats ox, oy, dx, dy;
 };
+/// face_eye of samples.cl.
+inline void face_eye(const Floats& dx, const Floats& dy, Floats& nx, Floats& ny, Floats& nz) {
+  const Floats square = dx * dx + dy * dy + 1.0f;
+  const Floats along = nx * dx + ny * dy - nz, most = -0.01f * root(square);
+  const Ints turned = (along > most) & (nx * nx + ny * ny + nz * nz > 0.5f);
+  if (!any(turned)) return;
+  const Floats back = (along - most) / square;
+  const Floats x = nx - back * dx, y = ny - back * dy, z = nz + back;
+  const Floats size = 1.0f / root(larger(x * x + y * y + z * z, all(1e-30f)));
+  nx = turned ? x * size : nx;
+  ny = turned ? y * size : ny;
+  nz = turned ? z * size : nz;
+}
+
 inline Rays rays_at(const float* ray, const Floats& u, const Floats& v) {
   return {ray[0] + ray[1] * u + ray[2] * v, ray[3] + ray[4] * u + ray[5] * v,
           ray[6] + ray[7] * u + ray[8] * v, ray[9] + ray[10] * u + ray[11] * v};

@@ -44,6 +44,14 @@ inline Vec3d half_gradient(const Vec3d& from_foot, double reach) {
   return from_foot * (-3 * std::pow(1 - d * d, 2) / (reach * reach));
 }
 
+/// A unit normal turned until its product with the ray's direction is -.01: what is seen faces the
+/// eye.
+inline Vec3d facing(const Vec3d& normal, const Vec3d& ray) {
+  const Vec3d along = normalized(ray);
+  const double back = dot(normal, along) + 0.01;
+  return back > 0 ? normalized(normal - back * along) : normal;
+}
+
 /// What a ray shows.
 struct Blended {
   double depth = std::numeric_limits<double>::infinity();
@@ -165,6 +173,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   out.depth = (share < 1 ? (1 - share) * a.t : 0) + (share > 0 ? share * b.t : 0);
   out.normal = normalized((share < 1 ? (1 - share) * normalized(a.blended) : Vec3d{}) +
                           (share > 0 ? share * normalized(b.blended) : Vec3d{}));
+  out.normal = facing(out.normal, ray);
   for (const Sheet& sheet : sheets)
     if (sheet.weight > 0)
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
