@@ -5,13 +5,17 @@
 // or 17 of the 24 around, as at the corner of a small hole. One of the surface that hangs together
 // with fewer than three is no surface where most neighbours have none, else it takes the mean of
 // their farthest layer; and so does one whose normal stands alone among neighbours that agree (where
-// two sheets graze each other). Splash is left alone: a droplet may be one sample. The border stays.
+// two sheets graze each other). At rims a sample may lie between two layers and hang on none: one that
+// is farther than LINK from all four beside it counts as one with fewer than three, where particles
+// are large: of small ones a steep surface has such samples. Splash is left alone where a droplet may
+// be one sample. The border stays.
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
 // were listed, the next only where something around has changed in the round before. One work-item
 // per RUN blocks, of WIDTH samples of eight rows each: most blocks are done with at a glance.
 
 #define BLOCK_ROWS 8
+#define LINK 2.0f  // particle radii: the spacing
 #if WIDTH == 1
 #define RUN 1
 #else
@@ -82,19 +86,19 @@ inline int close_row(const int i, const int j, global const float* depth,
                      global const uchar* kind, global float* closed_depth,
                      global float* closed_normal, global int* closed_group,
                      global uchar* closed_kind, global uchar* change, const int2 samples,
-                     const float jump) {
+                     const float jump, const int large) {
   const int s = j * samples.x + i, n = samples.x * samples.y;
   const floatv none = (floatv)(0.0f);
   const intv zero = (intv)(0), one = (intv)(1);
   const floatv t = LOADF(depth + s);
   const floatv column = (float)i + LANES;
   const intv empty = !(t < INFINITY);
-  const intv eligible = (column > 0.0f) & (column < (float)(samples.x - 1)) &
-                        (empty | (LOAD_BYTES(kind + s) != 2));
+  const intv inner = (column > 0.0f) & (column < (float)(samples.x - 1));
+  const intv eligible = inner & (empty | (intv)(-large) | (LOAD_BYTES(kind + s) != 2));
   if (!ANY(eligible)) return 0;
 
   floatv far = none, near = (floatv)(INFINITY);
-  intv covered = zero, joined = zero;
+  intv covered = zero, joined = zero, linked = (intv)(large - 1);
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
     if (k == 4) continue;
@@ -104,10 +108,11 @@ inline int close_row(const int i, const int j, global const float* depth,
     far = SELECT(far, larger(far, d), there);
     near = smaller(near, d);
     joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
+    if (k % 2 == 1) linked |= fabs(d - t) <= LINK;
   }
   if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
   // Within one layer only a normal can stand alone, which is seldom.
-  if (ALL(!eligible | (!empty & (covered == 8) & (joined >= 3) & (far - near <= jump)))) {
+  if (ALL(!eligible | (!empty & (covered == 8) & (joined >= 3) & linked & (far - near <= jump)))) {
     floatv sx = none, sy = none, sz = none;
 #pragma unroll
     for (int k = 0; k < 9; ++k) {
@@ -153,7 +158,7 @@ inline int close_row(const int i, const int j, global const float* depth,
   const floatv agreement = size / number;  // 1: all neighbours' normals are the same
   const intv alone = (count >= 6) & (count == covered) & (agreement > 0.93f) &
                      (along < (agreement - 0.03f) * size);
-  const intv speck = !empty & (joined < 3);
+  const intv speck = !empty & ((joined < 3) | !linked);
   const intv goes = eligible & speck & (covered < 5);
   const intv wants = SELECT(speck | alone, (covered >= 6) | (around >= 17), empty);
   const intv takes = eligible & !goes & wants & (count >= SELECT((intv)(3), one, empty)) &
@@ -189,12 +194,12 @@ inline int close_block(const int2 block, global const float* depth, global const
                        global const int* group, global const uchar* kind,
                        global float* closed_depth, global float* closed_normal,
                        global int* closed_group, global uchar* closed_kind, global uchar* change,
-                       const int2 samples, const float jump) {
+                       const int2 samples, const float jump, const int large) {
   const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
   int changing = 0;
   for (int j = max(first, 1); j < min(first + BLOCK_ROWS, samples.y - 1); ++j)
     if (close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
-                  closed_kind, change, samples, jump))
+                  closed_kind, change, samples, jump, large))
       changing |= 1 << (j - first);
   for (int j = first; changing && j < min(first + BLOCK_ROWS, samples.y); ++j)
     if (!(changing >> (j - first) & 1))
@@ -215,7 +220,8 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
                          const int2 samples, const int2 blocks,
                          const int stride,  // blocks in a row, and those that pad it to runs
                          const int round,
-                         const float jump) {  // particle radii
+                         const float jump,       // particle radii
+                         const int large) {  // 1: particles have a radius of some samples
   const int2 run = (int2)(get_global_id(0) * RUN, get_global_id(1));
   if (run.x >= blocks.x || run.y >= blocks.y) return;
   if (round > 0 && !changed_near_run(changed, run, blocks, stride)) {
@@ -229,7 +235,7 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
         (round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
                     : changed_near(changed, block, blocks, stride)))
       changing = close_block(block, depth, normal, group, kind, closed_depth, closed_normal,
-                             closed_group, closed_kind, change, samples, jump);
+                             closed_group, closed_kind, change, samples, jump, large);
     changes[block.y * stride + block.x] = changing != 0;
   }
 }

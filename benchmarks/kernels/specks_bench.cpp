@@ -121,7 +121,7 @@ Case prepare_specks(Frame& frame) {
                 upload(device, maps.group),
                 filled<float>(device, maps.depth.size(), 0.0f),
                 upload(device, maps.kind)};
-    close_specks(device, *surface, blocks_of(device, maps.grid, true));
+    close_specks(device, *surface, blocks_of(device, maps.grid, true), 0);
   };
   result.reset_native = [closing] { closing->reset(); };
   result.native = [closing](Workers& workers) { closing->run(workers); };

@@ -136,7 +136,7 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   clock.start("splash");
   splash_over(keep_samples(device, gaps, splash.from, surface.depth));
   clock.start("specks");
-  close_specks(device, surface, listed);
+  close_specks(device, surface, listed, frame.least_radius);
   clock.start("blend");
   if (!groups)
     surface.group = {};

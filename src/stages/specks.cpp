@@ -4,9 +4,11 @@
 
 namespace meniscus {
 
-void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlocks& listed) {
+void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlocks& listed,
+                  double least_radius) {
   constexpr int kRounds = 4;
-  constexpr float kJump = 3;  // particle radii
+  constexpr float kJump = 3;    // particle radii
+  constexpr double kLarge = 2;  // samples of a particle's radius: its droplet is not one sample
   const SampleGrid& grid = surface.grid;
   const std::size_t n = grid.size();
   constexpr int kBlockRows = 8;  // as in specks.cl
@@ -26,7 +28,8 @@ void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlo
   for (int round = 0; round < kRounds; ++round) {
     launch(device, "specks.cl", "close_specks", range, width_option(width), surface.depth,
            surface.normal, surface.group, surface.kind, depth, normal, group, kind, change, changed,
-           changes, cl_int2{{grid.nx, grid.ny}}, blocks, stride, round, kJump);
+           changes, cl_int2{{grid.nx, grid.ny}}, blocks, stride, round, kJump,
+           cl_int{least_radius >= kLarge * grid.step});
     launch(device, "specks.cl", "apply_closed", range, width_option(width), depth, normal, group,
            kind, change, changes, surface.depth, surface.normal, surface.group, surface.kind,
            cl_int2{{grid.nx, grid.ny}}, blocks, stride);

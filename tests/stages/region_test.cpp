@@ -115,10 +115,30 @@ SurfaceMap plain(int nx, int ny) {
   return map;
 }
 
-SurfaceMap closed(Device& device, const SurfaceMap& map) {
+SurfaceMap closed(Device& device, const SurfaceMap& map, double least_radius = 1) {
   const SurfaceBuffers surface = upload(device, map);
-  close_specks(device, surface, blocks_of(device, map.grid, true));
+  close_specks(device, surface, blocks_of(device, map.grid, true), least_radius);
   return download(device, surface);
+}
+
+TEST_P(Region, SamplesBetweenTwoLayersGoWhereParticlesAreLarge) {
+  // A step of 5 radii; samples of the nearer layer's rim half-way down, one of them the field's.
+  SurfaceMap map = plain(37, 23);
+  const auto at = [](int i, int j) { return static_cast<std::size_t>(j * 37 + i); };
+  for (int j = 0; j < 23; ++j)
+    for (int i = 20; i < 37; ++i) map.depth[at(i, j)] += 5;
+  const SurfaceMap whole = map;
+  for (const int j : {6, 12}) map.depth[at(20, j)] -= 2.5f;
+  map.kind[at(20, 12)] = Kind::splash;
+  EXPECT_EQ(closed(device_, map, 1).depth, map.depth) << "a droplet may be one sample";
+  const SurfaceMap after = closed(device_, map, 2);
+  for (std::size_t s = 0; s < map.depth.size(); ++s)
+    if (map.depth[s] == whole.depth[s]) {
+      EXPECT_EQ(after.depth[s], map.depth[s]) << s;
+    } else {  // the mean of five of the farther layer around
+      EXPECT_NEAR(after.depth[s], whole.depth[s], 0.3) << s;
+      EXPECT_EQ(after.kind[s], Kind::surface);
+    }
 }
 
 TEST_P(Region, WhatIsWholeStaysAsItIs) {
