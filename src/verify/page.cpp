@@ -362,6 +362,12 @@ std::string to_html(const VerifyRun& run) {
         "<h2>Against double precision</h2><p>Whether the results are near what the equations "
         "say, computed in double precision on the host.</p>" +
         references;
+  body +=
+      figures_of(run, "program", "Runs",
+                 "Whether runs leave the same bits, those that are expected, and the same as on "
+                 "the first device.");
+  body += figures_of(run, "flaw", "Known flaws of runtimes",
+                     "Whether the device has them. Nothing of Meniscus rests on them.");
   body += figures_of(run, "probe", "Arithmetic",
                      "What the same bits rest on. Orange: differs, but nothing rests on it.");
   body += figures_of(run, "limit", "Limits", "Probed, not believed.");
