@@ -28,6 +28,8 @@ using Json = nlohmann::json;
 
 constexpr int kMostCrashes = 25;  // of one device; then it is given up
 constexpr int kPatience = 2;      // failures of a kernel; then the others go on without it
+constexpr double kLeastBuildSeconds = 60;
+constexpr char kBuilding[] = "building";  // see LaunchGuard
 
 // What runtimes print comes in between: a line of ours begins with this.
 constexpr std::string_view kMark = "\x1bverify ";
@@ -61,12 +63,15 @@ std::string how_it_ended(ChildProcess& child, ChildProcess::Read read, double se
   if (read == ChildProcess::Read::late) {
     child.kill();
     child.wait();
-    how = "gave no sign for " + std::to_string(static_cast<int>(seconds)) + " s and was ended";
+    how = "the process gave no sign for " + std::to_string(static_cast<int>(seconds)) +
+          " s and was ended";
   } else {
     how = child.wait();
     how = how.empty() ? "the process ended early" : "the process was ended by " + how;
   }
-  if (const std::string words = child.last_words(); !words.empty())
+  // Of its end it says only what is known here (cli/signals.cpp).
+  if (const std::string words = child.last_words();
+      !words.empty() && !words.starts_with("meniscus: error: ended by "))
     how += "; its last words: " + words;
   return how;
 }
@@ -192,9 +197,12 @@ class DeviceRun {
     ChildProcess child({"verify", "--child", to_text(plan_)}, true);
     UnderWay at;
     for (Json line;;) {
-      const ChildProcess::Read read = next(child, line, plan_.request.seconds);
+      const double seconds = at.doing == kBuilding
+                                 ? std::max(plan_.request.seconds, kLeastBuildSeconds)
+                                 : plan_.request.seconds;
+      const ChildProcess::Read read = next(child, line, seconds);
       if (read != ChildProcess::Read::line) {
-        const std::string how = how_it_ended(child, read, plan_.request.seconds);
+        const std::string how = how_it_ended(child, read, seconds);
         if (!at.item.name.empty()) {
           take_end(at, how);
           return false;
@@ -261,7 +269,8 @@ class DeviceRun {
       plan_.ended.clear();
       return begin_at(at.number + 1, results.rows.size());
     }
-    const std::string what = at.doing + " it, " + how;
+    const std::string what =
+        std::string("while it ") + (at.doing == kBuilding ? "was built" : "ran") + ", " + how;
     if (++failures_[at.kernel] == kPatience) plan_.without.push_back(at.kernel);
     const bool known = std::any_of(plan_.ended.begin(), plan_.ended.end(),
                                    [&](const Ended& ended) { return ended.kernel == at.kernel; });

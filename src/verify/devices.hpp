@@ -17,7 +17,8 @@ struct Request {
   int repeat = 1;                    // runs of each launch and frame
   std::string reproducers;           // the folder that they go into; empty: none are made
   std::string program, manifest;     // a kernel of others instead of ours; may be empty
-  double seconds = 300;              // without a sign of life, until a process is ended
+  double seconds = 300;              // without a sign of life, until a process is ended; while a
+                                     // kernel is built, at least a minute
 };
 
 /// An item that begins: its number from 1 on, how many there are, and its name.
