@@ -287,8 +287,9 @@ class Reader {
 
   // The values of a buffer of so many components, each made by `make`.
   template <class Make>
-  static Bytes made(std::size_t components, const Make& make) {
+  static Bytes made(std::size_t components, const ValueType& type, const Make& make) {
     Bytes bytes;
+    bytes.reserve(components * type.bytes);
     for (std::size_t k = 0; k < components; ++k) make(bytes, k);
     return bytes;
   }
@@ -308,13 +309,13 @@ class Reader {
     if (!(low <= high)) fail(file_, place_, "random: low is above high, wanted [low, high]");
     std::mt19937_64 next(seed);
     if (type.kind == Kind::floating)
-      return made(components, [&](Bytes& bytes, std::size_t) {
+      return made(components, type, [&](Bytes& bytes, std::size_t) {
         append_real(bytes, low + (high - low) * static_cast<double>(next() >> 11) * 0x1p-53, type);
       });
     const auto least = static_cast<std::uint64_t>(object.at("random")[0].get<std::int64_t>());
     const std::uint64_t span =
         static_cast<std::uint64_t>(object.at("random")[1].get<std::int64_t>()) - least + 1;
-    return made(components, [&](Bytes& bytes, std::size_t) {
+    return made(components, type, [&](Bytes& bytes, std::size_t) {
       append_bits(bytes, least + (span == 0 ? next() : next() % span), type.bytes);
     });
   }
@@ -322,7 +323,7 @@ class Reader {
   Bytes sequence(const Json& object, const ValueType& type, std::size_t components) const {
     const auto [first, step] = pair("sequence", object.at("sequence"), "[first, step]");
     if (type.kind == Kind::floating)
-      return made(components, [&](Bytes& bytes, std::size_t k) {
+      return made(components, type, [&](Bytes& bytes, std::size_t k) {
         append_real(bytes, first + step * static_cast<double>(k), type);
       });
     for (const Json& number : object.at("sequence"))
@@ -332,7 +333,7 @@ class Reader {
                  type.name);
     const auto begin = static_cast<std::uint64_t>(object.at("sequence")[0].get<std::int64_t>());
     const auto each = static_cast<std::uint64_t>(object.at("sequence")[1].get<std::int64_t>());
-    return made(components, [&](Bytes& bytes, std::size_t k) {
+    return made(components, type, [&](Bytes& bytes, std::size_t k) {
       append_bits(bytes, begin + each * k, type.bytes);
     });
   }
@@ -374,7 +375,7 @@ class Reader {
     if (way == "sequence") return sequence(object, type, components);
     Bytes one;
     append_number(one, "fill", object.contains("fill") ? object.at("fill") : Json(0), type);
-    return made(components, [&](Bytes& bytes, std::size_t) {
+    return made(components, type, [&](Bytes& bytes, std::size_t) {
       bytes.insert(bytes.end(), one.begin(), one.end());
     });
   }

@@ -29,7 +29,9 @@ Program program(const std::string& manifest, const std::string& source = kDouble
 
 // A manifest with one argument.
 Program with_argument(const std::string& argument) {
-  return program(R"({"kernel": "k", "range": [8], "arguments": [)" + argument + "]}");
+  std::string manifest = R"({"kernel": "k", "range": [8], "arguments": [)";
+  manifest += argument;
+  return program(manifest += "]}");
 }
 
 template <class T>
@@ -49,7 +51,9 @@ std::string error_of(const std::string& manifest) {
 }
 
 std::string argument_error(const std::string& argument) {
-  return error_of(R"({"kernel": "k", "range": [8], "arguments": [)" + argument + "]}");
+  std::string manifest = R"({"kernel": "k", "range": [8], "arguments": [)";
+  manifest += argument;
+  return error_of(manifest += "]}");
 }
 
 TEST(Manifest, MakesValues) {
@@ -101,7 +105,7 @@ TEST(Manifest, ErrorsSayWhereWhatAndWhatIsWanted) {
               HasSubstr("m.json: unknown key \"kernal\", wanted one of kernel, options, range"));
   EXPECT_THAT(error_of(R"({"range": [8]})"), HasSubstr("has no key \"kernel\""));
   EXPECT_THAT(error_of(R"({"kernel": "k"})"), HasSubstr("has no key \"range\""));
-  for (const char* range : {"8", "[]", "[0]", "[-1]", "[1, 1, 1, 1]", "[2.5]", "[4294967296]"})
+  for (const char* range : {"8", "[]", "[0]", "[-1]", "[1,1,1,1]", "[2.5]", "[4294967296]"})
     EXPECT_THAT(error_of(std::string(R"({"kernel": "k", "range": )") + range + "}"),
                 HasSubstr("m.json: range: found \"" + std::string(range) +
                           "\", wanted 1 to 3 whole numbers"));
@@ -154,7 +158,7 @@ TEST(Manifest, BoundsSizesFirst) {
         R"({"type": "double16", "count": 18446744073709551615})",
         R"({"type": "int", "count": 1000000000000, "values": [1]})",
         R"({"type": "int", "count": 1000000000000, "file": "a"})",
-        R"({"type": "char", "count": 536870912}, {"type": "char", "count": 536870913})"})
+        R"({"type": "char", "count": 1000}, {"type": "char", "count": 1073741000})"})
     EXPECT_THAT(argument_error(argument),
                 AllOf(HasSubstr("all arguments together may take 1.0 GiB"),
                       HasSubstr("(give a smaller count)")))
@@ -243,7 +247,7 @@ TEST(ProgramRun, TellsOfRunsAndOfWhatIsExpected) {
   for (const Row& row : rows) EXPECT_EQ(row.result, Result::pass) << row.reason;
 
   std::string wrong = kDouble;
-  wrong.replace(wrong.find("2.0f"), 4, "2.0000002f");
+  wrong.replace(wrong.find("2.0f * from[i]"), 14, "as_float(as_int(2.0f * from[i]) + 1)");
   const std::vector<Row> other = rows_of(program(kTwice, wrong));
   ASSERT_EQ(other.size(), 2u);
   EXPECT_EQ(other[0].result, Result::pass);
