@@ -1,16 +1,27 @@
-// A library to be preloaded: the kernel MENISCUS_FAULTY_KERNEL really hangs, or with
-// MENISCUS_FAULT=crash writes where no memory is. What it does wrong is put into its text as the
-// program gives it to the compiler.
+// A library to be preloaded: the kernel MENISCUS_FAULTY_KERNEL has a MENISCUS_FAULT:
+//   hang       it never ends
+//   crash      it writes where no memory is
+//   unwatched  the process ends at its launch where nobody has read a buffer since the last launch
+// The first two are put into its text as the program gives it to the compiler.
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 #include <dlfcn.h>
+#include <unistd.h>
 
+#include <atomic>
+#include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <string>
 #include <vector>
 
 namespace {
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value ? value : "";
+}
+
+std::atomic<bool> has_read{true};  // since the last launch
 
 // The text with a statement at the beginning of the kernel's body.
 std::string with_fault(std::string text, const std::string& kernel, const std::string& fault) {
@@ -27,16 +38,38 @@ extern "C" cl_program clCreateProgramWithSource(cl_context context, cl_uint coun
                                                 cl_int* error) {
   const auto real = reinterpret_cast<decltype(&clCreateProgramWithSource)>(
       dlsym(RTLD_NEXT, "clCreateProgramWithSource"));
-  const char* const kernel = std::getenv("MENISCUS_FAULTY_KERNEL");
-  if (!kernel) return real(context, count, strings, lengths, error);
-  const char* const kind = std::getenv("MENISCUS_FAULT");
-  const bool crashes = kind && std::strcmp(kind, "crash") == 0;
-  const std::string fault = crashes ? " *(volatile global int*)(size_t)64 = 1;"
-                                    : " for (volatile int again = 1; again;) {}";
+  const std::string kind = variable("MENISCUS_FAULT");
+  const std::string fault = kind == "crash"  ? " *(volatile global int*)(size_t)64 = 1;"
+                            : kind == "hang" ? " for (volatile int again = 1; again;) {}"
+                                             : "";
   std::string text;
   for (cl_uint k = 0; k < count; ++k)
     text += lengths && lengths[k] ? std::string(strings[k], lengths[k]) : std::string(strings[k]);
-  text = with_fault(text, kernel, fault);
+  text = with_fault(text, variable("MENISCUS_FAULTY_KERNEL"), fault);
   const char* one = text.c_str();
   return real(context, 1, &one, nullptr, error);
+}
+
+extern "C" cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
+                                      size_t offset, size_t size, void* to, cl_uint count,
+                                      const cl_event* wait, cl_event* event) {
+  has_read = true;
+  const auto real =
+      reinterpret_cast<decltype(&clEnqueueReadBuffer)>(dlsym(RTLD_NEXT, "clEnqueueReadBuffer"));
+  return real(queue, buffer, blocking, offset, size, to, count, wait, event);
+}
+
+extern "C" cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel,
+                                         cl_uint dimensions, const size_t* offset,
+                                         const size_t* global, const size_t* local, cl_uint count,
+                                         const cl_event* wait, cl_event* event) {
+  char name[256] = "";
+  clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, sizeof name, name, nullptr);
+  const bool is_watched = has_read.exchange(false);
+  if (variable("MENISCUS_FAULT") == "unwatched" && !is_watched &&
+      variable("MENISCUS_FAULTY_KERNEL") == name)
+    kill(getpid(), SIGKILL);
+  const auto real = reinterpret_cast<decltype(&clEnqueueNDRangeKernel)>(
+      dlsym(RTLD_NEXT, "clEnqueueNDRangeKernel"));
+  return real(queue, kernel, dimensions, offset, global, local, count, wait, event);
 }
