@@ -167,8 +167,11 @@ void add_verify_command(CLI::App& program, int& exit_code) {
           ->type_name("FILE.cl");
   CLI::Option* manifest =
       command
-          .add_option("--manifest", request.manifest,
-                      "its ranges, arguments and what to expect (docs/portability.md)")
+          .add_option(
+              "--manifest", request.manifest,
+              "what it gets, as {\"kernel\": \"k\", \"range\": [64], \"arguments\": [{\"type\": "
+              "\"float\", \"count\": 64}]}, and what to expect; all keys are in "
+              "docs/portability.md")
           ->type_name("FILE.json");
   own->needs(manifest);
   manifest->needs(own);

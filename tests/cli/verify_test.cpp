@@ -73,6 +73,9 @@ TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
                {"MENISCUS_LAUNCHER: no_such_launcher cannot be started: No such file"});
 }
 
+constexpr char kWildStore[] = "*(volatile global int*)(size_t)64 = 1;";
+constexpr char kEndlessLoop[] = "for (volatile int again = 1; again;) {}";
+
 // A program that has a fault in a kernel, and no built kernels from before.
 Conditions faulty(const std::string& kernel, const std::string& fault, const std::string& cache) {
   return {.environment = {{"LD_PRELOAD", MENISCUS_FAULTY_KERNEL_LIBRARY},
@@ -84,7 +87,7 @@ Conditions faulty(const std::string& kernel, const std::string& fault, const std
 // A kernel that really crashes is named in all outputs; after two failures the others go on
 // without it, and reproducers show what they were given.
 TEST_F(ProgramVerify, NamesAKernelThatCrashesAndGoesOnWithoutIt) {
-  const Conditions crash = faulty("find_fronts", "crash", path("cache"));
+  const Conditions crash = faulty("find_fronts", kWildStore, path("cache"));
   const Outcome outcome =
       run({"verify", "--device", "cpu", "--size", "small", "--kernel", "find_fronts,select_near",
            "--json", "v.json", "--junit", "v.xml", "--html", "v.html", "--repro", "repro"},
@@ -133,14 +136,15 @@ TEST_F(ProgramVerify, NamesAKernelThatCrashesAndGoesOnWithoutIt) {
   EXPECT_THAT(right.out, HasSubstr("the same bits in 20 runs"));
   by_itself.launcher[2] =
       "cd " + path(folder) + " && LD_PRELOAD=" MENISCUS_FAULTY_KERNEL_LIBRARY " \"$@\"";
-  by_itself.environment = {{"MENISCUS_FAULTY_KERNEL", "find_fronts"}, {"MENISCUS_FAULT", "crash"}};
+  by_itself.environment = {{"MENISCUS_FAULTY_KERNEL", "find_fronts"},
+                           {"MENISCUS_FAULT", kWildStore}};
   EXPECT_EQ(run({}, by_itself).exit_code, 128 + SIGSEGV);
 }
 
 TEST_F(ProgramVerify, NamesAKernelThatHangs) {
   const Outcome outcome = run({"verify", "--device", "cpu", "--size", "small", "--kernel",
                                "select_near", "--timeout", "4", "--json", "v.json"},
-                              faulty("select_near", "hang", path("cache")));
+                              faulty("select_near", kEndlessLoop, path("cache")));
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   const auto json = nlohmann::json::parse(read("v.json"));
   std::vector<std::string> results;
@@ -175,6 +179,36 @@ TEST_F(ProgramVerify, NamesAKernelThatCrashesBehindTheHostsBack) {
   }
   EXPECT_THAT(named, testing::ElementsAre("smooth_columns", "smooth_columns"))
       << "in both vector widths, and each once";
+}
+
+TEST_F(ProgramVerify, RepeatsLaunches) {
+  // A count in the buffer's padding, which stays from run to run: from the second on a value is
+  // missing.
+  const Conditions forgetful =
+      faulty("smooth_columns",
+             "if (get_global_id(0) + get_global_id(1) == 0 &&"
+             "    atomic_inc((volatile global int*)smoothed + WIDTH + ny * nx + 64) > 0) return;",
+             path("cache"));
+  const std::vector<std::string> command{
+      "verify",   "--device",       "cpu",    "--size", "small",
+      "--kernel", "smooth_columns", "--json", "v.json", "--repeat"};
+  const auto rows_of = [&](const char* runs) {
+    std::vector<std::string> words = command;
+    words.push_back(runs);
+    run(words, forgetful);
+    const auto json = nlohmann::json::parse(read("v.json"));
+    std::vector<std::string> reasons;
+    for (const auto& row : json["rows"])
+      if (row["group"] == "kernel") reasons.push_back(row["reason"]);
+    return reasons;
+  };
+  const std::vector<std::string> once = rows_of("1"), twice = rows_of("2");
+  EXPECT_THAT(once, testing::Each(""));
+  ASSERT_EQ(once.size(), 16u) << "four cases in four variants";
+  EXPECT_EQ(twice.size(), once.size());
+  EXPECT_THAT(twice,
+              testing::Each(AllOf(HasSubstr("differs from run to run: launch "),
+                                  HasSubstr("run 2 is not like run 1: argument smoothed: "))));
 }
 
 TEST_F(ProgramVerify, ReproducersWantAFolderOfTheirOwn) {

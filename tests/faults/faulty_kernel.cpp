@@ -1,8 +1,6 @@
-// A library to be preloaded: the kernel MENISCUS_FAULTY_KERNEL has a MENISCUS_FAULT:
-//   hang       it never ends
-//   crash      it writes where no memory is
-//   unwatched  the process ends at its launch where nobody has read a buffer since the last launch
-// The first two are put into its text as the program gives it to the compiler.
+// A library to be preloaded: the kernel MENISCUS_FAULTY_KERNEL begins with the statement
+// MENISCUS_FAULT, which is put into its text as the program gives it to the compiler. Or where that
+// is "unwatched", the process ends at its launch where nobody has read a buffer since the last one.
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
 #include <dlfcn.h>
@@ -12,9 +10,10 @@
 #include <csignal>
 #include <cstdlib>
 #include <string>
-#include <vector>
 
 namespace {
+
+constexpr char kUnwatched[] = "unwatched";
 
 std::string variable(const char* name) {
   const char* const value = std::getenv(name);
@@ -38,14 +37,11 @@ extern "C" cl_program clCreateProgramWithSource(cl_context context, cl_uint coun
                                                 cl_int* error) {
   const auto real = reinterpret_cast<decltype(&clCreateProgramWithSource)>(
       dlsym(RTLD_NEXT, "clCreateProgramWithSource"));
-  const std::string kind = variable("MENISCUS_FAULT");
-  const std::string fault = kind == "crash"  ? " *(volatile global int*)(size_t)64 = 1;"
-                            : kind == "hang" ? " for (volatile int again = 1; again;) {}"
-                                             : "";
   std::string text;
   for (cl_uint k = 0; k < count; ++k)
     text += lengths && lengths[k] ? std::string(strings[k], lengths[k]) : std::string(strings[k]);
-  text = with_fault(text, variable("MENISCUS_FAULTY_KERNEL"), fault);
+  const std::string fault = variable("MENISCUS_FAULT");
+  if (fault != kUnwatched) text = with_fault(text, variable("MENISCUS_FAULTY_KERNEL"), fault);
   const char* one = text.c_str();
   return real(context, 1, &one, nullptr, error);
 }
@@ -66,7 +62,7 @@ extern "C" cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kerne
   char name[256] = "";
   clGetKernelInfo(kernel, CL_KERNEL_FUNCTION_NAME, sizeof name, name, nullptr);
   const bool is_watched = has_read.exchange(false);
-  if (variable("MENISCUS_FAULT") == "unwatched" && !is_watched &&
+  if (variable("MENISCUS_FAULT") == kUnwatched && !is_watched &&
       variable("MENISCUS_FAULTY_KERNEL") == name)
     kill(getpid(), SIGKILL);
   const auto real = reinterpret_cast<decltype(&clEnqueueNDRangeKernel)>(
