@@ -66,7 +66,7 @@ class Reader {
     program.group = sizes(root, "group");
     if (!program.group.empty() && program.group.size() != program.range.size())
       fail(file_, "group",
-           "has " + counted(program.group.size(), "axis", "es") +
+           "has " + counted(program.group.size(), "number") +
                ", wanted as many as \"range\": " + std::to_string(program.range.size()));
     for (std::size_t k = 0; k < program.group.size(); ++k)
       if (program.range[k] % program.group[k] != 0)

@@ -105,14 +105,16 @@ TEST(Manifest, ErrorsSayWhereWhatAndWhatIsWanted) {
               HasSubstr("m.json: unknown key \"kernal\", wanted one of kernel, options, range"));
   EXPECT_THAT(error_of(R"({"range": [8]})"), HasSubstr("has no key \"kernel\""));
   EXPECT_THAT(error_of(R"({"kernel": "k"})"), HasSubstr("has no key \"range\""));
-  for (const char* range : {"8", "[]", "[0]", "[-1]", "[1,1,1,1]", "[2.5]", "[4294967296]"})
-    EXPECT_THAT(error_of(std::string(R"({"kernel": "k", "range": )") + range + "}"),
-                HasSubstr("m.json: range: found \"" + std::string(range) +
-                          "\", wanted 1 to 3 whole numbers"));
+  for (const std::string range : {"8", "[]", "[0]", "[-1]", "[1,1,1,1]", "[2.5]", "[4294967296]"}) {
+    std::string manifest = R"({"kernel": "k", "range": )", found = "m.json: range: found \"";
+    manifest += range + "}";
+    found += range + "\", wanted 1 to 3 whole numbers";
+    EXPECT_THAT(error_of(manifest), HasSubstr(found));
+  }
   EXPECT_THAT(error_of(R"({"kernel": "k", "range": [100], "group": [48], "arguments": [1]})"),
               HasSubstr("group: 48 does not divide the range 100"));
   EXPECT_THAT(error_of(R"({"kernel": "k", "range": [4, 4], "group": [4]})"),
-              HasSubstr("group: has 1 axis, wanted as many as \"range\": 2"));
+              HasSubstr("group: has 1 number, wanted as many as \"range\": 2"));
   EXPECT_THAT(error_of(R"({"kernel": "k", "range": [8], "repeat": 0})"),
               HasSubstr("repeat: found \"0\", wanted a whole number from 1"));
   EXPECT_THAT(error_of(R"({"kernel": "k", "range": [8]})"),
