@@ -107,9 +107,10 @@ struct Ended {
 // What a process is to do.
 struct Plan {
   int device = 0;
-  std::size_t from = 0;              // item
-  bool waits = false;                // for each launch
-  std::vector<std::string> without;  // kernels
+  std::size_t from = 0;           // item
+  bool waits = false;             // for each launch
+  std::set<std::string> without;  // kernels
+  std::set<std::string> without_where_not_required;
   std::vector<Ended> ended;
   int output = -1;  // where a program's buffers go
   Request request;
@@ -123,6 +124,7 @@ std::string to_text(const Plan& plan) {
               {"from", plan.from},
               {"waits", plan.waits},
               {"without", plan.without},
+              {"without_where_not_required", plan.without_where_not_required},
               {"ended", ended},
               {"output", plan.output},
               {"full", request.full},
@@ -141,6 +143,7 @@ Plan plan_of(const std::string& text) {
   plan.from = json.at("from");
   plan.waits = json.at("waits");
   plan.without = json.at("without");
+  plan.without_where_not_required = json.at("without_where_not_required");
   for (const Json& one : json.at("ended")) plan.ended.push_back({one.at(0), one.at(1), one.at(2)});
   plan.output = json.at("output");
   plan.request.full = json.at("full");
@@ -271,7 +274,7 @@ class DeviceRun {
     }
     const std::string what =
         std::string("while it ") + (at.doing == kBuilding ? "was built" : "ran") + ", " + how;
-    if (++failures_[at.kernel] == kPatience) plan_.without.push_back(at.kernel);
+    count_failure(at);
     const bool known = std::any_of(plan_.ended.begin(), plan_.ended.end(),
                                    [&](const Ended& ended) { return ended.kernel == at.kernel; });
     // The others in the case can be judged where canonical values take the place of this one's.
@@ -284,6 +287,16 @@ class DeviceRun {
     }
     plan_.ended.clear();
     begin_at(at.number + 1, results.rows.size());
+  }
+
+  // What is required is tried once, whatever happened where it is not.
+  void count_failure(const UnderWay& at) {
+    Failures& failures = failures_[at.kernel];
+    ++failures.all;
+    failures.any_required = failures.any_required || at.item.required;
+    if (failures.all < kPatience) return;
+    plan_.without_where_not_required.insert(at.kernel);
+    if (failures.any_required) plan_.without.insert(at.kernel);
   }
 
   void begin_at(std::size_t item, std::size_t rows) {
@@ -313,9 +326,13 @@ class DeviceRun {
   }
 
   const Watch& watch_;
-  Plan plan_;                            // of the next process
-  std::size_t first_row_ = 0;            // of the item under way
-  std::map<std::string, int> failures_;  // of kernels
+  Plan plan_;                  // of the next process
+  std::size_t first_row_ = 0;  // of the item under way
+  struct Failures {
+    int all = 0;
+    bool any_required = false;
+  };
+  std::map<std::string, Failures> failures_;  // of kernels
   std::optional<Row> unnamed_;
   std::set<std::tuple<std::string, std::string, std::string>> told_;
 };
@@ -369,27 +386,28 @@ void add_agreement(VerifyRun& run, const Program& program,
 // Tells the parent what begins, and leaves out what ended processes before.
 class Guard : public LaunchGuard {
  public:
-  explicit Guard(const Plan& plan) : waits_(plan.waits), without_(plan.without) {}
+  explicit Guard(const Plan& plan) : plan_(plan) {}
 
-  void begin_item(const std::vector<Ended>& ended) {
+  void begin_item(const Item& item, const std::vector<Ended>& ended) {
     launches_ = 0;
     ended_ = ended;
+    without_ = item.required ? plan_.without : plan_.without_where_not_required;
   }
   bool allows(const std::string& kernel) override {
     const std::size_t launch = launches_++;
     for (const Ended& ended : ended_)
       if (ended.kernel == kernel && launch >= ended.launch) return false;
-    return std::find(without_.begin(), without_.end(), kernel) == without_.end();
+    return !without_.contains(kernel);
   }
   void begins(const std::string& kernel, const char* doing, bool alone) override {
     say({{"kernel", kernel}, {"doing", doing}, {"launch", launches_ - 1}, {"alone", alone}});
   }
   void ended() override { say({{"kernel", ""}, {"doing", ""}, {"launch", 0}, {"alone", true}}); }
-  bool waits() const override { return waits_; }
+  bool waits() const override { return plan_.waits; }
 
  private:
-  bool waits_;
-  std::vector<std::string> without_;
+  const Plan& plan_;
+  std::set<std::string> without_;
   std::vector<Ended> ended_;
   std::size_t launches_ = 0;  // of the item, so far
 };
@@ -483,7 +501,7 @@ void run_as_child(const std::string& text) {
            {"size", item.size},
            {"required", item.required}});
       const std::vector<Ended> ended = k == plan.from ? plan.ended : std::vector<Ended>{};
-      guard.begin_item(ended);
+      guard.begin_item(item, ended);
       if (reproducers) {
         std::map<std::string, std::string> how;
         for (const Ended& one : ended) how[one.kernel] = one.how;

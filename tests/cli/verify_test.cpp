@@ -160,6 +160,26 @@ TEST_F(ProgramVerify, NamesAKernelThatHangs) {
       << "one for each variant, and a wait for two of them";
 }
 
+// A kernel that crashes in the vector width that is not used is still tried in the one that is.
+TEST_F(ProgramVerify, WhatIsNotRequiredCostsNothingThatIs) {
+  const Outcome outcome =
+      run({"verify", "--device", "cpu", "--size", "small", "--kernel", "smooth_columns", "--json",
+           "v.json"},
+          faulty("smooth_columns", std::string("\n#if WIDTH == 1\n") + kWildStore + "\n#endif\n",
+                 path("cache")));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const auto json = nlohmann::json::parse(read("v.json"));
+  int failed = 0, left_out = 0;
+  for (const auto& row : json["rows"]) {
+    const bool one = row["variant"].get<std::string>().starts_with("width 1");
+    EXPECT_TRUE(one || row["result"] == "pass") << row;
+    failed += row["result"] == "fail";
+    left_out += row["result"] == "skip";
+  }
+  EXPECT_EQ(failed, 2);
+  EXPECT_GT(left_out, 2);
+}
+
 // Where nobody waits for each launch, it may be another one's fault that the process ends: a second
 // process waits, and so can name the kernel.
 TEST_F(ProgramVerify, NamesAKernelThatCrashesBehindTheHostsBack) {

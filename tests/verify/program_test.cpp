@@ -3,12 +3,15 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <set>
 
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
+#include "verify/flaws.hpp"
 
 namespace meniscus::verify {
 namespace {
@@ -290,6 +293,31 @@ TEST(ProgramRun, ErrorsNameTheKernel) {
               HasSubstr("it takes 1 argument, the manifest has 2"));
   EXPECT_THAT(error(kTwice, "kernel void twice(global float* to, int n) {}"),
               HasSubstr("giving twice its argument to"));
+}
+
+TEST(Flaws, AreLookedForAndNotRequired) {
+  Device device;
+  std::set<std::string> kernels;
+  for (const Item& item : flaw_items())
+    run_item(item, device, [&](const Row& row) {
+      EXPECT_EQ(row.group, "flaw");
+      EXPECT_FALSE(row.required);
+      kernels.insert(row.kernel);
+    });
+  EXPECT_THAT(kernels, testing::ElementsAre("fma_of_zero", "not_of_lanes", "sixteen_floats",
+                                            "struct_through_pointer", "zero_minus"));
+}
+
+// What rusticl makes of it, on any device.
+TEST(Flaws, AreFoundWhereTheyAre) {
+  std::string source(flaw_file("zero_minus.cl"));
+  const std::string right = "0.0f - values[i]";
+  source.replace(source.rfind(right), right.size(), "-values[i]");
+  const std::vector<Row> rows = rows_of(program(std::string(flaw_file("zero_minus.json")), source));
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[1].result, Result::fail);
+  EXPECT_THAT(rows[1].reason, HasSubstr("argument negated: 1 of 4 values differ, the first at 0: "
+                                        "found 0x80000000 (-0), wanted 0x00000000 (0)"));
 }
 
 TEST(Agreement, IsWithTheFirstDeviceThatRan) {
