@@ -244,8 +244,8 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
   cl::Event event;
   try {
     check_unmapped();
-    const Range range = launched_range(
-        wanted, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
+    const Range range =
+        launched_range(wanted, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
     const bool plane = range.ny > 1;
     const cl::NDRange global = plane ? cl::NDRange(range.nx, range.ny) : cl::NDRange(range.nx);
     const cl::NDRange local =
