@@ -39,8 +39,10 @@ Progress::Progress(std::string what, std::string unit, std::int64_t total, bool 
       shown_(!quiet && isatty(STDERR_FILENO) == 1),
       next_(start_ + kPatience) {}
 
-Progress::~Progress() {
-  if (drawn_) std::fputs("\r\x1b[K", stderr);
+Progress::~Progress() { hide(); }
+
+void Progress::hide() {
+  if (std::exchange(drawn_, false)) std::fputs("\r\x1b[K", stderr);
 }
 
 void Progress::reached(std::int64_t done, const std::string& step) {

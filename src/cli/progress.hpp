@@ -28,6 +28,7 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   void reached(std::int64_t done, const std::string& step = "");
+  void hide();  // so that a line can be printed; the next call of reached() draws it again
   bool shown() const { return shown_; }
 
  private:

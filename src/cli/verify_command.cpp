@@ -10,11 +10,13 @@
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "cli/terminal.hpp"
+#include "grouped.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
 #include "verify/devices.hpp"
 #include "verify/page.hpp"
+#include "verify/repro.hpp"
 #include "verify/results.hpp"
 #include "verify/run.hpp"
 
@@ -22,33 +24,34 @@ namespace meniscus::cli {
 namespace {
 
 struct VerifyOptions {
-  std::string device = "all", size = "full", json, junit, html, record;
-  std::vector<std::string> kernels, compare;
-  double seconds = 300;
+  std::string size = "full", json, junit, html, record;
+  std::vector<std::string> compare;
+  verify::Request request;
   bool quiet = false, list = false;
-  int child = -1;
-  std::size_t from = 0;
+  std::string child;  // what a process for a device is to do
 };
-
-verify::Settings settings_of(const VerifyOptions& options) {
-  return {options.size == "full", options.kernels};
-}
 
 verify::VerifyRun verify_with_progress(const VerifyOptions& options) {
   std::optional<Progress> progress;  // of one device
   std::string device;
-  return verify::verify_devices(
-      options.device, settings_of(options), options.seconds, [&](const verify::Step& step) {
-        if (!progress || step.device != device) {
-          device = step.device;
-          progress.reset();
-          progress.emplace(device.substr(0, 36), "", static_cast<std::int64_t>(step.items),
-                           options.quiet);
-          // Without a terminal a line for each device is enough.
-          if (!options.quiet && !progress->shown()) print_line(stderr, "verifying  " + device);
-        }
-        progress->reached(static_cast<std::int64_t>(step.item - 1), step.name);
-      });
+  verify::Watch watch;
+  watch.step = [&](const verify::Step& step) {
+    if (!progress || step.device != device) {
+      device = step.device;
+      progress.reset();
+      progress.emplace(device.substr(0, 36), "", static_cast<std::int64_t>(step.items),
+                       options.quiet);
+      // Without a terminal a line for each device is enough.
+      if (!options.quiet && !progress->shown()) print_line(stderr, "verifying  " + device);
+    }
+    progress->reached(static_cast<std::int64_t>(step.item - 1), step.name);
+  };
+  watch.failed = [&](const verify::Row& row) {
+    if (options.quiet) return;
+    if (progress) progress->hide();
+    print_line(stderr, verify::failure_of(row));
+  };
+  return verify::verify_devices(options.request, watch);
 }
 
 void write(std::optional<OutputFile>& file, const std::string& text) {
@@ -72,14 +75,15 @@ verify::VerifyRun together(const std::vector<std::string>& paths) {
   return all;
 }
 
-void run_verify(const VerifyOptions& options, int& exit_code) {
-  if (options.list) return verify::list_as_child(options.device);
-  if (options.child >= 0)
-    return verify::run_as_child(options.child, options.from, settings_of(options));
+void run_verify(VerifyOptions& options, int& exit_code) {
+  verify::Request& request = options.request;
+  request.full = options.size == "full";
+  if (options.list) return verify::list_as_child(request.selector);
+  if (!options.child.empty()) return verify::run_as_child(options.child);
   // Files that cannot be written are better known now than later.
-  as_usage([&] {
-    check_outputs({options.compare, {}}, {}, {options.json, options.junit, options.html});
-  });
+  std::vector<std::string> read = options.compare;
+  read.insert(read.end(), {request.program, request.manifest});
+  as_usage([&] { check_outputs({read, {}}, {}, {options.json, options.junit, options.html}); });
   const bool to_output = options.json == "-";
   std::optional<OutputFile> json, junit, html, record;
   if (!options.json.empty() && !to_output) json.emplace(options.json);
@@ -88,7 +92,7 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
   if (!options.record.empty()) record.emplace(options.record);
 
   if (record) {
-    Device device(options.device == "all" ? "" : options.device);
+    Device device(request.selector == "all" ? "" : request.selector);
     write(record, verify::to_bytes(verify::record_canonical(device, [&](const std::string& what) {
             if (!options.quiet) print_line(stderr, "recording  " + what);
           })));
@@ -102,9 +106,17 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
     for (std::size_t k = 1; k < run.devices.size() && !to_output; ++k)
       print_lines(stdout, verify::comparison_of(run.devices[0], run.devices[k]));
   } else {
-    check_parts_of_names("--kernel", options.kernels, verify::known_kernels());
+    check_parts_of_names("--kernel", request.kernels, verify::known_kernels());
+    const std::string& folder = request.reproducers;
+    if (!folder.empty()) as_usage([&] { verify::make_folder(folder); });
     run = verify_with_progress(options);
     if (!to_output) print_lines(stdout, verify::table_of(run));
+    if (!folder.empty()) {
+      const std::size_t count = verify::finish_folder(folder).size();
+      print_line(stderr, count == 0 ? "no launch failed: there is no reproducer"
+                                    : counted(count, "reproducer") + " in " + folder +
+                                          ": each has a README.md");
+    }
     exit_code = run.good() ? 0 : 1;
   }
   if (to_output) std::fputs(verify::to_json(run).c_str(), stdout);
@@ -120,8 +132,9 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       "verify", "Check that devices compute what they should, to the last bit");
   const auto options = std::make_shared<VerifyOptions>();
   VerifyOptions& o = *options;
-  add_device_option(command, o.device, ", or all (default)");
-  add_kernel_option(command, o.kernels);
+  verify::Request& request = o.request;
+  add_device_option(command, request.selector, ", or all (default)");
+  add_kernel_option(command, request.kernels);
   command
       .add_option("--size", o.size,
                   "full: all cases (default); small: what a simulator has the time for")
@@ -136,8 +149,38 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       ->type_name("FILE");
   command.add_option("--junit", o.junit, "write the rows as JUnit XML")->type_name("FILE");
   command.add_option("--html", o.html, "write one page: devices side by side")->type_name("FILE");
-  const std::vector<CLI::Option*> of_a_run{
-      command.get_option("--device"), command.get_option("--kernel"), command.get_option("--size")};
+  command
+      .add_option("--repeat", request.repeat,
+                  "run each launch and frame so often, for the same bits (default 1)")
+      ->check(from_to(1, 10'000))
+      ->type_name("N");
+  command
+      .add_option(
+          "--repro", request.reproducers,
+          "make a folder in DIR, which must be new or empty, for launches that fail: source, "
+          "buffers, expected bits and a host in C, to be sent to a driver's makers")
+      ->type_name("DIR");
+  CLI::Option* own =
+      command
+          .add_option("--program", request.program,
+                      "a kernel of your own instead: whether devices agree on what it computes")
+          ->type_name("FILE.cl");
+  CLI::Option* manifest =
+      command
+          .add_option(
+              "--manifest", request.manifest,
+              "what it gets, as {\"kernel\": \"k\", \"range\": [64], \"arguments\": [{\"type\": "
+              "\"float\", \"count\": 64}]}, and what to expect; all keys are in "
+              "docs/portability.md")
+          ->type_name("FILE.json");
+  own->needs(manifest);
+  manifest->needs(own);
+  std::vector<CLI::Option*> of_a_run;
+  for (const char* option : {"--kernel", "--size", "--repeat", "--repro"}) {
+    of_a_run.push_back(command.get_option(option));
+    own->excludes(of_a_run.back());
+  }
+  of_a_run.insert(of_a_run.end(), {command.get_option("--device"), own});
   CLI::Option* compare =
       command
           .add_option(
@@ -147,7 +190,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
           ->type_name("A.json B.json");
   for (CLI::Option* option : of_a_run) compare->excludes(option);
   command
-      .add_option("--timeout", o.seconds,
+      .add_option("--timeout", request.seconds,
                   "a device that says nothing for so many seconds is given up (default 300)")
       ->check(from_to(1.0, 1e6))
       ->type_name("S");
@@ -155,7 +198,6 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   // Not for people: the canonical bits, and what the processes for each device are called with.
   command.add_option("--record", o.record)->group("");
   command.add_option("--child", o.child)->group("");
-  command.add_option("--child-from", o.from)->group("");
   command.add_flag("--child-list", o.list)->group("");
   command.callback([options, &exit_code] { run_verify(*options, exit_code); });
 }

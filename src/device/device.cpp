@@ -154,7 +154,7 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
                                  const std::string& more_options) {
   std::string log;
   try {
-    const std::string options = compiler_options(info) + more_options;
+    const std::string options = build_options(more_options);
     const bool keeps = keep_programs && !kernel_text;
     std::string key;
     if (keeps) {
@@ -180,24 +180,43 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
   throw DeviceError(file + " did not build" + place() + ": " + first_error(log));
 }
 
+std::string Device::State::source_of(const std::string& file) const {
+  std::string source;
+  std::istringstream parts("prelude.cl " + file);
+  for (std::string part; parts >> part;) {
+    const std::string text(text_of(part));
+    source += "\n#line 1 \"" + part + "\"\n" + (kernel_text ? kernel_text(part, text) : text);
+  }
+  return source;
+}
+
+std::string Device::State::build_options(const std::string& options) const {
+  return compiler_options(info) + options;
+}
+
+void Device::State::tell_guard(const std::string& name, const char* doing) {
+  if (guard) guard->begins(name, doing, observer || guard->waits());
+}
+
+void Device::State::tell_guard_over() {
+  if (guard && (observer || guard->waits())) guard->ended();
+}
+
 cl::Kernel& Device::State::kernel(const std::string& file, const std::string& name,
                                   const std::string& options) {
   const std::string program_key = file + " " + options;
   const std::string key = program_key + " " + name;
   if (const auto found = kernels.find(key); found != kernels.end()) return found->second;
 
+  tell_guard(name, "building");
   auto program = programs.find(program_key);
-  if (program == programs.end()) {
-    std::string source;
-    std::istringstream parts("prelude.cl " + file);
-    for (std::string part; parts >> part;) {
-      const std::string text(text_of(part));
-      source += "\n#line 1 \"" + part + "\"\n" + (kernel_text ? kernel_text(part, text) : text);
-    }
-    program = programs.emplace(program_key, build(file, source, options)).first;
-  }
+  if (program == programs.end())
+    program = programs.emplace(program_key, build(file, source_of(file), options)).first;
   try {
-    return kernels.emplace(key, cl::Kernel(program->second, name.c_str())).first->second;
+    cl::Kernel& made =
+        kernels.emplace(key, cl::Kernel(program->second, name.c_str())).first->second;
+    tell_guard_over();
+    return made;
   } catch (const cl::Error& error) {
     keep_context();
     fail("creating kernel " + name, error);
@@ -208,28 +227,37 @@ void Device::State::check_unmapped() {
   if (unmap_error_) throw *std::exchange(unmap_error_, std::nullopt);
 }
 
-void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const Range& wanted) {
+Range Device::State::launched_range(const Range& wanted, std::size_t most) const {
   const auto rounded = [](std::size_t n, std::size_t group) {
     return (n + group - 1) / group * group;
   };
+  Range tuned = wanted;
+  if (wanted.ny == 1 && wanted.group_x == kRowGroup) tuned.group_x = row_group;
+  Range range = with_groups_of(tuned, most);
+  range.nx = rounded(range.nx, range.group_x);
+  range.ny = rounded(range.ny, range.group_y);
+  return range;
+}
+
+void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const Range& wanted) {
   if (wanted.nx == 0 || wanted.ny == 0) return;
   cl::Event event;
   try {
     check_unmapped();
-    Range tuned = wanted;
-    if (wanted.ny == 1 && wanted.group_x == kRowGroup) tuned.group_x = row_group;
     const Range range =
-        with_groups_of(tuned, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
-    const cl::NDRange global =
-        range.group_y > 1 || range.ny > 1
-            ? cl::NDRange(rounded(range.nx, range.group_x), rounded(range.ny, range.group_y))
-            : cl::NDRange(rounded(range.nx, range.group_x));
-    const cl::NDRange local = range.group_y > 1 || range.ny > 1
-                                  ? cl::NDRange(range.group_x, range.group_y)
-                                  : cl::NDRange(range.group_x);
+        launched_range(wanted, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
+    const bool plane = range.ny > 1;
+    const cl::NDRange global = plane ? cl::NDRange(range.nx, range.ny) : cl::NDRange(range.nx);
+    const cl::NDRange local =
+        plane ? cl::NDRange(range.group_x, range.group_y) : cl::NDRange(range.group_x);
+    tell_guard(name, "running");
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr,
                                timed ? &event : nullptr);
     if (timed) events.emplace_back(name, std::move(event));
+    if (guard && guard->waits() && !observer) {
+      queue.finish();
+      guard->ended();
+    }
   } catch (const cl::Error& error) {
     fail("launching " + name, error);
   }

@@ -51,8 +51,16 @@ struct KernelLaunch {
   };
   const std::string& file;
   const std::string& kernel;
-  Range range;
+  const std::string& options;  // as the stage gives them
+  Range range;                 // as the stage asks for it
   std::vector<Argument> arguments;
+};
+
+/// A launch that a guard does not allow.
+struct KernelLeftOut : Error {
+  explicit KernelLeftOut(const std::string& name)
+      : Error(name + " is left out: it crashed or hung before"), kernel(name) {}
+  std::string kernel;
 };
 
 /// Sees every launch on a device; what it is for is verify (verify/trace.hpp).
@@ -61,6 +69,23 @@ class LaunchObserver {
   virtual ~LaunchObserver() = default;
   virtual void before(const KernelLaunch& launch) = 0;
   virtual void after(const KernelLaunch& launch) = 0;
+  /// In the place of after() where a guard did not allow the launch: nothing ran.
+  virtual void left_out(const KernelLaunch& launch) { throw KernelLeftOut(launch.kernel); }
+};
+
+/// Is told what a device is about to do, which may crash or hang, so that somebody else can name it
+/// (verify/devices.cpp).
+class LaunchGuard {
+ public:
+  virtual ~LaunchGuard() = default;
+  /// Asked once for each launch, before anything is built for it.
+  virtual bool allows(const std::string& kernel) = 0;
+  /// `doing` is "building" or "running". `alone`: nothing that began before is still under way.
+  virtual void begins(const std::string& kernel, const char* doing, bool alone) = 0;
+  /// What began last is over.
+  virtual void ended() = 0;
+  /// Whether launches are to be waited for, one by one.
+  virtual bool waits() const = 0;
 };
 
 /// How much memory the buffers of a device take. Buffers tell it when they come and when the driver
@@ -96,6 +121,7 @@ struct Device::State {
   bool keep_programs = false;  // built ones on disk, see program_cache.hpp
   std::string stage;           // named in error messages
   LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
+  LaunchGuard* guard = nullptr;
   /// When set, what it makes of a kernel file's text is built instead: faults on purpose.
   std::function<std::string(const std::string& file, const std::string& text)> kernel_text;
 
@@ -106,6 +132,13 @@ struct Device::State {
 
   cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
   void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
+  /// What `file` is built from: the prelude, the files that it names, and `#line` between them.
+  std::string source_of(const std::string& file) const;
+  /// All that the compiler is given where a stage gives `options`.
+  std::string build_options(const std::string& options) const;
+  /// The work-items and groups that a launch over `wanted` comes to, of a kernel that allows `most`
+  /// items in a group.
+  Range launched_range(const Range& wanted, std::size_t most) const;
   /// What kernels take that keep vectors of 16 floats busy, where the device has them.
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;  // that allocate_bytes can give
@@ -153,6 +186,10 @@ struct Device::State {
   bool context_is_kept_ = false;
 
   cl::CommandQueue other_queue_;  // the timed one where launches are not timed, and the reverse
+
+  /// Tells the guard, where there is one, what begins, and that it is over where that is known.
+  void tell_guard(const std::string& name, const char* doing);
+  void tell_guard_over();
 
   /// Throws where unmap failed, which cannot throw by itself.
   void check_unmapped();
@@ -306,6 +343,12 @@ template <class... Arguments>
 void launch(Device& device, const std::string& file, const std::string& name, const Range& range,
             const std::string& options, const Arguments&... arguments) {
   Device::State& state = device.state();
+  if (state.guard && !state.guard->allows(name)) {
+    if (!state.observer) throw KernelLeftOut(name);
+    const KernelLaunch seen{file, name, options, range, {seen_argument(arguments)...}};
+    state.observer->before(seen);
+    return state.observer->left_out(seen);
+  }
   cl::Kernel& kernel = state.kernel(file, name, options);
   cl_uint index = 0;
   try {
@@ -318,10 +361,11 @@ void launch(Device& device, const std::string& file, const std::string& name, co
     state.fail("giving " + name + " its arguments", error);
   }
   if (!state.observer) return state.enqueue(kernel, name, range);
-  const KernelLaunch seen{file, name, range, {seen_argument(arguments)...}};
+  const KernelLaunch seen{file, name, options, range, {seen_argument(arguments)...}};
   state.observer->before(seen);
   state.enqueue(kernel, name, range);
   state.observer->after(seen);
+  if (state.guard) state.guard->ended();
 }
 
 }  // namespace meniscus

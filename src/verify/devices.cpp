@@ -1,14 +1,25 @@
 #include "verify/devices.hpp"
 
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <tuple>
 
 #include "child_process.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
+#include "verify/program.hpp"
 
 namespace meniscus::verify {
 namespace {
@@ -16,6 +27,9 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kMostCrashes = 25;  // of one device; then it is given up
+constexpr int kPatience = 2;      // failures of a kernel; then the others go on without it
+constexpr double kLeastBuildSeconds = 60;
+constexpr char kBuilding[] = "building";  // see LaunchGuard
 
 // What runtimes print comes in between: a line of ours begins with this.
 constexpr std::string_view kMark = "\x1bverify ";
@@ -49,12 +63,15 @@ std::string how_it_ended(ChildProcess& child, ChildProcess::Read read, double se
   if (read == ChildProcess::Read::late) {
     child.kill();
     child.wait();
-    how = "gave no sign for " + std::to_string(static_cast<int>(seconds)) + " s and was ended";
+    how = "the process gave no sign for " + std::to_string(static_cast<int>(seconds)) +
+          " s and was ended";
   } else {
     how = child.wait();
     how = how.empty() ? "the process ended early" : "the process was ended by " + how;
   }
-  if (const std::string words = child.last_words(); !words.empty())
+  // Of its end it says only what is known here (cli/signals.cpp).
+  if (const std::string words = child.last_words();
+      !words.empty() && !words.starts_with("meniscus: error: ended by "))
     how += "; its last words: " + words;
   return how;
 }
@@ -80,100 +97,366 @@ std::vector<Found> find_devices(const std::string& selector, double seconds) {
   }
 }
 
-std::vector<std::string> child_arguments(const Found& device, std::size_t from,
-                                         const Settings& settings) {
-  std::vector<std::string> arguments{"verify",
-                                     "--child",
-                                     std::to_string(device.index),
-                                     "--child-from",
-                                     std::to_string(from),
-                                     "--size",
-                                     settings.full ? "full" : "small"};
-  for (const std::string& kernel : settings.kernels) {
-    arguments.push_back("--kernel");
-    arguments.push_back(kernel);
-  }
-  return arguments;
+// A kernel that ended a process, in the item that the next process begins with.
+struct Ended {
+  std::string kernel;
+  std::size_t launch = 0;  // of the item's launches
+  std::string how;         // in words
+};
+
+// What a process is to do.
+struct Plan {
+  int device = 0;
+  std::size_t from = 0;           // item
+  bool waits = false;             // for each launch
+  std::set<std::string> without;  // kernels
+  std::set<std::string> without_where_not_required;
+  std::vector<Ended> ended;
+  int output = -1;  // where a program's buffers go
+  Request request;
+};
+
+std::string to_text(const Plan& plan) {
+  Json ended = Json::array();
+  for (const Ended& one : plan.ended) ended.push_back({one.kernel, one.launch, one.how});
+  const Request& request = plan.request;
+  return Json{{"device", plan.device},
+              {"from", plan.from},
+              {"waits", plan.waits},
+              {"without", plan.without},
+              {"without_where_not_required", plan.without_where_not_required},
+              {"ended", ended},
+              {"output", plan.output},
+              {"full", request.full},
+              {"kernels", request.kernels},
+              {"repeat", request.repeat},
+              {"reproducers", request.reproducers},
+              {"program", request.program},
+              {"manifest", request.manifest}}
+      .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-DeviceResults verify_device(const Found& device, const Settings& settings, double seconds,
-                            const Watch& watch) {
+Plan plan_of(const std::string& text) {
+  const Json json = Json::parse(text);
+  Plan plan;
+  plan.device = json.at("device");
+  plan.from = json.at("from");
+  plan.waits = json.at("waits");
+  plan.without = json.at("without");
+  plan.without_where_not_required = json.at("without_where_not_required");
+  for (const Json& one : json.at("ended")) plan.ended.push_back({one.at(0), one.at(1), one.at(2)});
+  plan.output = json.at("output");
+  plan.request.full = json.at("full");
+  plan.request.kernels = json.at("kernels");
+  plan.request.repeat = json.at("repeat");
+  plan.request.reproducers = json.at("reproducers");
+  plan.request.program = json.at("program");
+  plan.request.manifest = json.at("manifest");
+  return plan;
+}
+
+// --- The parent ----------------------------------------------------------------------------------
+
+// What a process was about when it ended.
+struct UnderWay {
+  Item item;  // no name: none yet
+  std::size_t number = 0;
+  std::string kernel, doing;  // empty: no launch
+  std::size_t launch = 0;
+  bool alone = true;  // no launch before it can have been under way, too
+};
+
+// Verifies one device, process after process.
+class DeviceRun {
+ public:
+  DeviceRun(const Found& device, const Request& request, int output, const Watch& watch)
+      : watch_(watch) {
+    results.device = device.name;
+    plan_.device = device.index;
+    plan_.request = request;
+    plan_.output = output;
+    const auto begin = std::chrono::steady_clock::now();
+    if (device.problem.empty())
+      run();
+    else
+      add_of_device(Result::skip, device.problem);
+    results.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+
   DeviceResults results;
-  results.device = device.name;
-  const auto begin = std::chrono::steady_clock::now();
-  const auto add = [&](Row row) {
-    row.device = device.name.name;
+
+ private:
+  void run() {
+    int crashes = 0;
+    while (!run_process())
+      if (++crashes == kMostCrashes)
+        return add_of_device(Result::fail,
+                             "given up after " + std::to_string(crashes) + " crashes");
+  }
+
+  // Whether all is done.
+  bool run_process() {
+    ChildProcess child({"verify", "--child", to_text(plan_)}, true);
+    UnderWay at;
+    for (Json line;;) {
+      const double seconds = at.doing == kBuilding
+                                 ? std::max(plan_.request.seconds, kLeastBuildSeconds)
+                                 : plan_.request.seconds;
+      const ChildProcess::Read read = next(child, line, seconds);
+      if (read != ChildProcess::Read::line) {
+        const std::string how = how_it_ended(child, read, seconds);
+        if (!at.item.name.empty()) {
+          take_end(at, how);
+          return false;
+        }
+        add_of_device(Result::fail, how);
+        return true;
+      }
+      if (line.contains("end")) {
+        add_unnamed();
+        return true;
+      }
+      if (line.contains("error")) {
+        add_of_device(Result::fail, line.at("error"));
+        return true;
+      }
+      if (line.contains("row")) {
+        take_row(at, row_from_json(line.at("row").get<std::string>(), "verify's child"));
+      } else if (line.contains("kernel")) {
+        at.kernel = line.at("kernel");
+        at.doing = line.at("doing");
+        at.launch = line.at("launch");
+        at.alone = line.at("alone");
+      } else {
+        begin_item(at, line);
+      }
+    }
+  }
+
+  void begin_item(UnderWay& at, const Json& line) {
+    at = {};
+    at.number = line.at("item");
+    at.item = {line.at("group"), line.at("name"),     line.at("variant"),
+               line.at("size"),  line.at("required"), {}};
+    if (at.number != plan_.from) {
+      plan_.ended.clear();
+      add_unnamed();
+    }
+    first_row_ = results.rows.size();
+    watch_.step({results.device.name, at.number + 1, line.at("items"), at.item.name});
+  }
+
+  // Of a kernel that ended an earlier process in this item there is a row already.
+  void take_row(const UnderWay& at, Row row) {
+    if (at.number == plan_.from && row.group == "kernel")
+      for (const Ended& ended : plan_.ended)
+        if (ended.kernel == row.kernel) return;
+    add(std::move(row));
+  }
+
+  // After a process that ended too early: a row, and where the next one begins.
+  void take_end(const UnderWay& at, const std::string& how) {
+    const bool again = at.number == plan_.from;
+    if (!again) plan_.ended.clear();
+    if (!at.kernel.empty() && !at.alone && !plan_.waits) {
+      // Kernels run behind the host's back: the next process waits for each and so can name it.
+      unnamed_ = row_of(at.item, at.item.name, Result::fail,
+                        how + "; not where each launch is waited for. The last was " + at.kernel);
+      plan_.waits = true;
+      return begin_at(at.number, first_row_);
+    }
+    unnamed_.reset();
+    if (at.kernel.empty()) {
+      add(row_of(at.item, at.item.name, Result::fail, how));
+      plan_.ended.clear();
+      return begin_at(at.number + 1, results.rows.size());
+    }
+    const std::string what =
+        std::string("while it ") + (at.doing == kBuilding ? "was built" : "ran") + ", " + how;
+    count_failure(at);
+    const bool known = std::any_of(plan_.ended.begin(), plan_.ended.end(),
+                                   [&](const Ended& ended) { return ended.kernel == at.kernel; });
+    // The others in the case can be judged where canonical values take the place of this one's.
+    const bool once_more = at.item.group == "kernel" && !known;
+    if (once_more) results.rows.resize(first_row_);  // they are told again
+    add(row_of(at.item, at.kernel, Result::fail, what));
+    if (once_more) {
+      plan_.ended.push_back({at.kernel, at.launch, what});
+      return begin_at(at.number, results.rows.size());
+    }
+    plan_.ended.clear();
+    begin_at(at.number + 1, results.rows.size());
+  }
+
+  // What is required is tried once, whatever happened where it is not.
+  void count_failure(const UnderWay& at) {
+    Failures& failures = failures_[at.kernel];
+    ++failures.all;
+    failures.any_required = failures.any_required || at.item.required;
+    if (failures.all < kPatience) return;
+    plan_.without_where_not_required.insert(at.kernel);
+    if (failures.any_required) plan_.without.insert(at.kernel);
+  }
+
+  void begin_at(std::size_t item, std::size_t rows) {
+    plan_.from = item;
+    results.rows.resize(rows);
+  }
+
+  // What ended a process could not be found again.
+  void add_unnamed() {
+    if (unnamed_) add(*std::exchange(unnamed_, std::nullopt));
+  }
+
+  void add(Row row) {
+    row.device = results.device.name;
+    if (row.result == Result::fail && told_.insert({row.group, row.kernel, row.variant}).second)
+      watch_.failed(row);
     results.rows.push_back(std::move(row));
-  };
-  const auto whole_device = [&](Result result, const std::string& reason) {
+  }
+
+  void add_of_device(Result result, const std::string& reason) {
     Row row;
     row.group = "device";
     row.kernel = "open";
     row.result = result;
     row.reason = reason;
     add(std::move(row));
+  }
+
+  const Watch& watch_;
+  Plan plan_;                  // of the next process
+  std::size_t first_row_ = 0;  // of the item under way
+  struct Failures {
+    int all = 0;
+    bool any_required = false;
   };
-  if (!device.problem.empty()) {
-    whole_device(Result::skip, device.problem);
-    return results;
+  std::map<std::string, Failures> failures_;  // of kernels
+  std::optional<Row> unnamed_;
+  std::set<std::tuple<std::string, std::string, std::string>> told_;
+};
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+// A file without a name, which children inherit.
+File nameless_file() {
+  File file(std::tmpfile(), &std::fclose);
+  if (!file)
+    throw Error(std::string("no temporary file for what devices compute: ") + std::strerror(errno) +
+                " (name another folder in TMPDIR)");
+  return file;
+}
+
+Bytes all_of(std::FILE* file) {
+  Bytes bytes;
+  std::rewind(file);
+  std::uint8_t part[1 << 16];
+  while (const std::size_t count = std::fread(part, 1, sizeof part, file))
+    bytes.insert(bytes.end(), part, part + count);
+  return bytes;
+}
+
+// Adds whether the devices agree on what a program computes.
+void add_agreement(VerifyRun& run, const Program& program,
+                   const std::vector<std::vector<Bytes>>& left, const Watch& watch) {
+  std::vector<std::string> names;
+  for (const DeviceResults& device : run.devices) names.push_back(title_of(device.device));
+  compare_devices(program, names, left, [&](std::size_t d, Row row) {
+    row.device = run.devices[d].device.name;
+    if (row.result == Result::fail) watch.failed(row);
+    run.devices[d].rows.push_back(std::move(row));
+  });
+  for (DeviceResults& device : run.devices) {
+    if (!device.rows.empty()) continue;
+    Row row;
+    row.group = "program";
+    row.device = device.device.name;
+    row.kernel = program.kernel;
+    row.result = Result::skip;
+    row.reason =
+        "it ran, and there is nothing to compare with: give \"repeat\", \"expected\" or "
+        "another device";
+    device.rows.push_back(row);
   }
-  std::size_t from = 0;
-  bool over = false;
-  for (int crashes = 0; !over; ++crashes) {
-    if (crashes == kMostCrashes) {
-      whole_device(Result::fail, "given up after " + std::to_string(crashes) + " crashes");
-      break;
-    }
-    ChildProcess child(child_arguments(device, from, settings), true);
-    std::string name, group;  // of the item under way
-    for (Json line;;) {
-      const ChildProcess::Read read = next(child, line, seconds);
-      if (read != ChildProcess::Read::line) {
-        const std::string how = how_it_ended(child, read, seconds);
-        if (name.empty()) {
-          whole_device(Result::fail, how);
-          over = true;
-          break;
-        }
-        Row row;
-        row.group = group;
-        row.kernel = name;
-        row.result = Result::fail;
-        row.reason = how;
-        add(std::move(row));
-        break;  // and go on behind it
-      }
-      if (line.contains("end")) {
-        over = true;
-        break;
-      }
-      if (line.contains("error")) {
-        whole_device(Result::fail, line.at("error"));
-        over = true;
-        break;
-      }
-      if (line.contains("row")) {
-        add(row_from_json(line.at("row").get<std::string>(), "verify's child"));
-        continue;
-      }
-      name = line.at("name");
-      group = line.at("group");
-      from = line.at("item").get<std::size_t>() + 1;
-      watch({device.name.name, from, line.at("items"), name});
-    }
+}
+
+// --- The child -----------------------------------------------------------------------------------
+
+// Tells the parent what begins, and leaves out what ended processes before.
+class Guard : public LaunchGuard {
+ public:
+  explicit Guard(const Plan& plan) : plan_(plan) {}
+
+  void begin_item(const Item& item, const std::vector<Ended>& ended) {
+    launches_ = 0;
+    ended_ = ended;
+    without_ = item.required ? plan_.without : plan_.without_where_not_required;
   }
-  results.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return results;
+  bool allows(const std::string& kernel) override {
+    const std::size_t launch = launches_++;
+    for (const Ended& ended : ended_)
+      if (ended.kernel == kernel && launch >= ended.launch) return false;
+    return !without_.contains(kernel);
+  }
+  void begins(const std::string& kernel, const char* doing, bool alone) override {
+    say({{"kernel", kernel}, {"doing", doing}, {"launch", launches_ - 1}, {"alone", alone}});
+  }
+  void ended() override { say({{"kernel", ""}, {"doing", ""}, {"launch", 0}, {"alone", true}}); }
+  bool waits() const override { return plan_.waits; }
+
+ private:
+  const Plan& plan_;
+  std::set<std::string> without_;
+  std::vector<Ended> ended_;
+  std::size_t launches_ = 0;  // of the item, so far
+};
+
+// The other devices, opened when they are asked for.
+OtherDevices others_than(int own) {
+  auto opened = std::make_shared<std::vector<std::unique_ptr<Device>>>();
+  std::vector<DeviceInfo> infos;
+  for (const DeviceInfo& info : list_devices())
+    if (info.usable && info.index != own) infos.push_back(info);
+  return [opened, infos](std::size_t k) -> Device* {
+    while (opened->size() <= k && opened->size() < infos.size())
+      opened->push_back(std::make_unique<Device>(infos[opened->size()]));
+    return k < opened->size() ? (*opened)[k].get() : nullptr;
+  };
+}
+
+void write_all(int to, const Bytes& bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t count = ::write(to, bytes.data() + done, bytes.size() - done);
+    if (count < 0 && errno != EINTR)
+      throw Error(std::string("what the kernel left cannot be handed on: ") + std::strerror(errno) +
+                  " (name another folder in TMPDIR)");
+    done += static_cast<std::size_t>(std::max<ssize_t>(0, count));
+  }
+}
+
+Item item_of_program(const Plan& plan) {
+  return {"program", plan.request.program, "", "", true, [plan](Device& device, const Tell& tell) {
+            const Program program = read_program(plan.request.program, plan.request.manifest);
+            write_all(plan.output, joined(run_program(device, program, "program", tell)));
+          }};
 }
 
 }  // namespace
 
-VerifyRun verify_devices(const std::string& selector, const Settings& settings, double seconds,
-                         const Watch& watch) {
+VerifyRun verify_devices(const Request& request, const Watch& watch) {
   VerifyRun run;
   run.version = version();
-  for (const Found& device : find_devices(selector, seconds))
-    run.devices.push_back(verify_device(device, settings, seconds, watch));
+  std::optional<Program> program;
+  if (!request.program.empty()) program = read_program(request.program, request.manifest);
+  std::vector<std::vector<Bytes>> left;  // by the program, on each device
+  for (const Found& device : find_devices(request.selector, request.seconds)) {
+    const File output = nameless_file();
+    run.devices.push_back(
+        DeviceRun(device, request, program ? fileno(output.get()) : -1, watch).results);
+    if (program) left.push_back(parted(*program, all_of(output.get())));
+  }
+  if (program) add_agreement(run, *program, left, watch);
   return run;
 }
 
@@ -193,21 +476,43 @@ void list_as_child(const std::string& selector) {
   }
 }
 
-void run_as_child(int index, std::size_t from, const Settings& settings) {
+void run_as_child(const std::string& text) {
   try {
-    Device device(std::to_string(index));
-    const std::vector<Item> items = items_of(settings, device.state().vector_width);
-    for (std::size_t k = from; k < items.size(); ++k) {
+    const Plan plan = plan_of(text);
+    const Request& request = plan.request;
+    Device device(std::to_string(plan.device));
+    Guard guard(plan);
+    device.state().guard = &guard;
+    std::optional<Reproducers> reproducers;
+    if (!request.reproducers.empty())
+      reproducers.emplace(request.reproducers, device.info(), others_than(plan.device));
+    const std::vector<Item> items = request.program.empty()
+                                        ? items_of({request.full, request.kernels, request.repeat,
+                                                    reproducers ? &*reproducers : nullptr},
+                                                   device.state().vector_width)
+                                        : std::vector<Item>{item_of_program(plan)};
+    for (std::size_t k = plan.from; k < items.size(); ++k) {
+      const Item& item = items[k];
       say({{"item", k},
            {"items", items.size()},
-           {"name", items[k].name},
-           {"group", items[k].group}});
-      run_item(items[k], device, [](const Row& row) { say({{"row", to_json(row)}}); });
+           {"name", item.name},
+           {"group", item.group},
+           {"variant", item.variant},
+           {"size", item.size},
+           {"required", item.required}});
+      const std::vector<Ended> ended = k == plan.from ? plan.ended : std::vector<Ended>{};
+      guard.begin_item(item, ended);
+      if (reproducers) {
+        std::map<std::string, std::string> how;
+        for (const Ended& one : ended) how[one.kernel] = one.how;
+        reproducers->set_ended(std::move(how));
+      }
+      run_item(item, device, [](const Row& row) { say({{"row", to_json(row)}}); });
     }
     say({{"end", true}});
     // Some drivers crash when they are let go of; all has been said.
     std::_Exit(0);
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     say({{"error", error.what()}});
   }
 }

@@ -9,23 +9,41 @@
 
 namespace meniscus::verify {
 
+/// What is verified, as the user asks for it.
+struct Request {
+  std::string selector = "all";      // devices, see select_device; "all": every one
+  bool full = true;                  // else what a simulator has the time for
+  std::vector<std::string> kernels;  // parts of names; empty: all
+  int repeat = 1;                    // runs of each launch and frame
+  std::string reproducers;           // the folder that they go into; empty: none are made
+  std::string program, manifest;     // a kernel of others instead of ours; may be empty
+  double seconds = 300;              // without a sign of life, until a process is ended; while a
+                                     // kernel is built, at least a minute
+};
+
 /// An item that begins: its number from 1 on, how many there are, and its name.
 struct Step {
   std::string device;
   std::size_t item = 0, items = 0;
   std::string name;
 };
-using Watch = std::function<void(const Step&)>;
 
-/// Runs all items on the devices that `selector` names (see select_device; "all": every one).
-/// A process that says nothing for `seconds` is ended, and the next one goes on behind the item.
-/// Throws DeviceError when there is no such device.
-VerifyRun verify_devices(const std::string& selector, const Settings& settings, double seconds,
-                         const Watch& watch);
+/// Is told what happens.
+struct Watch {
+  std::function<void(const Step&)> step;
+  std::function<void(const Row&)> failed;  // at once; of a kernel and variant the first failure
+};
 
-/// What such a process does: tells of the devices that `selector` names, or runs the items from
-/// `from` on. Writes lines of JSON to standard output.
+/// Runs all items on the devices, each in a process of its own. A process that crashes, or says
+/// nothing for too long, costs a row that names the kernel; the others of the same case go on
+/// without that kernel in another process, and after two such failures all cases do.
+/// Throws DeviceError when there is no such device, and InputError for what is wrong with a program
+/// or its manifest.
+VerifyRun verify_devices(const Request& request, const Watch& watch);
+
+/// What such a process does: tells of the devices that `selector` names, or does what a plan says,
+/// which is a text of the parent's. Writes lines of JSON to standard output.
 void list_as_child(const std::string& selector);
-void run_as_child(int device, std::size_t from, const Settings& settings);
+void run_as_child(const std::string& plan);
 
 }  // namespace meniscus::verify

@@ -341,11 +341,19 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
 }  // namespace
 
 std::string to_html(const VerifyRun& run) {
-  std::string body =
-      "<h1>Does it compute what it should?</h1><p>Meniscus " + escaped(run.version) +
-      " ran its kernels on " + counted(run.devices.size(), "device") +
-      ". Every launch must leave the <strong>canonical bits</strong> in its buffers, "
-      "in every variant.</p>\n<div class=\"cards\">\n";
+  const std::string devices = counted(run.devices.size(), "device");
+  const bool of_others =
+      std::any_of(run.devices.begin(), run.devices.end(), [](const auto& device) {
+        return !device.rows.empty() && device.rows.back().group == "program";
+      });
+  std::string body = "<h1>Does it compute what it should?</h1><p>Meniscus " + escaped(run.version) +
+                     (of_others ? " ran a kernel that is not its own on " + devices +
+                                      ". All runs must leave the same bits in its buffers, "
+                                      "everywhere.</p>\n"
+                                : " ran its kernels on " + devices +
+                                      ". Every launch must leave the <strong>canonical "
+                                      "bits</strong> in its buffers, in every variant.</p>\n") +
+                     "<div class=\"cards\">\n";
   for (const DeviceResults& device : run.devices) body += card_of(device);
   body += "</div>\n" + failures_of(run);
   body += differences_of(run);
@@ -362,6 +370,12 @@ std::string to_html(const VerifyRun& run) {
         "<h2>Against double precision</h2><p>Whether the results are near what the equations "
         "say, computed in double precision on the host.</p>" +
         references;
+  body +=
+      figures_of(run, "program", "Runs",
+                 "Whether runs leave the same bits, those that are expected, and the same as on "
+                 "the first device.");
+  body += figures_of(run, "flaw", "Known flaws of runtimes",
+                     "Whether the device has them. Nothing of Meniscus rests on them.");
   body += figures_of(run, "probe", "Arithmetic",
                      "What the same bits rest on. Orange: differs, but nothing rests on it.");
   body += figures_of(run, "limit", "Limits", "Probed, not believed.");

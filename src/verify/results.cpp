@@ -19,7 +19,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kGroups[] = {"device", "probe", "limit", "kernel", "reference", "frame"};
+constexpr const char* kGroups[] = {"device", "program",   "probe", "limit",
+                                   "kernel", "reference", "frame", "flaw"};
 
 // What is said of devices goes with each of their rows.
 constexpr std::size_t kMostDevices = 64, kLongestName = 200;  // characters
@@ -87,6 +88,18 @@ std::string words_of(const Row& row) {
   for (const std::string* part : {&row.variant, &row.size})
     if (!part->empty()) text += ", " + *part;
   return text;
+}
+
+// "FAILED kernel project_particles, width 8, fit on block".
+std::string what_failed(const Row& row) {
+  return std::string(row.required ? "FAILED " : "(not required) ") + row.group + " " +
+         words_of(row);
+}
+
+// "3 ulp; launch 4 of 12 ... [OpenCL C 1.2, 7.4]".
+std::string why_failed(const Row& row) {
+  return (row.ulp > 0 ? error_of(row) + "; " : "") + row.reason +
+         (row.section.empty() ? "" : " [" + row.section + "]");
 }
 
 }  // namespace
@@ -251,6 +264,8 @@ std::string error_of(const Row& row) {
   return std::isfinite(row.ulp) ? three_digits(row.ulp) + " ulp" : "infinitely far";
 }
 
+std::string failure_of(const Row& row) { return what_failed(row) + ": " + why_failed(row); }
+
 std::string table_of(const VerifyRun& run) {
   std::string text;
   for (const DeviceResults& device : run.devices) {
@@ -263,13 +278,10 @@ std::string table_of(const VerifyRun& run) {
         text += "    " + padded(row.kernel + (row.variant.empty() ? "" : ", " + row.variant), 26) +
                 row.reason + "\n";
     for (const auto& [row, cases] : device.failures()) {
-      text += std::string(row->required ? "  FAILED " : "  (not required) ") + row->group + " " +
-              words_of(*row);
+      text += "  " + what_failed(*row);
       if (cases > 1)
         text += " and on " + std::to_string(cases - 1) + (cases > 2 ? " others" : " other");
-      text += "\n    ";
-      if (row->ulp > 0) text += error_of(*row) + "; ";
-      text += row->reason + (row->section.empty() ? "" : " [" + row->section + "]") + "\n";
+      text += "\n    " + why_failed(*row) + "\n";
     }
     std::map<std::string, std::size_t> skips;
     for (const Row& row : device.rows)

@@ -71,6 +71,9 @@ VerifyRun run_from_json(const std::string& text, const std::string& name);
 /// A test suite a device and group, a test case a row.
 std::string to_junit(const VerifyRun& run);
 
+/// What failed, in one line, for when it happens.
+std::string failure_of(const Row& row);
+
 /// For the terminal: what passed by group, then every row that failed, and why rows were skipped.
 std::string table_of(const VerifyRun& run);
 

@@ -10,7 +10,7 @@ enum class Result { pass, fail, skip };
 
 /// One thing that was checked on one device.
 struct Row {
-  std::string group;    // "probe", "limit", "kernel", "reference" or "frame"
+  std::string group;    // "probe", "limit", "kernel", "reference", "frame", "flaw" or "program"
   std::string device;   // its name; filled in by who runs the checks
   std::string kernel;   // the kernel, the probe's name, or the method
   std::string variant;  // "width 8", "width 1, groups of 32"; empty: there is but one

@@ -14,6 +14,7 @@
 #include "stages/visible.hpp"
 #include "stream/gather.hpp"
 #include "verify/arithmetic.hpp"
+#include "verify/flaws.hpp"
 #include "verify/limits.hpp"
 #include "verify/references.hpp"
 #include "verify/scenes.hpp"
@@ -174,20 +175,23 @@ Row row_of(const std::string& kernel, const KernelFindings& found) {
   row.group = "kernel";
   row.kernel = kernel;
   row.ms = found.ms;
-  if (found.differing > 0) {
+  if (found.differing > 0 || found.unsteady > 0) {
     row.result = Result::fail;
     row.ulp =
         found.ulp > 0 ? found.ulp : -1;  // of integers, or of values that are not at hand: none
-    row.reason = found.first;
+    if (found.unsteady > 0) row.reason = "differs from run to run: " + found.first_unsteady;
+    if (found.differing > 0) row.reason += (found.unsteady > 0 ? "; " : "") + found.first;
     if (found.differing > 1)
       row.reason += "; " + std::to_string(found.differing) + " of its " +
                     std::to_string(found.launches) + " launches differ";
+    if (!found.reproducer.empty()) row.reason += "; reproducer: " + found.reproducer;
   } else if (found.launches > 0) {
     row.ulp = 0;
   } else {
     row.result = Result::skip;
-    row.reason = found.unknown > 0 ? "its inputs differ already: see the kernels before it"
-                                   : "other kernels were launched than the canonical ones";
+    row.reason = found.left_out > 0  ? "left out: it crashed or hung before"
+                 : found.unknown > 0 ? "its inputs differ already: see the kernels before it"
+                                     : "other kernels were launched than the canonical ones";
   }
   return row;
 }
@@ -195,7 +199,10 @@ Row row_of(const std::string& kernel, const KernelFindings& found) {
 void check_kernels(Device& device, const Case& which, const Variant& variant, bool required,
                    const Settings& settings, const Tell& tell) {
   const AsVariant as(device, variant);
-  Tracer tracer(device, canonical_trace(key_of(which, variant.width)), shipped_canonical().values);
+  if (settings.reproducers)
+    settings.reproducers->set_case(variant.name, which.name + ", " + which.size);
+  Tracer tracer(device, canonical_trace(key_of(which, variant.width)), shipped_canonical().values,
+                {settings.repeat, settings.reproducers});
   const auto report = [&](Row row) {
     row.group = "kernel";
     row.variant = variant.name;
@@ -210,6 +217,9 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
     which.run(device);
   } catch (const BeyondRepair&) {
     whole = false;  // the findings say what was wrong
+    device.state().stage.clear();
+  } catch (const KernelLeftOut&) {
+    whole = false;
     device.state().stage.clear();
   } catch (const Error& failure) {
     error = failure.what();
@@ -232,11 +242,12 @@ std::string frame_key(const Scene& frame, Method method) {
 }
 
 // A frame whose hash is not the canonical one runs once more, watched.
-std::string first_difference(Device& device, const Scene& frame, Method method) {
-  Tracer tracer(device,
-                canonical_trace(frame_key(frame, method) + ", width " +
-                                std::to_string(device.state().vector_width)),
-                shipped_canonical().values);
+std::string first_difference(Device& device, const Scene& frame, Method method,
+                             const Settings& settings) {
+  const std::string width = "width " + std::to_string(device.state().vector_width);
+  if (settings.reproducers) settings.reproducers->set_case(width, frame_key(frame, method));
+  Tracer tracer(device, canonical_trace(frame_key(frame, method) + ", " + width),
+                shipped_canonical().values, {1, settings.reproducers});
   try {
     extract(device, frame.particles, frame.camera, parameters_of(frame, method));
   } catch (const BeyondRepair&) {
@@ -248,18 +259,29 @@ std::string first_difference(Device& device, const Scene& frame, Method method) 
          "to run";
 }
 
-void check_frame(Device& device, const Scene& frame, Method method, const Tell& tell) {
+void check_frame(Device& device, const Scene& frame, Method method, const Settings& settings,
+                 const Tell& tell) {
   Row row;
   row.group = "frame";
   row.kernel = to_string(method);
   row.size = frame.name + ", " + frame.size;
   row.variant = "width " + std::to_string(device.state().vector_width);
+  const auto hash = [&] {
+    return content_hash(
+        extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
+  };
   const auto begin = Clock::now();
-  const std::uint64_t found =
-      content_hash(extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
+  const std::uint64_t found = hash();
   row.ms = ms_since(begin);
+  int run = 2;
+  std::uint64_t again = found;
+  for (; run <= settings.repeat && (again = hash()) == found;) ++run;
   const auto known = shipped_canonical().frames.find(frame_key(frame, method));
-  if (known == shipped_canonical().frames.end()) {
+  if (again != found) {
+    row.result = Result::fail;
+    row.reason = "hash " + hex_digits(found) + " differs from run to run: " + hex_digits(again) +
+                 " in run " + std::to_string(run);
+  } else if (known == shipped_canonical().frames.end()) {
     row.result = Result::skip;
     row.reason = "this release has no hash for it; found " + hex_digits(found);
   } else if (known->second == found) {
@@ -268,7 +290,7 @@ void check_frame(Device& device, const Scene& frame, Method method, const Tell& 
   } else {
     row.result = Result::fail;
     row.reason = "hash " + hex_digits(found) + ", wanted " + hex_digits(known->second) + "; " +
-                 first_difference(device, frame, method);
+                 first_difference(device, frame, method, settings);
   }
   tell(std::move(row));
 }
@@ -310,16 +332,13 @@ bool launches_wanted(const Settings& settings, const Trace& trace) {
 
 std::vector<Item> items_of(const Settings& settings, int device_width) {
   std::vector<Item> items;
-  const auto add = [&](const std::string& group, const std::string& name,
-                       std::function<void(Device&, const Tell&)> run) {
-    items.push_back({group, name, std::move(run)});
-  };
   if (settings.kernels.empty()) {
-    add("probe", "probes of single values", probe_expressions);
-    add("probe", "probes of memory and work-items", probe_execution);
-    add("limit", "limits", [full = settings.full](Device& device, const Tell& tell) {
-      probe_limits(device, full, tell);
-    });
+    items.push_back({"probe", "probes of single values", "", "", true, probe_expressions});
+    items.push_back({"probe", "probes of memory and work-items", "", "", true, probe_execution});
+    items.push_back(
+        {"limit", "limits", "", "", true, [full = settings.full](Device& device, const Tell& tell) {
+           probe_limits(device, full, tell);
+         }});
   }
   // Kernels that are watched come first: what they leave wrong is put right or not worked on, where
   // the stages against double precision would go on and might crash.
@@ -329,11 +348,12 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
       if (!settings.kernels.empty() &&
           !launches_wanted(settings, canonical_trace(key_of(which, variant.width))))
         continue;
-      add("kernel", "kernels of " + which.name + ", " + variant.name,
-          [&which, &variant, required = variant.width == device_width, settings](Device& device,
-                                                                                 const Tell& tell) {
-            check_kernels(device, which, variant, required, settings, tell);
-          });
+      const bool required = variant.width == device_width;
+      items.push_back({"kernel", "kernels of " + which.name + ", " + variant.name, variant.name,
+                       which.name + ", " + which.size, required,
+                       [&which, &variant, required, settings](Device& device, const Tell& tell) {
+                         check_kernels(device, which, variant, required, settings, tell);
+                       }});
     }
   for (const Variant& variant : variants()) {
     if (variant.group != kRowGroup) continue;  // a stage's values do not depend on its groups
@@ -342,35 +362,50 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
           !launches_wanted(settings, canonical_trace(key_of(case_of(stage, stage.sizes.front()),
                                                             variant.width))))
         continue;
-      add("reference", std::string("references of ") + stage.stage + ", " + variant.name,
-          [&stage, &variant, required = variant.width == device_width, settings](Device& device,
-                                                                                 const Tell& tell) {
-            check_references(device, stage, variant, required, settings, tell);
-          });
+      const bool required = variant.width == device_width;
+      items.push_back({"reference",
+                       std::string("references of ") + stage.stage + ", " + variant.name,
+                       variant.name, stage.stage, required,
+                       [&stage, &variant, required, settings](Device& device, const Tell& tell) {
+                         check_references(device, stage, variant, required, settings, tell);
+                       }});
     }
   }
-  if (settings.kernels.empty())
-    for (const Scene& frame : whole_frames())
-      if (frame.small || settings.full)
-        for (const Method method : frame.methods)
-          add("frame", frame_key(frame, method),
-              [&frame, method](Device& device, const Tell& tell) {
-                check_frame(device, frame, method, tell);
-              });
+  if (!settings.kernels.empty()) return items;
+  for (const Scene& frame : whole_frames())
+    if (frame.small || settings.full)
+      for (const Method method : frame.methods)
+        items.push_back({"frame", frame_key(frame, method), "width " + std::to_string(device_width),
+                         frame_key(frame, method), true,
+                         [&frame, method, settings](Device& device, const Tell& tell) {
+                           check_frame(device, frame, method, settings, tell);
+                         }});
+  // Last: they are known to crash some drivers.
+  for (Item& item : flaw_items()) items.push_back(std::move(item));
   return items;
+}
+
+Row row_of(const Item& item, const std::string& kernel, Result result, const std::string& reason) {
+  Row row;
+  row.group = item.group;
+  row.kernel = kernel;
+  row.variant = item.variant;
+  row.size = item.size;
+  row.required = item.required;
+  row.result = result;
+  row.reason = reason;
+  return row;
 }
 
 void run_item(const Item& item, Device& device, const Tell& tell) {
   try {
     item.run(device, tell);
+  } catch (const KernelLeftOut& left_out) {
+    device.state().stage.clear();
+    tell(row_of(item, item.name, Result::skip, left_out.what()));
   } catch (const std::exception& error) {
     device.state().stage.clear();
-    Row row;
-    row.group = item.group;
-    row.kernel = item.name;
-    row.result = Result::fail;
-    row.reason = error.what();
-    tell(std::move(row));
+    tell(row_of(item, item.name, Result::fail, error.what()));
   }
 }
 

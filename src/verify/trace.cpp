@@ -5,53 +5,12 @@
 
 #include "content_hash.hpp"
 #include "device/kernel_sources.hpp"
-#include "printed.hpp"
-#include "verify/bits.hpp"
 
 namespace meniscus::verify {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
-
-// Lists that atomics fill in any order: the kernels that read them must not care. Bytes of an
-// entry.
-std::size_t unordered_entry(const std::string& argument) {
-  return argument == "entry" ? 8 : argument == "selected" ? 4 : 0;
-}
-
-std::uint64_t hash_of(const Bytes& bytes, const std::string& argument) {
-  const std::size_t entry = unordered_entry(argument);
-  if (entry == 0) return content_hash(bytes.data(), bytes.size());
-  std::uint64_t sum = bytes.size();
-  for (std::size_t k = 0; k + entry <= bytes.size(); k += entry)
-    sum += content_hash(bytes.data() + k, entry);
-  return sum;
-}
-
 // Such a launch is none: nothing is enqueued.
 bool empty(const KernelLaunch& launch) { return launch.range.nx == 0 || launch.range.ny == 0; }
-
-std::vector<std::uint32_t> words_of(const Bytes& bytes) {
-  std::vector<std::uint32_t> words((bytes.size() + 3) / 4);
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<std::uint8_t*>(words.data()));
-  return words;
-}
-
-// How two contents of a buffer differ, in words.
-std::string difference(const Bytes& expected, const Bytes& found, bool floats, double& ulp) {
-  if (expected.size() != found.size())
-    return std::to_string(found.size()) + " bytes for " + std::to_string(expected.size());
-  const Reading reading = floats ? Reading::floats : Reading::integers;
-  const std::vector<std::uint32_t> wanted = words_of(expected), own = words_of(found);
-  const Difference d = compare(wanted, own, reading);
-  if (d.count == 0) return "only the bits of what is no number differ";
-  ulp = std::max(ulp, d.ulp);
-  std::string text = grouped(d.count) + " of ";
-  text += grouped(d.of) + " values differ, the first at ";
-  text += std::to_string(d.first) + ": found " + hex(own[d.first], reading);
-  text += ", wanted " + hex(wanted[d.first], reading);
-  return text;
-}
 
 }  // namespace
 
@@ -83,10 +42,12 @@ Tracer::Tracer(Device& device, std::map<std::uint64_t, Bytes>* values)
   device.state().pool->reuse(false);
 }
 
-Tracer::Tracer(Device& device, const Trace& canonical, const std::map<std::uint64_t, Bytes>& values)
+Tracer::Tracer(Device& device, const Trace& canonical, const std::map<std::uint64_t, Bytes>& values,
+               Watching watching)
     : Tracer(device, nullptr) {
   canonical_ = &canonical;
   known_ = &values;
+  watching_ = watching;
 }
 
 Tracer::~Tracer() {
@@ -102,6 +63,13 @@ std::vector<Bytes> Tracer::read(const KernelLaunch& launch) {
       device_.state().read_bytes(*argument.buffer, contents.back().data(), argument.bytes);
   }
   return contents;
+}
+
+void Tracer::put(const KernelLaunch& launch, const std::vector<Bytes>& contents) {
+  for (std::size_t k = 0; k < contents.size(); ++k)
+    if (!contents[k].empty())
+      device_.state().write_bytes(*launch.arguments[k].buffer, contents[k].data(),
+                                  contents[k].size());
 }
 
 void Tracer::before(const KernelLaunch& launch) {
@@ -133,73 +101,150 @@ void Tracer::after(const KernelLaunch& launch) {
   findings.ms += 1e-6 * static_cast<double>(event.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
                                             event.getProfilingInfo<CL_PROFILING_COMMAND_START>());
   if (findings.stage.empty()) findings.stage = device_.state().stage;
+  run_more(launch, found);
   if (canonical_ && other_launches_.empty()) compare(launch, found);
 }
 
-void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found) {
-  KernelFindings& findings = findings_[launch.kernel];
-  const std::size_t place = trace_.size() - 1;
-  const TracedLaunch& own = trace_.back();
-  const auto where = [&] {
-    return "launch " + std::to_string(place + 1) + " of " + std::to_string(canonical_->size()) +
-           (own.stage.empty() ? "" : ", stage " + own.stage);
-  };
-  if (place >= canonical_->size() || (*canonical_)[place].kernel != launch.kernel) {
-    other_launches_ = where() + " is " + launch.kernel + ", wanted " +
-                      (place < canonical_->size() ? (*canonical_)[place].kernel : "none");
-    return;
-  }
-  const TracedLaunch& wanted = (*canonical_)[place];
-  if (wanted.inputs != own.inputs) {
-    ++findings.unknown;
-    return;
-  }
-  ++findings.launches;
-  if (wanted.written == own.written) return;
+std::string Tracer::place() const {
+  const std::string& stage = trace_.back().stage;
+  std::string text = "launch " + std::to_string(trace_.size());
+  if (canonical_) text += " of " + std::to_string(canonical_->size());
+  return text + (stage.empty() ? "" : ", stage " + stage);
+}
 
+// The canonical launch in the place of this one; null: another kernel's, or of other inputs.
+const TracedLaunch* Tracer::expected_launch(const KernelLaunch& launch) {
+  const std::size_t at = trace_.size() - 1;
+  if (at >= canonical_->size() || (*canonical_)[at].kernel != launch.kernel) {
+    other_launches_ = place() + " is " + launch.kernel + ", wanted " +
+                      (at < canonical_->size() ? (*canonical_)[at].kernel : "none");
+    return nullptr;
+  }
+  if ((*canonical_)[at].inputs == trace_.back().inputs) return &(*canonical_)[at];
+  ++findings_[launch.kernel].unknown;
+  return nullptr;
+}
+
+std::vector<Tracer::Wanted> Tracer::wanted(const KernelLaunch& launch,
+                                           const TracedLaunch& canonical) const {
+  std::vector<Wanted> all(launch.arguments.size());
+  // Inputs were the same, so what the canonical launch left alone is as it was before.
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (launch.arguments[k].buffer) all[k] = {hash_of(contents_[k], names_[k]), &contents_[k]};
+  for (const Written& written : canonical.written) {
+    const auto known = known_->find(written.hash);
+    all.at(static_cast<std::size_t>(written.argument)) = {
+        written.hash, known == known_->end() ? nullptr : &known->second};
+  }
+  return all;
+}
+
+void Tracer::reproduce(const KernelLaunch& launch, const std::vector<Wanted>& wanted,
+                       const std::vector<Bytes>& found, const std::string& what) {
+  if (!watching_.reproducers || !watching_.reproducers->wants(launch.kernel)) return;
+  SavedLaunch whole = saved(device_, launch, contents_, names_, !found.empty());
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    whole.arguments[k].hash = wanted[k].hash;
+    if (wanted[k].values) whole.arguments[k].expected = *wanted[k].values;
+  }
+  findings_[launch.kernel].reproducer =
+      watching_.reproducers->write(std::move(whole), place(), found, what);
+}
+
+// Nothing after this launch can be judged.
+void Tracer::give_up_here() {
+  for (std::size_t later = trace_.size(); later < canonical_->size(); ++later) {
+    KernelFindings& not_reached = findings_[(*canonical_)[later].kernel];
+    if (not_reached.stage.empty()) not_reached.stage = (*canonical_)[later].stage;
+    ++not_reached.unknown;
+  }
+  throw BeyondRepair();
+}
+
+// The launch again, from the same inputs: every run must leave the same.
+void Tracer::run_more(const KernelLaunch& launch, const std::vector<Bytes>& found) {
+  if (watching_.repeat < 2) return;
+  Device::State& state = device_.state();
+  cl::Kernel& kernel = state.kernel(launch.file, launch.kernel, launch.options);
+  std::string what;
+  std::vector<Bytes> left;
+  for (int run = 2; run <= watching_.repeat && what.empty(); ++run) {
+    put(launch, contents_);
+    state.enqueue(kernel, launch.kernel, launch.range);
+    left = read(launch);
+    for (std::size_t k = 0; k < left.size() && what.empty(); ++k)
+      if (left[k] != found[k] && hash_of(left[k], names_[k]) != hash_of(found[k], names_[k]))
+        what = "run " + std::to_string(run) + " is not like run 1: " +
+               difference(names_[k], launch.arguments[k].floats, found[k], left[k]);
+  }
+  put(launch, found);
+  if (what.empty()) return;
+  KernelFindings& findings = findings_[launch.kernel];
+  if (findings.unsteady++ > 0) return;
+  findings.first_unsteady = place() + ", " + what;
+  // What the first run left stands for what is expected, where that is not known.
+  std::vector<Wanted> expected(launch.arguments.size());
+  for (std::size_t k = 0; k < expected.size(); ++k)
+    expected[k] = {hash_of(found[k], names_[k]), &found[k]};
+  reproduce(launch, expected, left, what);
+}
+
+void Tracer::left_out(const KernelLaunch& launch) {
+  if (empty(launch)) return;
+  KernelFindings& findings = findings_[launch.kernel];
+  if (findings.stage.empty()) findings.stage = device_.state().stage;
+  ++findings.left_out;
+  if (!canonical_ || !other_launches_.empty()) throw KernelLeftOut(launch.kernel);
+  const TracedLaunch* const canonical = expected_launch(launch);
+  if (!canonical) give_up_here();
+  const std::vector<Wanted> values = wanted(launch, *canonical);
+  if (watching_.reproducers)
+    if (const std::string how = watching_.reproducers->how_it_ended(launch.kernel); !how.empty())
+      reproduce(launch, values, {}, how);
+  std::vector<Bytes> contents(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (!launch.arguments[k].buffer) continue;
+    if (!values[k].values || values[k].values->size() != contents_[k].size()) give_up_here();
+    contents[k] = *values[k].values;
+  }
+  put(launch, contents);
+  trace_.back().written = canonical->written;
+}
+
+void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found) {
+  const TracedLaunch* const canonical = expected_launch(launch);
+  if (!canonical) return;
+  KernelFindings& findings = findings_[launch.kernel];
+  ++findings.launches;
+  if (canonical->written == trace_.back().written) return;
+
+  const std::vector<Wanted> values = wanted(launch, *canonical);
   std::string what;
   bool repaired = true;
   for (std::size_t k = 0; k < found.size(); ++k) {
-    const auto at = [&](const std::vector<Written>& written) -> const Written* {
-      for (const Written& w : written)
-        if (w.argument == static_cast<int>(k)) return &w;
-      return nullptr;
-    };
-    const Written *of_wanted = at(wanted.written), *of_own = at(own.written);
-    if (!of_wanted && !of_own) continue;
-    if (of_wanted && of_own && of_wanted->hash == of_own->hash) continue;
-    // Inputs were the same, so what the canonical launch left alone is as it was before.
-    const Bytes* expected = of_wanted ? nullptr : &contents_[k];
-    if (of_wanted)
-      if (const auto known = known_->find(of_wanted->hash); known != known_->end())
-        expected = &known->second;
-    const bool floats = launch.arguments[k].floats;
-    if (what.empty()) {
-      what = "argument " + names_[k] + ": ";
-      what += expected ? difference(*expected, found[k], floats, findings.ulp) : "other bits";
-    } else if (expected) {
-      difference(*expected, found[k], floats, findings.ulp);
-    }
+    const KernelLaunch::Argument& argument = launch.arguments[k];
+    if (!argument.buffer || hash_of(found[k], names_[k]) == values[k].hash) continue;
+    const Bytes* const expected = values[k].values;
+    const std::string words =
+        expected ? difference(names_[k], argument.floats, *expected, found[k], &findings.ulp)
+                 : "argument " + names_[k] + ": other bits";
+    if (what.empty()) what = words;
     if (expected && expected->size() == found[k].size())
-      device_.state().write_bytes(*launch.arguments[k].buffer, expected->data(), expected->size());
+      device_.state().write_bytes(*argument.buffer, expected->data(), expected->size());
     else
       repaired = false;
   }
+  if (what.empty()) return;  // a list in another order
   if (findings.differing++ == 0) {
-    findings.stage = own.stage;
-    findings.first = where() + ", " + what;
+    findings.stage = trace_.back().stage;
+    findings.first = place() + ", " + what;
+    reproduce(launch, values, found, "");
   }
   if (first_difference_.empty()) {
-    first_difference_ = "stage " + own.stage + ", kernel " + launch.kernel + " (";
-    first_difference_ += where() + "): " + what;
+    first_difference_ = "stage " + trace_.back().stage + ", kernel " + launch.kernel + " (";
+    first_difference_ += place() + "): " + what;
   }
-  if (repaired) return;
-  for (std::size_t later = place + 1; later < canonical_->size(); ++later) {
-    KernelFindings& left_out = findings_[(*canonical_)[later].kernel];
-    if (left_out.stage.empty()) left_out.stage = (*canonical_)[later].stage;
-    ++left_out.unknown;
-  }
-  throw BeyondRepair();
+  if (!repaired) give_up_here();
 }
 
 std::string Tracer::other_launches() const {

@@ -8,6 +8,8 @@
 #include "device/device.hpp"
 #include "meniscus/error.hpp"
 #include "verify/canonical.hpp"
+#include "verify/repro.hpp"
+#include "verify/saved_launch.hpp"
 
 namespace meniscus::verify {
 
@@ -26,29 +28,41 @@ struct KernelFindings {
   int launches = 0;   // compared
   int differing = 0;  // of them
   int unknown = 0;    // launches whose inputs were, or would have been, different already
+  int unsteady = 0;   // launches that do not leave the same bits in every run
+  int left_out = 0;   // launches that a guard did not allow
   double ulp = 0;     // largest difference of floats; infinity: of a number from none
   std::string first;  // in words: the first difference
-  double ms = 0;      // on the device
+  std::string first_unsteady;
+  std::string reproducer;  // the folder of one; empty: none was written
+  double ms = 0;           // on the device
+};
+
+/// What a Tracer does beside comparing.
+struct Watching {
+  int repeat = 1;                      // every launch is run so often, and must leave the same bits
+  Reproducers* reproducers = nullptr;  // gets launches that fail
 };
 
 /// Watches the launches on a device while it lives: buffers begin with zeros, none is used again.
 /// With a canonical trace, every launch is compared with its place in it. What differs is put right
 /// where the canonical values are known, so that the next kernel starts from the right inputs and
 /// is judged by what it does itself. Where they are not known, the launch throws BeyondRepair:
-/// kernels that are given wrong lists may write anywhere.
+/// kernels that are given wrong lists may write anywhere. In the place of a launch that is left out
+/// the canonical values are put, too.
 class Tracer : public LaunchObserver {
  public:
   /// Records only; `values`, when given, receives what the launches wrote.
   explicit Tracer(Device& device, std::map<std::uint64_t, std::vector<std::uint8_t>>* values);
   /// Compares. `values` holds what is known of the written values.
   Tracer(Device& device, const Trace& canonical,
-         const std::map<std::uint64_t, std::vector<std::uint8_t>>& values);
+         const std::map<std::uint64_t, std::vector<std::uint8_t>>& values, Watching watching = {});
   ~Tracer() override;
   Tracer(const Tracer&) = delete;
   Tracer& operator=(const Tracer&) = delete;
 
   void before(const KernelLaunch& launch) override;
   void after(const KernelLaunch& launch) override;
+  void left_out(const KernelLaunch& launch) override;
 
   const Trace& trace() const { return trace_; }
   const std::map<std::string, KernelFindings>& findings() const { return findings_; }
@@ -58,14 +72,27 @@ class Tracer : public LaunchObserver {
   std::string other_launches() const;
 
  private:
-  using Bytes = std::vector<std::uint8_t>;
+  // What is known of what a launch leaves in one of its buffers.
+  struct Wanted {
+    std::uint64_t hash = 0;
+    const Bytes* values = nullptr;  // null: not known
+  };
   std::vector<Bytes> read(const KernelLaunch& launch);
+  void put(const KernelLaunch& launch, const std::vector<Bytes>& contents);
   void compare(const KernelLaunch& launch, const std::vector<Bytes>& found);
+  void run_more(const KernelLaunch& launch, const std::vector<Bytes>& found);
+  std::string place() const;  // of the launch, in words
+  const TracedLaunch* expected_launch(const KernelLaunch& launch);
+  std::vector<Wanted> wanted(const KernelLaunch& launch, const TracedLaunch& canonical) const;
+  void reproduce(const KernelLaunch& launch, const std::vector<Wanted>& wanted,
+                 const std::vector<Bytes>& found, const std::string& what);
+  [[noreturn]] void give_up_here();
 
   Device& device_;
   const Trace* canonical_ = nullptr;
   const std::map<std::uint64_t, Bytes>* known_ = nullptr;
   std::map<std::uint64_t, Bytes>* values_ = nullptr;
+  Watching watching_;
   Trace trace_;
   std::vector<std::string> names_;  // of the launch's arguments
   std::vector<Bytes> contents_;     // of its buffers before it

@@ -1,12 +1,18 @@
 // The verifier itself: kernels with a fault planted in them must be caught, and named.
 #include <gmock/gmock.h>
+#include <sys/wait.h>
 
-#include <regex>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "device/device.hpp"
-#include "device/kernel_sources.hpp"
+#include "io/temporary_folder.hpp"
+#include "verify/repro.hpp"
 #include "verify/run.hpp"
 
 namespace meniscus::verify {
@@ -124,6 +130,47 @@ std::string with_pauses(const std::string& text) {
          text;
 }
 
+std::string read_text(const std::filesystem::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+// What a reproducer's README says in bold.
+std::string verdict_of(const std::filesystem::path& folder) {
+  const std::string text = read_text(folder / "README.md");
+  const std::size_t begin = text.find("**") + 2;
+  return text.substr(begin, text.find("**", begin) - begin);
+}
+
+// Builds a reproducer by itself and runs it. Returns its exit code and what it says.
+std::pair<int, std::string> built_and_run(const std::filesystem::path& folder) {
+  const std::string command =
+      "cd '" + folder.string() + "' && make -s CC=cc CFLAGS=-O0 2>&1 && ./host '' 200 2>&1";
+  std::FILE* output = popen(command.c_str(), "r");
+  std::string text;
+  char part[4096];
+  while (const std::size_t count = std::fread(part, 1, sizeof part, output))
+    text.append(part, count);
+  const int status = pclose(output);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text};
+}
+
+// The only reproducer in a folder, which says the same as `row` and shows it.
+void expect_reproduced(const TemporaryFolder& folder, const Fault& fault, const Row& row) {
+  ASSERT_EQ(folder.entries().size(), 1u) << "one folder, and nothing half-written";
+  const std::filesystem::path own = folder.path() / folder.entries().front();
+  EXPECT_THAT(own.filename().string(), testing::StartsWith(fault.kernel + "."));
+  EXPECT_THAT(row.reason, testing::HasSubstr(own.string()));
+  EXPECT_THAT(read_text(own / "README.md"), testing::Not(testing::HasSubstr("not known")));
+  const std::string verdict = verdict_of(own);
+  const auto [exit_code, said] = built_and_run(own);
+  EXPECT_EQ(exit_code, 1) << said;
+  // A race loses other values in every run, but values of the same argument.
+  const bool races = fault.name.starts_with("ARace");
+  EXPECT_THAT(said, testing::HasSubstr(races ? verdict.substr(0, verdict.find(':')) : verdict));
+}
+
 class Faults : public testing::TestWithParam<Fault> {};
 
 TEST_P(Faults, AreCaughtAndNamed) {
@@ -132,7 +179,12 @@ TEST_P(Faults, AreCaughtAndNamed) {
   device.state().kernel_text = [&](const std::string& file, const std::string& text) {
     return file == fault.file ? with_pauses(with_fault(fault, text)) : text;
   };
+  Device healthy;  // knows the values of which there are only hashes
+  const TemporaryFolder folder;
+  Reproducers reproducers(folder.path().string(), device.info(),
+                          [&](std::size_t k) { return k == 0 ? &healthy : nullptr; });
   Settings settings;
+  settings.reproducers = &reproducers;
   if (!fault.kernel.empty()) settings.kernels = {fault.kernel};
   std::vector<Row> failed;
   // A race shows where two work-items meet, which is not every time: all cases and variants.
@@ -146,6 +198,7 @@ TEST_P(Faults, AreCaughtAndNamed) {
   const Row& first = failed.front();
   EXPECT_EQ(first.kernel, fault.kernel);
   EXPECT_THAT(first.reason, testing::HasSubstr("stage " + fault.stage));
+  expect_reproduced(folder, fault, first);
 }
 
 INSTANTIATE_TEST_SUITE_P(Planted, Faults, testing::ValuesIn(faults()),
@@ -154,8 +207,10 @@ INSTANTIATE_TEST_SUITE_P(Planted, Faults, testing::ValuesIn(faults()),
 // Without a fault the same items find nothing.
 TEST(Faults, NoneIsFoundWhereNoneIs) {
   Device device;
+  Settings small;
+  small.full = false;
   std::size_t passed = 0;
-  for (const Item& item : items_of({false, {}}, device.state().vector_width))
+  for (const Item& item : items_of(small, device.state().vector_width))
     run_item(item, device, [&](const Row& row) {
       EXPECT_EQ(row.result, Result::pass) << row.kernel << " " << row.size << ": " << row.reason;
       ++passed;

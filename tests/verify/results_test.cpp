@@ -196,6 +196,19 @@ TEST(VerifyRun, PageShowsDevicesHashesAndFailures) {
                     HasSubstr("3.00 ulp"), HasSubstr("What failed"), Not(HasSubstr("PoCL <1>"))));
 }
 
+TEST(VerifyRun, SaysWhatFailedInOneLine) {
+  const VerifyRun run = two_devices();
+  EXPECT_EQ(failure_of(run.devices[1].rows[0]),
+            "FAILED kernel fit_particles, width 8, block: 3.00 ulp; stage fit, argument quadric");
+}
+
+TEST(VerifyRun, PageOfAKernelOfOthersDoesNotSpeakOfCanonicalBits) {
+  VerifyRun run = two_devices();
+  EXPECT_THAT(to_html(run), HasSubstr("canonical"));
+  for (DeviceResults& device : run.devices) device.rows = {row("program", "mine", Result::pass)};
+  EXPECT_THAT(to_html(run), AllOf(HasSubstr("mine, width 8"), Not(HasSubstr("canonical"))));
+}
+
 TEST(VerifyRun, PageOfSeveralDevicesSaysWhatDiffers) {
   VerifyRun run = two_devices();
   EXPECT_THAT(to_html(run),

@@ -111,6 +111,87 @@ TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
   EXPECT_THAT(tracer.other_launches(), HasSubstr("is count_bins, wanted none"));
 }
 
+// Every run counts itself in the buffer's padding, which stays when its values are put back.
+TEST_P(Traces, SayWhatDiffersFromRunToRun) {
+  std::map<std::uint64_t, std::vector<std::uint8_t>> values;
+  const Trace canonical = traced(device_, values);
+  device_.state().kernels.clear();
+  device_.state().programs.clear();
+  device_.state().kernel_text = [](const std::string&, const std::string& text) {
+    const std::string head = "kernel void count_bins(";
+    std::string wrong = text;
+    if (const auto at = wrong.find(head); at != std::string::npos)
+      wrong.insert(wrong.find(") {", at) + 3,
+                   " if (get_global_id(0) == 0) { atomic_inc(count + 1);"
+                   " atomic_add(count, count[1] / 3); }");
+    return wrong;
+  };
+  for (const int repeat : {2, 3}) {
+    Tracer tracer(device_, canonical, values, {repeat, nullptr});
+    const auto counts = count(device_, 3);
+    const KernelFindings& found = tracer.findings().at("count_bins");
+    EXPECT_EQ(found.differing, 0) << found.first;
+    EXPECT_EQ(found.unsteady, repeat == 3 ? 1 : 0);
+    EXPECT_EQ(found.first_unsteady,
+              repeat == 3 ? "launch 1 of 1, run 3 is not like run 1: argument count: 1 of 1 values "
+                            "differ, the first at 0: found 0x00000003 (3), wanted 0x00000002 (2)"
+                          : "");
+    EXPECT_EQ(download(device_, counts), std::vector<cl_int>{2}) << "what the first run left";
+  }
+}
+
+// A guard that allows no launch of one kernel.
+class Without : public LaunchGuard {
+ public:
+  explicit Without(std::string kernel) : kernel_(std::move(kernel)) {}
+  bool allows(const std::string& kernel) override { return kernel != kernel_; }
+  void begins(const std::string& kernel, const char* doing, bool) override {
+    told.push_back(std::string(doing) + " " + kernel);
+  }
+  void ended() override { told.push_back("ended"); }
+  bool waits() const override { return false; }
+  std::vector<std::string> told;
+
+ private:
+  std::string kernel_;
+};
+
+TEST_P(Traces, PutCanonicalValuesInThePlaceOfWhatIsLeftOut) {
+  std::map<std::uint64_t, std::vector<std::uint8_t>> values;
+  const Trace canonical = traced(device_, values);
+  Without guard("count_bins");
+  device_.state().guard = &guard;
+  {
+    Tracer tracer(device_, canonical, values);
+    const auto counts = count(device_, 3);
+    EXPECT_EQ(tracer.findings().at("count_bins").left_out, 1);
+    EXPECT_EQ(tracer.findings().at("count_bins").launches, 0);
+    EXPECT_EQ(tracer.other_launches(), "");
+    EXPECT_EQ(download(device_, counts), std::vector<cl_int>{2});
+    EXPECT_THAT(guard.told, testing::IsEmpty()) << "nothing was built or run";
+  }
+  {
+    const std::map<std::uint64_t, std::vector<std::uint8_t>> none;
+    Tracer tracer(device_, canonical, none);
+    EXPECT_THROW(count(device_, 3), BeyondRepair) << "nobody knows the values";
+  }
+  EXPECT_THROW(count(device_, 3), KernelLeftOut) << "nobody watches";
+  device_.state().guard = nullptr;
+}
+
+TEST_P(Traces, AreAnnouncedBeforeTheyRun) {
+  device_.state().kernels.clear();
+  Without guard("");
+  device_.state().guard = &guard;
+  {
+    Tracer tracer(device_, nullptr);
+    count(device_, 3);
+  }
+  device_.state().guard = nullptr;
+  EXPECT_THAT(guard.told,
+              ElementsAre("building count_bins", "ended", "running count_bins", "ended"));
+}
+
 MENISCUS_ON_EVERY_DEVICE(Traces);
 
 TEST(CanonicalFile, GoesToBytesAndBack) {
