@@ -75,7 +75,8 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
                             const Parameters& params, StageClock& clock) {
   clock.start("region");
   SurfaceBuffers surface = empty_surface(device, grid);
-  const auto& [front, front_core, occupied] = fronts;
+  const Buffer<float>&front = fronts.depth, &front_core = fronts.core;
+  const OccupiedBlocks& occupied = fronts.occupied;
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid, occupied);
   const FitTiles tiles = list_fits(device, view, records, grid);
   const Extent splash = splash_extent(device, frame.splash, grid, occupied);
