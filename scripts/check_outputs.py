@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""Checks what `meniscus extract` wrote with programs that are not ours. A developer's tool, not a
-part of ctest.
+"""Checks what `meniscus extract` wrote with programs that are not ours. Run by
+scripts/check_outputs.sh, which installs what it needs.
 
-  python3 -m venv venv && venv/bin/pip install numpy scipy meshio trimesh OpenEXR
-  venv/bin/python scripts/check_outputs.py surface.exr surface.ply surface.obj
+  python scripts/check_outputs.py surface.exr surface.ply surface.obj
 
 EXR (package OpenEXR, else openimageio): channel names and types, windows, attributes, that Z, A,
 kind, N and P agree with each other, and that P lies under its own pixel and at Z by worldToNDC and
@@ -18,6 +17,7 @@ from collections import namedtuple
 import numpy as np
 
 CHANNELS = {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "id", "kind", "residual"}
+MOTION = {"V.X", "V.Y", "V.Z", "forward.u", "forward.v"}  # where particles have velocities
 ATTRIBUTES = {
     "worldToCamera", "worldToNDC", "software", "comments", "meniscus.hash", "meniscus.method",
     "meniscus.parameters", "meniscus.particleRadius", "meniscus.view", "meniscus.projection",
@@ -76,14 +76,15 @@ def check_exr(path):
     image = read_exr(path)
     c = image.channels
     print(path)
-    check("channel names", set(c) == CHANNELS, " ".join(sorted(set(c) ^ CHANNELS)))
+    wanted = CHANNELS | MOTION if MOTION & set(c) else CHANNELS
+    check("channel names", set(c) == wanted, " ".join(sorted(set(c) ^ wanted)))
     check("attributes", ATTRIBUTES <= set(image.attributes),
           " ".join(sorted(ATTRIBUTES - set(image.attributes))))
     if not CHANNELS <= set(c) or not ATTRIBUTES <= set(image.attributes):
         return None
     uint = {name for name in c if c[name].dtype == np.uint32}
     single = {name for name in c if c[name].dtype == np.float32}
-    check("channel types", uint == {"id", "kind"} and single == CHANNELS - uint)
+    check("channel types", uint == {"id", "kind"} and single == wanted - uint)
     height, width = c["Z"].shape
     check("data window = display window = image",
           image.data_window == image.display_window == (0, 0, width - 1, height - 1),
@@ -100,8 +101,8 @@ def check_exr(path):
     check("Z finite and > 0 with surface, +inf without",
           bool(np.all(np.isfinite(z[some])) and np.all(z[some] > 0) and np.all(z[~some] == np.inf)))
     check("A is 1 with surface, 0 without", bool(np.array_equal(c["A"], some.astype(np.float32))))
-    check("N, P, id, residual are 0 without surface",
-          not any(np.any(c[name][~some]) for name in CHANNELS - {"Z", "A", "kind"}))
+    check("what is not depth is 0 without surface",
+          not any(np.any(c[name][~some]) for name in wanted - {"Z", "A", "kind"}))
     length = np.linalg.norm(normal[some], axis=-1)
     check("N has unit length", bool(np.all(np.abs(length - 1) < 1e-5)))
     check("surface has an id, residual >= 0",

@@ -135,8 +135,9 @@ std::vector<StageFigures> median_stages(const std::vector<std::vector<StageFigur
     const auto in = [&](auto& frame) -> StageFigures& { return stage_named(frame, median.stage); };
     median.host_ms = median_over_frames([&](auto& frame) { return in(frame).host_ms; });
     median.device_ms = median_over_frames([&](auto& frame) { return in(frame).device_ms; });
-    for (auto& [name, ms] : median.kernels)
-      ms = median_over_frames([&](auto& frame) { return kernel_named(in(frame), name); });
+    for (auto& kernel : median.kernels)
+      kernel.second =
+          median_over_frames([&](auto& frame) { return kernel_named(in(frame), kernel.first); });
   }
   return medians;
 }

@@ -62,6 +62,8 @@ std::string milliseconds(double ms) {
 
 // "2024-11-21 14:40 UTC".
 std::string date(double seconds_since_1970) {
+  constexpr double kYear10000 = 253402300800;
+  if (!(std::abs(seconds_since_1970) < kYear10000)) return "an unknown time";
   const auto seconds = static_cast<std::time_t>(seconds_since_1970);
   std::tm parts{};
   char text[32];

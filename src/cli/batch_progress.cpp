@@ -14,7 +14,6 @@
 namespace meniscus::cli {
 namespace {
 
-constexpr std::chrono::milliseconds kInterval{100};
 constexpr std::size_t kShortBar = 8, kLongBar = 24;  // characters
 constexpr std::size_t kNarrow = 96;  // terminals below it have the short one, columns
 
@@ -63,7 +62,7 @@ void BatchProgress::over(const FrameRecord& record) {
 }
 
 void BatchProgress::draw() {
-  next_ = Clock::now() + kInterval;
+  next_ = Clock::now() + kRedrawn;
   const double share =
       frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
   std::string words = grouped(over_) + " of " + grouped(frames_);

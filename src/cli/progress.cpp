@@ -13,8 +13,8 @@
 namespace meniscus::cli {
 namespace {
 
-constexpr std::chrono::milliseconds kPatience{500}, kInterval{100};
-constexpr int kWidth = 30;              // of the bar, characters
+constexpr std::chrono::milliseconds kPatience{500};
+constexpr int kBar = 30;                // of the bar, characters
 constexpr std::size_t kMostWords = 44;  // characters of a step
 
 }  // namespace
@@ -49,16 +49,16 @@ void Progress::reached(std::int64_t done, const std::string& step) {
   if (!shown_) return;
   const auto now = Clock::now();
   if (now < (step.empty() ? next_ : start_ + kPatience)) return;
-  next_ = now + kInterval;
+  next_ = now + kRedrawn;
   drawn_ = true;
   const double share =
       std::clamp(static_cast<double>(done) / static_cast<double>(total_), 0.0, 1.0);
   const double seconds = std::chrono::duration<double>(now - start_).count();
-  const std::string bar(static_cast<std::size_t>(share * kWidth), '#');
+  const std::string bar(static_cast<std::size_t>(share * kBar), '#');
   const std::string words =
       unit_.empty() ? step.substr(0, kMostWords)
                     : printed("%.1f M ", 1e-6 * static_cast<double>(done) / seconds) + unit_ + "/s";
-  draw_over(printed("%-10s [%-*s] %3.0f %%, %s", what_.c_str(), kWidth, bar.c_str(), 100 * share,
+  draw_over(printed("%-10s [%-*s] %3.0f %%, %s", what_.c_str(), kBar, bar.c_str(), 100 * share,
                     words.c_str()));
 }
 

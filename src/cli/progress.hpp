@@ -8,6 +8,9 @@
 
 namespace meniscus::cli {
 
+/// How often a line is drawn again, at most.
+inline constexpr std::chrono::milliseconds kRedrawn{100};
+
 /// How wide the terminal is, standard error.
 std::size_t columns();
 

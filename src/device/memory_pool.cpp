@@ -64,7 +64,7 @@ void CL_CALLBACK count_freed(cl_mem, void* counted) {
 
 void count_while_it_lives(const std::shared_ptr<DeviceMemory>& memory, cl::Buffer& buffer,
                           std::uint64_t bytes, std::unique_ptr<SharedBytes> host = nullptr) {
-  auto counted = std::make_unique<CountedBytes>(memory, bytes, std::move(host));
+  std::unique_ptr<CountedBytes> counted(new CountedBytes{memory, bytes, std::move(host)});
   buffer.setDestructorCallback(count_freed, counted.get());
   memory->add(counted.release()->bytes);
 }

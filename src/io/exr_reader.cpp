@@ -50,8 +50,24 @@ class Stream : public Imf::IStream {
   std::size_t at_ = 0;
 };
 
-// The size of every attribute against what is left of the file: OpenEXR makes room for it before it
-// reads. Other kinds of files than that of write_exr, such as tiles, are not looked into.
+// How many bytes OpenEXR reads of an attribute of a type, whatever the size that the file states;
+// 0: as many as stated. None of the others that it knows is written by write_exr.
+std::optional<std::size_t> bytes_read(std::string_view type) {
+  static const std::pair<std::string_view, std::size_t> kSizes[] = {
+      {"box2f", 16},      {"box2i", 16},   {"chlist", 0},   {"chromaticities", 32},
+      {"compression", 1}, {"double", 8},   {"envmap", 1},   {"float", 4},
+      {"int", 4},         {"keycode", 28}, {"m33d", 72},    {"m33f", 36},
+      {"m44d", 128},      {"m44f", 64},    {"rational", 8}, {"lineOrder", 1},
+      {"string", 0},      {"timecode", 8}, {"v2d", 16},     {"v2f", 8},
+      {"v2i", 8},         {"v3d", 24},     {"v3f", 12},     {"v3i", 12}};
+  for (const auto& [known, size] : kSizes)
+    if (type == known) return size;
+  return std::nullopt;
+}
+
+// The size of every attribute against its type and what is left of the file: OpenEXR makes room for
+// it before it reads. Other kinds of files than that of write_exr, such as tiles, are not looked
+// into.
 void check_attributes(const InputFile& file) {
   const std::string_view bytes = file.bytes;
   const auto whole_number = [&](std::size_t at) {
@@ -65,12 +81,23 @@ void check_attributes(const InputFile& file) {
     return end == std::string_view::npos ? bytes.size() : end + 1;
   };
   for (std::size_t at = kHeaderAt; at < bytes.size() && bytes[at] != '\0';) {
-    const std::size_t size_at = behind_text(behind_text(at));
+    const std::size_t type_at = behind_text(at), size_at = behind_text(type_at);
+    const std::string_view type = bytes.substr(type_at, size_at - type_at - 1);
     const std::size_t left = bytes.size() - std::min(bytes.size(), size_at + sizeof(std::int32_t));
     const std::int32_t size = left > 0 ? whole_number(size_at) : 0;
     if (size < 0 || static_cast<std::size_t>(size) >= std::max<std::size_t>(left, 1))
       fail(file, byte_place(at),
            "is cut off or damaged: the file ends in an attribute of its header");
+    const std::optional<std::size_t> wanted = bytes_read(type);
+    std::size_t read = wanted.value_or(0);
+    if (type == "chlist")  // up to an empty name, 16 bytes behind each
+      for (read = size_at + sizeof(std::int32_t); read < bytes.size() && bytes[read] != '\0';)
+        read = behind_text(read) + 16;
+    if (type == "chlist") read -= size_at + sizeof(std::int32_t) - 1;
+    if (!wanted || (read > 0 && read != static_cast<std::size_t>(size)))
+      fail(file, byte_place(at),
+           "is damaged, or no EXR of Meniscus: an attribute of its header has type " +
+               in_quotes(type) + " and " + std::to_string(size) + " bytes");
     at = size_at + sizeof(std::int32_t) + static_cast<std::size_t>(size);
   }
 }

@@ -2,10 +2,13 @@
 
 #include <png.h>
 
+#include <algorithm>
+
 #include "grouped.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "io/preview.hpp"
+#include "io/scalar.hpp"
 #include "io/seal.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
@@ -24,6 +27,18 @@ bool can_hold(const InputFile& file, const png_image& image) {
   constexpr png_uint_32 kLargest = 16384;  // each side, as of a camera
   return image.width <= kLargest && image.height <= kLargest && image.format == PNG_FORMAT_RGB &&
          file.bytes[kDepthAt] == 8 && PNG_IMAGE_SIZE(image) / kMostRatio <= file.size();
+}
+
+// Whether every chunk ends within the file: libpng makes room for one before it reads it.
+bool chunks_fit(const InputFile& file) {
+  constexpr std::size_t kAround = 12;  // bytes: its length, its name and its checksum
+  for (std::size_t at = 8; at < file.size();) {
+    if (file.size() - at < kAround) return false;
+    const std::size_t length = load<std::uint32_t>(&file.bytes[at], std::endian::big);
+    if (length > file.size() - at - kAround) return false;
+    at += kAround + length;
+  }
+  return true;
 }
 
 }  // namespace
@@ -48,6 +63,10 @@ std::vector<std::uint8_t> encode_png(const RgbImage& image) {
 
 RgbImage read_png(const std::string& path) {
   const InputFile file = read_file(path);
+  if (png_sig_cmp(reinterpret_cast<png_const_bytep>(file.bytes.data()), 0,
+                  std::min<std::size_t>(file.size(), 8)) == 0 &&
+      !chunks_fit(file))
+    fail(file, "", "is cut off or damaged: a part of it is longer than the file (make it again)");
   png_image description{};
   description.version = PNG_IMAGE_VERSION;
   const auto refuse = [&] {

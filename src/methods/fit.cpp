@@ -75,7 +75,8 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
                             StageClock& clock) {
   clock.start("region");
   SurfaceBuffers surface = empty_surface(device, grid);
-  const auto& [front, occupied] = fronts;
+  const Buffer<float>& front = fronts.depth;  // by name: lambdas capture no structured bindings
+  const OccupiedBlocks& occupied = fronts.occupied;
   const Buffer<float> triangles = draw_triangles(device, view, mesh, grid, occupied);
   const FitTiles tiles = list_fits(device, view, records, grid);
   const Extent splash = splash_extent(device, frame.splash, grid, occupied);

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "io/input_file.hpp"
+#include "io/json_number.hpp"
 #include "io/json_text.hpp"
 #include "meniscus/error.hpp"
 #include "page/page.hpp"
@@ -70,10 +71,6 @@ auto parsed(const std::string& name, const Work& work) {
     throw InputError(name + ": is not what meniscus verify --json writes: " + reason_of(error));
   } catch (const Error& error) {
     throw InputError(name + ": is not what meniscus verify --json writes: " + error.what());
-  } catch (const std::out_of_range&) {
-    throw InputError(
-        name +
-        ": is not what meniscus verify --json writes: a row names a device that is not there");
   }
 }
 
@@ -221,8 +218,12 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
       results.seconds = device.at("seconds");
       run.devices.push_back(results);
     }
-    for (const Json& row : json.at("rows"))
-      run.devices.at(row.at("index").get<std::size_t>()).rows.push_back(row_of(row));
+    for (const Json& row : json.at("rows")) {
+      const auto index = whole_number<std::size_t>(row.at("index"));
+      require(index && *index < run.devices.size(),
+              "\"index\" is " + in_quotes(row.at("index").dump()) + ", must be that of a device");
+      run.devices[*index].rows.push_back(row_of(row));
+    }
     return run;
   });
 }

@@ -148,6 +148,10 @@ CODE(clGetDeviceIDs, CL_OUT_OF_RESOURCES, nullptr,
 CODE(clGetDeviceInfo, CL_OUT_OF_RESOURCES, nullptr,
      (cl_device_id device, cl_device_info what, size_t size, void* value, size_t* written),
      (device, what, size, value, written))
+CODE(clCreateSubDevices, CL_OUT_OF_RESOURCES, nullptr,
+     (cl_device_id device, const cl_device_partition_property* properties, cl_uint n,
+      cl_device_id* devices, cl_uint* made),
+     (device, properties, n, devices, made))
 OBJECT(cl_context, clCreateContext, CL_DEVICE_NOT_AVAILABLE, nullptr,
        (const cl_context_properties* properties, cl_uint n, const cl_device_id* devices,
         void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* user,
@@ -221,6 +225,7 @@ CODE(clEnqueueNDRangeKernel, CL_OUT_OF_RESOURCES, queue,
 CODE(clGetEventProfilingInfo, CL_PROFILING_INFO_NOT_AVAILABLE, nullptr,
      (cl_event event, cl_profiling_info what, size_t size, void* value, size_t* written),
      (event, what, size, value, written))
+CODE(clFlush, CL_OUT_OF_RESOURCES, queue, (cl_command_queue queue), (queue))
 CODE(clFinish, CL_OUT_OF_RESOURCES, queue, (cl_command_queue queue), (queue))
 CODE(clWaitForEvents, CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST, nullptr,
      (cl_uint n, const cl_event* events), (n, events))

@@ -452,6 +452,23 @@ TEST(ExrReader, RefusesAnAttributeThatTheFileCannotHold) {
   EXPECT_THAT(reading_error(folder / "b.exr"), HasSubstr("ends in an attribute of its header"));
 }
 
+// OpenEXR reads as many bytes as the type has, whatever the file states, and takes what follows for
+// the next attribute.
+TEST(ExrReader, RefusesAnAttributeThatIsNotOfTheSizeOfItsType) {
+  const TemporaryFolder folder;
+  write_exr(folder / "a.exr", sample_surface(sample_camera(9, 20)), {});
+  const std::string bytes = file_bytes(folder / "a.exr");
+  const auto refused = [&](const std::string& type, const std::string& size) {
+    std::string other = bytes;
+    const std::size_t at = bytes.find(type + '\0') + type.size() + 1;
+    other.replace(at, 4, size);
+    std::ofstream(folder / "b.exr", std::ios::binary) << other;
+    EXPECT_THAT(reading_error(folder / "b.exr"), HasSubstr("has type \"" + type)) << type;
+  };
+  for (const char* type : {"box2i", "double", "m44d"}) refused(type, std::string("\x10\1\0\0", 4));
+  refused("chlist", std::string("\x05\0\0\0", 4));
+}
+
 TEST(ExrReader, ReadsALargeImageWithoutASurface) {
   const TemporaryFolder folder;  // nothing packs better
   Surface surface = sample_surface(sample_camera(2048, 2048));

@@ -257,6 +257,16 @@ TEST(Png, RefusesAPictureThatItsFileCannotHold) {
   EXPECT_THAT(reading_error(folder / "b.png"), testing::HasSubstr("8-bit RGB"));
 }
 
+// libpng makes room for a part before it reads it.
+TEST(Png, RefusesAPartThatTheFileCannotHold) {
+  const TemporaryFolder folder;
+  write_png(folder / "a.png", sample_surface(sample_camera(24, 18)), Preview::lit);
+  std::string bytes = file_bytes(folder / "a.png");
+  bytes.replace(33, 4, std::string("\x1e\0\0\0", 4));  // 503 MB; behind the signature and IHDR
+  std::ofstream(folder / "b.png", std::ios::binary) << bytes;
+  EXPECT_THAT(reading_error(folder / "b.png"), testing::HasSubstr("longer than the file"));
+}
+
 TEST(Preview, WhatIsNoNumberIsBlackAndNoCrash) {
   for (const float wrong : {NAN, INFINITY, -INFINITY, 1e38f, -1e38f}) {
     Surface surface = sample_surface(sample_camera());
