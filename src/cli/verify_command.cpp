@@ -22,7 +22,7 @@ namespace meniscus::cli {
 namespace {
 
 struct VerifyOptions {
-  std::string device = "all", size = "full", json, junit, html, record;
+  std::string device = "all", size = "full", json, junit, html, record, commit;
   std::vector<std::string> kernels, compare;
   double seconds = 300;
   bool quiet = false, list = false;
@@ -72,6 +72,23 @@ verify::VerifyRun together(const std::vector<std::string>& paths) {
   return all;
 }
 
+// The canonical bits of all devices that are selected, which must agree.
+verify::Canonical record_on_devices(const VerifyOptions& options) {
+  std::vector<verify::Canonical> found;
+  for (const DeviceInfo& info : list_devices()) {
+    if (!info.usable) continue;
+    if (options.device != "all" && select_device(options.device).index != info.index) continue;
+    Device device(info);
+    found.push_back(verify::record_canonical(device, [&](const std::string& what) {
+      if (!options.quiet) print_line(stderr, "recording  " + info.name + ": " + what);
+    }));
+  }
+  if (found.empty()) throw DeviceError("--record: no OpenCL device can be used");
+  verify::Canonical canonical = verify::agreed(found);
+  canonical.origin.commit = options.commit;
+  return canonical;
+}
+
 void run_verify(const VerifyOptions& options, int& exit_code) {
   if (options.list) return verify::list_as_child(options.device);
   if (options.child >= 0)
@@ -88,10 +105,9 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
   if (!options.record.empty()) record.emplace(options.record);
 
   if (record) {
-    Device device(options.device == "all" ? "" : options.device);
-    write(record, verify::to_bytes(verify::record_canonical(device, [&](const std::string& what) {
-            if (!options.quiet) print_line(stderr, "recording  " + what);
-          })));
+    const verify::Canonical canonical = record_on_devices(options);
+    write(record, verify::to_bytes(canonical));
+    if (!options.quiet) print_line(stderr, canonical.origin.words());
     return;
   }
   verify::VerifyRun run;
@@ -104,7 +120,10 @@ void run_verify(const VerifyOptions& options, int& exit_code) {
   } else {
     check_parts_of_names("--kernel", options.kernels, verify::known_kernels());
     run = verify_with_progress(options);
-    if (!to_output) print_lines(stdout, verify::table_of(run));
+    if (!to_output) {
+      print_lines(stdout, verify::table_of(run));
+      print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
+    }
     exit_code = run.good() ? 0 : 1;
   }
   if (to_output) std::fputs(verify::to_json(run).c_str(), stdout);
@@ -153,7 +172,8 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       ->type_name("S");
   command.add_flag("-q,--quiet", o.quiet, "do not tell what is being verified");
   // Not for people: the canonical bits, and what the processes for each device are called with.
-  command.add_option("--record", o.record)->group("");
+  CLI::Option* commit = command.add_option("--commit", o.commit)->group("");
+  command.add_option("--record", o.record)->group("")->needs(commit);
   command.add_option("--child", o.child)->group("");
   command.add_option("--child-from", o.from)->group("");
   command.add_flag("--child-list", o.list)->group("");
