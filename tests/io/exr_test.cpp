@@ -62,6 +62,8 @@ Surface moving_surface() {
   return surface;
 }
 
+const char* const kCompressions[] = {"none", "rle", "zips", "zip", "piz", "pxr24"};
+
 class ExrCompression : public testing::TestWithParam<Compression> {};
 
 TEST_P(ExrCompression, KeepsEveryChannel) {
@@ -107,7 +109,10 @@ TEST_P(ExrCompression, KeepsEveryChannel) {
 
 INSTANTIATE_TEST_SUITE_P(All, ExrCompression,
                          testing::Values(Compression::none, Compression::rle, Compression::zips,
-                                         Compression::zip, Compression::piz, Compression::pxr24));
+                                         Compression::zip, Compression::piz, Compression::pxr24),
+                         [](const auto& info) {
+                           return kCompressions[static_cast<int>(info.param)];
+                         });
 
 TEST(Exr, MapsThatAreNotThereAreLeftOut) {
   const TemporaryFolder folder;

@@ -9,6 +9,7 @@
 
 #include "meniscus/camera.hpp"
 #include "stages/mesh.hpp"
+#include "stages/stage_test_support.hpp"
 #include "verify/reference/ssm.hpp"
 
 namespace meniscus {
@@ -30,7 +31,7 @@ View orthographic_view(int width, int height) {
 
 // Noise on two layers, 20 and 38 radii away, in irregular patches, and none beside them. Depths
 // within a layer differ by less than 0.8, so that with z_max = 2 no decision is near.
-std::vector<float> patches(const SampleGrid& grid, unsigned seed) {
+std::vector<float> noisy_patches(const SampleGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<float> depth;
   for (int j = 0; j < grid.ny; ++j)
@@ -71,10 +72,8 @@ SsmParams params_of(const Case& c) {
   return params;
 }
 
-class Ssm : public testing::TestWithParam<DeviceInfo> {
+class Ssm : public OnDevice {
  protected:
-  Device device_{GetParam()};
-
   std::vector<float> smoothed(const View& view, const std::vector<float>& depth,
                               const SampleGrid& grid, const SsmParams& params, double cell) {
     return download(device_,
@@ -87,7 +86,7 @@ TEST_P(Ssm, SmoothingMatchesTheReference) {
     SCOPED_TRACE(c.name);
     const View view = view_of(c);
     const SsmParams params = params_of(c);
-    const auto depth = patches(c.grid, 3);
+    const auto depth = noisy_patches(c.grid, 3);
     const auto half_width = [&](double scale) {
       return [&, scale](double t) {
         if (c.filter > 0) return c.filter * std::pow(c.cell / c.grid.step, 2);
@@ -123,7 +122,7 @@ TEST_P(Ssm, SmoothingMatchesTheReference) {
 TEST_P(Ssm, VectorsOfAnyWidthGiveTheSameBits) {
   for (const Case& c : kCases) {
     const View view = view_of(c);
-    const auto depth = patches(c.grid, 5);
+    const auto depth = noisy_patches(c.grid, 5);
     device_.state().vector_width = 1;
     const auto one = smoothed(view, depth, c.grid, params_of(c), c.cell);
     device_.state().vector_width = 8;
@@ -134,7 +133,7 @@ TEST_P(Ssm, VectorsOfAnyWidthGiveTheSameBits) {
 TEST_P(Ssm, NormalsOfAnyWidthHaveTheSameBits) {
   for (const Case& c : kCases) {
     const View view = view_of(c);
-    const auto depth = upload(device_, patches(c.grid, 6));
+    const auto depth = upload(device_, noisy_patches(c.grid, 6));
     device_.state().vector_width = 1;
     const auto one = download(device_, depth_normals(device_, view, depth, c.grid, 0.5));
     device_.state().vector_width = 8;
@@ -177,7 +176,7 @@ TEST_P(Ssm, NormalsMatchTheReference) {
     SCOPED_TRACE(c.name);
     const View view = view_of(c);
     const SsmParams params = params_of(c);
-    const auto smooth = smoothed(view, patches(c.grid, 7), c.grid, params, c.cell);
+    const auto smooth = smoothed(view, noisy_patches(c.grid, 7), c.grid, params, c.cell);
     const auto normal = download(
         device_, depth_normals(device_, view, upload(device_, smooth), c.grid, params.z_max));
     const auto expected =
@@ -296,16 +295,7 @@ TEST(SsmCuts, IgnoreTheCirclesOfOtherLayers) {
     EXPECT_EQ(edge.cut, 0.5f);
 }
 
-std::vector<DeviceInfo> usable_devices() {
-  std::vector<DeviceInfo> usable;
-  for (const DeviceInfo& info : list_devices())
-    if (info.usable) usable.push_back(info);
-  return usable;
-}
-
-INSTANTIATE_TEST_SUITE_P(Devices, Ssm, testing::ValuesIn(usable_devices()), [](const auto& info) {
-  return "device_" + std::to_string(info.param.index);
-});
+MENISCUS_ON_EVERY_DEVICE(Ssm);
 
 }  // namespace
 }  // namespace meniscus

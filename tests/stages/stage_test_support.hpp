@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -13,11 +14,19 @@
 
 namespace meniscus {
 
-inline std::vector<DeviceInfo> usable_devices() {
-  std::vector<DeviceInfo> usable;
-  for (const DeviceInfo& device : list_devices())
-    if (device.usable) usable.push_back(device);
+/// Looked for once in a process.
+inline const std::vector<DeviceInfo>& usable_devices() {
+  static const std::vector<DeviceInfo> usable = [] {
+    std::vector<DeviceInfo> some = list_devices();
+    std::erase_if(some, [](const DeviceInfo& device) { return !device.usable; });
+    return some;
+  }();
   return usable;
+}
+
+/// How GoogleTest shows the device of a test.
+inline void PrintTo(const DeviceInfo& device, std::ostream* out) {
+  *out << "device " << device.index << ", " << device.name;
 }
 
 inline std::string device_test_name(const testing::TestParamInfo<DeviceInfo>& test) {

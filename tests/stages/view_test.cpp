@@ -9,6 +9,8 @@ namespace {
 struct Case {
   const char* name;
   Camera camera;
+
+  friend void PrintTo(const Case& test, std::ostream* out) { *out << test.name; }
 };
 
 class ViewTest : public testing::TestWithParam<Case> {

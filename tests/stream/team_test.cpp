@@ -20,6 +20,10 @@ using testing::StartsWith;
 struct Size {
   int ranks;
   std::size_t largest;
+
+  friend void PrintTo(const Size& size, std::ostream* out) {
+    *out << size.ranks << " ranks, " << size.largest << " bytes";
+  }
 };
 class TeamOf : public testing::TestWithParam<Size> {
  protected:

@@ -18,6 +18,8 @@ struct Fault {
   std::string from, to;  // what is replaced, once
   std::string kernel;    // that is to be named
   std::string stage;     // with it
+
+  friend void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
 };
 
 std::vector<Fault> faults() {
