@@ -56,7 +56,7 @@ const Fault kFaults[] = {
      "smooth & (farthest < 1.1f * tolerance)"},
     {"interpolate", 67, "interpolate.cl", "high - low < spread", "high - low < 1.01f * spread"},
     {"interpolate", 67, "interpolate.cl", "slope < -0.1f", "slope < -0.2f"},
-    {"interpolate", 67, "interpolate.cl", "(turned > agreeing)", "(turned > 0.97f * agreeing)"},
+    {"interpolate", 67, "interpolate.cl", "(turned > agreeing)", "(turned > 0.9f * agreeing)"},
     {"choose_groups", 61, "choose_groups.cl", "hit.weight > best", "hit.weight > 1.01f * best"},
     {"choose_groups", 61, "choose_groups.cl", "+ every, samples)", ", samples)"},
     {"specks", 71, "specks.cl", "STOREF(sum / number, new_depth)",
