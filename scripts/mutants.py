@@ -457,7 +457,10 @@ def named_rightly(result):
         return False
     if result["file"] in PROBES:
         return found["group"] == "probe"
-    return bool(found["kernels"]) and set(found["kernels"]) <= set(result["kernels"])
+    named = set(found["kernels"])
+    if found["group"] == "frame":  # its kernel is the method; the reason says where it began
+        named = set(re.findall(r"\bkernel (\w+)", found["reason"]))
+    return bool(named) and named <= set(result["kernels"])
 
 
 def noticed(result):

@@ -7,6 +7,7 @@ namespace meniscus::verify {
 const std::vector<StageCase>& stage_cases() {
   static const std::vector<StageCase> cases{
       {"project", {0, 1, 63, 65, 1001}, project_case},
+      {"bins", {3, 61}, bins_case},
       {"visible", {1, 63, 130}, visible_case},
       {"density", {0, 1, 65, 700}, density_case},
       {"motion", {0, 1, 65, 900}, motion_case},

@@ -37,6 +37,7 @@ struct Fault {
 const Fault kFaults[] = {
     {"project", 63, "project.cl", "extent.x * LOADF(scale + i)",
      "extent.x * 1.0001f * LOADF(scale + i)"},
+    {"bins", 61, "bins.cl", "!(nearest <= bound[bin])", "!(nearest < bound[bin])"},
     {"visible", 63, "visible.cl", "front = t - bulge * sqrt(",
      "front = t - 1.001f * bulge * sqrt("},
     {"density", 65, "density.cl", "STOREF(c * NORM, density + p)",

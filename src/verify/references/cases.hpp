@@ -8,6 +8,7 @@ namespace meniscus::verify {
 using ReferenceErrors = std::vector<ReferenceError>;
 
 ReferenceErrors project_case(Device& device, int size);
+ReferenceErrors bins_case(Device& device, int size);
 ReferenceErrors visible_case(Device& device, int size);
 ReferenceErrors density_case(Device& device, int size);
 ReferenceErrors motion_case(Device& device, int size);

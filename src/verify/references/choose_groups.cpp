@@ -55,9 +55,10 @@ ReferenceErrors choose_groups_case(Device& device, int size) {
     std::vector<cl_int> found;
     for (int j = 0; j < grid.ny; ++j)
       for (int i = 0; i < grid.nx; ++i) {
-        const bool lattice = i % every == 0 && j % every == 0, gone = random(0, 1) < 0.1;
+        const bool lattice = i % every == 0 && j % every == 0,
+                   gone = random(0, 1) < (lattice ? 0.02 : 0.1);
         depth.push_back(gone ? kNoSurface : static_cast<float>(random(18.5, 21.5)));
-        const cl_int group = random(0, 1) < 0.1 ? -1 : any_fit();
+        const cl_int group = random(0, 1) < (lattice ? 0.02 : 0.1) ? -1 : any_fit();
         found.push_back(group < 0 || lattice || random(0, 1) < 0.2 ? group : group | kOfCorner);
       }
     const SurfaceBuffers surface{grid, upload(device, depth), {}, upload(device, found), {}, {}};
