@@ -205,19 +205,22 @@ TEST_F(UnderMpi, EndsWithOneErrorWhereverItIs) {
 
 TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
   write_dam("dam.ply");
+  const Words words = Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall;
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(run(words, ranks("2")).exit_code, 0);
+  const auto whole_run = std::chrono::steady_clock::now() - begin;
+  const auto remove_outputs = [&] {
+    for (const char* name : {"a.exr", "a.png"}) std::filesystem::remove(path(name));
+  };
+  remove_outputs();
   int stopped = 0;
-  for (const int wait : {0, 100, 300}) {
-    const int process =
-        start(Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall, ranks("2"));
-    // From when the outputs are begun on.
-    for (int begun = 0; files().size() == 1 && begun < 10'000; ++begun)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+  for (const double share : {0.3, 0.5, 0.7, 0.9}) {
+    const int process = start(words, ranks("2"));
+    std::this_thread::sleep_for(whole_run * share);
     kill(process, SIGTERM);
     const Outcome outcome = wait_for(process);
     if (exists("a.exr")) {  // had ended: nothing was stopped
-      std::filesystem::remove(path("a.exr"));
-      std::filesystem::remove(path("a.png"));
+      remove_outputs();
       continue;
     }
     ++stopped;
