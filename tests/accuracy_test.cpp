@@ -12,19 +12,26 @@
 namespace meniscus::accuracy {
 namespace {
 
-const Case& case_of(const std::string& scene) {
-  static const std::vector<Case> cases = make_cases({"sphere", "waves", "box"}, {1}, Setup{});
-  return *std::find_if(cases.begin(), cases.end(),
-                       [&](const Case& c) { return c.scene->name == scene; });
-}
+// One of those that no constant was chosen on (docs/accuracy.md).
+constexpr std::uint64_t kSeed = 1001;
 
+// The means over the seeds that docs/accuracy.md reports.
 Figures figures_of(const std::string& scene, Method method) {
   static Device device;
   Parameters parameters;
   parameters.method = method;
   parameters.mesh = false;
   parameters.ssm = {1.5, 3, 1, 0};  // as the program had it that SsmAccuracy compares with
-  return measure(device, case_of(scene), parameters).figures;
+  const std::vector<Case> cases = make_cases({scene}, {kSeed, kSeed + 1, kSeed + 2}, Setup{});
+  Figures mean;
+  mean.holes = mean.normal_rms = mean.slope_median = mean.angle_median = 0;
+  for (const Case& each : cases) {
+    const Figures found = measure(device, each, parameters).figures;
+    for (const auto figure :
+         {&Figures::holes, &Figures::normal_rms, &Figures::slope_median, &Figures::angle_median})
+      mean.*figure += found.*figure / static_cast<double>(cases.size());
+  }
+  return mean;
 }
 
 /// What is asked of a method on a scene. Noise is 0.05 s in each coordinate.
@@ -40,7 +47,7 @@ std::string name_of(const testing::TestParamInfo<Bounds>& info) { return info.pa
 
 class FitAccuracy : public testing::TestWithParam<Bounds> {};
 
-// The bounds that the project has set itself.
+// The bounds that the project has set itself; of the box, a tenth above docs/accuracy.md.
 TEST_P(FitAccuracy, IsWithinTheBounds) {
   const Bounds& bounds = GetParam();
   const Figures f = figures_of(bounds.scene, Method::fit);
@@ -52,7 +59,7 @@ TEST_P(FitAccuracy, IsWithinTheBounds) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, FitAccuracy,
                          testing::Values(Bounds{"sphere", 0.025, 1.0}, Bounds{"waves", 0.04, 2.2},
-                                         Bounds{"box", 0.02, 1.0}),
+                                         Bounds{"box", 0.0225, 1.0}),
                          name_of);
 
 // What the project promises of fit in the mean over all scenes, of which a scene counts where it
@@ -65,14 +72,14 @@ TEST(FitAccuracyOverAllScenes, IsAsPromised) {
   std::vector<std::string> names;
   for (const Scene& scene : scenes()) names.push_back(scene.name);
   std::vector<Figures> all;
-  for (const Case& scene_case : make_cases(names, {1}, accuracy::Setup{})) {
+  for (const Case& scene_case : make_cases(names, {kSeed}, accuracy::Setup{})) {
     all.push_back(measure(device, scene_case, parameters).figures);
     // Splash: every particle is covered, none is missing or doubled, clusters are closed.
     if (scene_case.scene->name == "splash") {
-      EXPECT_EQ(all.back().splash_covered, 100);
+      EXPECT_DOUBLE_EQ(all.back().splash_covered, 100);
       EXPECT_EQ(all.back().splash_missing, 0);
       EXPECT_EQ(all.back().splash_doubled, 0);
-      EXPECT_EQ(all.back().splash_closed, 100);
+      EXPECT_DOUBLE_EQ(all.back().splash_closed, 100);
     }
     if (scene_case.scene->name == "box") {
       EXPECT_GE(all.back().iou, 0.98);
@@ -105,18 +112,22 @@ TEST(FitFlicker, IsAsPromisedAndBelowTheNarrowRangeFilters) {
   Device device;
   accuracy::Setup moving;
   moving.moving = true;
-  for (const Case& scene_case : make_cases({"sphere", "waves", "box"}, {1}, moving)) {
+  double flicker = 0, flicker_p999 = 0;
+  const std::vector<Case> cases = make_cases({"sphere", "waves", "box"}, {kSeed}, moving);
+  for (const Case& scene_case : cases) {
     SCOPED_TRACE(scene_case.scene->name);
     Parameters parameters;
     parameters.mesh = false;
     const Figures fit = measure(device, scene_case, parameters).figures;
     parameters.method = Method::narrow_range;
     const Figures filter = measure(device, scene_case, parameters).figures;
-    EXPECT_LE(fit.flicker, 0.003);
-    EXPECT_LE(fit.flicker_p999, 0.02);
     EXPECT_LT(fit.flicker, filter.flicker);
     EXPECT_LT(fit.flicker_p999, filter.flicker_p999);
+    flicker += fit.flicker / static_cast<double>(cases.size());
+    flicker_p999 += fit.flicker_p999 / static_cast<double>(cases.size());
   }
+  EXPECT_LE(flicker, 0.003);
+  EXPECT_LE(flicker_p999, 0.02);
 }
 
 class StableAccuracy : public testing::TestWithParam<Bounds> {};

@@ -24,7 +24,7 @@ namespace meniscus::cli {
 namespace {
 
 struct VerifyOptions {
-  std::string size = "full", json, junit, html, record;
+  std::string size = "full", json, junit, html, record, commit;
   std::vector<std::string> compare;
   verify::Request request;
   bool quiet = false, list = false;
@@ -75,6 +75,25 @@ verify::VerifyRun together(const std::vector<std::string>& paths) {
   return all;
 }
 
+// The canonical bits of all devices that are selected, which must agree.
+verify::Canonical record_on_devices(const VerifyOptions& options) {
+  std::vector<verify::Canonical> found;
+  for (const DeviceInfo& info : list_devices()) {
+    if (!info.usable) continue;
+    if (options.request.selector != "all" &&
+        select_device(options.request.selector).index != info.index)
+      continue;
+    Device device(info);
+    found.push_back(verify::record_canonical(device, [&](const std::string& what) {
+      if (!options.quiet) print_line(stderr, "recording  " + info.name + ": " + what);
+    }));
+  }
+  if (found.empty()) throw DeviceError("--record: no OpenCL device can be used");
+  verify::Canonical canonical = verify::agreed(found);
+  canonical.origin.commit = options.commit;
+  return canonical;
+}
+
 void run_verify(VerifyOptions& options, int& exit_code) {
   verify::Request& request = options.request;
   request.full = options.size == "full";
@@ -92,10 +111,9 @@ void run_verify(VerifyOptions& options, int& exit_code) {
   if (!options.record.empty()) record.emplace(options.record);
 
   if (record) {
-    Device device(request.selector == "all" ? "" : request.selector);
-    write(record, verify::to_bytes(verify::record_canonical(device, [&](const std::string& what) {
-            if (!options.quiet) print_line(stderr, "recording  " + what);
-          })));
+    const verify::Canonical canonical = record_on_devices(options);
+    write(record, verify::to_bytes(canonical));
+    if (!options.quiet) print_line(stderr, canonical.origin.words());
     return;
   }
   verify::VerifyRun run;
@@ -110,7 +128,10 @@ void run_verify(VerifyOptions& options, int& exit_code) {
     const std::string& folder = request.reproducers;
     if (!folder.empty()) as_usage([&] { verify::make_folder(folder); });
     run = verify_with_progress(options);
-    if (!to_output) print_lines(stdout, verify::table_of(run));
+    if (!to_output) {
+      print_lines(stdout, verify::table_of(run));
+      print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
+    }
     if (!folder.empty()) {
       const std::size_t count = verify::finish_folder(folder).size();
       print_line(stderr, count == 0 ? "no launch failed: there is no reproducer"
@@ -196,7 +217,8 @@ void add_verify_command(CLI::App& program, int& exit_code) {
       ->type_name("S");
   command.add_flag("-q,--quiet", o.quiet, "do not tell what is being verified");
   // Not for people: the canonical bits, and what the processes for each device are called with.
-  command.add_option("--record", o.record)->group("");
+  CLI::Option* commit = command.add_option("--commit", o.commit)->group("");
+  command.add_option("--record", o.record)->group("")->needs(commit);
   command.add_option("--child", o.child)->group("");
   command.add_flag("--child-list", o.list)->group("");
   command.callback([options, &exit_code] { run_verify(*options, exit_code); });

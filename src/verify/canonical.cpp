@@ -2,9 +2,12 @@
 
 #include <zlib.h>
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "meniscus/error.hpp"
+#include "printed.hpp"
 
 namespace meniscus::verify {
 namespace {
@@ -48,6 +51,7 @@ class Reader {
     throw InputError(std::string(kName) + ": a number has no end");
   }
   std::string_view text() { return take(count()); }
+  bool ended() const { return rest_.empty(); }
 
  private:
   std::string_view take(std::uint64_t size) {
@@ -76,7 +80,60 @@ class Names {
   std::map<std::string, std::uint64_t> numbers_;
 };
 
+// The first launch of a case in which two devices differ, in words.
+std::string first_difference(const Trace& a, const Trace& b) {
+  for (std::size_t k = 0; k < std::max(a.size(), b.size()); ++k) {
+    const std::string launch = "launch " + std::to_string(k + 1);
+    if (k >= a.size() || k >= b.size() || a[k].kernel != b[k].kernel)
+      return launch + " is not the same kernel's";
+    if (a[k].inputs != b[k].inputs) return launch + ", " + a[k].kernel + ": other inputs";
+    if (a[k].written != b[k].written) return launch + ", " + a[k].kernel + ": other results";
+  }
+  return "";
+}
+
+void require_same(const Canonical& a, const Canonical& b) {
+  const auto fail = [&](const std::string& name, const std::string& what) {
+    throw InvalidArgument("\"" + a.origin.devices.at(0) + "\" and \"" + b.origin.devices.at(0) +
+                          "\" differ in " + name + ": " + what +
+                          " (nothing is recorded until they agree)");
+  };
+  for (const auto& [name, trace] : a.traces) {
+    const auto other = b.traces.find(name);
+    const std::string what =
+        first_difference(trace, other == b.traces.end() ? Trace{} : other->second);
+    if (!what.empty()) fail(name, what);
+  }
+  for (const auto& [name, trace] : b.traces)
+    if (!a.traces.count(name)) fail(name, "one of them did not run it");
+  if (a.frames != b.frames)
+    fail("whole frames", "their hashes differ although all launches are the same");
+}
+
 }  // namespace
+
+std::string Origin::words() const {
+  if (devices.empty()) return "of unknown origin";
+  std::string text = "recorded on ";
+  for (std::size_t k = 0; k < devices.size(); ++k)
+    text += (k == 0 ? "" : k + 1 < devices.size() ? ", " : " and ") + devices[k];
+  return text + " at commit " + commit + "; " + counted(references, "output") +
+         " within the bounds of double precision, the worst at " + three_digits(share) +
+         " of its bound";
+}
+
+Canonical agreed(const std::vector<Canonical>& found) {
+  Canonical all = found.at(0);
+  for (std::size_t k = 1; k < found.size(); ++k) {
+    require_same(all, found[k]);
+    const Origin& origin = found[k].origin;
+    all.origin.devices.insert(all.origin.devices.end(), origin.devices.begin(),
+                              origin.devices.end());
+    all.origin.references += origin.references;
+    all.origin.share = std::max(all.origin.share, origin.share);
+  }
+  return all;
+}
 
 std::string to_bytes(const Canonical& canonical) {
   Names names;
@@ -108,6 +165,12 @@ std::string to_bytes(const Canonical& canonical) {
     all.text(name);
     all.number(hash);
   }
+  const Origin& origin = canonical.origin;
+  all.count(origin.devices.size());
+  for (const std::string& device : origin.devices) all.text(device);
+  all.text(origin.commit);
+  all.count(origin.references);
+  all.number(std::bit_cast<std::uint64_t>(origin.share));
 
   uLongf size = compressBound(all.bytes_.size());
   std::string packed(size, '\0');
@@ -158,6 +221,13 @@ Canonical canonical_from(std::string_view bytes) {
     const std::string name(from.text());
     canonical.frames[name] = from.number();
   }
+  if (from.ended()) return canonical;
+  Origin& origin = canonical.origin;
+  for (std::uint64_t left = from.count(); left > 0; --left)
+    origin.devices.emplace_back(from.text());
+  origin.commit = from.text();
+  origin.references = from.count();
+  origin.share = std::bit_cast<double>(from.number());
   return canonical;
 }
 

@@ -25,14 +25,31 @@ struct TracedLaunch {
 
 using Trace = std::vector<TracedLaunch>;
 
+/// Where canonical bits come from.
+struct Origin {
+  std::vector<std::string> devices;  // that gave these bits, with platform and driver
+  std::string commit;                // of the sources, as whoever recorded them named it
+  std::uint64_t references = 0;  // values of stages held against double precision, all in bounds
+  double share = 0;              // of its bound that the worst of them used
+
+  /// "recorded on A and B at commit C; 120 outputs within their bounds of double precision".
+  std::string words() const;
+};
+
 /// All that is known of what devices should compute.
 struct Canonical {
+  Origin origin;
   std::map<std::string, Trace> traces;  // by the case's name and the variant's
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;  // of small cases, by their hash
   std::map<std::string, std::uint64_t> frames;  // content_hash of whole frames, by name
 };
 
-/// As the bytes of a file, deflated, and back. Throws InputError when the bytes are none.
+/// What several devices computed, if all of them say the same; the origin names them all. Throws
+/// InvalidArgument, naming two devices, the case and the first launch that differs.
+Canonical agreed(const std::vector<Canonical>& found);
+
+/// As the bytes of a file, deflated, and back. Throws InputError when the bytes are none. A file of
+/// before there were origins has an empty one.
 std::string to_bytes(const Canonical& canonical);
 Canonical canonical_from(std::string_view bytes);
 

@@ -17,6 +17,7 @@
 #include "verify/flaws.hpp"
 #include "verify/limits.hpp"
 #include "verify/references.hpp"
+#include "verify/results.hpp"
 #include "verify/scenes.hpp"
 #include "verify/trace.hpp"
 
@@ -411,6 +412,9 @@ void run_item(const Item& item, Device& device, const Tell& tell) {
 
 Canonical record_canonical(Device& device, const std::function<void(const std::string&)>& say) {
   constexpr int kWidths[] = {1, 8};  // of vectors
+  Canonical canonical;
+  const DeviceInfo& info = device.info();
+  canonical.origin.devices = {title_of({info.name, info.platform, info.driver, info.version})};
   // What is wrong here is not to become what all others must compute.
   for (const int width : kWidths) {
     const AsVariant as(device, {"", width, false, kRowGroup, 0});
@@ -418,15 +422,18 @@ Canonical record_canonical(Device& device, const std::function<void(const std::s
       for (const int size : stage.sizes) {
         say(std::string("references of ") + stage.stage + ", size " + std::to_string(size) +
             ", width " + std::to_string(width));
-        for (const ReferenceError& error : stage.run(device, size))
+        for (const ReferenceError& error : stage.run(device, size)) {
           require(error.ulp <= error.allowed,
                   "stage " + std::string(stage.stage) + ", width " + std::to_string(width) +
                       ", size " + std::to_string(size) + ": " + error.output + " of " +
                       error.kernel + " is " + error_in_words(error.ulp) +
                       " off double precision, " + error_in_words(error.allowed) + " allowed");
+          ++canonical.origin.references;
+          if (error.allowed > 0)
+            canonical.origin.share = std::max(canonical.origin.share, error.ulp / error.allowed);
+        }
       }
   }
-  Canonical canonical;
   constexpr std::size_t kMost = 16384;  // bytes of a buffer whose values are kept
   const auto record = [&](const std::string& key, int width, bool values, const auto& run) {
     say(key);

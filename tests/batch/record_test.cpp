@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -169,6 +171,42 @@ TEST(Record, LinesOfManyThreadsStayWhole) {
       });
   }
   EXPECT_THAT(read(folder / "a.jsonl"), testing::SizeIs(800));
+}
+
+std::string refused(const std::string& path) {
+  try {
+    BatchLog log(path);
+  } catch (const OutputError& error) {
+    return error.what();
+  }
+  return "no OutputError";
+}
+
+// Nobody reads it; and what was written could not be read again.
+TEST(Record, ALogIsNoPipe) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "a.jsonl").c_str(), 0600), 0);
+  EXPECT_EQ(
+      refused(folder / "a.jsonl"),
+      (folder / "a.jsonl") + ": is a pipe or a device, wanted a file (give --log another name)");
+  EXPECT_THAT(refused("/dev/null"), HasSubstr("is a pipe or a device"));
+}
+
+// The rule of other outputs (OutputFile): one's own links are followed, another user's in a folder
+// where everyone may make one are not.
+TEST(Record, ALogFollowsLinksAsOtherOutputsDo) {
+  const TemporaryFolder folder;
+  std::filesystem::create_symlink("real.jsonl", folder / "own.jsonl");
+  BatchLog(folder / "own.jsonl").add(full_record());
+  EXPECT_THAT(read(folder / "real.jsonl"), ElementsAre(full_record()));
+  if (geteuid() != 0) GTEST_SKIP() << "only root can make another user's link";
+  constexpr uid_t kOther = 65534;
+  std::filesystem::create_directory(folder / "shared");
+  std::filesystem::create_symlink("../precious", folder / "shared/log");
+  ASSERT_EQ(lchown((folder / "shared/log").c_str(), kOther, kOther), 0);
+  ASSERT_EQ(chmod((folder / "shared").c_str(), 01777), 0);
+  EXPECT_THAT(refused(folder / "shared/log"), HasSubstr("a symbolic link of another user"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "precious"));
 }
 
 // Two shards share a log, and one of them is killed, or meets a full disk, in the middle of a line.

@@ -10,6 +10,8 @@
 namespace meniscus::test {
 namespace {
 
+namespace fs = std::filesystem;
+
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -266,21 +268,22 @@ TEST_F(ProgramBadInput, CacheThatCannotBeWrittenIsReplaced) {
 }
 
 // What PoCL finds in its cache it runs.
-TEST_F(ProgramBadInput, ACacheThatOthersCanWriteIsNotUsed) {
-  namespace fs = std::filesystem;
-  write_particles("in.ply", block(3));
+class TemporaryCache : public ProgramBadInput {
+ protected:
   const std::string name = "tmp/meniscus-pocl-" + std::to_string(geteuid());
-  // Programs are kept from run to run: what counts is the kernels that PoCL makes of them.
-  const Conditions homeless{{{"HOME", "/proc/none"},
-                             {"XDG_CACHE_HOME", ""},
-                             {"POCL_CACHE_DIR", ""},
-                             {"MENISCUS_CACHE_DIR", path("programs")},
-                             {"TMPDIR", path("tmp")}}};
-  const auto mode_of = [&](const fs::path& folder) {
+
+  static int mode_of(const fs::path& folder) {
     return static_cast<int>(fs::status(folder).permissions());
-  };
+  }
+
   // Runs with what was found there; returns the folder that was used.
-  const auto used = [&]() -> fs::path {
+  fs::path used() const {
+    // Programs are kept from run to run: what counts is the kernels that PoCL makes of them.
+    const Conditions homeless{{{"HOME", "/proc/none"},
+                               {"XDG_CACHE_HOME", ""},
+                               {"POCL_CACHE_DIR", ""},
+                               {"MENISCUS_CACHE_DIR", path("programs")},
+                               {"TMPDIR", path("tmp")}}};
     const Outcome outcome =
         run({"extract", "in.ply", "--size", "64x48", "--method", "ssm", "-o", "a.png"}, homeless);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -288,11 +291,16 @@ TEST_F(ProgramBadInput, ACacheThatOthersCanWriteIsNotUsed) {
     for (const auto& entry : fs::directory_iterator(path("tmp")))
       if (entry.is_directory() && !entry.is_symlink() && !fs::is_empty(entry)) found = entry.path();
     return found;
-  };
-  const auto renew = [&] {
+  }
+
+  void renew() const {
+    write_particles("in.ply", block(3));
     fs::remove_all(path("tmp"));
     fs::create_directory(path("tmp"));
-  };
+  }
+};
+
+TEST_F(TemporaryCache, IsNotUsedWhereOthersCanWriteIt) {
   renew();
   EXPECT_EQ(used(), path(name));
   EXPECT_EQ(mode_of(path(name)), 0700);
@@ -311,8 +319,10 @@ TEST_F(ProgramBadInput, ACacheThatOthersCanWriteIsNotUsed) {
   fs::create_directory_symlink("../bait", path(name));
   EXPECT_THAT(used().string(), testing::StartsWith(path(name) + "-"));
   EXPECT_TRUE(fs::is_empty(path("bait")));
+}
 
-  if (geteuid() != 0) return;  // only root can make another user's folder
+TEST_F(TemporaryCache, IsNotUsedWhereItIsAnotherUsers) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can make another user's folder";
   renew();
   fs::create_directory(path(name));
   fs::permissions(path(name), fs::perms::owner_all);

@@ -205,16 +205,29 @@ TEST_F(UnderMpi, EndsWithOneErrorWhereverItIs) {
 
 TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
   write_dam("dam.ply");
-  for (const int wait : {300, 700, 1100}) {
-    const int process =
-        start(Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall, ranks("2"));
-    std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+  const Words words = Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall;
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(run(words, ranks("2")).exit_code, 0);
+  const auto whole_run = std::chrono::steady_clock::now() - begin;
+  const auto remove_outputs = [&] {
+    for (const char* name : {"a.exr", "a.png"}) std::filesystem::remove(path(name));
+  };
+  remove_outputs();
+  int stopped = 0;
+  for (const double share : {0.3, 0.5, 0.7, 0.9}) {
+    const int process = start(words, ranks("2"));
+    std::this_thread::sleep_for(whole_run * share);
     kill(process, SIGTERM);
     const Outcome outcome = wait_for(process);
-    if (exists("a.exr")) continue;  // had ended
+    if (exists("a.exr")) {  // had ended: nothing was stopped
+      remove_outputs();
+      continue;
+    }
+    ++stopped;
     EXPECT_NE(outcome.exit_code, 0);
     EXPECT_THAT(files(), ElementsAre("dam.ply"));
   }
+  EXPECT_GT(stopped, 0);
 }
 
 TEST_F(UnderMpi, SharesASequenceOutByFrames) {

@@ -5,6 +5,7 @@
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/density.hpp"
 #include "verify/reference/settle.hpp"
+#include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
 namespace {
@@ -36,6 +37,33 @@ TEST_P(Density, MatchesTheReference) {
       EXPECT_NEAR(actual[k], expected, reference::density_error(p, points[k], expected));
     }
   }
+}
+
+// The polynomial against the spline that it stands for, with what docs/method.md says of it.
+TEST_P(Density, IsTheCubicSplineButForAThousandthsFour) {
+  const Projected p = place({{20, 20, 20}});
+  const Vec3d centre = p.eye(0);
+  constexpr int kSteps = 4096;  // of distances up to the support, 4 radii: exact in floats
+  std::vector<Vec3d> points{centre, centre + Vec3d{1, 0, 0}};
+  for (int k = 0; k < kSteps; ++k) points.push_back(centre + Vec3d{(k + 0.5) * 4 / kSteps, 0, 0});
+  const std::vector<float> found = measure_density(device_, cells_of(device_, p), points);
+  const double peak = reference::cubic_spline(0);
+  const double rounding = reference::density_error(p, centre, peak);
+  // The spline's own value in the middle and at a particle's radius: four coefficients of six
+  // digits.
+  constexpr double kDigits = 4 * 0.5e-6 / std::numbers::pi;
+  EXPECT_NEAR(found[0], peak, kDigits + rounding);
+  EXPECT_NEAR(found[1], reference::cubic_spline(0.5), kDigits + rounding);
+  double volume = 0;
+  for (int k = 0; k < kSteps; ++k) {
+    const double q = (k + 0.5) * 2 / kSteps;
+    EXPECT_NEAR(found[2 + k], reference::cubic_spline(q), 0.004 * peak + rounding) << q;
+    volume += 4 * std::numbers::pi * q * q * found[2 + k] * 2 / kSteps;
+  }
+  // Its integral: digits and roundings over a ball of radius 2 h, and the midpoint rule, whose
+  // error is below (2 h / steps)^2 / 24 of the integrand's second derivative, below 40 over 2 h.
+  const double ball = 4.0 / 3 * std::numbers::pi * 8;
+  EXPECT_NEAR(volume, 1, ball * (kDigits + rounding) + std::pow(2.0 / kSteps, 2) / 24 * 40 * 2);
 }
 
 TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {

@@ -177,54 +177,6 @@ TEST_P(Paper, ContourFilterMatchesTheReference) {
   EXPECT_GT(entered, 0u);
 }
 
-TEST_P(Paper, BlendMatchesTheReference) {
-  const View view = make_view(perspective_camera(53, 37), 0.25, {0, 0, 0});
-  const SampleGrid grid = pixel_grid(view);
-  Random random(9);
-  Groups groups;
-  Quadrics quadrics;
-  for (int k = 0; k < 12; ++k) {
-    groups.centre.push_back(point_at(view, random(5, 48), random(5, 32), random(37, 39)));
-    groups.normal.push_back(normalized({random(-0.5, 0.5), random(-0.5, 0.5), 1}));
-    groups.radius.push_back(random(3, 6));
-    const Vec3d& n = groups.normal.back();
-    quadrics.coefficient.push_back({0, static_cast<float>(n.x), static_cast<float>(n.y),
-                                    static_cast<float>(n.z), 0, 0, 0, 0, 0, 0});
-    quadrics.residual.push_back(0);
-  }
-  const BlendParams params;
-  std::vector<int> owner;
-  for (std::size_t s = 0; s < grid.size(); ++s) owner.push_back(static_cast<int>(s % 13) - 1);
-  const PaperRegion region{grid, upload(device_, owner), filled<float>(device_, grid.size(), 38)};
-  const SurfaceMap map =
-      download(device_, blend_printed(device_, view, region,
-                                      printed_records(view, groups, quadrics, params), params));
-  for (int j = 0; j < grid.ny; ++j)
-    for (int i = 0; i < grid.nx; ++i) {
-      const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
-      if (owner[s] < 0) {
-        EXPECT_EQ(map.depth[s], kNoSurface);
-        continue;
-      }
-      // Whether a group counts must not hang on rounding: the reference with reach and d_max a
-      // little smaller and larger.
-      double low = INFINITY, high = -INFINITY;
-      for (const double slack : {-1e-3, 0.0, 1e-3}) {
-        const double t = reference::blend_planes(view, groups, owner[s], 38, i + 0.5, j + 0.5,
-                                                 params.reach + slack, params.d_max + slack);
-        low = std::min(low, t);
-        high = std::max(high, t);
-      }
-      // A plane's depth: C is a sum of three products of numbers up to 45 with eight roundings,
-      // over a slope of at least 0.5. The weights' exponents, up to 87, carry 20 epsilon of
-      // themselves, but those that matter (within 1e-7 of the largest) at most 16: 320 epsilon of
-      // the depths' spread, at most 2 d_max; and sums of twelve.
-      const double error = kEpsilon * (3 * 45 * 8 / 0.5 + 4 * 38 + (320 + 12) * 2 * params.d_max);
-      EXPECT_GE(map.depth[s], low - error);
-      EXPECT_LE(map.depth[s], high + error);
-    }
-}
-
 TEST_P(Paper, SplashIsDrawnAsSpheres) {
   // Orthographic, one pixel a tenth of a radius.
   Camera camera;

@@ -64,44 +64,61 @@ struct Blended {
                                                             // were told apart
 };
 
+/// Where a ray meets a fit.
+struct Hit {
+  std::size_t fit;
+  double t, weight;
+  Vec3d at, gradient;
+};
+
+/// Whether a fit counts at all: it has a residual, and is trusted by more than 0.01.
+inline bool counts(const ParticleFits& fits, const std::vector<double>& trust, std::size_t k) {
+  return fits.residual[k] >= 0 && trust[k] > 0.01;
+}
+
+/// Where the ray of pixel (u, v) enters fit k, t0 being its reference depth; with a weight of 0
+/// when that is nowhere, or too far from the reference, or from the fit.
+inline Hit meet(const ParticleFits& fits, const std::vector<double>& trust, std::size_t k,
+                const View& view, double u, double v, double t0, const FitParams& fit,
+                const BlendParams& params) {
+  const Vec3d ray = ray_direction(view, u, v), start = point_at(view, u, v, t0);
+  Hit hit{k, t0, 0, start, {}};
+  // Roots of A tau^2 + B tau + C along the ray: from values at three points.
+  Vec3d g;
+  const double C = value(fits, k, start, &g), B = dot(g, ray);
+  const double A = value(fits, k, start + ray, &g) - B - C;
+  const double D = B * B - 4 * A * C;
+  if (D < 0) return hit;
+  // f falls where the ray enters: B + 2 A tau = -sqrt(D).
+  double tau;
+  if (B < 0)
+    tau = 2 * C / (std::sqrt(D) - B);
+  else if (std::abs(A) > 1e-12)
+    tau = -(B + std::sqrt(D)) / (2 * A);
+  else
+    return hit;
+  hit.t = t0 + tau;
+  hit.at = start + ray * tau;
+  value(fits, k, hit.at, &g);
+  hit.gradient = g / length(g);
+  const double facing = std::abs(dot(hit.gradient, ray));
+  if (std::abs(tau) > 4 * params.d_max || std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
+    return hit;
+  hit.weight = nearness(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+               fits.visible[k] * trust[k];
+  return hit;
+}
+
 /// The blend on the ray of pixel (u, v), whose reference depth is t0. Fits without residual or with
 /// trust up to 0.01 do not count; those with v < 1/1000 are not met by the ray.
 inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust, const View& view,
                      double u, double v, double t0, const FitParams& fit,
                      const BlendParams& params) {
-  struct Hit {
-    std::size_t fit;
-    double t, weight;
-    Vec3d at, gradient;
-  };
   const Vec3d ray = ray_direction(view, u, v), start = point_at(view, u, v, t0);
-  const auto counts = [&](std::size_t k) { return fits.residual[k] >= 0 && trust[k] > 0.01; };
   std::vector<Hit> hits;
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (!counts(k) || fits.visible[k] < 1e-3) continue;
-    // Roots of A tau^2 + B tau + C along the ray: from values at three points.
-    Vec3d g;
-    const double C = value(fits, k, start, &g), B = dot(g, ray);
-    const double A = value(fits, k, start + ray, &g) - B - C;
-    const double D = B * B - 4 * A * C;
-    if (D < 0) continue;
-    // f falls where the ray enters: B + 2 A tau = -sqrt(D).
-    double tau;
-    if (B < 0)
-      tau = 2 * C / (std::sqrt(D) - B);
-    else if (std::abs(A) > 1e-12)
-      tau = -(B + std::sqrt(D)) / (2 * A);
-    else
-      continue;
-    Hit hit{k, t0 + tau, 0, start + ray * tau, {}};
-    value(fits, k, hit.at, &g);
-    hit.gradient = g / length(g);
-    const double facing = std::abs(dot(hit.gradient, ray));
-    if (std::abs(tau) > 4 * params.d_max ||
-        std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
-      continue;
-    hit.weight = nearness(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
-                 fits.visible[k] * trust[k];
+    if (!counts(fits, trust, k) || fits.visible[k] < 1e-3) continue;
+    const Hit hit = meet(fits, trust, k, view, u, v, t0, fit, params);
     if (hit.weight > 0) hits.push_back(hit);
   }
   Blended out;
@@ -186,7 +203,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   double weight = 0, level = 0;
   Vec3d centre, normal;
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (!counts(k)) continue;
+    if (!counts(fits, trust, k)) continue;
     Vec3d g;
     const double steep = value(fits, k, at, &g), f = steep / length(g);
     g = g / length(g);

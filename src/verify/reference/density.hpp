@@ -11,6 +11,14 @@
 
 namespace meniscus::reference {
 
+/// The cubic spline kernel of smoothing length h, times h^3, at the distance q h (Monaghan and
+/// Lattanzio 1985): what the field is meant to be.
+inline double cubic_spline(double q) {
+  const double w =
+      q < 1 ? 1 - 1.5 * q * q + 0.75 * q * q * q : 0.25 * std::pow(2 - std::min(q, 2.0), 3);
+  return w / std::numbers::pi;
+}
+
 /// The share of a particle at the distance q h, with h = 2 particle radii and v = 1 - q^2 / 4:
 /// (.243067 v^3 + .456322 v^4 - .84229 v^5 + 1.142901 v^6) / pi for q < 2, 0 beyond. Within .004 /
 /// pi of the cubic spline kernel of smoothing length h times h^3.

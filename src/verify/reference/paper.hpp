@@ -12,6 +12,7 @@
 #include "stages/group.hpp"
 #include "stages/view.hpp"
 #include "verify/reference/epsilon.hpp"
+#include "verify/reference/fit.hpp"
 
 namespace meniscus::reference {
 
@@ -93,26 +94,65 @@ inline Filtered filter_contour(const std::vector<int>& group, int nx, int ny, in
   return {sum > weight / 2, std::abs(sum / weight - 0.5)};
 }
 
-/// Eqs. 6 and 7 at pixel (u, v) for groups whose surfaces are planes through their centres.
-inline double blend_planes(const View& view, const Groups& groups, int owner, double reference,
-                           double u, double v, double reach, double d_max) {
-  double sum = 0, weight = 0;
+/// The paper's blend at a pixel.
+struct PrintedBlend {
+  double depth = 0;
+  double error = 0;   // how far one in floats may be
+  double margin = 1;  // by which the nearest of its choices was made: of a root's existence and of
+                      // which of two it is, relative; of reaches and ranges, particle radii
+};
+
+/// Eqs. 6 and 7 at pixel (u, v): groups with quadrics `c` around their centres, of which `owner` is
+/// that of the triangle there, whose depth is `reference`.
+inline PrintedBlend blend_printed(const View& view, const Groups& groups,
+                                  const std::vector<std::array<float, 10>>& c, int owner,
+                                  double reference, double u, double v, double reach,
+                                  double d_max) {
+  PrintedBlend out;
+  const auto decide = [&](double by) { out.margin = std::min(out.margin, std::abs(by)); };
+  const Vec3d start = point_at(view, u, v, reference), ray = ray_direction(view, u, v);
+  double sum = 0, weight = 0, root_error = 0;
   for (std::size_t k = 0; k < groups.size(); ++k) {
     const PixelPosition centre = project(view, groups.centre[k]);
     const double d = std::hypot((u - centre.u) * centre.w / view.u_scale,
                                 (v - centre.v) * centre.w / view.v_scale);
+    decide(d - groups.radius[k] - reach);
     if (d > groups.radius[k] + reach) continue;
-    const Vec3d from = point_at(view, u, v, 0), along = ray_direction(view, u, v);
-    const double t = dot(groups.centre[k] - from, groups.normal[k]) / dot(along, groups.normal[k]);
-    if (!(std::abs(t - reference) <= d_max)) continue;
+    // f along the ray: C + B tau + A tau^2, from three of its values.
+    const Vec3d x = start - groups.centre[k];
+    const double C = value_at(c[k], x), B = dot(gradient_at(c[k], x), ray);
+    const double A = value_at(c[k], x + ray) - B - C, D = B * B - 4 * A * C;
+    decide(D / (B * B + std::abs(4 * A * C)));
+    if (D < 0) continue;
+    decide(B / std::sqrt(D));
+    // The root nearest to the reference: the two have the product C / A.
+    const double larger = -(B + std::copysign(std::sqrt(D), B)) / 2, tau = C / larger;
+    decide(std::abs(tau) - d_max);
+    if (!(std::abs(tau) <= d_max)) continue;
     const double like = std::max(0.0, dot(groups.normal[k], groups.normal[owner]));
     const double b = groups.radius[k] * (0.15 + 0.45 * std::pow(like, 4));
     const double beta =
         1 / (std::sqrt(2 * std::numbers::pi) * b * b) * std::exp(-d * d / (2 * b * b));
-    sum += beta * t;
+    sum += beta * tau;
     weight += beta;
+    // A point's coordinate, below 64 radii, has six roundings; f's terms have eight of their own. B
+    // errs as C does, times tau; the root's slope is sqrt(D). Both are good to first order where
+    // the margin is wide.
+    Basis size = basis(x).cwiseAbs();
+    double terms = 0;
+    for (int q = 0; q < 10; ++q) terms += std::abs(c[k][q]) * size[q];
+    const Vec3d g = gradient_at(c[k], x);
+    const double off =
+        kEpsilon * (6 * 64 * (std::abs(g.x) + std::abs(g.y) + std::abs(g.z)) + 8 * terms);
+    root_error = std::max(root_error, 2 * off * (1 + std::abs(tau)) / std::sqrt(D));
   }
-  return weight > 0 ? sum / weight : reference;
+  out.depth = weight > 0 ? reference + sum / weight : reference;
+  // The weights' exponents, up to 87, carry 20 epsilon of themselves, but those that matter (within
+  // 1e-7 of the largest) are at most 16: 320 epsilon of the roots' spread, at most 2 d_max; sums of
+  // as many terms as groups; the reference is added.
+  const double n = static_cast<double>(groups.size());
+  out.error = root_error + kEpsilon * ((320 + n) * 2 * d_max + 2 * reference);
+  return out;
 }
 
 }  // namespace meniscus::reference

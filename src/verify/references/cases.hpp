@@ -8,6 +8,7 @@ namespace meniscus::verify {
 using ReferenceErrors = std::vector<ReferenceError>;
 
 ReferenceErrors project_case(Device& device, int size);
+ReferenceErrors bins_case(Device& device, int size);
 ReferenceErrors visible_case(Device& device, int size);
 ReferenceErrors density_case(Device& device, int size);
 ReferenceErrors motion_case(Device& device, int size);
@@ -15,7 +16,11 @@ ReferenceErrors particle_fit_case(Device& device, int size);
 ReferenceErrors roundness_case(Device& device, int size);
 ReferenceErrors blend_case(Device& device, int size);
 ReferenceErrors stable_case(Device& device, int size);
+ReferenceErrors choose_groups_case(Device& device, int size);
+ReferenceErrors interpolate_case(Device& device, int size);
+ReferenceErrors specks_case(Device& device, int size);
 ReferenceErrors paper_case(Device& device, int size);
+ReferenceErrors printed_case(Device& device, int size);
 ReferenceErrors ssm_case(Device& device, int size);
 ReferenceErrors spheres_case(Device& device, int size);
 ReferenceErrors filter_case(Device& device, int size);

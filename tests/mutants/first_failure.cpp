@@ -1,0 +1,87 @@
+// Runs those items of verify that launch some kernels until a row fails, and says which.
+//
+//   first_failure GROUP[,GROUP ...] [KERNEL ...]
+//
+// GROUP: kernel, reference, frame or probe. Without kernels: all items of the groups. Small cases
+// come first. Standard output has a line for each item before it runs, so that a crash has a name:
+// "small" or "large", group and name; and then the rows of the first item that fail: "fails",
+// group, kernel, variant and case, reason. Tabs lie between them. Exit code: 0 when no row fails, 3
+// when one does.
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "verify/canonical.hpp"
+#include "verify/run.hpp"
+
+namespace {
+
+using namespace meniscus;
+using namespace meniscus::verify;
+
+// What items_of() leaves out for `kernels`. Rows of all kernels are wanted, whichever is asked for:
+// a fault must not show in another one.
+std::set<std::string> wanted_items(const std::vector<std::string>& kernels, int width) {
+  std::set<std::string> names;
+  for (const Item& item : items_of({true, kernels}, width)) names.insert(item.name);
+  for (const auto& [key, trace] : shipped_canonical().traces)
+    if (key.starts_with("frame ") &&
+        std::any_of(trace.begin(), trace.end(), [&](const TracedLaunch& launch) {
+          return std::find(kernels.begin(), kernels.end(), launch.kernel) != kernels.end();
+        }))
+      names.insert(key.substr(0, key.rfind(", width")));
+  return names;
+}
+
+bool fails(const Item& item, Device& device) {
+  bool failed = false;
+  run_item(item, device, [&](const Row& row) {
+    if (row.result != Result::fail) return;
+    failed = true;
+    std::string reason = row.reason;
+    std::replace_if(
+        reason.begin(), reason.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
+    std::printf("fails\t%s\t%s\t%s, %s\t%s\n", row.group.c_str(), row.kernel.c_str(),
+                row.variant.c_str(), row.size.c_str(), reason.c_str());
+  });
+  return failed;
+}
+
+int run(const std::set<std::string>& groups, const std::vector<std::string>& kernels) {
+  Device device;
+  const int width = device.state().vector_width;
+  const std::set<std::string> wanted = wanted_items(kernels, width);
+  std::set<std::string> done;
+  for (const bool full : {false, true})
+    for (const Item& item : items_of({full, {}}, width)) {
+      // The references of a stage have all sizes in one item.
+      const std::string name = item.name + (full && item.group == "reference" ? ", all" : "");
+      if (!groups.count(item.group) || !done.insert(name).second) continue;
+      if (!kernels.empty() && !wanted.count(item.name)) continue;
+      std::printf("%s\t%s\t%s\n", full ? "large" : "small", item.group.c_str(), name.c_str());
+      std::fflush(stdout);
+      if (fails(item, device)) return 3;
+    }
+  return 0;
+}
+
+}  // namespace
+
+int main(int count, char** arguments) try {
+  if (count < 2) {
+    std::fprintf(stderr, "usage: first_failure GROUP[,GROUP ...] [KERNEL ...]\n");
+    return 2;
+  }
+  std::set<std::string> groups;
+  std::istringstream list(arguments[1]);
+  for (std::string group; std::getline(list, group, ',');) groups.insert(group);
+  return run(groups, {arguments + 2, arguments + count});
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "first_failure: error: %s\n", error.what());
+  return 1;
+}
