@@ -22,11 +22,10 @@ SurfaceMap flawed(int nx, int ny) {
       const bool gap = says < (std::abs(patch) < 0.5 ? 0.35 : 0.06) || patch < -1.2;
       const bool speck = says > 0.97;
       const double deep = patch < 0.2 ? 30 : 20;
-      const bool odd = !speck && says > 0.94;  // a normal that stands alone
+      const bool odd = !speck && says > 0.94;               // a normal that stands alone
       const double rough = 0.3 + 0.2 * std::sin(0.23 * i);  // neighbours agree more or less
-      const Vec3d normal = normalized(
-          odd ? Vec3d{random(-1, 1), random(-1, 1), 0.4}
-              : Vec3d{random(-rough, rough), random(-rough, rough), 1});
+      const Vec3d normal = normalized(odd ? Vec3d{random(-1, 1), random(-1, 1), 0.4}
+                                          : Vec3d{random(-rough, rough), random(-rough, rough), 1});
       map.depth.push_back(gap ? kNoSurface
                               : static_cast<float>(deep - (speck ? random(2, 9) : 0) + 0.11 * i -
                                                    0.07 * j + random(-0.4, 0.4)));
