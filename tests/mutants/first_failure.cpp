@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <set>
 #include <sstream>
 #include <string>
@@ -57,16 +58,20 @@ int run(const std::set<std::string>& groups, const std::vector<std::string>& ker
   const int width = device.state().vector_width;
   const std::set<std::string> wanted = wanted_items(kernels, width);
   std::set<std::string> done;
-  for (const bool full : {false, true})
+  for (const bool full : {false, true}) {
+    std::map<std::string, int> sizes;  // of a stage have one name; the smallest comes first
     for (const Item& item : items_of({full, {}}, width)) {
       // The references of a stage have all sizes in one item.
-      const std::string name = item.name + (full && item.group == "reference" ? ", all" : "");
+      const bool all = full && item.group == "reference";
+      const std::string name =
+          item.name + ", " + (all ? "all sizes" : "size " + std::to_string(sizes[item.name]++));
       if (!groups.count(item.group) || !done.insert(name).second) continue;
       if (!kernels.empty() && !wanted.count(item.name)) continue;
       std::printf("%s\t%s\t%s\n", full ? "large" : "small", item.group.c_str(), name.c_str());
       std::fflush(stdout);
       if (fails(item, device)) return 3;
     }
+  }
   return 0;
 }
 
