@@ -177,6 +177,13 @@ TEST(BatchPage, IsWholeForAnyFewRecords) {
   EXPECT_THAT(to_html(merge_records(records(3))), HasSubstr("All 3 frames are done"));
 }
 
+TEST(BatchPage, TimesBeyondAnyCalendarAreUnknown) {
+  FrameRecord late = record(1);
+  late.start = 1e38;
+  late.end = 1e308;
+  EXPECT_THAT(to_html(merge_records({late})), HasSubstr("an unknown time"));
+}
+
 TEST(BatchPage, WarningsThatDifferInNumbersAreOneRow) {
   std::vector<FrameRecord> all = records(4);
   all[0].warnings = {"3 particles were dropped", "no radius"};

@@ -86,6 +86,21 @@ TEST(VerifyRun, GoesThroughJsonAndBack) {
   }
 }
 
+TEST(VerifyRun, PlacesOfDevicesAreWholeNumbers) {
+  for (const std::string index : {"1e308", "-1", "0.5", "2", "\"0\""}) {
+    std::string text = to_json(two_devices());
+    const std::string key = "\"index\":";
+    const std::size_t at = text.rfind(key) + key.size();
+    text.replace(at, text.find_first_of(",}", at) - at, index);
+    try {
+      run_from_json(text, "a.json");
+      FAIL() << index;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("must be that of a device")) << index;
+    }
+  }
+}
+
 TEST(VerifyRun, SaysWhichFileIsNoRun) {
   for (const char* text : {"", "{}", "[1]", "{\"meniscus\": 3, \"devices\": [], \"rows\": []}",
                            "{\"meniscus\": \"1\", \"devices\": [], \"rows\": [{\"index\": 7}]}"})
