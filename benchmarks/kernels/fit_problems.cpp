@@ -38,7 +38,8 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
                      problems->turned.data(),
                      lanes,
                      nobody,
-                     static_cast<float>(2 / (params.normal_sigma * params.normal_sigma)),
+                     2.0f / (static_cast<float>(params.normal_sigma) *
+                             static_cast<float>(params.normal_sigma)),
                      0.6f,  // h_0 and h_1 of particle_fit.cpp
                      0.075f,
                      static_cast<float>(params.off_surface),
