@@ -25,25 +25,25 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   problems->residual.assign(lanes, -1.0f);
   problems->weight.assign(lists.neighbour.size(), 0.0f);
   problems->turned = problems->records.normal;
-  problems->input = {problems->records.place.data(),
-                     problems->records.normal.data(),
-                     lists.particle.data(),
-                     lists.neighbour.data(),
-                     lists.first.data(),
-                     lists.length.data(),
-                     problems->support.data(),
-                     problems->quadric.data(),
-                     problems->residual.data(),
-                     problems->weight.data(),
-                     problems->turned.data(),
-                     lanes,
-                     nobody,
-                     2.0f / (static_cast<float>(params.normal_sigma) *
-                             static_cast<float>(params.normal_sigma)),
-                     0.6f,  // h_0 and h_1 of particle_fit.cpp
-                     0.075f,
-                     static_cast<float>(params.off_surface),
-                     static_cast<float>(params.ridge)};
+  problems->input = {
+      problems->records.place.data(),
+      problems->records.normal.data(),
+      lists.particle.data(),
+      lists.neighbour.data(),
+      lists.first.data(),
+      lists.length.data(),
+      problems->support.data(),
+      problems->quadric.data(),
+      problems->residual.data(),
+      problems->weight.data(),
+      problems->turned.data(),
+      lanes,
+      nobody,
+      2.0f / (static_cast<float>(params.normal_sigma) * static_cast<float>(params.normal_sigma)),
+      0.6f,  // h_0 and h_1 of particle_fit.cpp
+      0.075f,
+      static_cast<float>(params.off_surface),
+      static_cast<float>(params.ridge)};
   return problems;
 }
 

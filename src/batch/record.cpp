@@ -174,9 +174,9 @@ BatchLog::BatchLog(const std::string& path) : path_(path) {
       open(behind_links(path).c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0666);
   if (descriptor_ < 0) refuse(errno);
   struct stat status {};
-  if (fstat(descriptor_, &status) == 0 && !S_ISREG(status.st_mode)) {
+  if (fstat(descriptor_, &status) == 0 && S_ISFIFO(status.st_mode)) {
     close(descriptor_);
-    throw OutputError(path + ": is a pipe or a device, wanted a file (give --log another name)");
+    throw OutputError(path + ": is a pipe, wanted a file (give --log another name)");
   }
   const off_t size = lseek(descriptor_, 0, SEEK_END);
   // Nothing is cut off from, or added to, a file that is something else.
