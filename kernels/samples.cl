@@ -62,7 +62,8 @@ inline int load_lanes(const int tile, const int place,
 inline void face_eye(const floatv dx, const floatv dy, floatv* nx, floatv* ny, floatv* nz) {
   const floatv square = dx * dx + dy * dy + 1.0f;
   const floatv along = *nx * dx + *ny * dy - *nz, most = (floatv)(-0.01f) * sqrt(square);
-  const intv turned = (along > most) & (*nx * *nx + *ny * *ny + *nz * *nz > 0.5f);  // not where none is
+  // Zero stays: there is no surface.
+  const intv turned = (along > most) & (*nx * *nx + *ny * *ny + *nz * *nz > 0.5f);
   if (!ANY(turned)) return;
   const floatv back = (along - most) / square;
   const floatv x = *nx - back * dx, y = *ny - back * dy, z = *nz + back;

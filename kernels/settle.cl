@@ -196,8 +196,8 @@ typedef struct {
 
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
 // its point, which is in doubt, reaches the contour's. Where they are not, or no group was met, the
-// density field is followed near by: in between the two are mixed by the trust, without it the
-// blend goes.
+// density field is followed near by: in between the two are mixed by the trust, without it the blend
+// goes.
 inline Verdict judge(const int* at, const intv listed, global const float* triangle,
                      global const float* reference, global const float* trust,
                      global const float* depth, const float4 limits, const int only_gaps) {
@@ -271,9 +271,9 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
       first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &probes);
   const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
-  const intv crossed = c.depth < INFINITY;
+  const intv crossed = c.depth < INFINITY, compared = crossed & (share > 0.0f);
   floatv mx = none, my = none, mz = none;
-  if (ANY(crossed & (share > 0.0f))) {  // maps that a CPU waits for
+  if (ANY(compared)) {  // maps that a CPU waits for
     mx = gather_float(normal, at);
     my = gather_float(normal + n, at);
     mz = gather_float(normal + 2 * n, at);
@@ -281,7 +281,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
     const floatv alike = mx * c.nx + my * c.ny + mz * c.nz;
     const floatv agreement = (1.0f - smooth_step(NEAR_FIELD, OFF_FIELD, apart)) *
                              smooth_step(TURNED_OFF, TURNED_ALIKE, alike);
-    share = SELECT(share, share * agreement, crossed & (share > 0.0f) & !on_edge);
+    share = SELECT(share, share * agreement, compared & !on_edge);
   }
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
   share = SELECT(choice, share, crossed);
@@ -378,8 +378,9 @@ kernel void follow_field(
 // Both at a list of positions. One work-item per point, WIDTH 1.
 #if WIDTH == 1
 kernel void settle_points(
-    global const float* triangle, global const float* reference, global float* trust, global float* depth, global float* normal, global int* group,
-    global uchar* kind, global float* behind, global float* to_follow,
+    global const float* triangle, global const float* reference, global float* trust,
+    global float* depth, global float* normal, global int* group, global uchar* kind,
+    global float* behind, global float* to_follow,
     global const float* points,  // [2][n] u, v, pixels
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
     global const uint* cell_tag, global const int* cell_start, const float inverse_cell,

@@ -71,26 +71,6 @@ std::string binary_of(const cl::Program& program) {
              : "";
 }
 
-// What the compiler said, or nothing where that cannot be asked.
-std::string build_log(const cl::Program& program, const cl::Device& device) {
-  try {
-    return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
-  } catch (const cl::Error&) {
-    return "";
-  }
-}
-
-// The first line of the compiler's log that speaks of an error, or the first line.
-std::string first_error(const std::string& log) {
-  std::istringstream lines(log);
-  std::string line, first;
-  while (std::getline(lines, line)) {
-    if (first.empty()) first = line;
-    if (line.find("error") != std::string::npos) return line;
-  }
-  return first;
-}
-
 // A range whose work-groups have at most `most` items. The sides of groups are powers of two.
 Range with_groups_of(Range range, std::size_t most) {
   while (range.group_x * range.group_y > std::max<std::size_t>(1, most))

@@ -17,4 +17,10 @@ std::string describe(const cl::Error& error);
 /// Whether less at a time might have worked.
 bool is_out_of_memory(cl_int error);
 
+/// What the compiler said of a program, or nothing where that cannot be asked.
+std::string build_log(const cl::Program& program, const cl::Device& device);
+
+/// The first line of a compiler's log that speaks of an error, or the first line.
+std::string first_error(const std::string& log);
+
 }  // namespace meniscus

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "device/opencl_error.hpp"
 #include "grouped.hpp"
 #include "printed.hpp"
 #include "verify/bits.hpp"
@@ -76,14 +77,6 @@ cl::NDRange nd_range(const std::vector<std::size_t>& sizes) {
   }
 }
 
-// The first line of the compiler's log that speaks of an error, or the first line.
-std::string first_error(const cl::Program& program, const cl::Device& device) {
-  const std::string log = program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device);
-  const std::size_t error = std::min(log.find("error"), log.size());
-  const std::size_t begin = error == log.size() ? 0 : log.rfind('\n', error) + 1;
-  return log.substr(begin, log.find('\n', begin) - begin);
-}
-
 // A kernel that is built, with its arguments.
 class Launch {
  public:
@@ -94,7 +87,7 @@ class Launch {
     const cl_int error = clBuildProgram(built(), 1, &state_.info.handle(), program.options.c_str(),
                                         nullptr, nullptr);
     if (error == CL_BUILD_PROGRAM_FAILURE)
-      throw DeviceError("it did not build: " + first_error(built, state_.info.handle));
+      throw DeviceError("it did not build: " + first_error(build_log(built, state_.info.handle)));
     if (error != CL_SUCCESS) throw cl::Error(error, "clBuildProgram");
     cl_int found = CL_SUCCESS;
     kernel_ = cl::Kernel(clCreateKernel(built(), program.kernel.c_str(), &found));

@@ -42,16 +42,6 @@ struct Result {
   std::set<int> wanted;
 };
 
-std::set<int> samples_of(Device& device, const SampleLists& lists) {
-  const std::vector<cl_int> sample = download(device, lists.sample);
-  const std::vector<cl_int> count = download(device, lists.count);
-  std::set<int> samples;
-  for (std::size_t t = 0; t < lists.tiles(); ++t)
-    for (cl_int k = 0; k < count[t]; ++k)
-      samples.insert(sample[t * 256 + static_cast<std::size_t>(k)]);
-  return samples;
-}
-
 // Interpolates a scene that is given at every second of the `every`th samples, with the same bits
 // in every width.
 Result interpolated(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "meniscus/camera.hpp"
 #include "stages/project.hpp"
+#include "stages/samples.hpp"
 #include "stages/stage_data.hpp"
 #include "verify/random.hpp"
 #include "verify/reference/epsilon.hpp"
@@ -33,6 +35,17 @@ inline Camera orthographic_camera(int width, int height) {
   camera.projection = {
       0.25 * height / width, 0, 0, 0.1, 0, 0.25, 0, -0.05, 0, 0, -0.02, -1.02, 0, 0, 0, 1};
   return camera;
+}
+
+/// The samples of lists. Waits.
+inline std::set<int> samples_of(Device& device, const SampleLists& lists) {
+  const std::vector<cl_int> sample = download(device, lists.sample);
+  const std::vector<cl_int> count = download(device, lists.count);
+  std::set<int> samples;
+  for (std::size_t t = 0; t < lists.tiles(); ++t)
+    for (cl_int k = 0; k < count[t]; ++k)
+      samples.insert(sample[t * 256 + static_cast<std::size_t>(k)]);
+  return samples;
 }
 
 /// A map of `grid`'s size, `at(i, j)` everywhere.

@@ -46,16 +46,6 @@ reference::Lattice rough_water(const View& view, const SampleGrid& grid, int eve
   return lattice;
 }
 
-std::set<int> samples_of(Device& device, const SampleLists& lists) {
-  const std::vector<cl_int> sample = download(device, lists.sample);
-  const std::vector<cl_int> count = download(device, lists.count);
-  std::set<int> samples;
-  for (std::size_t t = 0; t < lists.tiles(); ++t)
-    for (cl_int k = 0; k < count[t]; ++k)
-      samples.insert(sample[t * 256 + static_cast<std::size_t>(k)]);
-  return samples;
-}
-
 // In how many samples of each block of 8 x 8 a map is finite.
 OccupiedBlocks counted(Device& device, const SampleGrid& grid, const std::vector<float>& map) {
   const int across = (grid.nx + kTile - 1) / kTile * 2, down = (grid.ny + kTile - 1) / kTile * 2;
@@ -77,23 +67,11 @@ void run(Device& device, const View& view, const SampleGrid& grid, int every, bo
          double tolerance, Seen* seen) {
   constexpr cl_int kOfCorner = 1 << 30;  // as in prelude.cl
   const reference::Lattice lattice = rough_water(view, grid, every);
-  const std::size_t n = grid.size();
-  std::vector<float> normal(3 * n);
-  std::vector<cl_int> group(n, -1);
-  std::vector<cl_uchar> kind(n);
-  for (std::size_t s = 0; s < n; ++s) {
-    normal[s] = lattice.normal[s].x;
-    normal[n + s] = lattice.normal[s].y;
-    normal[2 * n + s] = lattice.normal[s].z;
-    kind[s] = static_cast<cl_uchar>(lattice.kind[s]);
-    if (lattice.depth[s] < kNoSurface) group[s] = static_cast<cl_int>(s);
-  }
-  const SurfaceBuffers surface{grid,
-                               upload(device, lattice.depth),
-                               upload(device, normal),
-                               upload(device, group),
-                               filled<float>(device, n, 0.0f),
-                               upload(device, kind)};
+  SurfaceMap map{
+      grid, lattice.depth, lattice.normal, std::vector<cl_int>(grid.size(), -1), lattice.kind, {}};
+  for (std::size_t s = 0; s < grid.size(); ++s)
+    if (map.depth[s] < kNoSurface) map.group[s] = static_cast<cl_int>(s);
+  const SurfaceBuffers surface = upload(device, map);
   // docs/method.md: four samples at most 4/3 radii apart that show nothing have nothing between
   // them; normals turn by 26 degrees, by 32 in cells up to 2/3; depths differ by up to half of the
   // tolerance over the cell's side in radii, 1.25 of it at most.
