@@ -295,7 +295,8 @@ class Reader {
   }
 
   Bytes random(const Json& object, const ValueType& type, std::size_t components) const {
-    const auto [low, high] = pair("random", object.at("random"), "[low, high]");
+    const std::array<double, 2> both = pair("random", object.at("random"), "[low, high]");
+    const double low = both[0], high = both[1];  // by name: clang 14 captures no bindings
     std::uint64_t seed = 1;
     if (const auto given = object.find("seed"); given != object.end()) {
       const auto number = whole_number<std::uint64_t>(*given);
@@ -321,7 +322,8 @@ class Reader {
   }
 
   Bytes sequence(const Json& object, const ValueType& type, std::size_t components) const {
-    const auto [first, step] = pair("sequence", object.at("sequence"), "[first, step]");
+    const std::array<double, 2> both = pair("sequence", object.at("sequence"), "[first, step]");
+    const double first = both[0], step = both[1];  // by name: clang 14 captures no bindings
     if (type.kind == Kind::floating)
       return made(components, type, [&](Bytes& bytes, std::size_t k) {
         append_real(bytes, first + step * static_cast<double>(k), type);
