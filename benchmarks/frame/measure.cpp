@@ -166,7 +166,9 @@ FrameFigures measure_frame(const DeviceInfo& info, const FrameInput& input,
       figures.pixels = std::count_if(surface.depth.begin(), surface.depth.end(),
                                      [](float depth) { return std::isfinite(depth); });
     }
+    const CommandCounts before = device.state().counts;
     frame();  // the first steady one
+    figures.commands = device.state().counts.since(before);
     std::vector<double> wall, cpu;
     repeat(options, [&] {
       const Stopwatch watch;

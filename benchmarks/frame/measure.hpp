@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "device/device.hpp"
 #include "frame/input.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
@@ -42,6 +43,7 @@ struct FrameFigures {
   double frames_per_second = 0;  // with in_flight frames at a time
   double overlapped_cpu_ms = 0;  // processor time a frame then
   int in_flight = 0;
+  CommandCounts commands;        // of one frame without timings
   std::vector<StageFigures> stages;  // in the order of their first run; waiting after each
   std::uint64_t device_bytes = 0;    // the most that its buffers took at a time
   std::uint64_t host_bytes = 0;      // the most that the process had resident; on a CPU device with

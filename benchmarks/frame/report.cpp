@@ -25,6 +25,17 @@ std::string mebibytes(std::uint64_t bytes) {
   return milliseconds(static_cast<double>(bytes) / (1 << 20));
 }
 
+struct CommandKind {
+  const char* name;
+  std::int64_t CommandCounts::*count;
+};
+constexpr CommandKind kCommandKinds[]{{"launches", &CommandCounts::launches},
+                                      {"arguments", &CommandCounts::arguments},
+                                      {"fills", &CommandCounts::fills},
+                                      {"uploads", &CommandCounts::uploads},
+                                      {"reads", &CommandCounts::reads},
+                                      {"waits", &CommandCounts::waits}};
+
 ordered_json json_of(const FrameFigures& f) {
   ordered_json stages = ordered_json::object(), device = stages, kernels = stages;
   for (const StageFigures& stage : f.stages) {
@@ -32,6 +43,8 @@ ordered_json json_of(const FrameFigures& f) {
     device[stage.stage] = stage.device_ms;
     for (const auto& [name, ms] : stage.kernels) kernels[stage.stage][name] = ms;
   }
+  ordered_json commands;
+  for (const CommandKind& kind : kCommandKinds) commands[kind.name] = f.commands.*kind.count;
   return {{"frame", f.frame},
           {"method", f.method},
           {"particles", f.particles},
@@ -50,6 +63,7 @@ ordered_json json_of(const FrameFigures& f) {
           {"frames_per_second", f.frames_per_second},
           {"in_flight", f.in_flight},
           {"overlapped_cpu_ms", f.overlapped_cpu_ms},
+          {"commands", commands},
           {"stages", stages},
           {"device_stages", device},
           {"kernels", kernels},
@@ -108,6 +122,18 @@ std::string stage_table(const std::vector<const FrameFigures*>& methods) {
   return aligned(rows);
 }
 
+// What one frame asks of the device, one column a method.
+std::string command_table(const std::vector<const FrameFigures*>& methods) {
+  std::vector<std::vector<std::string>> rows{{"commands of a frame"}};
+  for (const FrameFigures* f : methods) rows[0].push_back(f->method);
+  for (const CommandKind& kind : kCommandKinds) {
+    rows.push_back({kind.name});
+    for (const FrameFigures* f : methods)
+      rows.back().push_back(std::to_string(f->commands.*kind.count));
+  }
+  return aligned(rows);
+}
+
 }  // namespace
 
 std::string frames_json(const DeviceInfo& device, const std::vector<FrameFigures>& frames) {
@@ -138,7 +164,8 @@ std::string frames_table(const std::vector<FrameFigures>& frames) {
                       mebibytes(f.host_bytes)});
     }
     if (first > 0) text += '\n';
-    text += heading(frames[first]) + "\n\n" + aligned(rows) + "\n" + stage_table(methods);
+    text += heading(frames[first]) + "\n\n" + aligned(rows) + "\n" + stage_table(methods) +
+            "\n" + command_table(methods);
     first = last;
   }
   return text;

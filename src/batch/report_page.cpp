@@ -277,7 +277,7 @@ std::string stage_shares(const BatchReport& report) {
     double sum = 0, most = 0;  // ms
   };
   std::vector<Row> rows{{"read", "read"}};
-  Row write{"write", "write"}, rest{"the rest of extract", "extract"};
+  Row write{"write", "write"}, rest{"extract", "extract"};
   std::map<std::string, std::size_t> row_of;  // of stages
   std::size_t frames = 0;
   const auto add = [](Row& row, double ms) {
@@ -299,6 +299,7 @@ std::string stage_shares(const BatchReport& report) {
     }
     add(rest, std::max(0.0, other));
   }
+  if (!row_of.empty()) rest.name = "the rest of extract";
   rows.push_back(rest);
   rows.push_back(write);
   double all = 0, largest = 0;

@@ -215,9 +215,10 @@ class Batch {
   // What did not work is tried again while all other threads wait: where memory ran out with as
   // little of it as can be, and then, or where the device failed, on another one.
   Surface extract_somehow(Worker& worker, Frame& frame, std::vector<StageTime>& stages) {
+    std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
     const auto extract_on = [&](Device& device) {
       frame.record.device = device.info().name;
-      return extract(device, *frame.particles, frame.camera, settings_.parameters, &stages,
+      return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
                      settings_.memory);
     };
     std::string failure;
@@ -239,7 +240,7 @@ class Batch {
         for (Worker& other : workers_) other.device.state().pool->drop_idle();
         Surface surface =
             extract_sparingly(worker.device, *frame.particles, frame.camera, settings_.parameters,
-                              &stages, settings_.memory, *no_memory);
+                              times, settings_.memory, *no_memory);
         worker.failures = 0;
         return surface;
       } catch (const DeviceError& error) {

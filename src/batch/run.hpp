@@ -27,6 +27,7 @@ struct BatchSettings {
   int in_flight = 2;                // frames that are extracted at once on each device
   int writers = 1;                  // frames that are written at once
   std::size_t memory = kStreamMemory;
+  bool stage_times = false;  // into the records; the device waits for the host after each stage
   bool resume = false;      // skip frames whose outputs are whole and of the same job
   bool fail_fast = false;   // the first failed frame ends the batch
   std::string host, shard;  // for the records

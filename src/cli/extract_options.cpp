@@ -149,7 +149,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
-  command.add_flag("--timings", o.timings, "print what each stage took, counts and memory");
+  command.add_flag("--timings", o.timings, "print what each stage took, counts and memory; of a sequence, add it to --log and --report");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
   command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
 

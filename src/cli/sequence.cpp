@@ -150,6 +150,7 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   settings.writers = Imf::globalThreadCount();
   settings.memory = options.memory;
   settings.resume = options.resume;
+  settings.stage_times = options.timings;
   settings.fail_fast = options.fail_fast;
   settings.host = host_name();
   if (shard.count > 1)
@@ -320,8 +321,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
 }  // namespace
 
 int run_sequence(const ExtractOptions& options, const FramePattern& input) {
-  if (options.timings)
-    throw usage_error("--timings is for single frames; of a sequence --log has each frame's");
+  if (options.timings && options.log.empty() && options.report.empty())
+    throw usage_error("--timings of a sequence goes into --log and --report: give one of them");
   Team& team = launched_team();
   if (team.size() > 1 && !options.report.empty())
     throw usage_error(

@@ -233,9 +233,10 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
     tell_guard(name, "running");
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr,
                                timed ? &event : nullptr);
+    ++counts.launches;
     if (timed) events.emplace_back(name, std::move(event));
     if (guard && guard->waits() && !observer) {
-      queue.finish();
+      finish();
       guard->ended();
     }
   } catch (const cl::Error& error) {
@@ -268,6 +269,7 @@ HostMemory Device::State::host_bytes(std::size_t bytes) {
 
 Memory Device::State::done_bytes(HostMemory memory) {
   const std::size_t size = memory.size;
+  ++counts.uploads;
   try {
     if (is_in_place()) return pool->share(std::move(memory));
     Memory buffer = pool->take(size);
@@ -285,7 +287,7 @@ Memory Device::State::allocate_bytes(std::size_t bytes, bool zeroed) {
     Memory buffer = pool->take(size);
     const cl_uint zero = 0;
     const std::size_t tail = observer || zeroed ? 0 : bytes / 4 * 4;
-    queue.enqueueFillBuffer(buffer, zero, tail, size - tail);
+    enqueue_fill(buffer, zero, tail, size - tail);
     return buffer;
   } catch (const cl::Error& error) {
     fail("allocating " + std::to_string(bytes) + " bytes", error);
@@ -307,6 +309,7 @@ Memory Device::State::filled_bytes(const void* pattern, std::size_t pattern_byte
 void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes) {
   try {
     queue.enqueueWriteBuffer(to, CL_TRUE, 0, bytes, from);
+    ++counts.uploads;
   } catch (const cl::Error& error) {
     fail("uploading " + std::to_string(bytes) + " bytes", error);
   }
@@ -315,6 +318,7 @@ void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::siz
 void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t bytes) {
   try {
     queue.enqueueReadBuffer(from, CL_TRUE, 0, bytes, to);
+    ++counts.reads;
     if (staging) staging->waited();
   } catch (const cl::Error& error) {
     fail("downloading " + std::to_string(bytes) + " bytes", error);
@@ -329,6 +333,7 @@ HostMemory Device::State::copy_bytes(const cl::Buffer& from, std::size_t bytes) 
 
 void* Device::State::map_bytes(const cl::Buffer& buffer, std::size_t bytes) {
   try {
+    ++counts.reads;
     return queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
   } catch (const cl::Error& error) {
     fail("mapping " + std::to_string(bytes) + " bytes", error);
@@ -350,9 +355,9 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
   try {
     if (!is_in_place()) {
       if (pattern_bytes == 4)
-        queue.enqueueFillBuffer(buffer, *static_cast<const cl_uint*>(pattern), 0, bytes);
+        enqueue_fill(buffer, *static_cast<const cl_uint*>(pattern), 0, bytes);
       else
-        queue.enqueueFillBuffer(buffer, *static_cast<const cl_uchar*>(pattern), 0, bytes);
+        enqueue_fill(buffer, *static_cast<const cl_uchar*>(pattern), 0, bytes);
       return;
     }
     // Sixteen words at a time: PoCL stores a pattern at a time.
@@ -366,15 +371,16 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
       fill_words.setArg(0, buffer);
       fill_words.setArg(1, words.s[0]);
       fill_words.setArg(2, static_cast<cl_int>(number));
+      counts.arguments += 3;
       enqueue(fill_words, "fill_words", {number});
     } else if (whole > 0) {
-      queue.enqueueFillBuffer(buffer, words, 0, whole);
+      enqueue_fill(buffer, words, 0, whole);
     }
     if (whole == bytes) return;
     if (pattern_bytes == 4)
-      queue.enqueueFillBuffer(buffer, words.s[0], whole, bytes - whole);
+      enqueue_fill(buffer, words.s[0], whole, bytes - whole);
     else
-      queue.enqueueFillBuffer(buffer, static_cast<cl_uchar>(words.s[0] & 255), whole,
+      enqueue_fill(buffer, static_cast<cl_uchar>(words.s[0] & 255), whole,
                               bytes - whole);
   } catch (const cl::Error& error) {
     fail("filling " + std::to_string(bytes) + " bytes", error);
@@ -389,12 +395,17 @@ void Device::State::flush() {
   }
 }
 
+void Device::State::finish() {
+  queue.finish();
+  if (staging) staging->waited();
+  ++counts.waits;
+}
+
 std::vector<std::pair<std::string, double>> Device::State::take_times() {
   std::vector<std::pair<std::string, double>> times;
   try {
     check_unmapped();
-    queue.finish();
-    if (staging) staging->waited();
+    finish();
     for (const auto& [name, event] : events) {
       const auto begin = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
       const auto end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
@@ -411,8 +422,7 @@ void Device::State::time_kernels(bool on) {
   if (on == timed) return;
   try {
     check_unmapped();
-    queue.finish();
-    if (staging) staging->waited();
+    finish();
     if (!other_queue_())
       other_queue_ = cl::CommandQueue(context, info.handle, on ? CL_QUEUE_PROFILING_ENABLE : 0);
   } catch (const cl::Error& error) {

@@ -102,6 +102,22 @@ class DeviceMemory {
   std::atomic<std::uint64_t> now_{0}, peak_{0};
 };
 
+/// What a device was asked for so far. Each command costs the host its time, on a GPU more than most
+/// kernels take; each wait leaves the device idle until the host has gone on.
+struct CommandCounts {
+  std::int64_t launches = 0;   // kernels enqueued
+  std::int64_t arguments = 0;  // arguments given to kernels
+  std::int64_t fills = 0;      // of buffers, or of what lies beyond their last value
+  std::int64_t uploads = 0;    // to buffers; on devices that share the host's memory, in place
+  std::int64_t reads = 0;      // back to the host, each of which waits for all work before it
+  std::int64_t waits = 0;      // for the device, with nothing to read
+
+  CommandCounts since(const CommandCounts& before) const {
+    return {launches - before.launches, arguments - before.arguments, fills - before.fills,
+            uploads - before.uploads,   reads - before.reads,         waits - before.waits};
+  }
+};
+
 /// What an opened device holds. Everything here throws DeviceError, naming call and device.
 struct Device::State {
   DeviceInfo info;
@@ -120,6 +136,7 @@ struct Device::State {
   std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
   bool keep_programs = false;  // built ones on disk, see program_cache.hpp
   std::string stage;           // named in error messages
+  CommandCounts counts;        // since the device was opened
   LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
   LaunchGuard* guard = nullptr;
   /// When set, what it makes of a kernel file's text is built instead: faults on purpose.
@@ -175,6 +192,15 @@ struct Device::State {
   void time_kernels(bool on);
 
  private:
+  void finish();  // waits for all work; throws cl::Error
+  /// Fills from byte `from` on; the only place that enqueues a fill. Throws cl::Error.
+  template <class Pattern>
+  void enqueue_fill(const cl::Buffer& buffer, const Pattern& pattern, std::size_t from,
+                    std::size_t bytes) {
+    queue.enqueueFillBuffer(buffer, pattern, from, bytes);
+    ++counts.fills;
+  }
+
   std::size_t padded(std::size_t bytes) const;  // of a buffer; throws where it would be too large
   std::string place() const;  // " on "the device" in stage fit"
   cl::Program build(const std::string& file, const std::string& source, const std::string& options);
@@ -357,6 +383,7 @@ void launch(Device& device, const std::string& file, const std::string& name, co
       throw DeviceError(file + ": " + name + " takes " + std::to_string(expected) +
                         " arguments, not " + std::to_string(sizeof...(arguments)));
     (kernel.setArg(index++, kernel_argument(arguments)), ...);
+    state.counts.arguments += index;
   } catch (const cl::Error& error) {
     state.fail("giving " + name + " its arguments", error);
   }

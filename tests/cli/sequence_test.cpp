@@ -181,7 +181,7 @@ TEST_F(Sequence, WrongUseIsNamed) {
                {"--frames is for sequences", "d.0000.ply has no place"});
   expect_error(run({"extract", "e.####.ply", "-o", "o.####.exr"}), 1,
                {"e.####.ply: there is no file of such a name"});
-  expect_error(run(words({"--timings"})), 2, {"--timings is for single frames", "--log"});
+  expect_error(run(words({"--timings"})), 2, {"--timings of a sequence", "--log"});
   expect_error(run(words({"--frames", "1-"})), 2, {"frames 1-: \"1-\" is no frame"});
   expect_error(run(words({"--shard", "3/2"})), 2, {"shard 3/2"});
   expect_error(run(words({"--missing", "perhaps"})), 2, {"must be one of fail, skip"});

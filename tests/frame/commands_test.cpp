@@ -1,0 +1,50 @@
+// What a frame asks of the device, in both forms: on a processor whose memory the host shares, and as
+// on a GPU with memory of its own.
+#include <gtest/gtest.h>
+
+#include "device/device.hpp"
+#include "frame/input.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+namespace {
+
+struct Form {
+  const char* name;
+  bool own_memory;
+  int width;
+  CommandCounts most;  // counted on the dam at 1024x768; to be lowered with the counts
+};
+
+class Commands : public testing::TestWithParam<Form> {};
+
+// Every launch, fill and argument costs the host its time, every read and wait leaves a GPU idle.
+TEST_P(Commands, OfAFrameStayWithinTheirBudget) {
+  const Form& form = GetParam();
+  Device device;
+  Device::State& state = device.state();
+  state.vector_width = form.width;
+  if (form.own_memory) state.staging = std::make_unique<Staging>(state.context);
+  const FrameInput dam = dam_frame();
+  Parameters parameters;
+  parameters.aovs = {true, false, false, false, false, false};  // depth and normals
+  parameters.mesh = false;
+  extract(device, dam.particles, dam.camera, parameters);  // builds the kernels
+  const CommandCounts before = state.counts;
+  extract(device, dam.particles, dam.camera, parameters);
+  const CommandCounts counts = state.counts.since(before);
+  EXPECT_LE(counts.launches, form.most.launches);
+  EXPECT_LE(counts.arguments, form.most.arguments);
+  EXPECT_LE(counts.fills, form.most.fills);
+  EXPECT_LE(counts.uploads, form.most.uploads);
+  EXPECT_LE(counts.reads, form.most.reads);
+  EXPECT_LE(counts.waits, form.most.waits);
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, Commands,
+                         testing::Values(Form{"OnAProcessor", false, 8, {105, 1369, 144, 87, 26, 2}},
+                                         Form{"OnAGpu", true, 1, {99, 1351, 147, 87, 26, 2}}),
+                         [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace meniscus
