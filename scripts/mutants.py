@@ -98,7 +98,9 @@ def programs():
     found = set()
     for source in [*ROOT.glob("src/**/*.cpp"), *ROOT.glob("benchmarks/**/*.cpp")]:
         found.update(re.findall(r'"(\w+\.cl(?: \w+\.cl)*)"', source.read_text()))
-    return [["prelude.cl", *files.split()] for files in sorted(found) if files != "prelude.cl"]
+    known = {path.name for path in ROOT.glob("kernels/*.cl")}
+    return [["prelude.cl", *files.split()] for files in sorted(found)
+            if files != "prelude.cl" and known.issuperset(files.split())]
 
 
 def kernels_reached(nodes_by_file):
@@ -441,7 +443,10 @@ def run(arguments):
         number[mutant.file] = number.get(mutant.file, 0) + 1
         if mutant.key() not in done:
             todo.append((number[mutant.file], mutant.file, mutant))
-    todo = [mutant for _, _, mutant in sorted(todo, key=lambda each: each[:2])]  # files in turn
+    # Files in the order of --file; without it in turn, so that each is begun.
+    place = {file: k for k, file in enumerate(arguments.file)}
+    todo.sort(key=lambda each: (place.get(each[1], 0), *each[:2]))
+    todo = [mutant for _, _, mutant in todo]
     print(f"{len(todo)} mutants to run, {len(done)} done before", flush=True)
     free = []
     for job in range(arguments.jobs):

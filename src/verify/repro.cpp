@@ -176,7 +176,7 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
           variant_ +
           ".\n\n"
           "    make && ./host          # here; ./host GPU 100: on a device with GPU in its "
-          "name, up to 100 runs\n\n"
+          "name, up to 100 runs; else 20 runs, and more until 10 s have passed\n\n"
           "The host says what differs and ends with exit code 1, or with 0 where all bits "
           "are as expected. Where the launch crashes or hangs, so does the host. It needs a C "
           "compiler and an OpenCL 1.2 loader with its headers, and nothing of Meniscus.\n\n"

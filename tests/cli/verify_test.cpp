@@ -130,7 +130,7 @@ TEST_F(ProgramVerify, NamesAKernelThatCrashesAndGoesOnWithoutIt) {
   // By itself the kernel is right; with the same fault its host crashes, too.
   Conditions by_itself;
   by_itself.program = path(folder) + "/host";
-  by_itself.launcher = {"/bin/sh", "-c", "cd " + path(folder) + " && make -s && \"$@\"", "sh"};
+  by_itself.launcher = {"/bin/sh", "-c", "cd " + path(folder) + " && make -s && \"$@\" '' 20", "sh"};
   const Outcome right = run({}, by_itself);
   EXPECT_EQ(right.exit_code, 0) << right.out << right.err;
   EXPECT_THAT(right.out, HasSubstr("the same bits in 20 runs"));

@@ -83,10 +83,10 @@ std::vector<Fault> faults() {
        "RACE(counts[i], seen + 1)", "count_bins", ""},
       {"ARaceOfMinima", "bins.cl", "inline void lower_cells", "atomic_min(row + i, bits)",
        "RACE(row[i], min((uint)seen, bits))", "bound_cells", ""},
-      {"ARaceOfPlaces", "bins.cl", "kernel void fill_bins",
-       "entry[begin + TAKE_NEXT(places + bin)] = (int2)(p, columns | rows)",
-       "int next; RACE(places[bin], (next = seen) + 1); "
-       "entry[begin + next] = (int2)(p, columns | rows)",
+      {"ARaceOfPlaces", "bins.cl", "#if WIDTH == 1", "#define TAKE_NEXT(count) atomic_inc(count)",
+       "#define TAKE_NEXT(count) take_next(count)\n"
+       "inline int take_next(global int* count) { int next; RACE(*count, (next = seen) + 1); "
+       "return next; }",
        "fill_bins", ""},
       // Rows of four: chunks' own counts and cells.
       {"TheFourthBinOfARow", "bins.cl", "#else\n#define TAKE_NEXT", "< number) & (nearest",
@@ -117,14 +117,18 @@ std::string with_fault(const Fault& fault, const std::string& text) {
   return text.substr(0, at) + fault.to + text.substr(at + fault.from.size());
 }
 
-// A device with few processors at once may run a race for seconds without losing anything. The
-// pause between reading and writing makes work-items meet there, as they do where thousands run in
-// step.
+// A device with few processors at once may run a race for seconds without losing anything. So the
+// first work-item of a group waits between reading and writing until another one has written there,
+// as happens where thousands run in step, or until its group's share of some 30 ms is over: groups
+// of small launches, too, run side by side then, however busy the machine is.
 std::string with_pauses(const std::string& text) {
   return "#define RACE(at, value) \\\n"
          "  do { \\\n"
          "    const int seen = at; \\\n"
-         "    for (volatile int pause = 0; pause < 5000; ++pause) {} \\\n"
+         "    const int groups = get_num_groups(0); \\\n"
+         "    const int share = get_local_id(0) == 0 && groups > 1 ? (1 << 24) / groups : 0; \\\n"
+         "    volatile global int* const now = (volatile global int*)&(at); \\\n"
+         "    for (volatile int pause = 0; pause < max(share, 1000) && *now == seen; ++pause) {} \\\n"
          "    at = value; \\\n"
          "  } while (0)\n" +
          text;
@@ -146,7 +150,7 @@ std::string verdict_of(const std::filesystem::path& folder) {
 // Builds a reproducer by itself and runs it. Returns its exit code and what it says.
 std::pair<int, std::string> built_and_run(const std::filesystem::path& folder) {
   const std::string command =
-      "cd '" + folder.string() + "' && make -s CC=cc CFLAGS=-O0 2>&1 && ./host '' 200 2>&1";
+      "cd '" + folder.string() + "' && make -s CC=cc CFLAGS=-O0 2>&1 && ./host '' 2000 2>&1";
   std::FILE* output = popen(command.c_str(), "r");
   std::string text;
   char part[4096];
