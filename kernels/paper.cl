@@ -240,7 +240,8 @@ kernel void blend_printed(global const int* region,       // [samples] owning gr
                           global int* group,              // [samples] out: the heaviest
                           const int2 samples, const float first, const float step,
                           const float16 rays, const float2 scale,  // see View: u_scale, v_scale
-                          const float4 w_row, const float d_max) {
+                          const float4 w_row, const float d_max,
+                          const float2 b_share) {  // of R: at right angles, gain to equal normals
   const int i = get_global_id(0), j = get_global_id(1);
   const int tile = tile_under_group(samples.x);
   if (i >= samples.x || j >= samples.y) return;
@@ -278,7 +279,7 @@ kernel void blend_printed(global const int* region,       // [samples] owning gr
     const float tau = C == 0.0f ? 0.0f : -2.0f * C / (B + (B < 0.0f ? -sqrt(D) : sqrt(D)));
     if (!(fabs(tau) <= d_max) || !(t + tau > 0.0f)) continue;
     const float like = fmax(g[3] * owner[3] + g[4] * owner[4] + g[5] * owner[5], 0.0f);
-    const float b = g[18] * (0.15f + 0.45f * like * like * like * like);
+    const float b = g[18] * (b_share.x + b_share.y * like * like * like * like);
     const float beta = 0.398942280f / (b * b) * exp_negative(-squared / (2.0f * b * b));  // Eq. 7
     sum += beta * tau;
     weight += beta;

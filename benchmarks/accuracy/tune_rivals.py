@@ -19,6 +19,21 @@ SIGMA = [0.7, 1, 1.3, 1.4, 1.45, 1.5, 1.6, 2]
 
 # The candidates of every option, in the order in which they are varied.
 SEARCHED = {
+    "paper": {
+        "paper-offset": [0, 0.5, 1, 1.2],
+        "merge-cosine": [0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 1],
+        "merge-distance": [0, 2, 3, 4, 6, 10],
+        "blend-d-max": [1, 2, 3, 6],
+        "d-max": [3, 4, 6],
+        "paper-b": [0.05, 0.15, 0.3, 0.6],
+        "paper-b-gain": [0, 0.2, 0.45, 0.8, 1.5],
+        "reach": [1, 2, 3, 5],
+        "ridge": [1e-4, 1e-3, 1e-2, 0.1],
+        "max-edge": [4, 5.2, 7],
+        "owned": [0.02, 0.04, 0.08],
+        "sigma-s": [0.5, 1, 2, 4],
+        "sigma-n": [0.1, 0.3, 1],
+    },
     "ssm": {"ssm-footprint": FOOTPRINT, "ssm-sigma": SIGMA, "ssm-z-max": [1.5, 2, 3, 4.5]},
     "spheres": {"spheres-footprint": FOOTPRINT},
     "bilateral": {

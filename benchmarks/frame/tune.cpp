@@ -26,6 +26,7 @@ struct Runner {
     device = std::make_unique<Device>(info);
     device->state().vector_width = tuning.vector_width;
     device->state().row_group = tuning.group;
+    device->state().discs = tuning.discs;
   }
 
   /// The first frame builds the kernels, and is not counted.
@@ -77,14 +78,27 @@ TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
   const Tuning usual = default_tuning(info);
   std::vector<Runner> runners;
   runners.emplace_back(info, usual);
-  runners.emplace_back(info, Tuning{usual.vector_width == 8 ? 1 : 8, usual.group});
+  Tuning other = usual;
+  other.vector_width = usual.vector_width == 8 ? 1 : 8;
+  runners.emplace_back(info, other);
   measure(runners, 0, frame, rounds, say);
   if (!runners[0].trial.error.empty()) throw DeviceError(runners[0].trial.error);
-  const int width = fastest(runners).tuning.vector_width;
-  const std::size_t widths = runners.size();
-  for (const std::size_t group : {16u, 32u, 128u, 256u})
-    if (group <= info.largest_group) runners.emplace_back(info, Tuning{width, group});
-  measure(runners, widths, frame, rounds, say);
+  // Then one choice after the other, each with the best of those before.
+  const auto try_also = [&](const std::vector<Tuning>& ways) {
+    const std::size_t first = runners.size();
+    for (const Tuning& way : ways) runners.emplace_back(info, way);
+    measure(runners, first, frame, rounds, say);
+  };
+  other = fastest(runners).tuning;
+  other.discs = other.discs == DiscForm::bins ? DiscForm::minima : DiscForm::bins;
+  try_also({other});
+  std::vector<Tuning> groups;
+  for (const std::size_t group : {16u, 32u, 128u, 256u}) {
+    if (group > info.largest_group) continue;
+    groups.push_back(fastest(runners).tuning);
+    groups.back().group = group;
+  }
+  try_also(groups);
 
   TuningRun run;
   for (const Runner& runner : runners) run.trials.push_back(runner.trial);
@@ -95,7 +109,7 @@ TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
 
 std::string to_string(const Tuning& tuning) {
   return "width " + std::to_string(tuning.vector_width) + ", groups of " +
-         std::to_string(tuning.group);
+         std::to_string(tuning.group) + ", discs by " + to_string(tuning.discs);
 }
 
 }  // namespace meniscus

@@ -24,13 +24,14 @@ struct TuningRun {
   Tuning best;                // the default, unless another one is at least 3 % faster
 };
 
-/// Extracts `frame` by method fit in both vector widths, then in the faster width with groups of 16
-/// to 256 work-items, in turns, `rounds` times each. Only ways with the default's bits can be the
+/// Extracts `frame` by method fit in both vector widths, then in the faster width with discs drawn the
+/// other way, then in the fastest of these with groups of 16 to 256 work-items, in turns, `rounds`
+/// times each. Only ways with the default's bits can be the
 /// best.
 TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
                const std::function<void(const std::string&)>& say);
 
-/// "width 8, groups of 64".
+/// "width 8, groups of 64, discs by bins".
 std::string to_string(const Tuning& tuning);
 
 }  // namespace meniscus

@@ -9,6 +9,13 @@ const std::vector<KernelBench>& kernel_benches() {
   static const std::vector<KernelBench> benches{
       {"project_particles", prepare_project},
       {"count_owned", prepare_owned},
+      // Whole stages, both ways to draw discs.
+      {"owners_by_bins", prepare_owners_by_bins},
+      {"owners_by_minima", prepare_owners_by_minima},
+      {"fronts_by_bins", prepare_fronts_by_bins},
+      {"fronts_by_minima", prepare_fronts_by_minima},
+      {"spheres_by_bins", prepare_spheres_by_bins},
+      {"spheres_by_minima", prepare_spheres_by_minima},
       {"measure_gradients", prepare_gradients},
       {"fit_particles", prepare_fit},
       {"measure_edges", prepare_edges},

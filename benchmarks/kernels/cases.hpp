@@ -28,6 +28,7 @@ struct Case {
   /// Of a kernel with a native version to take turns with, besides: the same of one more frame.
   std::function<double()> next_frame_ms;
   std::string also;                      // a second kernel of it; all launches count together then
+  bool whole = false;                    // wall time of `launch` until the device is done
   std::function<void(Workers&)> native;  // empty: there is none
   std::function<void()> reset_native;    // before each native run, not timed; may be empty
   /// After a launch and a native run: how many values of the two results differ in their bits.
@@ -45,6 +46,12 @@ const std::vector<KernelBench>& kernel_benches();
 Case prepare_project(Frame& frame);
 Case prepare_splat(Frame& frame);
 Case prepare_owned(Frame& frame);
+Case prepare_owners_by_bins(Frame& frame);
+Case prepare_owners_by_minima(Frame& frame);
+Case prepare_fronts_by_bins(Frame& frame);
+Case prepare_fronts_by_minima(Frame& frame);
+Case prepare_spheres_by_bins(Frame& frame);
+Case prepare_spheres_by_minima(Frame& frame);
 Case prepare_gradients(Frame& frame);
 Case prepare_edges(Frame& frame);
 Case prepare_blend(Frame& frame);
@@ -69,6 +76,15 @@ Case prepare_flow(Frame& frame);
 
 /// How many values differ in their bits; all of them when the sizes do.
 std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b);
+
+/// Runs `draw` with discs drawn as `form` says.
+template <class Draw>
+void draw_as(Device& device, DiscForm form, const Draw& draw) {
+  const DiscForm before = device.state().discs;
+  device.state().discs = form;
+  draw();
+  device.state().discs = before;
+}
 
 /// The rays of a view, as native versions take them.
 void copy_rays(const View& view, float (&ray)[12]);

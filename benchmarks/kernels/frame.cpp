@@ -25,6 +25,7 @@ std::map<std::string, double> sums_of(const std::vector<StageTime>& stages) {
 
 Frame::Frame(Device& device_, long long particles_, int width, int height)
     : device(device_), particles(particles_) {
+  device.state().discs = DiscForm::bins;  // what draws by minima has rows of its own
   const FrameInput input = synthetic_frame(particles, width, height);
   const Particles& positions = input.particles;
   // Around the middle of the tank.

@@ -36,4 +36,17 @@ Case prepare_cast_spheres(Frame& frame) {
   return result;
 }
 
+// The same with outlines, bounds and lists, as the methods on spheres have it.
+Case prepare_spheres(Frame& frame, DiscForm form) {
+  Case result = prepare_cast_spheres(frame);
+  result.native = {};
+  result.reset_native = {};
+  result.differing = {};
+  result.whole = true;
+  result.launch = [&frame, form, cast = result.launch] { draw_as(frame.device, form, cast); };
+  return result;
+}
+Case prepare_spheres_by_bins(Frame& frame) { return prepare_spheres(frame, DiscForm::bins); }
+Case prepare_spheres_by_minima(Frame& frame) { return prepare_spheres(frame, DiscForm::minima); }
+
 }  // namespace meniscus::bench

@@ -64,4 +64,36 @@ Case prepare_owned(Frame& frame) {
   return result;
 }
 
+// Who is seen, as find_visible finds it: outlines, bounds, lists where there are any, the drawing, and
+// the host's part.
+Case prepare_owners(Frame& frame, DiscForm form) {
+  Case result = prepare_owned(frame);
+  result.whole = true;
+  result.launch = [&frame, form, find = result.launch] { draw_as(frame.device, form, find); };
+  return result;
+}
+Case prepare_owners_by_bins(Frame& frame) { return prepare_owners(frame, DiscForm::bins); }
+Case prepare_owners_by_minima(Frame& frame) { return prepare_owners(frame, DiscForm::minima); }
+
+// The fronts of the seen particles at every pixel, the region's reference.
+Case prepare_fronts(Frame& frame, DiscForm form) {
+  Case result = prepare_splat(frame);
+  const auto splats = std::make_shared<SplatParticles>(
+      upload_splats(frame.device, frame.projected(), frame.seen().index));
+  result.native = {};
+  result.reset_native = {};
+  result.differing = {};
+  result.whole = true;
+  result.launch = [&frame, form, splats] {
+    draw_as(frame.device, form, [&] {
+      const double footprint = frame.params.region.reference;
+      splat_fronts(frame.device, *splats, pixel_grid(frame.view), footprint,
+                   frame.params.fit.offset / footprint);
+    });
+  };
+  return result;
+}
+Case prepare_fronts_by_bins(Frame& frame) { return prepare_fronts(frame, DiscForm::bins); }
+Case prepare_fronts_by_minima(Frame& frame) { return prepare_fronts(frame, DiscForm::minima); }
+
 }  // namespace meniscus::bench

@@ -41,6 +41,7 @@ struct TriangleParams {
 /// Normals of the triangles and groups of similar normal (paper 2.2).
 struct MergeParams {
   double cosine = 0.95;      // method paper: groups merge when their normals' product exceeds this
+  double distance = 0;       // method paper: and only where their centres are nearer; 0: however far
   int smoothing_rounds = 4;  // methods fit, stable: bilateral smoothing of the triangle normals
 };
 
@@ -76,6 +77,13 @@ struct BlendParams {
   double same_low = 0.7;   // normals whose dot product is below this are another sheet
   double same_high = 0.9;  // ... and above this the same sheet
   double crease = 5;       // largest distance of two sheets that meet in a crease
+};
+
+/// What method paper is told where the paper's text is open (docs/method.md).
+struct PaperParams {
+  double offset = 0;      // the surface lies this far outside the particle centres
+  double b_least = 0.15;  // b of Eq. 7 over the group's radius where normals are at right angles
+  double b_gain = 0.45;   // what it gains up to equal normals
 };
 
 /// One fit per visible particle (docs/method.md).
@@ -168,6 +176,7 @@ struct Parameters {
   FitParams fit;
   RegionParams region;
   BlendParams blend;
+  PaperParams paper;
   StableParams stable;
   MeshParams grid;
   SsmParams ssm;

@@ -454,6 +454,7 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   const Tuning tuning = tuning_of(info);
   state_->vector_width = tuning.vector_width;
   state_->row_group = tuning.group;
+  state_->discs = tuning.discs;
 }
 
 Device::~Device() = default;

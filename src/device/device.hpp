@@ -15,6 +15,7 @@
 
 #include "device/memory_pool.hpp"
 #include "device/staging.hpp"
+#include "device/tuning.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
@@ -126,6 +127,7 @@ struct Device::State {
   int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
   bool wide = false;     // the device's own vectors have 16 floats
   std::size_t row_group = kRowGroup;  // work-items in groups where a launch leaves it open
+  DiscForm discs = DiscForm::bins;
   std::shared_ptr<DeviceMemory> memory = std::make_shared<DeviceMemory>();
   std::unique_ptr<MemoryPool> pool;
   std::unique_ptr<Staging> staging;  // of devices with memory of their own

@@ -24,23 +24,33 @@ bool is_sound(const Tuning& tuning) {
 
 }  // namespace
 
+const char* to_string(DiscForm form) { return form == DiscForm::bins ? "bins" : "minima"; }
+
 Tuning default_tuning(const DeviceInfo& info) {
   const bool ends_loops = info.platform == "rusticl";
-  return {info.kind == DeviceKind::cpu && !ends_loops ? 8 : 1, kRowGroup};
+  return {info.kind == DeviceKind::cpu && !ends_loops ? 8 : 1, kRowGroup,
+          info.kind == DeviceKind::cpu ? DiscForm::bins : DiscForm::minima};
 }
 
 Tuning tuning_of(const DeviceInfo& info) {
   Tuning kept;
   const std::string text = find_program(key_of(info));
-  if (std::sscanf(text.c_str(), "width %d groups of %zu", &kept.vector_width, &kept.group) == 2 &&
-      is_sound(kept))
-    return kept;
+  char discs[16] = "";
+  if (std::sscanf(text.c_str(), "width %d groups of %zu discs by %15s", &kept.vector_width,
+                  &kept.group, discs) != 3)
+    return default_tuning(info);
+  for (const DiscForm form : {DiscForm::bins, DiscForm::minima})
+    if (to_string(form) == std::string(discs)) {
+      kept.discs = form;
+      if (is_sound(kept)) return kept;
+    }
   return default_tuning(info);
 }
 
 bool keep_tuning(const DeviceInfo& info, const Tuning& tuning) {
   const std::string text = "width " + std::to_string(tuning.vector_width) + " groups of " +
-                           std::to_string(tuning.group) + "\n";
+                           std::to_string(tuning.group) + " discs by " + to_string(tuning.discs) +
+                           "\n";
   keep_program(key_of(info), text);
   return find_program(key_of(info)) == text;
 }

@@ -8,14 +8,25 @@
 
 namespace meniscus {
 
+/// How discs and spheres are drawn into maps of samples. Both ways give the same bits.
+enum class DiscForm {
+  bins,    // bin by bin of samples, from lists of discs (bins.cl)
+  minima,  // disc by disc, by atomic minima of the samples' depths (minima.cl)
+};
+
+/// "bins" or "minima".
+const char* to_string(DiscForm form);
+
 /// What is chosen for a device.
 struct Tuning {
   int vector_width = 1;    // pixels or groups that a work-item of a loop-heavy kernel takes: 1 or 8
   std::size_t group = 64;  // work-items in a group of a row of them, a power of two
+  DiscForm discs = DiscForm::bins;
   bool operator==(const Tuning&) const = default;
 };
 
-/// What suits devices of its kind. rusticl's llvmpipe ends all loops of a work-item after 65,535
+/// What suits devices of its kind: CPUs draw bin by bin, which a vector does at once, others by atomic
+/// minima, which wait for no list. rusticl's llvmpipe ends all loops of a work-item after 65,535
 /// rounds, so that one must not do much.
 Tuning default_tuning(const DeviceInfo& info);
 

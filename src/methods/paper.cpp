@@ -33,7 +33,7 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
   clock.start("group");
   const Groups groups = merge_groups(patched, patched.normal, params.merge);
   clock.start("fit");
-  const Quadrics quadrics = fit_heights(device, patched, groups, params.fit);
+  const Quadrics quadrics = fit_heights(device, patched, groups, params.fit, params.paper.offset);
   const GroupRecords records = printed_records(view, groups, quadrics, params.blend);
 
   const auto make_surface = [&](const SampleGrid& grid) {
@@ -41,7 +41,7 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
     PaperRegion region = draw_region(device, view, patched, groups, grid);
     region = smooth_contour(device, region, groups, params.region, params.grid.cell);
     clock.start("blend");
-    return blend_printed(device, view, region, records, params.blend);
+    return blend_printed(device, view, region, records, params.blend, params.paper);
   };
   if (params.image) {
     SurfaceBuffers image = make_surface(pixel_grid(view));

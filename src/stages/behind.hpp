@@ -9,14 +9,15 @@
 
 namespace meniscus {
 
-/// The discs that may show behind some samples, by bin.
+/// The discs that may show behind some samples.
 struct DiscsBehind {
-  Buffer<float> records;  // of the discs, see visible.cl
-  std::vector<BinLists> lists;
+  Discs discs;
+  Buffer<float> bound;          // [bins] those with a greater key are left out
+  std::vector<BinLists> lists;  // of the bins; none where the device draws by atomic minima
 };
 
 /// Lists the discs (Drawn::behind) that have fronts deeper than behind + gap (particle radii) at the
-/// listed samples, where `behind` is finite. Waits.
+/// listed samples, where `behind` is finite. Waits where they are listed by bin.
 DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& samples,
                        const Buffer<float>& behind, double gap);
 

@@ -48,8 +48,18 @@ std::vector<Edge> neighbours(const Triangulation& mesh) {
 std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vector<Vec3d>& normals,
                                        const MergeParams& params) {
   const std::size_t n = mesh.triangle.size();
-  std::vector<Vec3d> normal_sum(n);  // area-weighted
-  for (std::size_t t = 0; t < n; ++t) normal_sum[t] = normals[t] * mesh.area[t];
+  std::vector<Vec3d> normal_sum(n), position_sum(n);  // area-weighted
+  std::vector<double> area = mesh.area;
+  for (std::size_t t = 0; t < n; ++t) {
+    normal_sum[t] = normals[t] * area[t];
+    for (const std::int32_t v : mesh.triangle[t]) position_sum[t] += mesh.position[v] * (area[t] / 3);
+  }
+  // Whether two groups' centres are near each other (2.2: "similar normals and positions").
+  const auto are_near = [&](const Edge& edge) {
+    if (params.distance == 0) return true;
+    const Vec3d apart = position_sum[edge.a] / area[edge.a] - position_sum[edge.b] / area[edge.b];
+    return dot(apart, apart) < params.distance * params.distance;
+  };
   std::vector<std::int32_t> label(n);
   std::iota(label.begin(), label.end(), 0);
   std::vector<Edge> edges = neighbours(mesh);
@@ -60,7 +70,7 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
     std::fill(cost.begin(), cost.end(), std::numeric_limits<double>::infinity());
     for (const Edge& edge : edges) {
       const double k = 1 - dot(normalized(normal_sum[edge.a]), normalized(normal_sum[edge.b]));
-      if (!(k < 1 - params.cosine)) continue;
+      if (!(k < 1 - params.cosine) || !are_near(edge)) continue;
       const auto offer = [&](std::int32_t to, std::int32_t other) {
         if (k < cost[to] || (k == cost[to] && other < best[to])) {
           cost[to] = k;
@@ -76,6 +86,8 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
       if (best[edge.a] != edge.b || best[edge.b] != edge.a || into[edge.b] != edge.b) continue;
       into[edge.b] = edge.a;
       normal_sum[edge.a] += normal_sum[edge.b];
+      position_sum[edge.a] += position_sum[edge.b];
+      area[edge.a] += area[edge.b];
       merged = true;
     }
     if (!merged) return label;

@@ -29,8 +29,9 @@ std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds,
                                   const std::vector<std::int32_t>& vertices);
 
 /// Merges edge-neighbours in sweeps: each group chooses the neighbour with the nearest normal
-/// among those with n.n' > cosine, and two groups that chose each other merge (ties: lower index).
-/// Ends when no two do. The result does not depend on any order.
+/// among those with n.n' > cosine whose centre is nearer than `distance` (0: however far), and two
+/// groups that chose each other merge (ties: lower index). Ends when no two do. The result does not
+/// depend on any order. Centres are means of the triangles' centroids, weighed by area.
 Groups merge_groups(const Triangulation& mesh, const std::vector<Vec3d>& normals,
                     const MergeParams& params);
 

@@ -128,7 +128,7 @@ std::vector<std::int32_t> particles_without_group(const Triangulation& mesh,
 }
 
 Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& groups,
-                     const FitParams& params) {
+                     const FitParams& params, double offset) {
   const std::size_t n = groups.size(), slots = groups.point.size();
   Quadrics quadrics{std::vector<std::array<float, 10>>(n), std::vector<float>(n, -1.0f)};
   if (n == 0) return quadrics;
@@ -153,7 +153,10 @@ Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& gr
   for (std::size_t g = 0; g < n; ++g) {
     std::array<float, 6> a;
     for (std::size_t k = 0; k < 6; ++k) a[k] = h[k * n + g];
-    quadrics.coefficient[g] = quadric_of(Frame(groups.normal[g]), scale[g], a);
+    std::array<float, 10>& c = quadrics.coefficient[g];
+    c = quadric_of(Frame(groups.normal[g]), scale[g], a);
+    if (offset != 0)  // the level f = offset |grad f(centre)|
+      c[0] -= static_cast<float>(offset * length(Vec3d{c[1], c[2], c[3]}));
     quadrics.residual[g] = static_cast<float>(h[6 * n + g] * scale[g]);
   }
   return quadrics;
@@ -226,7 +229,8 @@ PaperRegion smooth_contour(Device& device, const PaperRegion& region, const Grou
 }
 
 SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion& region,
-                             const GroupRecords& records, const BlendParams& params) {
+                             const GroupRecords& records, const BlendParams& params,
+                             const PaperParams& paper) {
   const SampleGrid& grid = region.grid;
   SurfaceBuffers surface = empty_surface(device, grid);
   surface.normal = filled<float>(device, 3 * grid.size(), 0.0f);  // still unknown
@@ -239,7 +243,8 @@ SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion
          upload(device, tiles.group), surface.depth, surface.group, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view),
          cl_float2{{static_cast<float>(view.u_scale), static_cast<float>(view.v_scale)}}, w_row,
-         static_cast<cl_float>(params.d_max));
+         static_cast<cl_float>(params.d_max),
+         cl_float2{{static_cast<float>(paper.b_least), static_cast<float>(paper.b_gain)}});
   return surface;
 }
 

@@ -51,8 +51,11 @@ std::vector<std::int32_t> particles_without_group(const Triangulation& mesh,
 
 /// Fits a height field over each group's plane (2.3, Eq. 2; kernel fit_heights). Waits. Throws
 /// DeviceError, and InvalidArgument when there are more points than 32-bit indices reach.
+///
+///   offset  how far outside the points the surface lies, particle radii: the level f = offset
+///           |grad f| at the group's centre; the paper's is 0
 Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& groups,
-                     const FitParams& params);
+                     const FitParams& params, double offset = 0);
 
 /// The records and billboards of kernel blend_printed: 20 floats a group, see paper.cl.
 GroupRecords printed_records(const View& view, const Groups& groups, const Quadrics& quadrics,
@@ -80,7 +83,8 @@ PaperRegion smooth_contour(Device& device, const PaperRegion& region, const Grou
 /// Blends the groups over the region (2.4.2, Eqs. 6 and 7; kernel blend_printed). The result has no
 /// normals: 2.5 takes them from the mesh. Does not wait.
 SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion& region,
-                             const GroupRecords& records, const BlendParams& params);
+                             const GroupRecords& records, const BlendParams& params,
+                             const PaperParams& paper);
 
 /// Draws splash particles as spheres of their own radius where they lie in front (end of 3; kernel
 /// draw_spheres). Changes the surface. Does not wait.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "stages/bins.hpp"
+#include "stages/minima.hpp"
 
 namespace meniscus {
 
@@ -31,9 +32,16 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
   launch(device, "region.cl", "outline_triangles", {n}, "", corners.done(), records, outlines.box,
          outlines.key, outlines.count, outlines.stride, samples, grid.first, grid.step,
          perspective);
+  const auto no_bound = filled<float>(device, bins_of(grid).size(), kNoSurface);
+  if (draws_by_minima(device)) {
+    const auto depth = filled<float>(device, grid.size(), kNoSurface);
+    draw_minima(device, "lower_triangles", records, outlines, no_bound, grid, std::tie(depth),
+                perspective, asked);
+    return depth;
+  }
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
-  draw_bins(device, outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
+  draw_bins(device, outlines, no_bound, grid,
             [&](const BinLists& lists) {
               launch(device, "region.cl", "draw_triangles", bin_items(lists, width),
                      width_option(width), records, lists.end, lists.entry, depth,

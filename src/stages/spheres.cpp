@@ -5,6 +5,7 @@
 
 #include "parallel.hpp"
 #include "stages/bins.hpp"
+#include "stages/minima.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -21,15 +22,17 @@ double half_extent(const std::array<double, 4>& row, const std::array<double, 4>
   return nearest > 0 ? std::min(radius * length(along) / nearest, kWholeScreen) : kWholeScreen;
 }
 
-// Draws all bins with a kernel of spheres.cl.
-void draw(Device& device, const std::string& kernel, const View& view, const DeviceSpheres& spheres,
-          const SampleGrid& grid, const Buffer<float>& result) {
+// The spheres as the kernels take them.
+struct Outlined {
+  Buffer<float> records;  // [stride][8] see outline_spheres
+  Outlines outlines;
+  Buffer<float> bound;  // [bins]
+};
+
+Outlined outline_spheres(Device& device, const View& view, const DeviceSpheres& spheres,
+                         const SampleGrid& grid) {
   const std::size_t stride = static_cast<std::size_t>(spheres.stride);
   const int width = device.state().vector_width;
-  const std::string options = width_option(width);
-  const cl_int2 samples{{grid.nx, grid.ny}};
-  const cl_float2 lattice{{grid.first, grid.step}};
-  const cl_float16 rays = kernel_rays(view);
   // The largest sums of the terms of |ox| + |oy| and of |dx| + |dy| at a sample.
   const double last_u = grid.first + double{grid.step} * (grid.nx - 1);
   const double last_v = grid.first + double{grid.step} * (grid.ny - 1);
@@ -40,21 +43,57 @@ void draw(Device& device, const std::string& kernel, const View& view, const Dev
   const cl_float2 largest{
       {static_cast<float>(terms(0) + terms(3)), static_cast<float>(terms(6) + terms(9))}};
 
-  const auto records = allocate<float>(device, 8 * stride);
-  const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
-                          spheres.count, spheres.stride};
+  Outlined outlined{allocate<float>(device, 8 * stride),
+                    {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
+                     spheres.count, spheres.stride},
+                    {}};
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       spheres.count, spheres.stride};
   const int shift = cover_shift(spheres.pixels / grid.step);
   launch(device, "spheres.cl", "outline_spheres", {stride / static_cast<std::size_t>(width)},
-         options, spheres.values, records, outlines.box, outlines.key, covers.cells, covers.deepest,
-         spheres.stride, samples, lattice, rays, largest, shift);
-  draw_bins(device, outlines, bound_bins(device, covers, grid, shift), grid,
-            [&](const BinLists& lists) {
-              launch(device, "spheres.cl", kernel, bin_items(lists, width), options, records,
-                     lists.end, lists.entry, result, cl_int2{{lists.first, lists.last}},
-                     bins_of(grid).nx, samples, lattice, rays);
-            });
+         width_option(width), spheres.values, outlined.records, outlined.outlines.box,
+         outlined.outlines.key, covers.cells, covers.deepest, spheres.stride,
+         cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, kernel_rays(view),
+         largest, shift);
+  outlined.bound = bound_bins(device, covers, grid, shift);
+  return outlined;
+}
+
+// Draws all bins with a kernel of spheres.cl.
+void draw(Device& device, const std::string& kernel, const View& view, const Outlined& spheres,
+          const SampleGrid& grid, const Buffer<float>& result) {
+  const int width = device.state().vector_width;
+  draw_bins(device, spheres.outlines, spheres.bound, grid, [&](const BinLists& lists) {
+    launch(device, "spheres.cl", kernel, bin_items(lists, width), width_option(width),
+           spheres.records, lists.end, lists.entry, result, cl_int2{{lists.first, lists.last}},
+           bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}},
+           kernel_rays(view));
+  });
+}
+
+// The same as the kernels cast_spheres and sphere_normals, by atomic minima.
+Buffer<float> lower_spheres(Device& device, const View& view, const Outlined& spheres,
+                            const SampleGrid& grid) {
+  const auto depth = filled<float>(device, grid.size(), kNoSurface);
+  draw_minima(device, "lower_spheres", spheres.records, spheres.outlines, spheres.bound, grid,
+              std::tie(depth), kernel_rays(view));
+  return depth;
+}
+
+Buffer<float> normals_by_minima(Device& device, const View& view, const Outlined& spheres,
+                                const SampleGrid& grid) {
+  const Buffer<float> depth = lower_spheres(device, view, spheres, grid);
+  const Buffer<cl_int> owner =
+      own_minima(device, "own_spheres", spheres.records, spheres.outlines, spheres.bound, grid,
+                 depth, kernel_rays(view));
+  const auto normal = allocate<float>(device, 3 * grid.size());
+  const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
+  launch(device, "minima.cl", "normals_of_owners",
+         {(static_cast<std::size_t>(grid.nx) + width - 1) / width,
+          static_cast<std::size_t>(grid.ny), 16, 4},
+         width_option(static_cast<int>(width)), spheres.records, depth, owner, normal,
+         cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, kernel_rays(view));
+  return normal;
 }
 
 }  // namespace
@@ -86,16 +125,20 @@ DeviceSpheres upload_spheres(Device& device, const View& view, const Projected& 
 Buffer<float> cast_spheres(Device& device, const View& view, const DeviceSpheres& spheres,
                            const SampleGrid& grid) {
   if (spheres.count == 0) return filled<float>(device, grid.size(), kNoSurface);
+  const Outlined outlined = outline_spheres(device, view, spheres, grid);
+  if (draws_by_minima(device)) return lower_spheres(device, view, outlined, grid);
   const auto depth = allocate<float>(device, grid.size());
-  draw(device, "cast_spheres", view, spheres, grid, depth);
+  draw(device, "cast_spheres", view, outlined, grid, depth);
   return depth;
 }
 
 Buffer<float> sphere_normals(Device& device, const View& view, const DeviceSpheres& spheres,
                              const SampleGrid& grid) {
   if (spheres.count == 0) return filled<float>(device, 3 * grid.size(), 0.0f);
+  const Outlined outlined = outline_spheres(device, view, spheres, grid);
+  if (draws_by_minima(device)) return normals_by_minima(device, view, outlined, grid);
   const auto normal = allocate<float>(device, 3 * grid.size());
-  draw(device, "sphere_normals", view, spheres, grid, normal);
+  draw(device, "sphere_normals", view, outlined, grid, normal);
   return normal;
 }
 

@@ -12,6 +12,7 @@
 #include "order_statistics.hpp"
 #include "parallel.hpp"
 #include "stages/bins.hpp"
+#include "stages/minima.hpp"
 
 namespace meniscus {
 namespace {
@@ -39,6 +40,26 @@ Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, c
   return bound_bins(device, covers, grid, shift);
 }
 
+// The nearest front of all discs at every node, by atomic minima.
+Buffer<float> lower_discs(Device& device, const Discs& discs, const Buffer<float>& bound,
+                          const SampleGrid& grid) {
+  const auto depth = filled<float>(device, grid.size(), kNoSurface);
+  draw_minima(device, "lower_discs", discs.records, discs.outlines, bound, grid, std::tie(depth));
+  return depth;
+}
+
+// The disc that owns each node, by atomic minima.
+Buffer<cl_int> owners_by_minima(Device& device, const Discs& discs, const Buffer<float>& bound,
+                                const SampleGrid& grid) {
+  return own_minima(device, "own_discs", discs.records, discs.outlines, bound, grid,
+                    lower_discs(device, discs, bound, grid));
+}
+
+// The bound of bins in which nothing is left out.
+Buffer<float> no_bound(Device& device, const SampleGrid& grid) {
+  return filled<float>(device, bins_of(grid).size(), kNoSurface);
+}
+
 // Draws all bins with a kernel of visible.cl.
 template <class T>
 void draw(Device& device, const std::string& kernel, const Discs& discs, const Buffer<float>& bound,
@@ -53,11 +74,11 @@ void draw(Device& device, const std::string& kernel, const Discs& discs, const B
 // The same for several maps of all discs, whatever lies before them.
 template <class... Maps>
 void draw_all(Device& device, const std::string& kernel, const Discs& discs, const SampleGrid& grid,
-              const std::tuple<const Maps&...>& maps) {
-  draw_bins(device, discs.outlines, filled<float>(device, bins_of(grid).size(), kNoSurface), grid,
+              const std::tuple<Maps&...>& maps) {
+  draw_bins(device, discs.outlines, no_bound(device, grid), grid,
             [&](const BinLists& lists) {
               std::apply(
-                  [&](const Maps&... all) {
+                  [&](Maps&... all) {
                     launch(device, "visible.cl", kernel,
                            bin_items(lists, device.state().vector_width), options(device),
                            discs.records, lists.end, lists.entry, all...,
@@ -128,29 +149,38 @@ SplatParticles upload_splats(Device& device, const Projected& projected,
 Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                           double footprint, double bulge) {
   if (particles.count == 0) return filled<float>(device, grid.size(), kNoSurface);
-  const auto depth = allocate<float>(device, grid.size());
   const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
   const Discs discs = outline_discs(device, particles, grid, sphere, Drawn::front);
-  draw(device, "splat_depth", discs, bound_by_covers(device, particles, discs, grid), grid, depth);
+  const Buffer<float> bound = bound_by_covers(device, particles, discs, grid);
+  if (draws_by_minima(device)) return lower_discs(device, discs, bound, grid);
+  const auto depth = allocate<float>(device, grid.size());
+  draw(device, "splat_depth", discs, bound, grid, depth);
   return depth;
 }
 
 Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                            double footprint) {
   if (particles.count == 0) return filled<cl_int>(device, grid.size(), INT_MAX);
-  const auto owner = allocate<cl_int>(device, grid.size());
   const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::front);
-  draw(device, "splat_owner", discs, bound_by_covers(device, particles, discs, grid), grid, owner);
+  const Buffer<float> bound = bound_by_covers(device, particles, discs, grid);
+  if (draws_by_minima(device)) return owners_by_minima(device, discs, bound, grid);
+  const auto owner = allocate<cl_int>(device, grid.size());
+  draw(device, "splat_owner", discs, bound, grid, owner);
   return owner;
 }
 
 Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     double footprint, double bulge) {
-  const Fronts maps{allocate<float>(device, grid.size()), no_blocks(device, grid)};
+  Fronts maps{allocate<float>(device, grid.size()), no_blocks(device, grid)};
   if (particles.count == 0) return maps;
   const Discs discs =
       outline_discs(device, particles, grid,
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
+  if (draws_by_minima(device)) {
+    maps.depth = lower_discs(device, discs, no_bound(device, grid), grid);
+    count_finite(device, grid, maps.depth, maps.occupied);
+    return maps;
+  }
   draw_all(device, "splat_fronts", discs, grid, std::tie(maps.depth, maps.occupied));
   return maps;
 }
@@ -160,9 +190,17 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
   if (particles.count == 0)
     return {filled<float>(device, grid.size(), kNoSurface), allocate<float>(device, grid.size()),
             no_blocks(device, grid)};
-  const Extent extent{allocate<float>(device, grid.size()), allocate<float>(device, grid.size()),
-                      no_blocks(device, grid)};
+  Extent extent{allocate<float>(device, grid.size()), allocate<float>(device, grid.size()),
+                no_blocks(device, grid)};
   const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
+  if (draws_by_minima(device)) {
+    extent.from = filled<float>(device, grid.size(), kNoSurface);
+    extent.to = filled<float>(device, grid.size(), 0.0f);
+    draw_minima(device, "lower_and_raise_discs", discs.records, discs.outlines,
+                no_bound(device, grid), grid, std::tie(extent.from, extent.to));
+    count_finite(device, grid, extent.from, extent.occupied);
+    return extent;
+  }
   draw_all(device, "splat_extent", discs, grid,
            std::tie(extent.from, extent.to, extent.occupied, asked));
   return extent;
@@ -177,7 +215,11 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   const auto owned = filled<cl_int>(device, candidates.size(), 0);
   const Discs discs =
       outline_discs(device, splats, grid, sphere_of(params.footprint), Drawn::front);
-  draw(device, "count_owned", discs, bound_by_covers(device, splats, discs, grid), grid, owned);
+  const Buffer<float> bound = bound_by_covers(device, splats, discs, grid);
+  if (draws_by_minima(device))
+    count_owners(device, owners_by_minima(device, discs, bound, grid), owned);
+  else
+    draw(device, "count_owned", discs, bound, grid, owned);
 
   const HostView counts(device, owned);
   constexpr std::size_t kGrain = 4096;  // candidates that are worth a thread

@@ -69,7 +69,7 @@ struct Extent {
   OccupiedBlocks occupied;
 };
 
-/// `from` is written in the blocks that are `asked` for, too. Waits.
+/// `from` is written in the blocks that are `asked` for, too. Waits, but for atomic minima.
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     double footprint, const OccupiedBlocks& asked);
 

@@ -9,6 +9,7 @@ const std::vector<StageCase>& stage_cases() {
       {"project", {0, 1, 63, 65, 1001}, project_case},
       {"bins", {3, 61}, bins_case},
       {"visible", {1, 63, 130}, visible_case},
+      {"minima", {1, 63, 130}, minima_case},
       {"density", {0, 1, 65, 700}, density_case},
       {"motion", {0, 1, 65, 900}, motion_case},
       {"particle_fit", {4, 11}, particle_fit_case},

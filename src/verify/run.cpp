@@ -20,6 +20,7 @@
 #include "verify/results.hpp"
 #include "verify/scenes.hpp"
 #include "verify/trace.hpp"
+#include "verify/with_discs.hpp"
 
 namespace meniscus::verify {
 namespace {
@@ -55,10 +56,12 @@ class AsVariant {
         width_(state_.vector_width),
         wide_(state_.wide),
         row_group_(state_.row_group),
+        discs_(state_.discs),
         largest_group_(state_.info.largest_group) {
     state_.vector_width = variant.width;
     state_.wide = variant.wide;
     state_.row_group = variant.group;
+    state_.discs = DiscForm::bins;  // what draws by minima has cases of its own
     if (variant.largest_group > 0)
       state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
   }
@@ -66,6 +69,7 @@ class AsVariant {
     state_.vector_width = width_;
     state_.wide = wide_;
     state_.row_group = row_group_;
+    state_.discs = discs_;
     state_.info.largest_group = largest_group_;
   }
   AsVariant(const AsVariant&) = delete;
@@ -76,6 +80,7 @@ class AsVariant {
   int width_;
   bool wide_;
   std::size_t row_group_;
+  DiscForm discs_;
   std::uint64_t largest_group_;
 };
 
@@ -142,10 +147,13 @@ const std::vector<Case>& kernel_cases() {
                              run_stream(device, scene);
                          }});
       if (storm)
-        cases.push_back(
-            {"visible on " + scene.name, scene.size, false, false, [&scene](Device& device) {
-               for (int k = 0; k < kStormRounds; ++k) run_visible(device, scene);
-             }});
+        for (const DiscForm form : {DiscForm::bins, DiscForm::minima})
+          cases.push_back({form == DiscForm::bins ? "visible on " + scene.name
+                                                  : "visible by minima on " + scene.name,
+                           scene.size, false, false, [&scene, form](Device& device) {
+                             const WithDiscs with(device, form);
+                             for (int k = 0; k < kStormRounds; ++k) run_visible(device, scene);
+                           }});
     }
     for (const StageCase& stage : stage_cases())
       for (const int size : stage.sizes) cases.push_back(case_of(stage, size));
@@ -242,11 +250,23 @@ std::string frame_key(const Scene& frame, Method method) {
   return "frame " + to_string(method) + " on " + frame.name;
 }
 
+std::string frame_variant(int width, DiscForm discs) {
+  return "width " + std::to_string(width) +
+         (discs == DiscForm::bins ? "" : std::string(", discs by ") + to_string(discs));
+}
+
+// Of those that draw discs, one for each kernel that does.
+bool is_drawn_both_ways(Method method) {
+  return method == Method::fit || method == Method::paper || method == Method::spheres;
+}
+
 // A frame whose hash is not the canonical one runs once more, watched.
 std::string first_difference(Device& device, const Scene& frame, Method method,
                              const Settings& settings) {
   const std::string width = "width " + std::to_string(device.state().vector_width);
   if (settings.reproducers) settings.reproducers->set_case(width, frame_key(frame, method));
+  const bool minima = device.state().discs == DiscForm::minima;
+  const WithDiscs with(device, DiscForm::bins);  // as the canonical launches
   Tracer tracer(device, canonical_trace(frame_key(frame, method) + ", " + width),
                 shipped_canonical().values, {1, settings.reproducers});
   try {
@@ -256,17 +276,19 @@ std::string first_difference(Device& device, const Scene& frame, Method method,
   }
   if (!tracer.first_difference().empty()) return "first in " + tracer.first_difference();
   if (!tracer.other_launches().empty()) return tracer.other_launches();
+  if (minima) return "drawn by bins instead of minima all launches leave the canonical bits";
   return "all launches leave the canonical bits: the host's part differs, or it differs from run "
          "to run";
 }
 
-void check_frame(Device& device, const Scene& frame, Method method, const Settings& settings,
-                 const Tell& tell) {
+void check_frame(Device& device, const Scene& frame, Method method, DiscForm discs,
+                 const Settings& settings, const Tell& tell) {
+  const WithDiscs with(device, discs);
   Row row;
   row.group = "frame";
   row.kernel = to_string(method);
   row.size = frame.name + ", " + frame.size;
-  row.variant = "width " + std::to_string(device.state().vector_width);
+  row.variant = frame_variant(device.state().vector_width, discs);
   const auto hash = [&] {
     return content_hash(
         extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
@@ -376,11 +398,14 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
   for (const Scene& frame : whole_frames())
     if (frame.small || settings.full)
       for (const Method method : frame.methods)
-        items.push_back({"frame", frame_key(frame, method), "width " + std::to_string(device_width),
-                         frame_key(frame, method), true,
-                         [&frame, method, settings](Device& device, const Tell& tell) {
-                           check_frame(device, frame, method, settings, tell);
-                         }});
+        for (const DiscForm discs : {DiscForm::bins, DiscForm::minima}) {
+          if (discs == DiscForm::minima && !is_drawn_both_ways(method)) continue;
+          items.push_back({"frame", frame_key(frame, method), frame_variant(device_width, discs),
+                           frame_key(frame, method), true,
+                           [&frame, method, discs, settings](Device& device, const Tell& tell) {
+                             check_frame(device, frame, method, discs, settings, tell);
+                           }});
+        }
   // Last: they are known to crash some drivers.
   for (Item& item : flaw_items()) items.push_back(std::move(item));
   return items;

@@ -20,7 +20,8 @@ TEST_F(ProgramTune, MeasuresKeepsAndForgets) {
   const Conditions conditions{.environment = {{"MENISCUS_CACHE_DIR", "cache"}}};
   const Outcome tuned = run({"tune", "--device", "cpu", "--rounds", "1", "-q"}, conditions);
   EXPECT_EQ(tuned.exit_code, 0) << tuned.err;
-  EXPECT_THAT(tuned.out, AllOf(HasSubstr("width 1, groups of 64"), HasSubstr("(default)"),
+  EXPECT_THAT(tuned.out, AllOf(HasSubstr("width 1, groups of 64"), HasSubstr("discs by minima"),
+                               HasSubstr("(default)"),
                                HasSubstr("kept: width ")));
   EXPECT_EQ(tuned.err, "");
   const Outcome forgotten = run({"tune", "--device", "cpu", "--forget"}, conditions);

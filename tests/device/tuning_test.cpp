@@ -28,7 +28,7 @@ class Tunings : public testing::Test {
 
 TEST_F(Tunings, AreKeptForADeviceAndItsDriver) {
   EXPECT_EQ(tuning_of(info_), default_tuning(info_));
-  const Tuning chosen{1, 16};
+  const Tuning chosen{1, 16, DiscForm::minima};
   ASSERT_TRUE(keep_tuning(info_, chosen));
   EXPECT_EQ(tuning_of(info_), chosen);
   DeviceInfo updated = info_;
@@ -45,11 +45,12 @@ TEST_F(Tunings, AreWhatADeviceIsOpenedWith) {
     return content_hash(extract(device, scene.particles, scene.camera));
   };
   const std::uint64_t usual = extracted();
-  for (const Tuning& tuning : {Tuning{1, 16}, Tuning{8, 256}}) {
+  for (const Tuning& tuning : {Tuning{1, 16}, Tuning{8, 256}, Tuning{8, 64, DiscForm::minima}}) {
     ASSERT_TRUE(keep_tuning(info_, tuning));
     Device device(info_);
     EXPECT_EQ(device.state().vector_width, tuning.vector_width);
     EXPECT_EQ(device.state().row_group, tuning.group);
+    EXPECT_EQ(device.state().discs, tuning.discs);
     EXPECT_EQ(extracted(), usual) << to_string(tuning);
   }
 }
@@ -67,7 +68,8 @@ TEST_F(Tunings, AreMeasured) {
   frame.particles = scene.particles;
   frame.camera = scene.camera;
   const TuningRun run = tune(info_, frame, 2, [](const std::string&) {});
-  ASSERT_GE(run.trials.size(), 3u);
+  ASSERT_GE(run.trials.size(), 4u);
+  EXPECT_NE(run.trials[2].tuning.discs, run.trials[0].tuning.discs);
   EXPECT_EQ(run.trials[0].tuning, default_tuning(info_));
   bool found = false;
   for (const Trial& trial : run.trials) {

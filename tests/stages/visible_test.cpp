@@ -171,8 +171,9 @@ TEST_P(Visibility, HiddenParticlesAreLeftOutExactly) {
           for (std::size_t k = 0; k < grid.size(); ++k)
             if (one[k] > nearest[k] + kGap) second[k] = std::min(second[k], one[k]);
         const auto splats = upload_splats(device_, p, all_of(p));
-        for (const int width : {1, 8}) {
-          use_width(width);
+        for (const int way : {0, 1, 2, 3}) {
+          use_width(way % 2 == 0 ? 1 : 8);
+          device_.state().discs = way < 2 ? DiscForm::bins : DiscForm::minima;
           const auto depth = splat_depth(device_, splats, grid, 1.8);
           EXPECT_EQ(download(device_, depth), nearest);
           EXPECT_EQ(download(device_, splat_owner(device_, splats, grid, 1.8)), owner);

@@ -10,6 +10,7 @@ using ReferenceErrors = std::vector<ReferenceError>;
 ReferenceErrors project_case(Device& device, int size);
 ReferenceErrors bins_case(Device& device, int size);
 ReferenceErrors visible_case(Device& device, int size);
+ReferenceErrors minima_case(Device& device, int size);
 ReferenceErrors density_case(Device& device, int size);
 ReferenceErrors motion_case(Device& device, int size);
 ReferenceErrors particle_fit_case(Device& device, int size);

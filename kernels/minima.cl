@@ -1,0 +1,336 @@
+// minima.cl: discs, spheres and triangles drawn one by one, by atomic minima (paper 2.1): the other way
+// than bin by bin (visible.cl, behind.cl, spheres.cl, region.cl). It needs no lists, so that the device
+// waits for nobody; where many lie over each other, many minima are for nothing.
+//
+// Depths are positive floats, whose bits order like integers, so a map of minima is the same in whatever
+// order they come. Who owns a sample is found in a second pass: of those whose depth is the map's, the
+// lowest index. What is drawn, and at which samples, is worked out by the same operations as bin by bin:
+// both ways give the same bits.
+
+// Work-items that share a disc: its rows in turns. Elsewhere vectors are busy with one.
+#if WIDTH == 1
+#define SHARES 8
+#else
+#define SHARES 1
+#endif
+
+// A depth before an atomic minimum of it, which may be an old one: it is only ever too deep, and then
+// the minimum is for nothing. Discs lie over each other, so that most minima are saved.
+// (ATOMICS_ALONE: not looked at, for a checker that takes it for a race.)
+#ifdef ATOMICS_ALONE
+#define DEPTHS_AT(map, s) ((floatv)(INFINITY))
+#define OWNERS_AT(map, s) ((intv)(INT_MAX))
+#define FAR_AT(map, s) ((floatv)(0.0f))
+#else
+#define DEPTHS_AT(map, s) LOADF((global const float*)(map) + (s))
+#define OWNERS_AT(map, s) LOADI((map) + (s))
+#define FAR_AT(map, s) LOADF((global const float*)(map) + (s))
+#endif
+
+// What is to be drawn of a disc: rows j0, j0 + step, ... up to j1 of columns i0 to i1, without the bins
+// whose bound is below its key.
+typedef struct {
+  int p;  // the disc; -1: none
+  int i0, i1, j0, j1;
+  float key;
+} Share;
+
+inline Share share_of(global const int* box, global const float* key, const int n, const int stride) {
+  const int id = get_global_id(0);
+  Share share;
+  share.p = id / SHARES < n ? id / SHARES : -1;  // the range is rounded up to whole work-groups
+  if (share.p < 0) return share;
+  share.i0 = box[share.p];
+  share.i1 = box[stride + share.p];
+  share.j0 = box[2 * stride + share.p] + id % SHARES;
+  share.j1 = box[3 * stride + share.p];
+  share.key = key[share.p];
+  return share;
+}
+
+// Goes through WIDTH samples of a share at a time: sample s = (i, j) and those to its right, as far as
+// `inside` says. In a row, vectors keep to bins.
+#define EACH_SAMPLE(share, bound, bins_x, samples)                                               \
+  for (int j = (share).j0; j <= (share).j1; j += SHARES)                                         \
+    for (int left = (share).i0 / BIN * BIN; left <= (share).i1; left += BIN)                     \
+      if ((share).key <= (bound)[j / BIN * (bins_x) + left / BIN])                               \
+        for (int i = WIDTH == 1 ? max((share).i0, left) : left; i <= min((share).i1, left + BIN - 1); \
+             i += WIDTH)
+
+inline intv inside_share(const Share share, const int i) {
+  const intv column = i + TO_INTV(LANES);
+  return (column >= share.i0) & (column <= share.i1);
+}
+
+// Lowers the map at the samples from s on that `better` names.
+inline void lower(global uint* map, const int s, const floatv depth, const intv better) {
+#if WIDTH == 1
+  if (better) atomic_min(map + s, as_uint(depth));
+#else
+  if (!ANY(better)) return;
+  uint bits[WIDTH];
+  int lowered[WIDTH];
+  STOREI(better, lowered);
+  STOREF(depth, (float*)bits);
+  for (int lane = 0; lane < WIDTH; ++lane)
+    if (lowered[lane]) atomic_min(map + s + lane, bits[lane]);
+#endif
+}
+
+inline void raise(global uint* map, const int s, const floatv depth, const intv better) {
+#if WIDTH == 1
+  if (better) atomic_max(map + s, as_uint(depth));
+#else
+  if (!ANY(better)) return;
+  uint bits[WIDTH];
+  int raised[WIDTH];
+  STOREI(better, raised);
+  STOREF(depth, (float*)bits);
+  for (int lane = 0; lane < WIDTH; ++lane)
+    if (raised[lane]) atomic_max(map + s + lane, bits[lane]);
+#endif
+}
+
+// The lowest index wins.
+inline void own(global int* owner, const int s, const int p, const intv better) {
+#if WIDTH == 1
+  if (better) atomic_min(owner + s, p);
+#else
+  if (!ANY(better)) return;
+  int owned[WIDTH];
+  STOREI(better, owned);
+  for (int lane = 0; lane < WIDTH; ++lane)
+    if (owned[lane]) atomic_min(owner + s + lane, p);
+#endif
+}
+
+// bulge sqrt(1 - d^2) of a disc at WIDTH samples; NaN beside it, where no comparison holds. As
+// draw_discs works it out.
+inline floatv half_depth_at(const float8 d, const int i, const int j, const float2 grid) {
+  const floatv du = (grid.x + grid.y * TO_FLOATV(i + TO_INTV(LANES)) - d.s1) * d.s3;
+  const float dv = (grid.x + grid.y * (float)j - d.s2) * d.s4;
+  return d.s5 * sqrt(1.0f - (du * du + dv * dv));
+}
+inline floatv in_front(const floatv depth) {
+  return SELECT(depth, (floatv)(1e-6f), depth < 1e-6f);
+}
+
+// The nearest front at every sample. SHARES work-items a disc, of this kernel and the next ones.
+kernel void lower_discs(global const float* disc,   // [stride][8] of outline_discs
+                        global const int* box,      // [4][stride] see bins.cl
+                        global const float* key,    // [stride]
+                        global const float* bound,  // [bins] none with a larger key is drawn
+                        global uint* depth,         // [samples] bits of the depth, particle radii;
+                                                    // +infinity before
+                        const int n, const int stride, const int bins_x, const int2 samples,
+                        const float2 grid) {  // first sample and step, pixels
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float8 d = vload8(share.p, disc);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    const int s = j * samples.x + i;
+    const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
+    lower(depth, s, front, inside_share(share, i) & (front < DEPTHS_AT(depth, s)));
+  }
+}
+
+// The same and the farthest back.
+kernel void lower_and_raise_discs(global const float* disc, global const int* box,
+                                  global const float* key, global const float* bound,
+                                  global uint* from,  // [samples] +infinity before
+                                  global uint* to,    // [samples] 0 before
+                                  const int n, const int stride, const int bins_x,
+                                  const int2 samples, const float2 grid) {
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float8 d = vload8(share.p, disc);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    const int s = j * samples.x + i;
+    const floatv half_depth = half_depth_at(d, i, j, grid), back = d.s0 + half_depth;
+    const floatv front = in_front(d.s0 - half_depth);
+    const intv inside = inside_share(share, i);
+    lower(from, s, front, inside & (front < DEPTHS_AT(from, s)));
+    raise(to, s, back, inside & (back > FAR_AT(to, s)));
+  }
+}
+
+// The disc whose front is the map's, the lowest index of several.
+kernel void own_discs(global const float* disc, global const int* box, global const float* key,
+                      global const float* bound,
+                      global const float* depth,  // [samples] of lower_discs
+                      global int* owner,          // [samples] INT_MAX before
+                      const int n, const int stride, const int bins_x, const int2 samples,
+                      const float2 grid) {
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float8 d = vload8(share.p, disc);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    const int s = j * samples.x + i;
+    const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
+    const intv nearest = inside_share(share, i) & (front == LOADF(depth + s));
+    own(owner, s, share.p, nearest & (share.p < OWNERS_AT(owner, s)));
+  }
+}
+
+// How many samples each disc owns. One work-item per RUN samples, which often have one owner.
+#if WIDTH == 1
+#define RUN 1
+#else
+#define RUN 64
+#endif
+kernel void count_owners(global const int* owner,  // [samples] INT_MAX: none
+                         global int* owned,        // [n] 0 before
+                         const int samples) {
+  const int first = get_global_id(0) * RUN, end = min(first + RUN, samples);
+  for (int s = first; s < end;) {
+    const int begin = s, here = owner[s];
+    while (s < end && owner[s] == here) ++s;
+    if (here != INT_MAX) atomic_add(owned + here, s - begin);
+  }
+}
+
+// At how many samples of each block the depth is finite. One work-item per block.
+kernel void count_finite_depths(global const float* depth,  // [samples]
+                                global int* occupied,       // [blocks] out
+                                const int2 samples) {
+  const int i0 = get_global_id(0) * BIN, j0 = get_global_id(1) * BIN;
+  if (i0 >= samples.x || j0 >= samples.y) return;
+  int number = 0;
+  for (int j = j0; j < min(j0 + BIN, samples.y); ++j)
+    for (int i = i0; i < min(i0 + BIN, samples.x); ++i) number += depth[j * samples.x + i] < INFINITY;
+  occupied[block_of(i0, j0, samples.x)] = number;
+}
+
+// What a front must be deeper than. TILE_ITEMS work-items per tile.
+kernel void ask_behind(global const int* sample,    // [tiles][256] see list_samples.cl
+                       global const int* count,     // [tiles]
+                       global const float* behind,  // [samples] finite where listed
+                       global float* least,         // [samples] out where listed; +infinity before
+                       const float gap) {           // particle radii
+  const int tile = get_global_id(0) / TILE_ITEMS;
+  for (int place = get_global_id(0) % TILE_ITEMS; place < count[tile]; place += TILE_ITEMS) {
+    const int s = sample[tile * TILE_SAMPLES + place];
+    least[s] = behind[s] + gap;
+  }
+}
+
+// The nearest front deeper than `least`.
+kernel void lower_discs_behind(global const float* disc, global const int* box,
+                               global const float* key, global const float* bound,
+                               global const float* least,  // [samples] of ask_behind
+                               global uint* depth,         // [samples] +infinity before
+                               const int n, const int stride, const int bins_x,
+                               const int2 samples, const float2 grid) {
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float8 d = vload8(share.p, disc);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    const int s = j * samples.x + i;
+    const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
+    lower(depth, s, front,
+          inside_share(share, i) & (front > LOADF(least + s)) & (front < DEPTHS_AT(depth, s)));
+  }
+}
+
+// Where rays enter a sphere; NaN beside it. As draw_spheres of spheres.cl works it out.
+inline floatv entry_of(const float8 sphere, const Rays r) {
+  const floatv qx = r.ox + sphere.s2 * r.dx - sphere.s0, qy = r.oy + sphere.s2 * r.dy - sphere.s1;
+  const floatv b = qx * r.dx + qy * r.dy;
+  const floatv c = qx * qx + qy * qy - sphere.s3;
+  return in_front(sphere.s2 - (b + sqrt(b * b - r.a * c)) / r.a);
+}
+
+inline Rays rays_from(const float16 ray, const float2 grid, const int i, const int j) {
+  return rays_at(ray, grid.x + grid.y * TO_FLOATV(i + TO_INTV(LANES)),
+                 (floatv)(grid.x + grid.y * (float)j));
+}
+
+// The nearest entry at every sample.
+kernel void lower_spheres(global const float* sphere,  // [stride][8] of outline_spheres
+                          global const int* box, global const float* key,
+                          global const float* bound,
+                          global uint* depth,  // [samples] +infinity before
+                          const int n, const int stride, const int bins_x, const int2 samples,
+                          const float2 grid, const float16 ray) {
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float8 ball = vload8(share.p, sphere);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    const int s = j * samples.x + i;
+    const floatv entry = entry_of(ball, rays_from(ray, grid, i, j));
+    lower(depth, s, entry, inside_share(share, i) & (entry < DEPTHS_AT(depth, s)));
+  }
+}
+
+// The sphere whose entry is the map's, the lowest index of several.
+kernel void own_spheres(global const float* sphere, global const int* box, global const float* key,
+                        global const float* bound, global const float* depth,
+                        global int* owner,  // [samples] INT_MAX before
+                        const int n, const int stride, const int bins_x, const int2 samples,
+                        const float2 grid, const float16 ray) {
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float8 ball = vload8(share.p, sphere);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    const int s = j * samples.x + i;
+    const intv nearest = entry_of(ball, rays_from(ray, grid, i, j)) == LOADF(depth + s);
+    own(owner, s, share.p,
+        inside_share(share, i) & nearest & (share.p < OWNERS_AT(owner, s)));
+  }
+}
+
+// (X - c) / radius where a sample has an owner, as sphere_normals works it out. One work-item per WIDTH
+// samples of a row.
+kernel void normals_of_owners(global const float* sphere, global const float* depth,
+                              global const int* owner,
+                              global float* normal,  // [3][samples] unit, eye axes; zero: none
+                              const int2 samples, const float2 grid, const float16 ray) {
+  const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
+  if (i >= samples.x || j >= samples.y) return;
+  const int s = j * samples.x + i, size = samples.x * samples.y, here = samples.x - i;
+  int sphere_of[WIDTH];
+  float cx[WIDTH], cy[WIDTH], ct[WIDTH];
+  const intv owners = LOADI(owner + s);
+  const intv none = (owners == INT_MAX) | (TO_INTV(LANES) >= here);
+  STOREI(SELECT(owners, (intv)(0), none), sphere_of);
+  for (int lane = 0; lane < WIDTH; ++lane) {
+    cx[lane] = sphere[8 * sphere_of[lane]];
+    cy[lane] = sphere[8 * sphere_of[lane] + 1];
+    ct[lane] = sphere[8 * sphere_of[lane] + 2];
+  }
+  const Rays r = rays_from(ray, grid, i, j);
+  const floatv t = SELECT(LOADF(depth + s), (floatv)(1.0f), none);
+  const floatv x = r.ox + t * r.dx - LOADF(cx), y = r.oy + t * r.dy - LOADF(cy);
+  const floatv z = LOADF(ct) - t;
+  const floatv length = sqrt(x * x + y * y + z * z);
+  const floatv zero = (floatv)(0.0f);
+  store_lanes(SELECT(x / length, zero, none), normal + s, here);
+  store_lanes(SELECT(y / length, zero, none), normal + size + s, here);
+  store_lanes(SELECT(z / length, zero, none), normal + 2 * size + s, here);
+}
+
+// The kept triangles' depth in the blocks that are `asked` for, as draw_triangles of region.cl works it
+// out.
+kernel void lower_triangles(global const float* record,  // [stride][16] of outline_triangles
+                            global const int* box, global const float* key,
+                            global const float* bound,
+                            global uint* depth,  // [samples] +infinity before
+                            const int n, const int stride, const int bins_x, const int2 samples,
+                            const float2 grid, const int perspective,
+                            global const int* asked) {  // [blocks] 0: no sample of it is read
+  const Share share = share_of(box, key, n, stride);
+  if (share.p < 0) return;
+  const float16 r = vload16(share.p, record);
+  EACH_SAMPLE(share, bound, bins_x, samples) {
+    if (!asked[block_of(i, j, samples.x)]) continue;
+    const int s = j * samples.x + i;
+    const floatv du = grid.x + grid.y * TO_FLOATV(i + TO_INTV(LANES)) - r.s0;
+    const float dv = grid.x + grid.y * (float)j - r.s1;
+    const floatv l1 = (du * r.s5 - r.s4 * dv) * r.s6, l2 = (r.s2 * dv - du * r.s3) * r.s6;
+    const floatv l0 = 1.0f - l1 - l2;
+    const intv inside = inside_share(share, i) & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
+    floatv d = l0 * r.s7 + l1 * r.s8 + l2 * r.s9;
+    if (perspective) d = 1.0f / d;
+    lower(depth, s, d, inside & (d > 0.0f) & (d < DEPTHS_AT(depth, s)));
+  }
+}

@@ -1,0 +1,65 @@
+// minima: discs, spheres and triangles drawn one by one, by atomic minima of the samples' depths
+// (paper 2.1). The other way than bin by bin (bins.hpp), with the same bits: DiscForm says which one a
+// device takes.
+#pragma once
+
+#include <climits>
+
+#include "stages/bins.hpp"
+#include "stages/samples.hpp"
+
+namespace meniscus {
+
+/// Whether the device draws so.
+inline bool draws_by_minima(Device& device) { return device.state().discs == DiscForm::minima; }
+
+/// A kernel's range where every one of `count` discs is drawn by items of its own.
+inline Range disc_items(int count, int width) {
+  constexpr std::size_t kShares = 8;  // SHARES in minima.cl
+  return {static_cast<std::size_t>(count) * (width == 1 ? kShares : 1)};
+}
+
+/// Launches a kernel of minima.cl that draws what `outlines` says.
+///
+///   records  of the discs, spheres or triangles
+///   bound    [bins] those with a greater key are left out of a bin
+///   maps     what the kernel reads and lowers
+///   more     what it is told after the grid
+template <class... Maps, class... More>
+void draw_minima(Device& device, const std::string& kernel, const Buffer<float>& records,
+                 const Outlines& outlines, const Buffer<float>& bound, const SampleGrid& grid,
+                 const std::tuple<Maps&...>& maps, const More&... more) {
+  const int width = device.state().vector_width;
+  std::apply(
+      [&](Maps&... all) {
+        launch(device, "minima.cl", kernel, disc_items(outlines.count, width), width_option(width),
+               records, outlines.box, outlines.key, bound, all..., outlines.count, outlines.stride,
+               bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}},
+               more...);
+      },
+      maps);
+}
+
+/// Whose disc or sphere a sample shows: the lowest index of those whose depth is the map's, INT_MAX
+/// where there is none. The kernel is own_discs or own_spheres. Does not wait.
+template <class... More>
+Buffer<cl_int> own_minima(Device& device, const std::string& kernel, const Buffer<float>& records,
+                          const Outlines& outlines, const Buffer<float>& bound,
+                          const SampleGrid& grid, const Buffer<float>& depth, const More&... more) {
+  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
+  draw_minima(device, kernel, records, outlines, bound, grid, std::tie(depth, owner), more...);
+  return owner;
+}
+
+/// Adds how many samples each owns to `owned`. Does not wait.
+void count_owners(Device& device, const Buffer<cl_int>& owner, const Buffer<cl_int>& owned);
+
+/// At how many samples of each block a map is finite. Does not wait.
+void count_finite(Device& device, const SampleGrid& grid, const Buffer<float>& depth,
+                  const OccupiedBlocks& occupied);
+
+/// behind + gap at the listed samples, kNoSurface at all others. Does not wait.
+Buffer<float> ask_behind(Device& device, const SampleLists& samples, const Buffer<float>& behind,
+                         double gap);
+
+}  // namespace meniscus

@@ -1,0 +1,146 @@
+// What draws by atomic minima: the nearest front of scattered discs in double precision, and all else
+// to the bit as it is drawn bin by bin.
+#include "stages/minima.hpp"
+
+#include <numeric>
+
+#include "stages/behind.hpp"
+#include "stages/region.hpp"
+#include "stages/spheres.hpp"
+#include "stages/visible.hpp"
+#include "verify/reference/visible.hpp"
+#include "verify/references/cases.hpp"
+#include "verify/references/inputs.hpp"
+#include "verify/references/mesh_by_hand.hpp"
+#include "verify/references/worst.hpp"
+#include "verify/with_discs.hpp"
+
+namespace meniscus::verify {
+namespace {
+
+constexpr int kWidth = 61, kHeight = 47;
+
+// Runs `draw` both ways and sees that each value is the same, where `counts` says so.
+template <class Draw, class Counts>
+void see_both(Device& device, Worst& worst, const Draw& draw, const Counts& counts) {
+  const auto drawn = [&](DiscForm form) {
+    const WithDiscs with(device, form);
+    return draw();
+  };
+  const auto bins = drawn(DiscForm::bins), minima = drawn(DiscForm::minima);
+  for (std::size_t k = 0; k < bins.size(); ++k)
+    if (counts(k)) worst.see(static_cast<double>(minima[k]), static_cast<double>(bins[k]), 0);
+}
+
+const auto everywhere = [](std::size_t) { return true; };
+
+// Discs against double precision, and owners, extents and what lies behind.
+void see_discs(Device& device, int size, ReferenceErrors& errors) {
+  const SampleGrid grid{kWidth, kHeight, 0.5f, 1};
+  const Projected p = discs(static_cast<std::size_t>(size), 5, kWidth, kHeight);
+  std::vector<std::int32_t> all(p.size());
+  std::iota(all.begin(), all.end(), 0);
+  const SplatParticles splats = upload_splats(device, p, all);
+
+  Worst depths("lower_discs", "depth");
+  std::vector<float> fronts;
+  {
+    const WithDiscs with(device, DiscForm::minima);
+    const auto bounds = reference::splat_depth(p, all, grid, 1.8, 0.45, kEpsilon);
+    fronts = download(device, splat_depth(device, splats, grid, 1.8, 0.45));
+    for (std::size_t k = 0; k < fronts.size(); ++k) {
+      // Within the bounds; where only one of them is a depth, either may be right.
+      const double low = bounds.low[k], high = bounds.high[k];
+      if (std::isfinite(high))
+        depths.see(fronts[k], (low + high) / 2, (high - low) / 2);
+      else if (std::isinf(low) || fronts[k] < low)
+        depths.see(fronts[k], low, 0);
+    }
+  }
+  errors.push_back(depths.error());
+
+  Worst owners("own_discs", "owner");
+  see_both(
+      device, owners, [&] { return download(device, splat_owner(device, splats, grid, 1.8)); },
+      everywhere);
+  errors.push_back(owners.error());
+
+  Worst extents("lower_and_raise_discs", "from and to"), blocks("count_finite_depths", "occupied");
+  const auto extent = [&](auto part) {
+    return download(device,
+                    splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
+  };
+  const auto from = extent(&Extent::from);
+  see_both(
+      device, extents, [&] { return extent(&Extent::from); }, everywhere);
+  see_both(
+      device, extents, [&] { return extent(&Extent::to); },
+      [&](std::size_t k) { return from[k] < kNoSurface; });
+  see_both(
+      device, blocks, [&] { return extent(&Extent::occupied); }, everywhere);
+  errors.push_back(extents.error());
+  errors.push_back(blocks.error());
+
+  Worst behind("lower_discs_behind", "depth");
+  const Buffer<float> first = upload(device, fronts);
+  const SampleLists lists = list_samples(device, grid, first);
+  see_both(
+      device, behind,
+      [&] {
+        const Discs outlined = outline_discs(device, splats, grid, {{1.8f, 1.0f}}, Drawn::behind);
+        return download(device, splat_behind(device, list_discs(device, outlined, lists, first, 3),
+                                             lists, first, 3));
+      },
+      [&](std::size_t k) { return fronts[k] < kNoSurface; });
+  errors.push_back(behind.error());
+}
+
+void see_spheres(Device& device, int size, ReferenceErrors& errors) {
+  const View view = make_view(off_centre_camera(kWidth, kHeight), 0.5, {0, 0, 0});
+  WorldParticles world;
+  Random random(2);
+  for (int k = 0; k < size; ++k) {
+    world.x.push_back(static_cast<float>(random(-4, 4)));
+    world.y.push_back(static_cast<float>(random(-3, 3)));
+    world.z.push_back(static_cast<float>(random(-4, 4)));
+    world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
+  }
+  const DeviceSpheres spheres =
+      upload_spheres(device, view, project_particles(device, view, world, 2), 1.5);
+  Worst depths("lower_spheres", "depth"), normals("normals_of_owners", "normal");
+  const SampleGrid grid = pixel_grid(view);
+  see_both(
+      device, depths, [&] { return download(device, cast_spheres(device, view, spheres, grid)); },
+      everywhere);
+  see_both(
+      device, normals,
+      [&] { return download(device, sphere_normals(device, view, spheres, grid)); }, everywhere);
+  errors.push_back(depths.error());
+  errors.push_back(normals.error());
+}
+
+void see_triangles(Device& device, int size, ReferenceErrors& errors) {
+  const View view = plain_view();
+  const Triangulation mesh = triangulated(field(3 + size / 10, 4, hills));
+  Worst depths("lower_triangles", "depth");
+  const SampleGrid grid = pixel_grid(view);
+  see_both(
+      device, depths,
+      [&] {
+        return download(device, draw_triangles(device, view, mesh, grid, any_blocks(device, grid)));
+      },
+      everywhere);
+  errors.push_back(depths.error());
+}
+
+}  // namespace
+
+ReferenceErrors minima_case(Device& device, int size) {
+  ReferenceErrors errors;
+  see_discs(device, size, errors);
+  see_spheres(device, size, errors);
+  see_triangles(device, size, errors);
+  return errors;
+}
+
+}  // namespace meniscus::verify
