@@ -8,9 +8,6 @@ install(TARGETS meniscus EXPORT MeniscusStaticTargets
   DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT static)
 install(EXPORT MeniscusStaticTargets NAMESPACE Meniscus:: DESTINATION ${package_folder}
   COMPONENT static)
-# The same from the build folder, for what is built beside it.
-export(EXPORT MeniscusStaticTargets NAMESPACE Meniscus::
-  FILE ${PROJECT_BINARY_DIR}/MeniscusStaticTargets.cmake)
 if(MENISCUS_SHARED)
   install(TARGETS meniscus_shared EXPORT MeniscusTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library
@@ -26,8 +23,6 @@ configure_package_config_file(
   INSTALL_DESTINATION ${package_folder})
 write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-configure_file(${PROJECT_SOURCE_DIR}/cmake/FindLibdeflate.cmake
-  ${PROJECT_BINARY_DIR}/FindLibdeflate.cmake COPYONLY)
 install(FILES ${PROJECT_BINARY_DIR}/MeniscusConfig.cmake
               ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindLibdeflate.cmake

@@ -12,7 +12,7 @@ import meniscus
 from conftest import ball_points
 
 RADIUS = .025  # of the ball's particles
-BALL = 8 * .05 + RADIUS  # its surface lies one particle radius outside the outermost centres
+BALL = (len(ball_points()) * (2 * RADIUS) ** 3 * 3 / 4 / np.pi) ** (1 / 3)  # of as much fluid
 
 
 def extract(points, camera, **options):
@@ -33,10 +33,10 @@ def test_a_ball_is_where_it_is(points, camera):
     seen = np.isfinite(surface.depth)
     # The ball covers about pi r^2 of the screen: at distance 2, 72 pixels are 2 * 2 * tan(20 deg).
     pixels = np.pi * (BALL / (2 * 2 * np.tan(np.radians(20))) * 72) ** 2 / (1 - (BALL / 2) ** 2)
-    assert seen.sum() == pytest.approx(pixels, rel=.05)
+    assert seen.sum() == pytest.approx(pixels, rel=.1)
     distance = np.linalg.norm(surface.position[seen], axis=1)
-    # A lattice ball is rough: its surface lies between the layers of particles, half a spacing apart.
-    assert np.abs(distance - BALL).max() < 2 * RADIUS
+    # A ball of lattice points is rough: its steps are one spacing, half of it either way.
+    assert np.abs(distance - BALL).max() < RADIUS
     outward = surface.position[seen] / distance[:, None]
     assert np.median((outward * surface.normal[seen]).sum(axis=1)) > .98
     assert np.allclose(np.linalg.norm(surface.normal[seen], axis=1), 1, atol=1e-5)
@@ -56,7 +56,7 @@ def test_the_mesh_is_of_the_ball(points, camera):
     facing = np.cross(b - a, c - a)
     towards = (mesh.normals[mesh.triangles].mean(axis=1) * facing).sum(axis=1)
     assert (towards >= -1e-9).mean() > .99  # counter-clockwise seen from outside
-    assert np.abs(np.linalg.norm(mesh.positions, axis=1) - BALL).max() < 2 * RADIUS
+    assert np.abs(np.linalg.norm(mesh.positions, axis=1) - BALL).max() < 2 * RADIUS  # with its rim
 
 
 LAYOUTS = {
@@ -92,13 +92,16 @@ def test_velocities_come_out_and_move_pixels(points, camera):
     surface = extract(points, camera, velocities=spin)
     seen = np.isfinite(surface.depth)
     assert surface.velocity.shape == (72, 96, 3) and surface.mesh.velocities.shape[1] == 3
-    expected = np.stack([surface.position[..., 2], 0 * surface.depth, -surface.position[..., 0]], -1)
+    x, _, z = np.moveaxis(surface.position, -1, 0)
+    expected = np.stack([z, 0 * z, -x], axis=-1)
     # Means over neighbours within a few spacings of a velocity that is linear in space.
     assert np.abs(surface.velocity - expected)[seen].max() < 3 * 2 * RADIUS
     assert surface.forward is None
     surface.set_forward(frames_per_second=24)
-    middle = surface.forward[36, 48]  # the front moves to the right: vx = z = BALL
-    assert middle[0] == pytest.approx(BALL / 24 / (2 - BALL) * 36 / np.tan(np.radians(20)), rel=.05)
+    # The front moves to the right; half the image's height is tan(20 degrees) at distance 1.
+    speed, depth = surface.velocity[36, 48, 0], surface.depth[36, 48]
+    assert surface.forward[36, 48, 0] == pytest.approx(
+        speed / 24 / depth * 36 / np.tan(np.radians(20)), rel=.01)
     assert extract(points, camera, velocities=spin, motion=False).velocity is None
 
 
@@ -209,7 +212,7 @@ camera = meniscus.Camera.look_at((0, 0, 2), (0, 0, 0), size=(96, 72))
 seen = []
 def progress(stage):
     seen.append(stage)
-    if stage == "triangulate": os.kill(os.getpid(), signal.SIGINT)
+    if stage == "trust": os.kill(os.getpid(), signal.SIGINT)
 try:
     meniscus.extract(ball_points(), camera, particle_radius=.025, progress=progress)
 except KeyboardInterrupt:
@@ -219,7 +222,7 @@ except KeyboardInterrupt:
 """
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
                          cwd=__file__.rpartition("/")[0])
-    assert run.stdout.split() == ["triangulate", "True"], run
+    assert run.stdout.split() == ["trust", "True"], run
 
 
 def test_other_threads_run_meanwhile(points, camera):
