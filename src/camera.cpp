@@ -145,6 +145,11 @@ Camera frame_nothing(int width, int height) {
 
 Camera frame_particles(const Particles& particles, int width, int height) {
   check(particles);
+  return frame_particles(BorrowedParticles(particles), width, height);
+}
+
+Camera frame_particles(const BorrowedParticles& particles, int width, int height) {
+  check(particles);
   Bounds bounds = kNoBounds;
   std::vector<std::array<float, 3>> finite;
   for (std::size_t i = 0; i < particles.size(); ++i) {
@@ -155,13 +160,14 @@ Camera frame_particles(const Particles& particles, int width, int height) {
   }
   if (finite.empty()) return frame_nothing(width, height);
   double particle = particles.particle_radius;
-  for (const float own : particles.radius)
-    if (std::isfinite(own)) particle = std::max(particle, static_cast<double>(own));
+  for (std::size_t i = 0; i < particles.radius.size(); ++i)
+    particle = std::max(particle, static_cast<double>(particles.radius[i]));
   return frame_bounds(without_strays(bounds, std::move(finite)), particle, width, height);
 }
 
 Camera frame_particles(const ParticleSource& source, int width, int height) {
-  if (const Particles* all = source.in_memory()) return frame_particles(*all, width, height);
+  if (const BorrowedParticles* all = source.in_memory())
+    return frame_particles(*all, width, height);
   const Survey& survey = survey_of(source);
   if (survey.finite == 0) return frame_nothing(width, height);
   return frame_bounds(without_strays({survey.low, survey.high}, survey.sample),

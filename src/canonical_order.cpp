@@ -64,7 +64,7 @@ void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
   warnings.push_back(what + " and were dropped");
 }
 
-std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& params,
+std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Parameters& params,
                                          std::vector<std::string>& warnings) {
   std::vector<Key> keys;
   keys.reserve(p.size());
@@ -87,7 +87,7 @@ std::vector<std::size_t> canonical_order(const Particles& p, const Parameters& p
     if (!p.radius.empty() && p.radius[a.index] != p.radius[b.index])
       return p.radius[a.index] < p.radius[b.index];
     if (p.vx.empty()) return false;
-    for (const std::vector<float>* v : {&p.vx, &p.vy, &p.vz}) {  // by their bits: they may be NaN
+    for (const Column* v : {&p.vx, &p.vy, &p.vz}) {  // by their bits: they may be NaN
       const std::uint32_t va = ordered_bits((*v)[a.index]), vb = ordered_bits((*v)[b.index]);
       if (va != vb) return va < vb;
     }

@@ -6,15 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/borrowed.hpp"
 #include "meniscus/parameters.hpp"
-#include "meniscus/types.hpp"
 
 namespace meniscus {
 
 /// Indices of the particles with finite coordinates, in an order that depends on the set alone: by
 /// position, then by own radius, then by velocity. Particles that agree in all of them are
 /// interchangeable. Warns of the others (see report_dropped), and of particles at one position.
-std::vector<std::size_t> canonical_order(const Particles& particles, const Parameters& params,
+std::vector<std::size_t> canonical_order(const BorrowedParticles& particles,
+                                         const Parameters& params,
                                          std::vector<std::string>& warnings);
 
 /// Warns that `bad` of `size` particles, the first of them number `first`, have no finite
@@ -24,7 +25,7 @@ void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
                     const Parameters& params, std::vector<std::string>& warnings);
 
 /// Whether two particles have one position; those that do follow each other in the order.
-inline bool at_one_position(const Particles& p, std::size_t a, std::size_t b) {
+inline bool at_one_position(const BorrowedParticles& p, std::size_t a, std::size_t b) {
   return p.x[a] == p.x[b] && p.y[a] == p.y[b] && p.z[a] == p.z[b];
 }
 

@@ -34,7 +34,7 @@ bool is_beyond(const Cube& cube) {
   return std::max({std::abs(cube.x), std::abs(cube.y), std::abs(cube.z)}) == kFarthestCell;
 }
 
-Cube cube_of(const Particles& p, std::size_t i, float inverse) {
+Cube cube_of(const BorrowedParticles& p, std::size_t i, float inverse) {
   return {cell_of(p.x[i], inverse), cell_of(p.y[i], inverse), cell_of(p.z[i], inverse)};
 }
 
@@ -49,7 +49,7 @@ struct Member {
 // How many particles the cubes hold, in buckets that seldom are of several.
 class Census {
  public:
-  Census(const Particles& p, double side)
+  Census(const BorrowedParticles& p, double side)
       : particles_(p),
         inverse_(static_cast<float>(1 / side)),
         held_(std::bit_ceil(2 * p.size() + 1)) {
@@ -75,14 +75,14 @@ class Census {
   std::uint32_t bucket_at(const Cube& cube) const {
     return bucket_of(cube.x, cube.y, cube.z, static_cast<std::uint32_t>(held_.size() - 1));
   }
-  const Particles& particles_;
+  const BorrowedParticles& particles_;
   float inverse_;
   std::vector<std::uint32_t> held_;
 };
 
 // Whether there is no crowd for certain, and the radius seems right: a census in bytes, a quarter
 // of the memory of the other, and all that most frames need.
-bool is_ordinary(const Particles& p, double side) {
+bool is_ordinary(const BorrowedParticles& p, double side) {
   const float inverse = static_cast<float>(1 / side);
   std::vector<std::uint8_t> held(std::bit_ceil(2 * p.size() + 1));
   const auto mask = static_cast<std::uint32_t>(held.size() - 1);
@@ -104,8 +104,8 @@ bool is_ordinary(const Particles& p, double side) {
 
 // The particles of the order in cubes that hold too many, cube by cube. Some are in buckets of
 // several cubes.
-std::vector<Member> members_of_crowds(const Particles& p, const std::vector<std::size_t>& order,
-                                      const Census& census) {
+std::vector<Member> members_of_crowds(const BorrowedParticles& p,
+                                      const std::vector<std::size_t>& order, const Census& census) {
   std::vector<Member> members;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::size_t i = order[k];
@@ -120,7 +120,7 @@ std::vector<Member> members_of_crowds(const Particles& p, const std::vector<std:
 
 }  // namespace
 
-std::vector<std::size_t> without_crowds(const Particles& p, std::vector<std::size_t> order,
+std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
                                         double radius, std::vector<std::string>& warnings) {
   if (is_ordinary(p, 2 * radius)) return order;
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "meniscus/types.hpp"
+#include "meniscus/borrowed.hpp"
 
 namespace meniscus {
 
@@ -17,7 +17,8 @@ namespace meniscus {
 ///
 ///   order   canonical
 ///   radius  of the particles, world units
-std::vector<std::size_t> without_crowds(const Particles& particles, std::vector<std::size_t> order,
-                                        double radius, std::vector<std::string>& warnings);
+std::vector<std::size_t> without_crowds(const BorrowedParticles& particles,
+                                        std::vector<std::size_t> order, double radius,
+                                        std::vector<std::string>& warnings);
 
 }  // namespace meniscus

@@ -30,7 +30,7 @@ namespace {
 // s on a lattice and 0.79 s in a splashing fluid.) Where such spheres hold less than of any fluid
 // there are drops and no inside: then s is that median. Particles at one position count once: a
 // solver that has failed may leave most of them there.
-double estimate_radius(const Particles& p, std::vector<std::size_t> order) {
+double estimate_radius(const BorrowedParticles& p, std::vector<std::size_t> order) {
   const auto copied = [&](std::size_t a, std::size_t b) { return at_one_position(p, a, b); };
   order.erase(std::unique(order.begin(), order.end(), copied), order.end());
   constexpr std::size_t kSamples = 512;
@@ -73,7 +73,7 @@ double estimate_radius(const Particles& p, std::vector<std::size_t> order) {
 
 }  // namespace
 
-double choose_radius(const Particles& p, const std::vector<std::size_t>& order,
+double choose_radius(const BorrowedParticles& p, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings) {
   if (params.particle_radius > 0) return params.particle_radius;
   if (!p.radius.empty() && !order.empty()) {
@@ -102,6 +102,14 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
   check(camera);
   check(params);
   check(particles);
+  return extract(device, BorrowedParticles(particles), camera, params, timings);
+}
+
+Surface extract(Device& device, const BorrowedParticles& particles, const Camera& camera,
+                const Parameters& params, std::vector<StageTime>* timings) {
+  check(camera);
+  check(params);
+  check(particles);
   if (static_cast<std::int64_t>(particles.size()) >= kStreamed)
     return extract(device, *source_of(particles), camera, params, timings);
 
@@ -113,7 +121,7 @@ Surface extract(Device& device, const Particles& particles, const Camera& camera
 
   WorldParticles world;
   std::array<float, 3> low{}, high{};
-  const auto gather = [&](const std::vector<float>& values, std::vector<float>& to, std::size_t k) {
+  const auto gather = [&](const Column& values, std::vector<float>& to, std::size_t k) {
     to.resize(order.size());
     for (std::size_t i = 0; i < order.size(); ++i) to[i] = values[order[i]];
     const Bounds bounds = bounds_of(to);

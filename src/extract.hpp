@@ -19,7 +19,7 @@ inline constexpr std::int64_t kStreamed = std::int64_t{1} << 18;
 /// the one stated, else an estimate from the spacing, with a warning.
 ///
 ///   order  of the particles with finite coordinates, canonical
-double choose_radius(const Particles& particles, const std::vector<std::size_t>& order,
+double choose_radius(const BorrowedParticles& particles, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings);
 
 /// The same of a source, in memory or not. Throws InputError where its particles are too many to

@@ -18,6 +18,7 @@ class StageClock {
 
   void start(const std::string& stage) {
     stop();
+    if (device_.state().on_stage) device_.state().on_stage(stage);
     device_.state().stage = stage;
     begin_ = std::chrono::steady_clock::now();
   }

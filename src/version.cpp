@@ -1,7 +1,12 @@
+#include "meniscus/version.hpp"
+
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
 
-std::string version() { return MENISCUS_VERSION; }
+std::string version() {
+  return std::to_string(MENISCUS_VERSION_MAJOR) + "." + std::to_string(MENISCUS_VERSION_MINOR) +
+         "." + std::to_string(MENISCUS_VERSION_PATCH);
+}
 
 }  // namespace meniscus

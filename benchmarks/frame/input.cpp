@@ -3,6 +3,7 @@
 #include "dam_break.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
+#include "meniscus/io.hpp"
 #include "meniscus/source.hpp"
 
 namespace meniscus {
@@ -25,8 +26,8 @@ FrameInput file_frame(const std::string& path, double particle_radius) {
   frame.count = source->size();
   frame.particle_radius = particle_radius;
   frame.camera = frame_particles(*source);
-  if (const Particles* particles = source->in_memory())
-    frame.particles = *particles;
+  if (source->in_memory())
+    frame.particles = read_particles(path, particle_radius);
   else
     frame.file = path;
   return frame;

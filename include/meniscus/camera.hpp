@@ -3,10 +3,11 @@
 
 #include <string>
 
+#include "meniscus/export.hpp"
 #include "meniscus/source.hpp"
 #include "meniscus/types.hpp"
 
-namespace meniscus {
+namespace meniscus MENISCUS_API {
 
 /// A perspective camera at `eye` that looks at `target`.
 ///
@@ -24,6 +25,7 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
 /// gets a camera at (0, 0, 1) that looks at the origin. Throws InvalidArgument for a size below 1
 /// or particles that check() refuses.
 Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
+Camera frame_particles(const BorrowedParticles& particles, int width = 1024, int height = 768);
 /// The same. Throws also InputError when the source cannot be read.
 Camera frame_particles(const ParticleSource& source, int width = 1024, int height = 768);
 
@@ -32,4 +34,4 @@ Camera frame_particles(const ParticleSource& source, int width = 1024, int heigh
 /// names the entry at fault.
 void check(const Camera& camera);
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

@@ -10,11 +10,14 @@
 #endif
 #include <CL/opencl.hpp>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-namespace meniscus {
+#include "meniscus/export.hpp"
+
+namespace meniscus MENISCUS_API {
 
 enum class DeviceKind { cpu, gpu, accelerator, other };
 
@@ -70,11 +73,16 @@ class Device {
 
   const DeviceInfo& info() const;
 
-  struct State;  // src/device/device.hpp
+  /// From now on `call` is called at the beginning of each stage of extract() on this device, with
+  /// the stage's name, by the thread that extracts. What it throws ends the extraction and comes
+  /// out of extract(); the device can be used on. An empty function: no more calls.
+  void on_stage(std::function<void(const std::string& stage)> call);
+
+  struct MENISCUS_INTERNAL State;  // src/device/device.hpp
   State& state() { return *state_; }
 
  private:
   std::unique_ptr<State> state_;
 };
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

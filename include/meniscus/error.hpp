@@ -4,7 +4,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace meniscus {
+#include "meniscus/export.hpp"
+
+namespace meniscus MENISCUS_API {
 
 /// The base of everything Meniscus throws. what() is one line: where, what was found, what was
 /// wanted, what to do.
@@ -43,4 +45,4 @@ inline void require(bool condition, const std::string& message) {
   if (!condition) throw InvalidArgument(message);
 }
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

@@ -6,10 +6,11 @@
 #include <map>
 #include <string>
 
+#include "meniscus/export.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 
-namespace meniscus {
+namespace meniscus MENISCUS_API {
 
 /// Reads one frame of particles. The format follows from the ending: .ply (ascii, both endians),
 /// .vtk (legacy, ascii and binary), .bgeo and .bgeo.gz (classic), .xyz, .csv. NaN and infinite
@@ -61,4 +62,4 @@ void write_mesh(const std::string& path, const Mesh& mesh);
 /// preview needs a map that the surface does not have.
 void write_png(const std::string& path, const Surface& surface, Preview preview = Preview::lit);
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

@@ -6,15 +6,18 @@
 #include <utility>
 #include <vector>
 
+#include "meniscus/borrowed.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
+#include "meniscus/export.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/motion.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
 #include "meniscus/types.hpp"
+#include "meniscus/version.hpp"
 
-namespace meniscus {
+namespace meniscus MENISCUS_API {
 
 class Device;
 
@@ -33,7 +36,7 @@ struct StageTime {
 
 /// Extracts the surface of `particles` seen by `camera` (the whole paper, 2.1 to 2.5).
 ///
-///   particles  any order; the result does not depend on it
+///   particles  any order; the result does not depend on it. Borrowed ones are read where they lie
 ///   camera     see types.hpp
 ///   timings    when given, receives an entry each time a stage runs, in order
 ///
@@ -41,6 +44,8 @@ struct StageTime {
 /// Throws InvalidArgument for bad parameters, camera or arrays, InputError for values that are not
 /// finite where parameters.strict is set, DeviceError when the device fails.
 Surface extract(Device& device, const Particles& particles, const Camera& camera,
+                const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr);
+Surface extract(Device& device, const BorrowedParticles& particles, const Camera& camera,
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr);
 
 /// The same for particles that need not fit into memory. Frames of 2^18 particles and more stream:
@@ -63,4 +68,4 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
 /// The version, "major.minor.patch".
 std::string version();
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

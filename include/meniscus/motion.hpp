@@ -1,9 +1,10 @@
 // Where the surface goes on the screen.
 #pragma once
 
+#include "meniscus/export.hpp"
 #include "meniscus/types.hpp"
 
-namespace meniscus {
+namespace meniscus MENISCUS_API {
 
 /// How far what each pixel shows moves until the next frame: its point, moved on by its velocity
 /// for 1 / frames_per_second, as the next frame's camera sees it, less the pixel's own centre. To
@@ -19,4 +20,4 @@ namespace meniscus {
 /// Throws InvalidArgument when the surface has no velocity, or for a bad camera or rate.
 ScreenMotion screen_motion(const Surface& surface, const Camera& next, double frames_per_second);
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-namespace meniscus {
+#include "meniscus/export.hpp"
+
+namespace meniscus MENISCUS_API {
 
 /// How the surface is made from the visible particles.
 enum class Method {
@@ -217,4 +219,4 @@ std::string describe(const Parameters& parameters);
 /// method_list() lacks.
 void check(const Parameters& parameters);
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

@@ -7,12 +7,16 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/borrowed.hpp"
+#include "meniscus/export.hpp"
 #include "meniscus/types.hpp"
 
-namespace meniscus {
+namespace meniscus MENISCUS_API {
 
-struct Survey;
-class Team;
+struct MENISCUS_INTERNAL Survey;
+class MENISCUS_INTERNAL Team;
+class ParticleSource;
+MENISCUS_INTERNAL const Survey& survey_of(const ParticleSource& source);
 
 /// Particles that follow each other in a frame.
 struct ParticleRange {
@@ -49,7 +53,7 @@ class ParticleSource {
   virtual void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const = 0;
 
   /// The particles where they are all in memory anyway, else null.
-  virtual const Particles* in_memory() const { return nullptr; }
+  virtual const BorrowedParticles* in_memory() const { return nullptr; }
 
   /// The processes that read the frame together (src/stream/team.hpp); by default this one alone.
   virtual Team& team() const;
@@ -76,9 +80,11 @@ std::unique_ptr<ParticleSource> open_particles(const std::string& path, double p
 /// and radii are > 0 and finite (`particle_radius` also 0: not known). The message names the array.
 /// Positions and velocities may be NaN and infinite: see Parameters::strict.
 void check(const Particles& particles);
+void check(const BorrowedParticles& particles);
 
-/// Particles in memory, which must outlive the source and stay as they are. Throws InvalidArgument
-/// where an array has neither one entry a particle nor none.
+/// Particles in memory, which must outlive the source and stay as they are; none is copied. Throws
+/// InvalidArgument where an array has neither one entry a particle nor none.
 std::unique_ptr<ParticleSource> source_of(const Particles& particles);
+std::unique_ptr<ParticleSource> source_of(const BorrowedParticles& particles);
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
-namespace meniscus {
+#include "meniscus/export.hpp"
+
+namespace meniscus MENISCUS_API {
 
 struct Vec3 {
   float x = 0, y = 0, z = 0;
@@ -78,4 +80,4 @@ struct Surface {
   std::vector<std::string> warnings;  // one line each: what was dropped or estimated
 };
 
-}  // namespace meniscus
+}  // namespace MENISCUS_API

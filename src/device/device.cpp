@@ -80,6 +80,10 @@ Range with_groups_of(Range range, std::size_t most) {
 
 }  // namespace
 
+void Device::on_stage(std::function<void(const std::string&)> call) {
+  state_->on_stage = std::move(call);
+}
+
 std::string Device::State::place() const {
   std::string text = " on \"";
   text += info.name + "\"";

@@ -26,33 +26,33 @@ constexpr std::size_t kBlock = std::size_t{1} << 18;  // bytes read at a time: f
 
 class MemorySource : public ParticleSource {
  public:
-  explicit MemorySource(const Particles& particles) : particles_(&particles) {}
-  explicit MemorySource(Particles&& particles) : own_(std::move(particles)), particles_(&own_) {}
+  explicit MemorySource(const BorrowedParticles& particles) : particles_(particles) {}
+  explicit MemorySource(Particles&& particles) : own_(std::move(particles)), particles_(own_) {}
 
-  std::int64_t size() const override { return static_cast<std::int64_t>(particles_->size()); }
-  bool has_radius() const override { return !particles_->radius.empty(); }
-  bool has_velocity() const override { return !particles_->vx.empty(); }
-  double particle_radius() const override { return particles_->particle_radius; }
+  std::int64_t size() const override { return static_cast<std::int64_t>(particles_.size()); }
+  bool has_radius() const override { return !particles_.radius.empty(); }
+  bool has_velocity() const override { return !particles_.vx.empty(); }
+  double particle_radius() const override { return particles_.particle_radius; }
   std::string name(std::int64_t particle) const override {
     return "particle " + std::to_string(particle);
   }
-  const Particles* in_memory() const override { return particles_; }
+  const BorrowedParticles* in_memory() const override { return &particles_; }
   void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
-    const auto copy = [&](const std::vector<float>& from, float* values) {
-      if (values && !from.empty()) std::copy_n(from.begin() + first, count, values);
+    const auto copy = [&](const Column& from, float* values) {
+      if (values && !from.empty()) from.copy(static_cast<std::size_t>(first), count, values);
     };
-    copy(particles_->x, to.x);
-    copy(particles_->y, to.y);
-    copy(particles_->z, to.z);
-    copy(particles_->vx, to.vx);
-    copy(particles_->vy, to.vy);
-    copy(particles_->vz, to.vz);
-    copy(particles_->radius, to.radius);
+    copy(particles_.x, to.x);
+    copy(particles_.y, to.y);
+    copy(particles_.z, to.z);
+    copy(particles_.vx, to.vx);
+    copy(particles_.vy, to.vy);
+    copy(particles_.vz, to.vz);
+    copy(particles_.radius, to.radius);
   }
 
  private:
   Particles own_;
-  const Particles* particles_;
+  BorrowedParticles particles_;
 };
 
 class RowSource : public ParticleSource {
@@ -125,26 +125,31 @@ class RowSource : public ParticleSource {
   RowLayout rows_;
 };
 
+void check_scalar(const char* name, std::size_t size, std::size_t particles) {
+  require(size == 0 || size == particles, std::string("particles: ") + name + " has " +
+                                              std::to_string(size) + " values for " +
+                                              std::to_string(particles) + " particles");
+}
+
 // Throws unless each array has one entry a particle or, where it is optional, none.
-void check_sizes(const Particles& p) {
-  const auto vector = [&](const char* names, const std::array<const std::vector<float>*, 3>& axes) {
-    for (const std::vector<float>* values : axes)
+void check_sizes(const BorrowedParticles& p) {
+  const auto vector = [&](const char* names, const std::array<const Column*, 3>& axes) {
+    for (const Column* values : axes)
       require(values->size() == axes[0]->size() && (values->empty() || values->size() == p.size()),
               std::string("particles: ") + names + " have " + std::to_string(axes[0]->size()) +
                   ", " + std::to_string(axes[1]->size()) + " and " +
                   std::to_string(axes[2]->size()) + " values for " + std::to_string(p.size()) +
                   " particles");
   };
-  const auto scalar = [&](const char* name, std::size_t size) {
-    require(size == 0 || size == p.size(), std::string("particles: ") + name + " has " +
-                                               std::to_string(size) + " values for " +
-                                               std::to_string(p.size()) + " particles");
-  };
   vector("x, y and z", {&p.x, &p.y, &p.z});
   vector("vx, vy and vz", {&p.vx, &p.vy, &p.vz});
-  scalar("density", p.density.size());
-  scalar("radius", p.radius.size());
-  scalar("id", p.id.size());
+  check_scalar("radius", p.radius.size(), p.size());
+}
+
+void check_sizes(const Particles& p) {
+  check_sizes(BorrowedParticles(p));
+  check_scalar("density", p.density.size(), p.size());
+  check_scalar("id", p.id.size(), p.size());
 }
 
 // Files of fewer particles are read at once, and looked through for what else may be wrong.
@@ -197,6 +202,11 @@ std::unique_ptr<ParticleSource> open_particles(const std::string& path, double p
 
 void check(const Particles& particles) {
   check_sizes(particles);
+  check(BorrowedParticles(particles));
+}
+
+void check(const BorrowedParticles& particles) {
+  check_sizes(particles);
   const std::string wanted = ", must be > 0 and finite";
   for (std::size_t i = 0; i < particles.radius.size(); ++i) {
     const float radius = particles.radius[i];
@@ -210,6 +220,11 @@ void check(const Particles& particles) {
 }
 
 std::unique_ptr<ParticleSource> source_of(const Particles& particles) {
+  check_sizes(particles);
+  return std::make_unique<MemorySource>(BorrowedParticles(particles));
+}
+
+std::unique_ptr<ParticleSource> source_of(const BorrowedParticles& particles) {
   check_sizes(particles);
   return std::make_unique<MemorySource>(particles);
 }

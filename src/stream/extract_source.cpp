@@ -244,14 +244,14 @@ void set_count(Extraction& extraction, const std::string& name, std::int64_t val
 
 double choose_radius(const ParticleSource& source, const Parameters& params,
                      std::vector<std::string>& warnings) {
-  if (const Particles* all = source.in_memory())
+  if (const BorrowedParticles* all = source.in_memory())
     return choose_radius(*all, canonical_order(*all, {}, warnings), params, warnings);
   return radius_of(source, survey_of(source), params, warnings);
 }
 
 Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
                 const Parameters& params, std::vector<StageTime>* timings, std::size_t memory) {
-  const Particles* const in_memory = source.in_memory();
+  const BorrowedParticles* const in_memory = source.in_memory();
   if (in_memory) check(*in_memory);
   if (source.size() < kStreamed) {
     if (in_memory) return extract(device, *in_memory, camera, params, timings);

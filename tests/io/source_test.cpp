@@ -128,7 +128,8 @@ TEST_F(Source, SmallFilesAndOtherFormatsAreInMemory) {
   EXPECT_TRUE(open_particles(write("mixed.ply", mixed_ply(std::endian::little)))->in_memory());
   const auto rows = open_particles(write("rows.xyz", "1 2 3\n4 5 6\n"), 0.5);
   ASSERT_TRUE(rows->in_memory());
-  EXPECT_EQ(rows->in_memory()->x, (std::vector<float>{1, 4}));
+  const Column& x = rows->in_memory()->x;
+  EXPECT_EQ((std::vector<float>{x[0], x[1]}), (std::vector<float>{1, 4}));
   EXPECT_EQ(rows->particle_radius(), 0.5);
 }
 

@@ -1,0 +1,127 @@
+"""Cameras."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike, fspath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+
+if TYPE_CHECKING:
+    from ._particles import Particles
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A camera in the OpenGL convention: clip = projection @ view @ x, the eye looks down -z.
+
+    width, height
+        Pixels, 1 to 16384.
+    view
+        (4, 4), world to eye space, rigid; rows in order.
+    projection
+        (4, 4), eye to clip space, perspective or orthographic, z in [-w, w].
+
+    Raises InvalidArgument, naming the entry at fault.
+    """
+
+    width: int
+    height: int
+    view: NDArray[np.float64]
+    projection: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name in ("view", "projection"):
+            matrix = np.array(getattr(self, name), np.float64)
+            if matrix.shape != (4, 4):
+                from ._errors import InvalidArgument
+
+                raise InvalidArgument(
+                    f"camera: {name} has shape {matrix.shape}, must be (4, 4)")
+            matrix.flags.writeable = False
+            object.__setattr__(self, name, matrix)
+        self._bare()  # checks it
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Camera) and self.to_json() == other.to_json()
+
+    def __hash__(self) -> int:
+        return hash(self.to_json())
+
+    @staticmethod
+    def look_at(eye: Sequence[float], target: Sequence[float], up: Sequence[float] = (0, 1, 0), *,
+                fov: float = 40, size: tuple[int, int] = (1024, 768)) -> Camera:
+        """A perspective camera at `eye` that looks at `target`.
+
+        eye, target, up
+            World units; up must not be parallel to target - eye.
+        fov
+            Vertical field of view, degrees, in (0, 180).
+        size
+            (width, height), pixels.
+        """
+        return _camera_of(_core.look_at(*(list(map(float, v)) for v in (eye, target, up)),
+                                        float(fov), *size))
+
+    @staticmethod
+    def frame(points: ArrayLike | Particles, *, size: tuple[int, int] = (1024, 768),
+              radii: ArrayLike | None = None, particle_radius: float = 0) -> Camera:
+        """A perspective camera that shows all finite particles from above and to the side.
+
+        points
+            (n, 3), world units, or Particles. Strays that a simulation threw away are not framed.
+        size
+            (width, height), pixels.
+        radii, particle_radius
+            As for extract(): particles have a size.
+        """
+        from ._particles import frame_of
+
+        frame, keep = frame_of(points, None, radii, particle_radius)
+        camera = _camera_of(_core.frame_camera(frame, *size))
+        del keep
+        return camera
+
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Camera:
+        """The camera of a JSON file, as the program's --camera takes it. Raises InputError."""
+        return _camera_of(_core.read_camera(fspath(path)))
+
+    @staticmethod
+    def from_json(text: str) -> Camera:
+        """The camera of to_json(). Raises InvalidArgument for JSON that is no camera."""
+        from ._errors import InvalidArgument
+
+        try:
+            found = json.loads(text)
+            return Camera(*(found[key] for key in ("width", "height", "view", "projection")))
+        except (ValueError, KeyError, TypeError) as error:
+            if isinstance(error, InvalidArgument):
+                raise
+            raise InvalidArgument(f"camera: wanted JSON with width, height, view and projection: "
+                                  f"{type(error).__name__}: {error}") from None
+
+    def to_json(self) -> str:
+        """JSON with width, height, view and projection, every number to its last bit."""
+        return json.dumps({"width": self.width, "height": self.height,
+                           "view": self.view.tolist(), "projection": self.projection.tolist()})
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Writes to_json() into a file, for the program's --camera."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.to_json() + "\n")
+
+    def _bare(self) -> _core.Camera:
+        return _core.Camera(self.width, self.height, self.view.ravel().tolist(),
+                            self.projection.ravel().tolist())
+
+
+def _camera_of(bare: _core.Camera) -> Camera:
+    return Camera(bare.width, bare.height, np.reshape(bare.view, (4, 4)),
+                  np.reshape(bare.projection, (4, 4)))

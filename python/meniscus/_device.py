@@ -1,0 +1,147 @@
+"""Devices, and the one call."""
+
+from __future__ import annotations
+
+import os
+import threading
+import warnings as _warnings
+from collections.abc import Callable
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from . import _core, _runtime
+from ._camera import Camera
+from ._errors import InvalidArgument, MeniscusWarning
+from ._particles import Particles, frame_of
+from ._surface import Surface
+
+#: Device memory that the passes over particles that stream may take, bytes.
+STREAM_MEMORY: int = _core.STREAM_MEMORY
+
+_prepared = False
+_default: Device | None = None
+_lock = threading.RLock()
+
+
+def _prepare() -> None:
+    global _prepared
+    with _lock:
+        if not _prepared:
+            _runtime.prepare()
+            _prepared = True
+
+
+def _forget() -> None:  # a child of fork() has none of its parent's OpenCL
+    global _default, _lock
+    _default, _lock = None, threading.RLock()
+
+
+os.register_at_fork(after_in_child=_forget)
+
+
+def devices() -> list[dict[str, Any]]:
+    """What there is: index, name, platform, kind, compute_units, global_memory (bytes), usable,
+    problem and more of each OpenCL device. Raises DeviceError where there is no platform at all."""
+    _prepare()
+    return _core.devices()
+
+
+class Device:
+    """An opened OpenCL device, which keeps its built kernels and memory from call to call.
+
+    selector
+        An index of devices(), `cpu`, `gpu`, or a part of a name. Empty: the fastest kind found.
+
+    Threads may share one; they take turns. Raises DeviceError, naming the devices there are.
+    """
+
+    def __init__(self, selector: str | int = "") -> None:
+        _prepare()
+        self._bare = _core.Device(str(selector))
+        self.info: dict[str, Any] = self._bare.info
+
+    @property
+    def name(self) -> str:
+        return self.info["name"]
+
+    def __repr__(self) -> str:
+        return f"<meniscus.Device: {self.name} ({self.info['platform']})>"
+
+    def extract(self, points: ArrayLike | Particles, camera: Camera, **options: Any) -> Surface:
+        """The same as meniscus.extract(points, camera, device=self, **options)."""
+        return extract(points, camera, device=self, **options)
+
+
+def default_device() -> Device:
+    """The device that extract() takes where none is given, opened once."""
+    global _default
+    with _lock:
+        if _default is None:
+            _default = Device()
+        return _default
+
+
+def extract(points: ArrayLike | Particles, camera: Camera, *,
+            velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
+            particle_radius: float = 0, method: str = "fit", maps: str | None = None,
+            image: bool = True, mesh: bool = True, motion: bool = True, strict: bool = False,
+            device: Device | None = None, memory: int = STREAM_MEMORY, timings: bool = False,
+            progress: Callable[[str], object] | None = None, **parameters: float) -> Surface:
+    """Extracts the surface of `points` that `camera` sees.
+
+    points
+        (n, 3), world units, in any order, or Particles. float32 and float64 arrays are read where
+        they lie, with any strides, and must not be changed meanwhile; of other numbers a float64
+        copy is made. float64 is rounded to float32. NaN and infinite points are dropped with a
+        warning.
+    velocities
+        (n, 3), world units per second: the surface gets velocities, too.
+    radii
+        (n,), particle radii, world units, > 0.
+    particle_radius
+        World units, half the particle spacing. 0: the middle of `radii`, else what the file states,
+        else an estimate from the spacing, with a warning.
+    method
+        One of methods(); `fit` is the paper's with a fit around every particle.
+    maps
+        Those wanted beside depth, e.g. "N,id": N, P, id, kind, residual, V. None: all.
+    image, mesh, motion
+        Whether maps, the mesh, and velocities are made.
+    strict
+        NaN and infinite values are an error.
+    device
+        None: default_device().
+    memory
+        Bytes of the device that frames of 2^18 particles and more may take while they stream
+        through it; never changes the result.
+    timings
+        Fill Surface.timings, at some cost.
+    progress
+        Called with the name of each stage as it begins. What it raises ends the extraction.
+    **parameters
+        Every number of named_parameters(), with _ for -: support=8, contour_density=.1.
+
+    The same particles give the same bits, on every device. Other Python threads run meanwhile.
+    Ctrl-C ends it at the next stage with KeyboardInterrupt; the device can be used on.
+
+    Raises InvalidArgument, InputError, DeviceError and OutOfDeviceMemory; gives MeniscusWarning.
+    """
+    if not isinstance(camera, Camera):
+        raise InvalidArgument(f"camera is a {type(camera).__name__}, must be a meniscus.Camera")
+    bare = _core.Parameters()
+    bare.set_method(method)
+    if maps is not None:
+        bare.set_maps(maps)
+    bare.image, bare.mesh, bare.motion, bare.strict = image, mesh, motion, strict
+    bare.particle_radius = float(particle_radius)
+    for name, value in parameters.items():
+        bare.set(name.replace("_", "-"), float(value))
+    frame, keep = frame_of(points, velocities, radii, 0)
+    made = _core.extract((device or default_device())._bare, frame, camera._bare(), bare, memory,
+                         timings, progress)
+    del keep
+    surface = Surface(made)
+    for warning in surface.warnings:
+        _warnings.warn(warning, MeniscusWarning, stacklevel=2)
+    return surface

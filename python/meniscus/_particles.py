@@ -1,0 +1,125 @@
+"""Particles: where numpy's arrays lie, and what files hold."""
+
+from __future__ import annotations
+
+from os import PathLike, fspath
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._errors import InvalidArgument
+
+_Place = tuple[int, int, int, int, bool]
+
+
+def _place(values: ArrayLike, name: str, dimensions: int) -> tuple[_Place, NDArray[Any]]:
+    """Where the values lie, and the array that must live while they are read.
+
+    Native float32 and float64 are taken as they lie, with any strides, from whatever numpy.asarray
+    makes an array of without a copy. All other numbers are converted to float64.
+    """
+    if isinstance(values, np.ma.MaskedArray):
+        raise InvalidArgument(f"{name} is a masked array; leave masked particles out of it: "
+                              f"{name}[~mask]")
+    array = np.asarray(values)
+    if array.dtype.kind not in "iuf":
+        raise InvalidArgument(f"{name} has dtype {array.dtype}, must be real numbers")
+    wanted = "(n, 3)" if dimensions == 2 else "(n,)"
+    if array.ndim != dimensions or (dimensions == 2 and array.shape[1] != 3):
+        raise InvalidArgument(f"{name} has shape {array.shape}, must be {wanted}")
+    if array.dtype not in (np.float32, np.float64) or not array.dtype.isnative:
+        array = array.astype(np.float64)
+    strides = array.strides + (0,) * (2 - dimensions)
+    return (array.ctypes.data, array.shape[0], strides[0], strides[1],
+            array.dtype == np.float64), array
+
+
+class Particles:
+    """One frame of particles that read_particles() or open_particles() found in a file.
+
+    size
+        How many there are.
+    particle_radius
+        World units, as the file states it; 0: it does not.
+    time
+        Seconds, as the file states it; 0: it does not.
+    x, y, z
+        (n,) float32, world units. These and the arrays below share memory with this object. None
+        where the file does not have them, and where it is left on disk (open_particles).
+    vx, vy, vz
+        (n,) float32, world units per second.
+    radius, density
+        (n,) float32: particle radii in world units; density as the file has it.
+    id
+        (n,) int64, identity over time.
+    """
+
+    def __init__(self, bare: _core.Frame) -> None:
+        self._bare = bare
+
+    def __len__(self) -> int:
+        return self._bare.size
+
+    def __repr__(self) -> str:
+        return f"<meniscus.Particles: {len(self)}, radius {self.particle_radius:g}>"
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("size", "particle_radius", "has_velocity", "has_radius", "time", "x", "y", "z",
+                    "vx", "vy", "vz", "density", "radius", "id"):
+            return getattr(self._bare, name)
+        raise AttributeError(f"Particles has no attribute {name}")
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(n, 3) float32, world units: a copy."""
+        if self.x is None:
+            raise InvalidArgument("these particles are on disk; read_particles() has them in memory")
+        return np.stack([self.x, self.y, self.z], axis=1)
+
+    @property
+    def velocities(self) -> NDArray[np.float32] | None:
+        """(n, 3) float32, world units per second: a copy. None where the file has none."""
+        if self.vx is None:
+            return None
+        return np.stack([self.vx, self.vy, self.vz], axis=1)
+
+
+def read_particles(path: str | PathLike[str], particle_radius: float = 0) -> Particles:
+    """Reads one frame of particles; the format follows from the ending, as for `meniscus extract`.
+
+    particle_radius
+        > 0, world units: replaces every radius that the file states; 0: the file's.
+
+    Raises InputError: file, place in it, what was found, what was wanted.
+    """
+    return Particles(_core.read_particles(fspath(path), float(particle_radius)))
+
+
+def open_particles(path: str | PathLike[str], particle_radius: float = 0) -> Particles:
+    """The same for frames that need not fit into memory: a large binary .ply is left on disk, and
+    extract() reads it in parts. A * in the path stands for all parts of one frame."""
+    return Particles(_core.open_particles(fspath(path), float(particle_radius)))
+
+
+def frame_of(points: ArrayLike | Particles, velocities: ArrayLike | None,
+             radii: ArrayLike | None, particle_radius: float) -> tuple[_core.Frame, object]:
+    """What the library reads, and what must live while it does."""
+    if isinstance(points, Particles):
+        if velocities is not None or radii is not None:
+            raise InvalidArgument("velocities and radii go with arrays; Particles bring their own")
+        return points._bare, points
+    place, keep = _place(points, "points", 2)
+    others: list[_Place | None] = []
+    kept = [keep]
+    for values, name, dimensions in ((velocities, "velocities", 2), (radii, "radii", 1)):
+        if values is None:
+            others.append(None)
+            continue
+        other, array = _place(values, name, dimensions)
+        if other[1] != place[1]:
+            raise InvalidArgument(f"{name} has {other[1]} rows for {place[1]} points")
+        others.append(other)
+        kept.append(array)
+    return _core.borrow(place, others[0], others[1], float(particle_radius)), kept

@@ -1,0 +1,133 @@
+"""Surfaces: maps and meshes as arrays, and files of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._camera import Camera, _camera_of
+from ._errors import InvalidArgument
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with a normal at each vertex, in world space; open where the camera sees no further.
+
+    positions
+        (vertices, 3) float32, world units.
+    normals
+        (vertices, 3) float32, unit, outward.
+    velocities
+        (vertices, 3) float32, world units per second; None where the particles carry none.
+    triangles
+        (triangles, 3) uint32, counter-clockwise seen from outside.
+
+    The arrays share memory with the surface.
+    """
+
+    positions: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    velocities: NDArray[np.float32] | None
+    triangles: NDArray[np.uint32]
+
+
+class Surface:
+    """The surface that a camera sees: maps of (height, width), row 0 on top, and a mesh.
+
+    The arrays share memory with this object; none is copied. Those that were not asked for are None.
+
+    depth
+        (h, w) float32, planar distance along the camera's axis, world units; +inf: no surface.
+    normal
+        (h, w, 3) float32, unit, outward, world axes; 0: no surface.
+    position
+        (h, w, 3) float32, world units; 0: no surface.
+    group
+        (h, w) uint32, the fit that weighs most, counted from 1; 0: none.
+    kind
+        (h, w) uint8: 0 none, 1 surface, 2 splash.
+    residual
+        (h, w) float32, RMS residual of that fit, particle radii; 0: none.
+    velocity
+        (h, w, 3) float32, world units per second; None where the particles carry none.
+    forward
+        (h, w, 2) float32, pixels to the right and down until the next frame; after set_forward().
+    camera
+        The Camera.
+    particle_radius
+        World units, as it was used.
+    counts
+        How many particles, how many of them in view, visible, ...
+    warnings
+        One line each; they were also given as MeniscusWarning.
+    parameters
+        All numbers it was made with, as text.
+    timings
+        [(stage, ms on the host, ms of its kernels)] where extract() was asked for them.
+    """
+
+    def __init__(self, bare: _core.Surface) -> None:
+        self._bare = bare
+        self.camera: Camera = _camera_of(bare.camera)
+        self.counts: dict[str, int] = dict(bare.counts)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
+                    "forward", "particle_radius", "warnings", "parameters", "timings"):
+            return getattr(self._bare, name)
+        raise AttributeError(f"Surface has no attribute {name}")
+
+    def __repr__(self) -> str:
+        return (f"<meniscus.Surface: {self.camera.width}x{self.camera.height}, "
+                f"{self.counts.get('pixels', 0)} pixels, {len(self.mesh.triangles)} triangles>")
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh of what the camera sees; without triangles where it was not asked for."""
+        bare = self._bare
+        return Mesh(bare.mesh_positions, bare.mesh_normals, bare.mesh_velocities,
+                    bare.mesh_triangles)
+
+    def set_forward(self, next_camera: Camera | None = None, frames_per_second: float = 24) -> None:
+        """Makes the map `forward`: where each pixel's point goes within 1 / frames_per_second seconds,
+        as the next frame's camera (default: the same) sees it. Raises InvalidArgument without velocity.
+        """
+        self._bare.set_forward((next_camera or self.camera)._bare(), float(frames_per_second))
+
+    def write(self, path: str | PathLike[str], *, compression: str = "zip", half: bool = False,
+              preview: str = "lit") -> None:
+        """Writes the maps (.exr), a picture (.png) or the mesh (.ply, .obj), by the ending.
+
+        compression, half
+            .exr: none, rle, zips, zip, piz or pxr24; normals and motion as 16-bit floats.
+        preview
+            .png: lit, normal, depth or groups.
+
+        The file appears under its name when it is complete. Raises OutputError, InvalidArgument.
+        """
+        name = fspath(path)
+        ending = Path(name).suffix.lower()
+        if ending == ".exr":
+            self._bare.write_exr(name, compression, half)
+        elif ending == ".png":
+            self._bare.write_png(name, preview)
+        else:
+            self._bare.write_mesh(name)
+
+
+def read_exr(path: str | PathLike[str]) -> Surface:
+    """Reads the maps and the camera that write() put into an .exr; the mesh stays empty."""
+    return Surface(_core.read_exr(fspath(path)))
+
+
+def write(path: str | PathLike[str], surface: Surface, **options: Any) -> None:
+    """The same as surface.write(path, **options)."""
+    if not isinstance(surface, Surface):
+        raise InvalidArgument(f"write: found {type(surface).__name__}, wanted a Surface")
+    surface.write(path, **options)

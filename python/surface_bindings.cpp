@@ -1,0 +1,144 @@
+// Surfaces: their maps and mesh as arrays that share their memory, and files of them.
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+
+#include "bindings.hpp"
+
+namespace nb = nanobind;
+
+namespace meniscus::python {
+namespace {
+
+// [height, width] or [height, width, components], as it lies in `values`; None where it is empty. The
+// array keeps `owner` alive.
+template <class Number, class T>
+nb::object map_of(nb::handle owner, std::vector<T>& values) {
+  constexpr std::size_t components = sizeof(T) / sizeof(Number);
+  if (values.empty()) return nb::none();
+  const Camera& camera = nb::cast<Made&>(owner).surface.camera;
+  const std::size_t shape[] = {static_cast<std::size_t>(camera.height),
+                               static_cast<std::size_t>(camera.width), components};
+  return nb::ndarray<nb::numpy, Number>(values.data(), components == 1 ? 2 : 3, shape, owner)
+      .cast();
+}
+
+// [n, 3]. Without values too, where `known`.
+template <class Number, class T>
+nb::object rows_of(nb::handle owner, std::vector<T>& values, bool known = true) {
+  if (!known) return nb::none();
+  const std::size_t shape[] = {values.size(), sizeof(T) / sizeof(Number)};
+  return nb::ndarray<nb::numpy, Number>(values.data(), 2, shape, owner).cast();
+}
+
+template <auto Map, class Number>
+void bind_map(nb::class_<Made>& surface, const char* name) {
+  surface.def_prop_ro(name, [](nb::handle self) {
+    return map_of<Number>(self, nb::cast<Made&>(self).surface.*Map);
+  });
+}
+
+Compression compression_named(const std::string& name) {
+  const std::map<std::string, Compression> all{
+      {"none", Compression::none}, {"rle", Compression::rle}, {"zips", Compression::zips},
+      {"zip", Compression::zip},   {"piz", Compression::piz}, {"pxr24", Compression::pxr24}};
+  const auto found = all.find(name);
+  require(found != all.end(),
+          "compression is " + name + ", must be one of none, rle, zips, zip, piz, pxr24");
+  return found->second;
+}
+
+Preview preview_named(const std::string& name) {
+  const std::map<std::string, Preview> all{{"lit", Preview::lit},
+                                           {"normal", Preview::normal},
+                                           {"depth", Preview::depth},
+                                           {"groups", Preview::groups}};
+  const auto found = all.find(name);
+  require(found != all.end(),
+          "preview is " + name + ", must be one of lit, normal, depth, groups");
+  return found->second;
+}
+
+}  // namespace
+
+void bind_surface(nb::module_& module) {
+  nb::class_<Made> surface(module, "Surface");
+  bind_map<&Surface::depth, float>(surface, "depth");
+  bind_map<&Surface::normal, float>(surface, "normal");
+  bind_map<&Surface::position, float>(surface, "position");
+  bind_map<&Surface::group, std::uint32_t>(surface, "group");
+  bind_map<&Surface::kind, std::uint8_t>(surface, "kind");
+  bind_map<&Surface::residual, float>(surface, "residual");
+  bind_map<&Surface::velocity, float>(surface, "velocity");
+  surface
+      .def_prop_ro("forward",
+                   [](nb::handle self) {
+                     return map_of<float>(self, nb::cast<Made&>(self).surface.forward.pixels);
+                   })
+      .def_prop_ro("mesh_positions",
+                   [](nb::handle self) {
+                     return rows_of<float>(self, nb::cast<Made&>(self).surface.mesh.position);
+                   })
+      .def_prop_ro("mesh_normals",
+                   [](nb::handle self) {
+                     return rows_of<float>(self, nb::cast<Made&>(self).surface.mesh.normal);
+                   })
+      .def_prop_ro("mesh_velocities",
+                   [](nb::handle self) {
+                     Mesh& mesh = nb::cast<Made&>(self).surface.mesh;
+                     return rows_of<float>(self, mesh.velocity, !mesh.velocity.empty());
+                   })
+      .def_prop_ro("mesh_triangles",
+                   [](nb::handle self) {
+                     return rows_of<std::uint32_t>(self,
+                                                   nb::cast<Made&>(self).surface.mesh.triangle);
+                   })
+      .def_prop_ro("camera", [](const Made& made) { return made.surface.camera; })
+      .def_prop_ro("particle_radius", [](const Made& made) { return made.surface.particle_radius; })
+      .def_prop_ro("counts", [](const Made& made) { return made.surface.counts; })
+      .def_prop_ro("warnings", [](const Made& made) { return made.surface.warnings; })
+      .def_prop_ro("parameters", [](const Made& made) { return describe(made.parameters); })
+      .def_prop_ro("timings",
+                   [](const Made& made) {
+                     std::vector<std::tuple<std::string, double, double>> all;
+                     for (const StageTime& time : made.timings)
+                       all.emplace_back(time.stage, time.host_ms, time.device_ms);
+                     return all;
+                   })
+      .def("set_forward",
+           [](Made& made, const Camera& next, double frames_per_second) {
+             made.surface.forward = screen_motion(made.surface, next, frames_per_second);
+           })
+      .def("write_exr",
+           [](const Made& made, const std::string& path, const std::string& compression,
+              bool half) {
+             const Compression how = compression_named(compression);
+             const nb::gil_scoped_release released;
+             write_exr(path, made.surface, made.parameters, how, half);
+           })
+      .def("write_mesh",
+           [](const Made& made, const std::string& path) {
+             const nb::gil_scoped_release released;
+             write_mesh(path, made.surface.mesh);
+           })
+      .def("write_png", [](const Made& made, const std::string& path, const std::string& preview) {
+        const Preview which = preview_named(preview);
+        const nb::gil_scoped_release released;
+        write_png(path, made.surface, which);
+      });
+  module.def("read_exr", [](const std::string& path) {
+    const nb::gil_scoped_release released;
+    auto made = std::make_unique<Made>();
+    made->surface = read_exr(path);
+    return made;
+  });
+}
+
+}  // namespace meniscus::python

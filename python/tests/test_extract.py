@@ -1,0 +1,266 @@
+"""extract(): arrays in, maps and mesh out, against geometry that is known."""
+
+import subprocess
+import sys
+import threading
+import warnings
+
+import numpy as np
+import pytest
+
+import meniscus
+from conftest import ball_points
+
+RADIUS = .025  # of the ball's particles
+BALL = (len(ball_points()) * (2 * RADIUS) ** 3 * 3 / 4 / np.pi) ** (1 / 3)  # of as much fluid
+
+
+def extract(points, camera, **options):
+    options.setdefault("particle_radius", RADIUS)
+    return meniscus.extract(points, camera, **options)
+
+
+def same(a, b):
+    return all(np.array_equal(getattr(a, name), getattr(b, name))
+               for name in ("depth", "normal", "position", "group", "kind", "residual"))
+
+
+def test_a_ball_is_where_it_is(points, camera):
+    surface = extract(points, camera)
+    assert surface.depth.shape == (72, 96) and surface.depth.dtype == np.float32
+    assert surface.normal.shape == surface.position.shape == (72, 96, 3)
+    assert surface.group.dtype == np.uint32 and surface.kind.dtype == np.uint8
+    seen = np.isfinite(surface.depth)
+    # The ball covers about pi r^2 of the screen: at distance 2, 72 pixels are 2 * 2 * tan(20 deg).
+    pixels = np.pi * (BALL / (2 * 2 * np.tan(np.radians(20))) * 72) ** 2 / (1 - (BALL / 2) ** 2)
+    assert seen.sum() == pytest.approx(pixels, rel=.1)
+    distance = np.linalg.norm(surface.position[seen], axis=1)
+    # A ball of lattice points is rough: its steps are one spacing, half of it either way.
+    assert np.abs(distance - BALL).max() < RADIUS
+    outward = surface.position[seen] / distance[:, None]
+    assert np.median((outward * surface.normal[seen]).sum(axis=1)) > .98
+    assert np.allclose(np.linalg.norm(surface.normal[seen], axis=1), 1, atol=1e-5)
+    # Depth is planar: the camera looks down -z from z = 2.
+    assert np.allclose(surface.depth[seen], 2 - surface.position[seen][:, 2], atol=1e-5)
+    assert (surface.kind[seen] == 1).all() and (surface.kind[~seen] == 0).all()
+    assert surface.counts["particles"] == len(points)
+    assert surface.counts["pixels"] == seen.sum()
+    assert surface.warnings == []
+
+
+def test_the_mesh_is_of_the_ball(points, camera):
+    mesh = extract(points, camera, image=False).mesh
+    assert mesh.positions.shape == mesh.normals.shape and mesh.velocities is None
+    assert mesh.triangles.dtype == np.uint32 and mesh.triangles.max() < len(mesh.positions)
+    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(float) for k in range(3))
+    facing = np.cross(b - a, c - a)
+    towards = (mesh.normals[mesh.triangles].mean(axis=1) * facing).sum(axis=1)
+    assert (towards >= -1e-9).mean() > .99  # counter-clockwise seen from outside
+    assert np.abs(np.linalg.norm(mesh.positions, axis=1) - BALL).max() < 2 * RADIUS  # with its rim
+
+
+LAYOUTS = {
+    "float32": lambda p: p.astype(np.float32),
+    "float64": lambda p: p,
+    "columns after each other": lambda p: np.asfortranarray(p.astype(np.float32)),
+    "every second row": lambda p: np.repeat(p, 2, axis=0)[::2],
+    "backwards": lambda p: p[::-1],
+    "of wider rows": lambda p: np.hstack([np.ones((len(p), 2)), p, p])[:, 2:5],
+    "axes turned round": lambda p: np.ascontiguousarray(p[:, ::-1])[:, ::-1],
+    "read only": lambda p: np.frombuffer(p.tobytes()).reshape(-1, 3),
+    "unaligned": lambda p: np.frombuffer(b"x" + p.tobytes(), np.uint8)[1:].view(float).reshape(-1, 3),
+    "other endian": lambda p: p.astype(">f8"),
+    "lists": lambda p: p.tolist(),
+}
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_every_layout_gives_the_same_surface(points, camera, layout):
+    assert same(extract(LAYOUTS[layout](points), camera), extract(points, camera))
+
+
+def test_integers_and_half_floats_are_converted(camera):
+    whole = np.round(ball_points() / .05)
+    far = meniscus.Camera.look_at((0, 0, 40), (0, 0, 0), size=(64, 48))
+    expected = extract(whole, far, particle_radius=.5)
+    for kind in (np.int8, np.int64, np.float16):
+        assert same(extract(whole.astype(kind), far, particle_radius=.5), expected)
+
+
+def test_velocities_come_out_and_move_pixels(points, camera):
+    spin = np.stack([points[:, 2], 0 * points[:, 0], -points[:, 0]], axis=1)
+    surface = extract(points, camera, velocities=spin)
+    seen = np.isfinite(surface.depth)
+    assert surface.velocity.shape == (72, 96, 3) and surface.mesh.velocities.shape[1] == 3
+    x, _, z = np.moveaxis(surface.position, -1, 0)
+    expected = np.stack([z, 0 * z, -x], axis=-1)
+    # Means over neighbours within a few spacings of a velocity that is linear in space.
+    assert np.abs(surface.velocity - expected)[seen].max() < 3 * 2 * RADIUS
+    assert surface.forward is None
+    surface.set_forward(frames_per_second=24)
+    # The front moves to the right; half the image's height is tan(20 degrees) at distance 1.
+    speed, depth = surface.velocity[36, 48, 0], surface.depth[36, 48]
+    assert surface.forward[36, 48, 0] == pytest.approx(
+        speed / 24 / depth * 36 / np.tan(np.radians(20)), rel=.01)
+    assert extract(points, camera, velocities=spin, motion=False).velocity is None
+
+
+def test_radii_are_taken(points, camera):
+    surface = extract(points, camera, radii=np.full(len(points), RADIUS), particle_radius=0)
+    assert surface.particle_radius == pytest.approx(RADIUS)
+    with pytest.raises(meniscus.InvalidArgument, match="radius of particle 3 is -1"):
+        bad = np.full(len(points), RADIUS)
+        bad[3] = -1
+        extract(points, camera, radii=bad)
+
+
+def test_warnings_are_warnings(points, camera):
+    points[5] = np.nan
+    with pytest.warns(meniscus.MeniscusWarning, match="1 of .* NaN or infinite") as caught:
+        surface = extract(points, camera)
+    assert caught[0].filename == __file__.replace(".pyc", ".py")  # whose line it is
+    assert len(surface.warnings) == 1
+    with pytest.warns(meniscus.MeniscusWarning, match="no particle radius"):
+        extract(ball_points(), camera, particle_radius=0)
+    with pytest.raises(meniscus.InputError, match="NaN"):
+        extract(points, camera, strict=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(meniscus.MeniscusWarning):
+            extract(points, camera)
+
+
+def test_nothing_gives_an_empty_surface(camera):
+    with pytest.warns(meniscus.MeniscusWarning, match="no particles"):
+        surface = meniscus.extract(np.empty((0, 3)), camera, particle_radius=1)
+    assert not np.isfinite(surface.depth).any() and len(surface.mesh.triangles) == 0
+
+
+@pytest.mark.parametrize("what, wrong", [
+    (r"points has shape \(5, 2\), must be \(n, 3\)", lambda p, c: extract(np.zeros((5, 2)), c)),
+    (r"points has shape \(3,\)", lambda p, c: extract(np.zeros(3), c)),
+    ("points has dtype complex128", lambda p, c: extract(p.astype(complex), c)),
+    ("points is a masked array", lambda p, c: extract(np.ma.masked_less(p, 0), c)),
+    ("velocities has 4 rows for", lambda p, c: extract(p, c, velocities=np.zeros((4, 3)))),
+    (r"radii has shape .*must be \(n,\)", lambda p, c: extract(p, c, radii=p)),
+    ("nearest name is support", lambda p, c: extract(p, c, suport=8)),
+    ("--support is 51, must be", lambda p, c: extract(p, c, support=51)),
+    ("--passes is 1.5, must be a whole number", lambda p, c: extract(p, c, passes=1.5)),
+    ("--method is fitt", lambda p, c: extract(p, c, method="fitt")),
+    ("--aov has", lambda p, c: extract(p, c, maps="N,nonsense")),
+    ("camera is a str", lambda p, c: extract(p, "front")),
+    ("--particle-radius is -1", lambda p, c: extract(p, c, particle_radius=-1)),
+    ("memory", lambda p, c: extract(np.tile(p, (150, 1)), c, memory=10)),
+])
+def test_bad_arguments_are_named(points, camera, what, wrong):
+    with pytest.raises(meniscus.InvalidArgument, match=what) as caught:
+        wrong(points, camera)
+    assert isinstance(caught.value, ValueError) and isinstance(caught.value, meniscus.Error)
+
+
+def test_parameters_are_those_of_the_program(points, camera):
+    names = {entry["name"]: entry for entry in meniscus.named_parameters()}
+    assert names["support"]["default"] == 10 and names["support"]["unit"] == "particle radii"
+    assert isinstance(names["passes"]["default"], int)
+    surface = extract(points, camera, contour_density=.1, maps="N", mesh=False)
+    assert "contour-density=0.1\n" in surface.parameters
+    assert surface.normal is not None and surface.position is None and surface.group is None
+    assert len(surface.mesh.triangles) == 0
+    smoother = extract(points, camera, support=14)
+    assert not np.array_equal(smoother.depth, surface.depth)
+    assert list(meniscus.methods())[0] == "fit"
+    for method in meniscus.methods():
+        assert np.isfinite(extract(points, camera, method=method).depth).any(), method
+
+
+def test_maps_share_the_surfaces_memory(points, camera):
+    surface = extract(points, camera)
+    assert surface.depth.ctypes.data == surface.depth.ctypes.data
+    assert not surface.depth.flags.owndata
+    depth, normals = surface.depth, surface.mesh.normals
+    before = depth.copy()
+    del surface
+    extract(points[::-1], camera, support=14)  # takes memory that were free, if it were
+    assert np.array_equal(depth, before) and np.isfinite(normals).all()
+
+
+def test_progress_names_the_stages_and_can_end_it(points, camera):
+    stages = []
+    extract(points, camera, progress=stages.append)
+    assert "project" in stages and "blend" in stages and stages[-1] == "download"
+    timed = extract(points, camera, timings=True)
+    assert [name for name, _, _ in timed.timings] == stages
+    assert sum(host for _, host, _ in timed.timings) > 0
+
+    class Enough(Exception):
+        pass
+
+    def stop(stage):
+        if stage == "blend":
+            raise Enough
+
+    with pytest.raises(Enough):
+        extract(points, camera, progress=stop)
+    assert same(extract(points, camera), timed)  # the device can be used on
+
+
+def test_ctrl_c_ends_it(points, camera):
+    program = """
+import os, signal, sys, numpy as np, meniscus
+from conftest import ball_points
+camera = meniscus.Camera.look_at((0, 0, 2), (0, 0, 0), size=(96, 72))
+seen = []
+def progress(stage):
+    seen.append(stage)
+    if stage == "trust": os.kill(os.getpid(), signal.SIGINT)
+try:
+    meniscus.extract(ball_points(), camera, particle_radius=.025, progress=progress)
+except KeyboardInterrupt:
+    print(seen[-1])
+    surface = meniscus.extract(ball_points(), camera, particle_radius=.025)
+    print(np.isfinite(surface.depth).sum() > 100)
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
+                         cwd=__file__.rpartition("/")[0])
+    assert run.stdout.split() == ["trust", "True"], run
+
+
+def test_other_threads_run_meanwhile(points, camera):
+    ticks, done = [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            ticks[0] += 1
+
+    during = []
+    thread = threading.Thread(target=count)
+    thread.start()
+    # Within one stage the lock is free: the other thread counts on between two calls of progress.
+    extract(np.tile(points, (40, 1)) + np.repeat(np.arange(40), len(points))[:, None] * .9, camera,
+            progress=lambda stage: during.append(ticks[0]))
+    done.set()
+    thread.join()
+    assert during[-1] > during[0]
+
+
+def test_threads_share_a_device(points, camera, device):
+    results = [None] * 4
+
+    def work(k):
+        results[k] = extract(points, camera, device=device)
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(same(result, results[0]) for result in results)
+
+
+def test_a_second_device_gives_the_same(points, camera, device):
+    other = meniscus.Device(device.info["index"])
+    assert other.name == device.name
+    assert same(other.extract(points, camera, particle_radius=RADIUS), extract(points, camera))
+    with pytest.raises(meniscus.DeviceError, match="no such device"):
+        meniscus.Device("no such device")
+    assert any(entry["name"] == device.name for entry in meniscus.devices())

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Builds the Python package around a library that is built already, installs its wheel in a fresh
+# environment, and tests it there, away from the sources.
+#   scripts/python_test.sh BUILD [pytest's arguments]
+# PYTHON: for which Python (default: python3). Tools go into build/python.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+built=$(realpath "$1")
+shift
+python=${PYTHON:-python3}
+fresh=$(mktemp -d)
+trap 'rm -rf "$fresh"' EXIT
+
+cmake --build "$built" --target meniscus_program
+for component in program development static; do
+  cmake --install "$built" --prefix "$fresh/installed" --component $component >"$fresh/log"
+done
+tools=build/python/tools-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-test
+if [[ ! -e $tools/ready ]]; then
+  "$python" -m venv "$tools"
+  "$tools/bin/pip" -q --disable-pip-version-check install \
+    matplotlib 'nanobind>=2.7' numpy pytest 'scikit-build-core>=0.11'
+  touch "$tools/ready"
+fi
+PATH=$(realpath "$tools")/bin:$PATH pip -q --disable-pip-version-check wheel . --no-deps \
+  --no-build-isolation -w "$fresh/wheel" -C cmake.define.MENISCUS_INSTALLED="$fresh/installed"
+ls -l "$fresh"/wheel/*.whl | awk '{n = split($9, path, "/"); print path[n] ": " $5 " bytes"}'
+
+# The tools' packages, and of Meniscus the wheel alone.
+"$python" -m venv "$fresh/venv"
+"$fresh/venv/bin/pip" -q --disable-pip-version-check install --no-deps "$fresh"/wheel/*.whl
+realpath "$tools"/lib/python*/site-packages >"$(echo "$fresh"/venv/lib/python*/site-packages)/tools.pth"
+"$fresh/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
