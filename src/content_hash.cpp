@@ -31,6 +31,11 @@ std::uint64_t content_hash(const Surface& surface) {
   add(surface.mesh.normal);
   add(surface.mesh.velocity);
   add(surface.mesh.triangle);
+  for (const auto* attributes : {&surface.attributes, &surface.mesh.attributes})
+    for (const Attribute& attribute : *attributes) {
+      add(attribute.name);
+      add(attribute.values);
+    }
   return XXH3_64bits_digest(&state);
 }
 

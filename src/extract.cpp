@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "attributes.hpp"
 #include "canonical_order.hpp"
 #include "crowds.hpp"
 #include "device/device.hpp"
@@ -143,6 +144,14 @@ Surface extract(Device& device, const BorrowedParticles& particles, const Camera
       world.velocity.push_back(velocities.checked(
           {particles.vx[i], particles.vy[i], particles.vz[i]}, static_cast<std::int64_t>(i)));
     velocities.report("particles", params, surface.warnings);
+  }
+  for (const BorrowedAttribute& attribute : particles.attributes) {
+    ValueCheck values;
+    Attribute& ordered = world.attributes.emplace_back(Attribute{attribute.name, {}});
+    for (const std::size_t i : order)
+      ordered.values.push_back(
+          values.checked(attribute.values[i], static_cast<std::int64_t>(i)));
+    values.report(attribute.name, params, surface.warnings);
   }
   std::array<double, 3> origin{};
   if (!order.empty()) {

@@ -1,6 +1,7 @@
 // The way into the methods; each is a table of contents of its own in methods/.
 #include "pipeline.hpp"
 
+#include "attributes.hpp"
 #include "methods/methods.hpp"
 #include "stage_clock.hpp"
 #include "stages/motion.hpp"
@@ -37,20 +38,32 @@ Extraction run_method(Device& device, const View& view, const WorldParticles& pa
 Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
                         const Parameters& params, std::vector<StageTime>* timings) {
   Extraction made = run_method(device, view, particles, params, timings);
-  const bool on_image = params.image && params.aovs.velocity;
-  if (!particles.moving || !(on_image || params.mesh)) return made;
+  const bool moves = particles.moving && ((params.image && params.aovs.velocity) || params.mesh);
+  if (!moves && (particles.attributes.empty() || !(params.image || params.mesh))) return made;
   StageClock clock(device, timings);
   clock.start("motion");
-  const MovingParticles moving = upload_moving(
-      device, project_particles(device, view, particles, kMotionMargin), particles.velocity);
-  if (on_image)
-    made.velocity = motion_of_samples(device, view, moving, made.image.grid,
-                                      download(device, made.image.depth));
-  if (params.mesh) {
-    std::vector<Vec3d> vertices;
+  const Projected projected = project_particles(device, view, particles, kMotionMargin);
+  std::vector<float> depth;
+  if (params.image) depth = download(device, made.image.depth);
+  std::vector<Vec3d> vertices;
+  if (params.mesh)
     for (const Vec3& world : made.mesh.position)
       vertices.push_back(eye_from_world(view, Vec3d(world)));
-    made.mesh.velocity = motion_of_points(device, moving, vertices);
+  if (moves) {
+    const MovingParticles moving = upload_moving(device, projected, particles.velocity);
+    if (params.image && params.aovs.velocity)
+      made.velocity = motion_of_samples(device, view, moving, made.image.grid, depth);
+    if (params.mesh) made.mesh.velocity = motion_of_points(device, moving, vertices);
+  }
+  for (const AttributeTriple& triple : triples_of(particles.attributes)) {
+    const MovingParticles carriers = upload_moving(device, projected, triple.values);
+    if (params.image)
+      add_attributes(triple, particles.attributes,
+                     motion_of_samples(device, view, carriers, made.image.grid, depth),
+                     made.attributes);
+    if (params.mesh)
+      add_attributes(triple, particles.attributes, motion_of_points(device, carriers, vertices),
+                     made.mesh.attributes);
   }
   clock.stop();
   return made;

@@ -102,6 +102,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
       fill_maps(device, view, extraction.image, extraction.residual, params.aovs, surface);
   clock.stop();
   surface.velocity = std::move(extraction.velocity);  // in world units already
+  surface.attributes = std::move(extraction.attributes);
   surface.mesh = std::move(extraction.mesh);
   surface.counts = std::move(extraction.counts);
   if (params.image) surface.counts.emplace_back("pixels", covered);

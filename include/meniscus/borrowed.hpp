@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <string>
 #include <vector>
 
 #include "meniscus/export.hpp"
@@ -59,6 +60,12 @@ class Column {
   bool wide_ = false;
 };
 
+/// One number for each particle that is carried to the surface, as Attribute.
+struct BorrowedAttribute {
+  std::string name;
+  Column values;  // [n]; NaN: not known
+};
+
 /// One frame of particles as they lie in the memory of a simulation: nothing is copied but into
 /// what the device reads. The memory must stay as it is for as long as this is used.
 struct BorrowedParticles {
@@ -71,12 +78,16 @@ struct BorrowedParticles {
         vy(owner.vy),
         vz(owner.vz),
         radius(owner.radius),
-        particle_radius(owner.particle_radius) {}
+        particle_radius(owner.particle_radius) {
+    for (const Attribute& attribute : owner.attributes)
+      attributes.push_back({attribute.name, attribute.values});
+  }
 
   Column x, y, z;              // [n] position, world units
   Column vx, vy, vz;           // [n] velocity, world units per second; optional
   Column radius;               // [n] particle radius, world units; optional
   double particle_radius = 0;  // world units; 0: not known
+  std::vector<BorrowedAttribute> attributes;
 
   std::size_t size() const { return x.size(); }
 };

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "meniscus/export.hpp"
 #include "meniscus/parameters.hpp"
@@ -12,15 +13,32 @@
 
 namespace meniscus MENISCUS_API {
 
-/// Reads one frame of particles. The format follows from the ending: .ply (ascii, both endians),
-/// .vtk (legacy, ascii and binary), .bgeo and .bgeo.gz (classic), .xyz, .csv. NaN and infinite
-/// coordinates are kept: `extract` counts and drops them.
+/// What is wanted of a file of particles.
+struct ReadOptions {
+  double particle_radius = 0;  // > 0, world units: replaces every radius that the file states
+
+  /// Names of arrays, in any case, that become Particles::attributes. A vector gives an attribute
+  /// for each component: NAME.X, NAME.Y, NAME.Z where there are three, else NAME.0, NAME.1 ...
+  std::vector<std::string> attributes{};
+
+  /// Where a file holds several: the HDF5 group or dataset with the particles, or the array of
+  /// positions of an .npz. Empty: what is found.
+  std::string dataset{};
+
+  /// The TIMESTEP of a LAMMPS dump that holds several; below 0: the only one.
+  std::int64_t timestep = -1;
+};
+
+/// Reads one frame of particles. The format follows from the ending (docs/formats.md): .ply, .vtk,
+/// .vtp, .vtu, .npy, .npz, .h5 and .hdf5, .bgeo, .bgeo.gz and .bgeo.sc, .bi4, .ffp3, .lammpstrj and
+/// .dump, .xyz, .csv. NaN and infinite coordinates are kept: `extract` counts and drops them.
 ///
 ///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
 ///
 /// Throws InputError: file, place in it, what was found, what was wanted. Particles are counted
 /// from 0 in messages, lines from 1. Throws InvalidArgument for a radius below 0.
 Particles read_particles(const std::string& path, double particle_radius = 0);
+Particles read_particles(const std::string& path, const ReadOptions& options);
 
 /// Reads {"width", "height", "view": 4x4, "projection": 4x4} (row-major JSON). Throws InputError.
 Camera read_camera(const std::string& path);
@@ -53,8 +71,9 @@ void write_exr(const std::string& path, const Surface& surface, const Parameters
 /// missing, cut off, damaged or not by write_exr.
 Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
-/// Writes the mesh with normals, in a .ply also velocities where it has them: .ply (binary little
-/// endian) or .obj, by the ending. Throws OutputError, InvalidArgument for arrays that do not fit
+/// Writes the mesh with normals, by the ending: .ply (binary little endian), .vtp (appended raw) and
+/// .glb also with velocities and attributes where it has them, .obj, or .stl (binary, normals of the
+/// triangles). Throws OutputError, InvalidArgument for arrays that do not fit
 /// each other.
 void write_mesh(const std::string& path, const Mesh& mesh);
 

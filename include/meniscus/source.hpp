@@ -13,6 +13,7 @@
 
 namespace meniscus MENISCUS_API {
 
+struct ReadOptions;
 struct MENISCUS_INTERNAL Survey;
 class MENISCUS_INTERNAL Team;
 class ParticleSource;
@@ -29,6 +30,10 @@ struct ParticleArrays {
   float *x = nullptr, *y = nullptr, *z = nullptr;
   float *vx = nullptr, *vy = nullptr, *vz = nullptr;
   float* radius = nullptr;
+  std::vector<float*> attributes{};  // in the order of ParticleSource::attributes, or none at all
+
+  /// The same arrays from another place on.
+  ParticleArrays from(std::size_t place) const;
 };
 
 /// A frame of particles that is read in parts, several times if need be. Reading changes nothing:
@@ -46,6 +51,7 @@ class ParticleSource {
   virtual bool has_radius() const = 0;         // whether each particle has a radius of its own
   virtual bool has_velocity() const = 0;       // whether each particle has a velocity
   virtual double particle_radius() const = 0;  // world units, as it is stated; 0: it is not
+  virtual std::vector<std::string> attributes() const { return {}; }  // names of what it carries
 
   /// Copies `count` particles from `first` on into the arrays that are not null; those of values
   /// that the source does not have stay as they are. Values are as the source has them. Throws
@@ -65,16 +71,17 @@ class ParticleSource {
   mutable std::shared_ptr<const Survey> survey_;  // once somebody has asked
 };
 
-/// Opens a file of particles (see read_particles). A large binary .ply whose rows all have one size
-/// is left on disk; all else is read into memory here. A * in the path stands for any characters of
-/// a file's or folder's name: all files that match, in natural order (part 2 before part 10), are
-/// parts of one frame.
+/// Opens a file of particles (see read_particles). A large file whose values lie at places that are
+/// known before they are read is left on disk (docs/formats.md says of which formats); all else is
+/// read into memory here. A * in the path stands for any characters of a file's or folder's name:
+/// all files that match, in natural order (part 2 before part 10), are parts of one frame.
 ///
 ///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
 ///
 /// Throws InputError, also when parts differ in whether they have radii or in the radius they
 /// state; InvalidArgument for a radius below 0.
 std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius = 0);
+std::unique_ptr<ParticleSource> open_particles(const std::string& path, const ReadOptions& options);
 
 /// Throws InvalidArgument unless every array has one entry a particle, the optional ones also none,
 /// and radii are > 0 and finite (`particle_radius` also 0: not known). The message names the array.

@@ -18,6 +18,13 @@ struct Vec3 {
   bool operator==(const Vec3&) const = default;
 };
 
+/// One number of each particle, pixel or vertex beside those that have arrays of their own, such as
+/// a temperature. The components of a vector are several: force.X, force.Y, force.Z.
+struct Attribute {
+  std::string name;
+  std::vector<float> values;  // [particles, pixels or vertices]
+};
+
 /// One frame of a particle simulation, as structure of arrays. Every optional array is empty or
 /// has one entry a particle.
 struct Particles {
@@ -28,6 +35,7 @@ struct Particles {
   std::vector<std::int64_t> id;   // [n] identity over time; optional
   double particle_radius = 0;     // world units, as the file states it; 0: the file does not
   double time = 0;                // seconds, as the file states it; 0: the file does not
+  std::vector<Attribute> attributes{};  // what is carried to the surface; NaN: not known
 
   std::size_t size() const { return x.size(); }
 };
@@ -48,6 +56,7 @@ struct Mesh {
   std::vector<Vec3> velocity;                          // [vertices] world units per second; empty
                                                        // where the particles carry none
   std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
+  std::vector<Attribute> attributes{};                 // [vertices] those of the particles
 };
 
 /// How far what a pixel shows moves on the screen until the next frame.
@@ -78,6 +87,9 @@ struct Surface {
   double particle_radius = 0;                                // world units, as it was used
   std::vector<std::pair<std::string, std::int64_t>> counts;  // particles, visible, triangles ...
   std::vector<std::string> warnings;  // one line each: what was dropped or estimated
+
+  std::vector<Attribute> attributes{};  // [pixels] those of the particles; zero where there is no
+                                        // surface
 };
 
 }  // namespace MENISCUS_API

@@ -27,11 +27,12 @@ OutputKind kind_of(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (ending == ".exr") return OutputKind::exr;
-  if (ending == ".ply" || ending == ".obj") return OutputKind::mesh;
+  for (const char* mesh : {".ply", ".vtp", ".glb", ".obj", ".stl"})
+    if (ending == mesh) return OutputKind::mesh;
   if (ending == ".png") return OutputKind::png;
   throw InvalidArgument("output " + path +
-                        ": its ending says nothing, must be .exr (maps), .ply or .obj (mesh) or "
-                        ".png (picture)");
+                        ": its ending says nothing, must be .exr (maps), .ply, .vtp, .glb, "
+                        ".obj or .stl (mesh) or .png (picture)");
 }
 
 void check_outputs(const InputNames& read, const std::vector<std::string>& outputs,

@@ -7,6 +7,9 @@
 #include <tuple>
 #include <utility>
 
+#include "io/input_file.hpp"
+#include "io/parts.hpp"
+#include "io/readers.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -91,11 +94,62 @@ bool FramePattern::is_in_name(const std::string& path) {
   return false;
 }
 
+std::string sequence_in_folder(const std::string& path) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) return path;
+  std::set<std::string> patterns, plain;  // with a number in the name, and without
+  for (fs::directory_iterator entry(path, ignored), end; entry != end; entry.increment(ignored)) {
+    if (ignored) break;
+    const std::string name = entry->path().filename().string();
+    if (!entry->is_regular_file(ignored) || name.starts_with(".") || !is_particle_file(name))
+      continue;
+    const std::string whole = (fs::path(path) / name).string();
+    const std::string ending = particle_ending(name);
+    const std::string stem = name.substr(0, name.size() - ending.size());
+    const std::size_t last = stem.find_last_of("0123456789");
+    if (last == std::string::npos) {
+      plain.insert(whole);
+      continue;
+    }
+    std::size_t first = last;
+    while (first > 0 && is_digit(stem[first - 1])) --first;
+    const std::string start = stem.substr(0, first);
+    // FLIP Fluids keeps velocities and others beside the positions.
+    if (lower_case(ending) == ".ffp3" && lower_case(start) != "fluidparticles") continue;
+    patterns.insert(
+        (fs::path(path) / (start + "{}" + stem.substr(last + 1) + ending)).string());
+  }
+  std::set<std::string> all = patterns;
+  all.insert(plain.begin(), plain.end());
+  if (all.empty())
+    throw InputError(path + ": is a folder without files of particles, wanted one sequence");
+  if (patterns.size() == 1) return *patterns.begin();
+  if (patterns.empty() && plain.size() == 1) return *plain.begin();
+  std::string list;
+  for (const std::string& one : all) list += (list.empty() ? "" : ", ") + one;
+  throw InputError(path + ": is a folder with several sequences, say which: " + list);
+}
+
 std::optional<FramePattern> FramePattern::in(const std::string& path) {
   std::error_code ignored;
-  if (fs::exists(path, ignored)) return std::nullopt;
   FramePattern pattern;
   pattern.text_ = path;
+  if (fs::is_regular_file(path, ignored) && lower_case(path).ends_with(".pvd")) {
+    std::vector<SeriesFrame> frames = read_pvd(read_file(path));
+    std::stable_sort(frames.begin(), frames.end(),
+                     [](const SeriesFrame& a, const SeriesFrame& b) { return a.time < b.time; });
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      if (k > 0 && frames[k].time == frames[k - 1].time)
+        throw InputError(path + ": " + frames[k - 1].file + " and " + frames[k].file +
+                         " are both of time " + shown(frames[k].time) +
+                         ": give the parts of one frame with a *, e.g. name_*.vtp");
+      const fs::path file(frames[k].file);
+      pattern.listed_[static_cast<std::int64_t>(k)] = {
+          file.is_absolute() ? file.string() : (fs::path(path).parent_path() / file).string(), ""};
+    }
+    return pattern;
+  }
+  if (fs::exists(path, ignored)) return std::nullopt;
   Piece piece;
   for (std::size_t at = 0; at < path.size();) {
     const std::size_t length = place_at(path, at, piece.width);
@@ -205,6 +259,7 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
 }
 
 std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {
+  if (!listed_.empty()) return listed_;
   // The pieces, folder by folder.
   std::vector<std::vector<Piece>> folders(1);
   for (const Piece& piece : pieces_) {
@@ -225,6 +280,7 @@ std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {
 }
 
 std::string FramePattern::absence() const {
+  if (pieces_.empty()) return text_ + ": lists no file";
   const std::string& start = pieces_.front().literal;
   const std::string folder = start.substr(0, start.rfind('/') + 1);
   std::error_code ignored;

@@ -9,12 +9,20 @@
 
 namespace meniscus {
 
+/// What a folder stands for as an input: the one sequence in it, as a pattern with {} for the last
+/// number in the names, or the only file. Files whose ending no reader knows are left out, and
+/// .ffp3 files that hold no positions. Any other path is returned as it is. Throws InputError where
+/// there is none, or several.
+std::string sequence_in_folder(const std::string& path);
+
 /// A name such as dam.####.ply, dam.%04d.ply, dam.$F4.ply or dam.{}.ply. A place has a width, to
 /// which numbers are padded with zeros (%d, $F: none); {} takes numbers however they are padded,
 /// and {:04d} is %04d. A name may have several places, in folders, too: all hold the same number.
 class FramePattern {
  public:
-  /// Nothing when `path` has no place for a number, or when there is a file of just that name.
+  /// Nothing when `path` has no place for a number, or when there is a file of just that name; but
+  /// a .pvd is a sequence, whose frames are its time steps, numbered from 0. Throws InputError for
+  /// a .pvd that cannot be read, or of which a time step has several parts.
   static std::optional<FramePattern> in(const std::string& path);
 
   /// Whether the file's own name has a place, whether there is such a file or not. A single # is
@@ -56,6 +64,7 @@ class FramePattern {
 
   std::string text_;
   std::vector<Piece> pieces_;
+  std::map<std::int64_t, Found> listed_;  // of a .pvd
 };
 
 }  // namespace meniscus

@@ -169,7 +169,9 @@ class Batch {
       frame.record.status = FrameStatus::skipped;
       return;
     }
-    frame.particles = open_particles(frame.job->input, settings_.particle_radius);
+    ReadOptions reading = settings_.reading;
+    reading.particle_radius = settings_.particle_radius;
+    frame.particles = open_particles(frame.job->input, reading);
   }
 
   // Whether all outputs are there, complete and of the same job.
@@ -378,6 +380,8 @@ std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next
   add(static_cast<double>(settings.writing.compression));
   add(settings.writing.half);
   add(static_cast<double>(settings.writing.preview));
+  for (const std::string& name : settings.reading.attributes) text += name + '\n';
+  text += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
   return hex_digits(content_hash(text));
 }
 

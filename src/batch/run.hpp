@@ -22,6 +22,7 @@ struct BatchSettings {
   Parameters parameters;
   WriteOptions writing;             // its job is made for each frame
   double particle_radius = 0;       // world units; 0: the files'
+  ReadOptions reading{};            // of the files, but for the radius
   double frames_per_second = 24;    // of the sequence
   std::vector<DeviceInfo> devices;  // at least one
   int in_flight = 2;                // frames that are extracted at once on each device

@@ -56,7 +56,7 @@ void run_frame(const ExtractOptions& options) {
       OutputFile probe(path);  // better now than later
 
   const Talk say(options.quiet || !team.leads());
-  const auto source = open_parts(options.input, options.particle_radius.value_or(0), team);
+  const auto source = open_parts(options.input, reading_of(options), team);
   const ParticleSource& particles = *source;
   const std::size_t parts = part_files(options.input).size();
   say("particles",
@@ -120,6 +120,7 @@ int run_extract(ExtractOptions options) {
     }
   });
   use_threads(options.threads);
+  options.input = sequence_in_folder(options.input);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
   if (const char* const option = sequence_option(options))
     throw usage_error(std::string(option) + " is for sequences, but " + options.input +

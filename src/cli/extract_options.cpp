@@ -74,6 +74,12 @@ void add_parameters(CLI::App& command, Parameters& parameters) {
 
 }  // namespace
 
+ReadOptions reading_of(const ExtractOptions& options) {
+  ReadOptions reading = options.reading;
+  reading.particle_radius = options.particle_radius.value_or(0);
+  return reading;
+}
+
 ChosenCamera aimed_camera(const ExtractOptions& options, const ParticleSource& particles) {
   const auto [width, height] = options.size;
   if (!options.eye)
@@ -98,15 +104,17 @@ const char* sequence_option(const ExtractOptions& options) {
 void add_extract_options(CLI::App& command, ExtractOptions& o) {
   command
       .add_option("INPUT", o.input,
-                  "particles: .ply, .vtk (legacy), .bgeo (classic, also .gz), .xyz or .csv; a name "
+                  "particles: .ply, .vtk (legacy), .vtp, .vtu, .npy, .npz, .h5, .bgeo (classic, "
+                  "also .gz, and .sc), .bi4, .ffp3, .lammpstrj, .dump, .xyz or .csv; a name "
                   "with a place for the frame's number is a sequence: dam.####.ply, dam.%04d.ply, "
-                  "dam.$F4.ply or dam.{}.ply; * stands for the parts of one frame: dam.rank*.ply")
+                  "dam.$F4.ply or dam.{}.ply, and so are a folder and a .pvd; * stands for the "
+                  "parts of one frame: dam.rank*.ply")
       ->required()
       ->type_name("FILE");
   command
       .add_option("-o,--output", o.outputs,
-                  "what to write, by its ending: .exr (maps), .ply or .obj (mesh), .png "
-                  "(picture); give it several times for several files; of a sequence with a place "
+                  "what to write, by its ending: .exr (maps), .ply, .vtp, .glb, .obj or .stl "
+                  "(mesh), .png (picture); give it several times for several files; of a sequence with a place "
                   "for the number, e.g. -o out.####.exr")
       ->required()
       ->allow_extra_args(false)
@@ -117,6 +125,22 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       "radius of the particles in world units, half their spacing (default: the file's, "
       "else estimated from the spacing)")
       ->type_name("R");
+  command
+      .add_option("--attribute", o.reading.attributes,
+                  "an array of the particles, by its name in the file, that is carried to the EXR "
+                  "and to the mesh, weighed as velocities are; give it several times for several")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
+      .add_option("--dataset", o.reading.dataset,
+                  "where a file holds several: the group or dataset of an HDF5 file, the array of "
+                  "positions of an .npz")
+      ->type_name("NAME");
+  command
+      .add_option("--timestep", o.reading.timestep,
+                  "which timestep of a LAMMPS dump that holds several")
+      ->check(from_to(0.0, 9e18))
+      ->type_name("N");
   Choices<Method> choices;
   std::string explained;
   for (const MethodEntry& entry : method_list()) {

@@ -24,6 +24,7 @@ struct ExtractOptions {
   double fov = 40;                        // degrees
   std::array<int, 2> size{1024, 768};     // pixels
   std::optional<double> particle_radius;  // world units
+  ReadOptions reading;                    // of the input, but for the radius
   double frames_per_second = 24;
   Parameters parameters;
   std::string device;
@@ -39,6 +40,9 @@ struct ExtractOptions {
   int in_flight = 2;  // frames on each device at once
   std::string log, report;
 };
+
+/// How the input is read, with the radius.
+ReadOptions reading_of(const ExtractOptions& options);
 
 struct ChosenCamera {
   Camera camera;

@@ -72,7 +72,7 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   std::int64_t most = 0;
   int looks = 0;
   for (const std::string& input : plan.inputs) try {
-      auto particles = open_particles(input, options.particle_radius.value_or(0));
+      auto particles = open_particles(input, reading_of(options));
       // Large frames are not looked through for particles that are not finite.
       const std::int64_t finite = particles->in_memory()
                                       ? survey_of(*particles).finite
@@ -145,6 +145,7 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   settings.parameters = options.parameters;
   settings.writing = options.writing;
   settings.particle_radius = options.particle_radius.value_or(0);
+  settings.reading = options.reading;
   settings.frames_per_second = options.frames_per_second;
   settings.in_flight = options.in_flight;
   settings.writers = Imf::globalThreadCount();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "io/attribute_names.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
 #include "io/scalar.hpp"
@@ -104,7 +105,7 @@ class BgeoCursor {
   std::size_t at_ = 0;
 };
 
-struct Attribute {
+struct PointArray {
   std::size_t offset;  // of its first value in a point, bytes
   Scalar type;
   Field field;  // vx stands for all three components of the velocity
@@ -112,10 +113,12 @@ struct Attribute {
 
 /// Reads the dictionary of point attributes. Returns those that have a field of ours; `point_size`
 /// becomes the size of a point in bytes.
-std::vector<Attribute> read_attributes(const InputFile& file, BgeoCursor& cursor, std::size_t count,
-                                       std::size_t& point_size) {
+std::vector<PointArray> read_attributes(const InputFile& file, BgeoCursor& cursor,
+                                        std::size_t count, std::size_t& point_size,
+                                        std::vector<NamedArray>& named,
+                                        std::vector<PointArray>& all) {
   enum Type { real = 0, whole = 1, index = 4, vector = 5 };
-  std::vector<Attribute> kept;
+  std::vector<PointArray> kept;
   point_size = 16;  // x y z w
   for (std::size_t i = 0; i < count; ++i) {
     const std::string name = cursor.take_string("the name of a point attribute");
@@ -133,7 +136,11 @@ std::vector<Attribute> read_attributes(const InputFile& file, BgeoCursor& cursor
     }
     const Field field = type == index ? Field::none : field_of_attribute(name, components);
     const bool taken = std::any_of(kept.begin(), kept.end(),
-                                   [&](const Attribute& other) { return other.field == field; });
+                                   [&](const PointArray& other) { return other.field == field; });
+    if (type != index) {
+      named.push_back({name, components});
+      all.push_back({point_size, type == whole ? Scalar::int32 : Scalar::float32, Field::none});
+    }
     if (field != Field::none && !taken)
       kept.push_back({point_size, type == whole ? Scalar::int32 : Scalar::float32, field});
     point_size += 4 * components;
@@ -141,7 +148,7 @@ std::vector<Attribute> read_attributes(const InputFile& file, BgeoCursor& cursor
   return kept;
 }
 
-Particles read_points(const InputFile& file, bool packed) {
+Particles read_points(const InputFile& file, bool packed, const ReadOptions& options) {
   BgeoCursor cursor(file, packed);
   const std::string magic = file.bytes.substr(0, 5);
   if (magic.starts_with("\x7fNSJ") || magic.starts_with("[") || magic.starts_with("{"))
@@ -157,7 +164,9 @@ Particles read_points(const InputFile& file, bool packed) {
   cursor.skip(12, "the header");  // attributes of vertices, primitives, the whole
 
   std::size_t point_size = 0;
-  const auto kept = read_attributes(file, cursor, attributes, point_size);
+  std::vector<NamedArray> named;
+  std::vector<PointArray> all;
+  const auto kept = read_attributes(file, cursor, attributes, point_size, named, all);
   if (points > cursor.remaining() / point_size)
     fail(file, "point " + std::to_string(cursor.remaining() / point_size),
          "the data ends at byte " + std::to_string(file.size()) + (packed ? " when unpacked" : "") +
@@ -165,20 +174,20 @@ Particles read_points(const InputFile& file, bool packed) {
              " bytes from byte " + std::to_string(cursor.offset()) + " (truncated?)");
 
   Particles particles;
-  std::vector<Attribute> columns;
-  const auto add_three = [&](const Attribute& first) {
+  std::vector<PointArray> columns;
+  const auto add_three = [&](const PointArray& first) {
     for (std::size_t k = 0; k < 3; ++k)
       columns.push_back({first.offset + 4 * k, first.type,
                          static_cast<Field>(static_cast<std::size_t>(first.field) + k)});
   };
   add_three({0, Scalar::float32, Field::x});
-  for (const Attribute& attribute : kept) {
+  for (const PointArray& attribute : kept) {
     if (attribute.field == Field::vx)
       add_three(attribute);
     else
       columns.push_back(attribute);
   }
-  for (const Attribute& column : columns) {
+  for (const PointArray& column : columns) {
     resize(particles, {column.field}, points);
     const char* from = file.bytes.data() + cursor.offset() + column.offset;
     for (std::size_t i = 0; i < points; ++i, from += point_size) {
@@ -194,13 +203,22 @@ Particles read_points(const InputFile& file, bool packed) {
       }
     }
   }
+  for (const AttributePick& pick : pick_attributes(file.name, named, options.attributes)) {
+    Attribute attribute{pick.name, std::vector<float>(points)};
+    const PointArray& array = all[pick.array];
+    const char* from = file.bytes.data() + cursor.offset() + array.offset + 4 * pick.component;
+    for (std::size_t i = 0; i < points; ++i, from += point_size)
+      attribute.values[i] = load_real<float>(from, array.type, std::endian::big);
+    particles.attributes.push_back(std::move(attribute));
+  }
   return particles;
 }
 
 }  // namespace
 
-Particles read_bgeo(const InputFile& file) {
-  return is_gzip(file.bytes) ? read_points(unpacked(file), true) : read_points(file, false);
+Particles read_bgeo(const InputFile& file, const ReadOptions& options) {
+  return is_gzip(file.bytes) ? read_points(unpacked(file), true, options)
+                             : read_points(file, false, options);
 }
 
 }  // namespace meniscus

@@ -46,6 +46,9 @@ constexpr char kComments[] =
 
 constexpr char kVelocityComments[] =
     "\nV.X V.Y V.Z: velocity, world space, world units per second; 0 where there is no surface.";
+constexpr char kAttributeComments[] =
+    "\nThe channels that meniscus.attributes names, one a line (after particle. where a map has its "
+    "name): what the particles carry, weighed as velocities are; 0 where there is no surface.";
 constexpr char kForwardComments[] =
     "\nforward.u forward.v: how far the surface moves on the screen until the next frame (at "
     "framesPerSecond), pixels to the right and down; 0 where there is no surface.";
@@ -117,6 +120,13 @@ Imf::Header make_header(const Surface& surface, const Parameters& parameters,
     header.channels().insert(channel.name(), Imf::Channel(channel.slice().type));
   std::string comments = kComments;
   if (!surface.velocity.empty()) comments += kVelocityComments;
+  if (!surface.attributes.empty()) {
+    comments += kAttributeComments;
+    std::string names;
+    for (const Attribute& attribute : surface.attributes)
+      names += (names.empty() ? "" : "\n") + attribute.name;
+    header.insert("meniscus.attributes", Imf::StringAttribute(names));
+  }
   if (!surface.forward.pixels.empty()) {
     comments += kForwardComments;
     Imf::addFramesPerSecond(header, Imf::guessExactFps(surface.forward.frames_per_second));
@@ -162,6 +172,8 @@ void check_maps(const Surface& surface) {
   check_map("residual", surface.residual.size());
   check_map("velocity", surface.velocity.size());
   check_map("forward", surface.forward.pixels.size());
+  for (const Attribute& attribute : surface.attributes)
+    check_map(attribute.name.c_str(), attribute.values.size());
 }
 
 // The channels of 16 bits, by their names. A map of which a value does not fit has none.
@@ -172,9 +184,14 @@ std::map<std::string_view, std::vector<half>> narrow_channels(const Surface& sur
   const auto height = static_cast<std::size_t>(surface.camera.height);
   std::map<std::string_view, std::vector<half>> channels;
   std::map<std::string_view, bool> fits;  // by the name of the map
+  const auto is_narrow = [&](std::string_view name) {
+    for (const char* map : {"N", "residual", "V", "forward"})
+      if (map_of(name) == map) return true;
+    return false;
+  };
   const auto narrow = [&](std::string_view name, Imf::PixelType type, const void* at,
                           std::size_t stride) {
-    if (type != Imf::FLOAT || name == "Z" || map_of(name) == "P") return;
+    if (type != Imf::FLOAT || !is_narrow(name)) return;
     const char* first = static_cast<const char*>(at);
     std::vector<half>& values = channels[name];
     values.resize(width * height);

@@ -4,11 +4,22 @@
 #include <ImfPixelType.h>
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "meniscus/types.hpp"
 
 namespace meniscus {
+
+/// The channel of an attribute: its name, or "particle." and its name where a map of the surface has
+/// that one.
+inline std::string channel_of(const std::string& attribute) {
+  const std::string layer = attribute.substr(0, attribute.find('.'));
+  for (const char* map : {"Z", "A", "N", "P", "V", "id", "kind", "residual", "forward", "R", "G",
+                          "B", "X", "Y"})
+    if (layer == map) return "particle." + attribute;
+  return attribute;
+}
 
 /// Calls visit(name, type, first value, bytes to the next) for every map that the surface has, but
 /// for A, which follows from depth. `kind` stands for surface.kind, which has other numbers in
@@ -31,6 +42,9 @@ void for_each_channel(Map& surface, Kinds& kind, const Visit& visit) {
   scalars("kind", Imf::UINT, kind);
   scalars("residual", Imf::FLOAT, surface.residual);
   vectors({"V.X", "V.Y", "V.Z"}, surface.velocity);
+  for (auto& attribute : surface.attributes)
+    if (!attribute.values.empty())
+      visit(channel_of(attribute.name).c_str(), Imf::FLOAT, attribute.values.data(), sizeof(float));
   if (auto& forward = surface.forward.pixels; !forward.empty()) {
     visit("forward.u", Imf::FLOAT, &forward[0][0], sizeof forward[0]);
     visit("forward.v", Imf::FLOAT, &forward[0][1], sizeof forward[0]);

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
@@ -211,6 +212,13 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
   make_if("residual", surface.residual);
   make_if("V.X", surface.velocity);
   make_if("forward.u", surface.forward.pixels);
+
+  if (const auto* names = header.findTypedAttribute<Imf::StringAttribute>("meniscus.attributes")) {
+    std::istringstream lines(names->value());
+    for (std::string name; std::getline(lines, name);)
+      if (header.channels().findChannel(channel_of(name)) != nullptr)
+        surface.attributes.push_back({name, std::vector<float>(pixels)});
+  }
 
   Imf::FrameBuffer frame;
   const auto slice = [&](const char* name, Imf::PixelType type, auto* first, std::size_t stride) {

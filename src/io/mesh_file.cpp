@@ -1,9 +1,11 @@
-// Meshes as PLY (binary little endian) and Wavefront OBJ.
+// Meshes as PLY (binary little endian) and Wavefront OBJ; the others are in mesh_formats.cpp.
 #include <bit>
 #include <charconv>
 #include <cstring>
 #include <vector>
 
+#include "io/input_file.hpp"
+#include "io/mesh_formats.hpp"
 #include "io/output_file.hpp"
 #include "io/seal.hpp"
 #include "io/writers.hpp"
@@ -24,6 +26,11 @@ void check(const Mesh& mesh) {
   require(mesh.velocity.empty() || mesh.velocity.size() == vertices,
           "write_mesh: " + std::to_string(mesh.velocity.size()) + " velocities for " +
               std::to_string(vertices) + " vertices, wanted one each or none");
+  for (const Attribute& attribute : mesh.attributes)
+    require(attribute.values.size() == vertices && !attribute.name.empty(),
+            "write_mesh: attribute " + attribute.name + " has " +
+                std::to_string(attribute.values.size()) + " values for " +
+                std::to_string(vertices) + " vertices, wanted one each");
   for (std::size_t k = 0; k < mesh.triangle.size(); ++k)
     for (const std::uint32_t corner : mesh.triangle[k])
       if (corner >= vertices)
@@ -31,8 +38,18 @@ void check(const Mesh& mesh) {
                               std::to_string(corner) + " of " + std::to_string(vertices));
 }
 
+// Names in a PLY hold no blanks.
+std::string one_word(std::string name) {
+  for (char& c : name)
+    if (c <= ' ' || c == '\x7f') c = '_';
+  return name;
+}
+
 void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
   const bool moving = !mesh.velocity.empty();
+  std::string properties;
+  for (const Attribute& attribute : mesh.attributes)
+    properties += "property float " + one_word(attribute.name) + "\n";
   file.write(
       "ply\nformat binary_little_endian 1.0\n"
       "comment surface mesh by Meniscus: positions in world units, normals of unit length point "
@@ -41,12 +58,14 @@ void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
       seal_lines("comment ", job) + "element vertex " + std::to_string(mesh.position.size()) +
       "\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nproperty float ny\nproperty float nz\n" +
-      (moving ? "property float vx\nproperty float vy\nproperty float vz\n" : "") +
+      (moving ? "property float vx\nproperty float vy\nproperty float vz\n" : "") + properties +
       "element face " + std::to_string(mesh.triangle.size()) +
       "\nproperty list uchar int vertex_indices\nend_header\n");
   for (std::size_t k = 0; k < mesh.position.size(); ++k) {
     const Vec3 vertex[3] = {mesh.position[k], mesh.normal[k], moving ? mesh.velocity[k] : Vec3{}};
     file.write(vertex, (moving ? 3 : 2) * sizeof(Vec3));
+    for (const Attribute& attribute : mesh.attributes)
+      file.write(&attribute.values[k], sizeof(float));
   }
   for (const auto& triangle : mesh.triangle) {
     char face[1 + sizeof triangle] = {3};
@@ -93,24 +112,31 @@ void write_obj(OutputFile& file, const Mesh& mesh, const std::string& job) {
   }
 }
 
-bool ends_with(const std::string& path, std::string_view ending) {
-  if (path.size() < ending.size()) return false;
-  for (std::size_t k = 0; k < ending.size(); ++k) {
-    const char c = path[path.size() - ending.size() + k];
-    if ((c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) != ending[k]) return false;
-  }
-  return true;
-}
+struct MeshFormat {
+  const char* ending;
+  OutputFormat format;
+  void (*write)(OutputFile&, const Mesh&, const std::string& job);
+};
+
+constexpr MeshFormat kFormats[] = {{".ply", OutputFormat::ply, write_ply},
+                                   {".vtp", OutputFormat::vtp, write_vtp},
+                                   {".glb", OutputFormat::glb, write_glb},
+                                   {".obj", OutputFormat::obj, write_obj},
+                                   {".stl", OutputFormat::stl, write_stl}};
 
 }  // namespace
 
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job) {
-  const bool ply = ends_with(file.path(), ".ply");
-  if (!ply && !ends_with(file.path(), ".obj"))
-    throw OutputError(file.path() + ": unknown ending for a mesh, wanted .ply or .obj (rename it)");
-  check(mesh);
-  ply ? write_ply(file, mesh, job) : write_obj(file, mesh, job);
-  seal(file, ply ? OutputFormat::ply : OutputFormat::obj);
+  for (const MeshFormat& format : kFormats) {
+    if (!lower_case(file.path()).ends_with(format.ending)) continue;
+    check(mesh);
+    format.write(file, mesh, job);
+    seal(file, format.format);
+    return;
+  }
+  throw OutputError(file.path() +
+                    ": unknown ending for a mesh, wanted .ply, .vtp, .glb, .obj or .stl "
+                    "(rename it)");
 }
 
 void write_mesh(const std::string& path, const Mesh& mesh) {

@@ -17,24 +17,25 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 class JoinedSource : public ParticleSource {
  public:
-  JoinedSource(const std::vector<std::string>& paths, double particle_radius, Team& team)
+  JoinedSource(const std::vector<std::string>& paths, const ReadOptions& options, Team& team)
       : team_(team), ranks_(team.size()) {
     parts_.resize(paths.size());
     std::vector<Told> mine;
     for (std::size_t k = 0; k < paths.size(); ++k) {
       parts_[k].path = paths[k];
       if (owner(k) != team.rank()) continue;
-      const auto& source = parts_[k].source = open_file(paths[k], particle_radius);
+      const auto& source = parts_[k].source = open_file(paths[k], options);
       mine.push_back({k, source->size(), source->particle_radius(), source->has_radius(),
                       source->has_velocity(), source->in_memory() == nullptr});
     }
     std::vector<Told> told(paths.size());
     for (const Told& one : team.joined(std::move(mine))) told[one.part] = one;
     settle(told);
+    settle_attributes();
     for (std::size_t k = 0; k < paths.size(); ++k) {
       Part& part = parts_[k];
       if (told[k].on_disk && static_cast<int>(paths.size()) < ranks_) {
-        if (!part.source) open_range(k, particle_radius);
+        if (!part.source) open_range(k, options);
         const auto place = [&](int rank) { return part.first + part.size * rank / ranks_; };
         share_.push_back({place(team.rank()), place(team.rank() + 1) - place(team.rank())});
       } else if (part.source) {
@@ -47,6 +48,7 @@ class JoinedSource : public ParticleSource {
   bool has_radius() const override { return has_radius_; }
   bool has_velocity() const override { return has_velocity_; }
   double particle_radius() const override { return particle_radius_; }
+  std::vector<std::string> attributes() const override { return attributes_; }
   Team& team() const override { return team_; }
   std::vector<ParticleRange> share() const override { return share_; }
 
@@ -62,10 +64,7 @@ class JoinedSource : public ParticleSource {
       const std::int64_t from = first + static_cast<std::int64_t>(done) - part.first;
       const std::size_t now = std::min(count - done, static_cast<std::size_t>(part.size - from));
       require(part.source != nullptr, part.path + ": is not of this process's share");
-      const auto at = [&](float* values) { return values ? values + done : nullptr; };
-      part.source->read(
-          from, now,
-          {at(to.x), at(to.y), at(to.z), at(to.vx), at(to.vy), at(to.vz), at(to.radius)});
+      part.source->read(from, now, to.from(done));
       done += now;
     }
   }
@@ -109,6 +108,46 @@ class JoinedSource : public ParticleSource {
     }
   }
 
+  // The names that the first part with particles has, whose process tells the others.
+  void settle_attributes() {
+    std::vector<char> mine;  // for each part: its names, each after a line feed, then a zero
+    std::vector<std::size_t> places;
+    for (std::size_t k = 0; k < parts_.size(); ++k) {
+      if (!parts_[k].source) continue;
+      places.push_back(k);
+      std::string names;
+      for (const std::string& name : parts_[k].source->attributes()) names += '\n' + name;
+      mine.insert(mine.end(), names.begin(), names.end());
+      mine.push_back('\0');
+    }
+    const std::vector<std::size_t> order = team_.joined(std::move(places));
+    const std::vector<char> all = team_.joined(std::move(mine));
+    std::vector<std::string> names(parts_.size());
+    std::size_t at = 0;
+    for (const std::size_t k : order) {
+      names[k] = all.data() + at;
+      at += names[k].size() + 1;
+    }
+    const std::string* stated = nullptr;
+    std::size_t first = 0;
+    for (std::size_t k = 0; k < parts_.size(); ++k) {
+      if (parts_[k].size == 0) continue;
+      if (!stated) {
+        stated = &names[k];
+        first = k;
+      }
+      if (names[k] != *stated)
+        throw InputError(parts_[k].path + ": its attributes have other components than those of " +
+                         parts_[first].path + " (the parts of a frame must agree)");
+    }
+    if (!stated) stated = &names[0];
+    for (std::size_t begin = 0; begin < stated->size();) {
+      const std::size_t end = std::min(stated->find('\n', begin + 1), stated->size());
+      attributes_.push_back(stated->substr(begin + 1, end - begin - 1));
+      begin = end;
+    }
+  }
+
   void require_agreement(const Part& part, const Told& told, const Part& stated) const {
     const std::string must = " (the parts of a frame must agree",
                       override = "; give --particle-radius to override";
@@ -126,9 +165,9 @@ class JoinedSource : public ParticleSource {
                        stated.path + " it is " + shown(particle_radius_) + must + override + ")");
   }
 
-  void open_range(std::size_t k, double particle_radius) {
+  void open_range(std::size_t k, const ReadOptions& options) {
     Part& part = parts_[k];
-    part.source = open_rows(part.path, particle_radius);
+    part.source = open_rows(part.path, options);
     if (!part.source || part.source->size() != part.size)
       throw InputError(part.path + ": is not the file of " + std::to_string(part.size) +
                        " particles that rank " + std::to_string(owner(k)) +
@@ -144,6 +183,7 @@ class JoinedSource : public ParticleSource {
 
   Team& team_;
   int ranks_;
+  std::vector<std::string> attributes_;  // their names
   std::vector<Part> parts_;
   std::vector<ParticleRange> share_;
   std::int64_t size_ = 0;
@@ -197,7 +237,7 @@ std::vector<std::string> part_files(const std::string& path) {
   return files;
 }
 
-std::unique_ptr<ParticleSource> open_parts(const std::string& path, double particle_radius,
+std::unique_ptr<ParticleSource> open_parts(const std::string& path, const ReadOptions& options,
                                            Team& team) {
   std::string names;  // each ends with a zero
   if (team.leads())
@@ -206,8 +246,8 @@ std::unique_ptr<ParticleSource> open_parts(const std::string& path, double parti
   std::vector<std::string> paths;
   for (std::size_t at = 0; at < names.size(); at = names.find('\0', at) + 1)
     paths.emplace_back(names.c_str() + at);
-  if (paths.size() == 1 && team.size() == 1) return open_file(paths[0], particle_radius);
-  return std::make_unique<JoinedSource>(paths, particle_radius, team);
+  if (paths.size() == 1 && team.size() == 1) return open_file(paths[0], options);
+  return std::make_unique<JoinedSource>(paths, options, team);
 }
 
 }  // namespace meniscus

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/io.hpp"
 #include "meniscus/source.hpp"
 #include "stream/team.hpp"
 
@@ -22,7 +23,7 @@ std::vector<std::string> part_files(const std::string& path);
 /// are at least as many parts as ranks, rank k of n reads parts k, k + n, ... Else it reads a range
 /// of each part that can be left on disk; the others belong to one rank as a whole.
 /// All ranks call this. Throws InputError in all of them.
-std::unique_ptr<ParticleSource> open_parts(const std::string& path, double particle_radius,
+std::unique_ptr<ParticleSource> open_parts(const std::string& path, const ReadOptions& options,
                                            Team& team);
 
 }  // namespace meniscus

@@ -7,6 +7,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "io/attribute_names.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
 #include "io/rows.hpp"
@@ -21,6 +22,7 @@ struct Property {
   Scalar type;
   std::optional<Scalar> list_count;  // type of a list's length; none: a scalar
   Field field = Field::none;
+  std::vector<std::size_t> attributes{};  // that it is
 };
 
 struct Element {
@@ -88,7 +90,7 @@ Property read_property(const std::vector<std::string>& words, const InputFile& f
   return property;
 }
 
-void match_vertex_fields(Header& header, const InputFile& file) {
+void match_vertex_fields(Header& header, const InputFile& file, const ReadOptions& options) {
   const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
                                    [](const Element& element) { return element.is_vertex(); });
   if (vertex == header.elements.end()) fail(file, "header", "has no element vertex");
@@ -99,9 +101,15 @@ void match_vertex_fields(Header& header, const InputFile& file) {
   if (const std::string missing = missing_coordinate(fields); !missing.empty())
     fail(file, "header", "element vertex has no property " + missing);
   for (std::size_t i = 0; i < fields.size(); ++i) vertex->properties[i].field = fields[i];
+  std::vector<NamedArray> named;
+  for (const std::string& name : names) named.push_back({name, 1});
+  for (const AttributePick& pick : pick_attributes(file.name, named, options.attributes)) {
+    vertex->properties[pick.array].attributes.push_back(header.stated.attributes.size());
+    header.stated.attributes.push_back({pick.name, {}});
+  }
 }
 
-Header read_header(const InputFile& file) {
+Header read_header(const InputFile& file, const ReadOptions& options) {
   Header header;
   TextCursor cursor(file);
   if (const auto first = cursor.next_line(); first != "ply")
@@ -146,7 +154,7 @@ Header read_header(const InputFile& file) {
     }
   }
   if (!has_format) fail(file, "header", "has no format line");
-  match_vertex_fields(header, file);
+  match_vertex_fields(header, file, options);
   header.data_offset = cursor.offset();
   if (lone_return && file.bytes[header.data_offset - 1] == '\n') --header.data_offset;
   header.data_line = cursor.line();
@@ -176,6 +184,12 @@ std::vector<Field> fields_of(const Element& element) {
   return fields;
 }
 
+// For the values of the vertices.
+void make_room(const Element& element, Particles& particles) {
+  resize(particles, fields_of(element), element.count);
+  for (Attribute& attribute : particles.attributes) attribute.values.resize(element.count);
+}
+
 void read_binary(const InputFile& file, const Header& header, Particles& particles) {
   std::size_t at = header.data_offset;
   for (const Element& element : header.elements) {
@@ -191,7 +205,7 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
       at += element.count * smallest;
       continue;
     }
-    if (element.is_vertex()) resize(particles, fields_of(element), element.count);
+    if (element.is_vertex()) make_room(element, particles);
     for (std::size_t row = 0; row < element.count; ++row) {
       const auto need = [&](std::size_t n, std::size_t size, const Property& property) {
         if ((file.size() - at) / size < n)
@@ -228,6 +242,9 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
           array_of(particles, property.field)[row] =
               load_real<float>(from, property.type, header.order);
         }
+        for (const std::size_t k : property.attributes)
+          particles.attributes[k].values[row] =
+              load_real<float>(from, property.type, header.order);
         at += size;
       }
     }
@@ -244,7 +261,7 @@ void read_ascii(const InputFile& file, const Header& header, Particles& particle
   for (const Element& element : header.elements) {
     if (element.properties.empty()) continue;
     check_room(file, element, cursor.offset(), 2 * element.properties.size());
-    if (element.is_vertex()) resize(particles, fields_of(element), element.count);
+    if (element.is_vertex()) make_room(element, particles);
     std::vector<std::string> wanted;
     for (const Property& property : element.properties)
       wanted.push_back("property " + property.name + " of element " + element.name);
@@ -255,10 +272,14 @@ void read_ascii(const InputFile& file, const Header& header, Particles& particle
           for (std::size_t left = cursor.count(wanted[k]); left > 0; --left) cursor.real(wanted[k]);
         } else if (property.field == Field::id) {
           particles.id[row] = cursor.integer(wanted[k]);
+          for (const std::size_t a : property.attributes)
+            particles.attributes[a].values[row] = static_cast<float>(particles.id[row]);
         } else {
           const double value = cursor.real(wanted[k]);
           if (property.field != Field::none)
             array_of(particles, property.field)[row] = static_cast<float>(value);
+          for (const std::size_t a : property.attributes)
+            particles.attributes[a].values[row] = static_cast<float>(value);
         }
       }
     }
@@ -270,12 +291,15 @@ void read_ascii(const InputFile& file, const Header& header, Particles& particle
 
 }  // namespace
 
-std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size) {
-  const Header header = read_header(head);
+std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size,
+                                  const ReadOptions& options) {
+  const Header header = read_header(head, options);
   if (header.ascii || !std::isfinite(header.stated.time)) return std::nullopt;
   RowLayout rows;
   rows.order = header.order;
   rows.particle_radius = header.stated.particle_radius;
+  for (const Attribute& attribute : header.stated.attributes)
+    rows.attributes.push_back(attribute.name);
   std::uint64_t at = header.data_offset;
   for (const Element& element : header.elements) {
     std::size_t size = 0;
@@ -283,6 +307,8 @@ std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size
       if (property.list_count) return std::nullopt;
       if (element.is_vertex() && property.field != Field::none)
         rows.columns.push_back({property.field, size, property.type});
+      for (const std::size_t k : property.attributes)
+        rows.columns.push_back({Field::none, size, property.type, k});
       size += size_of(property.type);
     }
     if (size == 0) continue;
@@ -298,8 +324,8 @@ std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size
   return rows;
 }
 
-Particles read_ply(const InputFile& file) {
-  const Header header = read_header(file);
+Particles read_ply(const InputFile& file, const ReadOptions& options) {
+  const Header header = read_header(file, options);
   Particles particles = header.stated;
   if (header.ascii)
     read_ascii(file, header, particles);

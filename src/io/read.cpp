@@ -9,14 +9,28 @@ namespace {
 
 struct Format {
   const char* ending;
-  Particles (*read)(const InputFile&);
+  Particles (*read)(const InputFile&, const ReadOptions&);  // null: one with a layout
+  LayoutReader layout;
   const char* item;  // what the format calls a particle
 };
 
 constexpr Format kFormats[] = {
-    {".ply", read_ply, "vertex"},   {".vtk", read_vtk, "point"},
-    {".bgeo", read_bgeo, "point"},  {".bgeo.gz", read_bgeo, "point"},
-    {".xyz", read_xyz, "particle"}, {".csv", read_csv, "particle"},
+    {".ply", read_ply, nullptr, "vertex"},
+    {".vtk", read_vtk, nullptr, "point"},
+    {".vtp", nullptr, vtk_xml_layout, "point"},
+    {".vtu", nullptr, vtk_xml_layout, "point"},
+    {".npy", nullptr, npy_layout, "particle"},
+    {".npz", nullptr, npz_layout, "particle"},
+    {".h5", nullptr, hdf5_layout, "particle"},
+    {".hdf5", nullptr, hdf5_layout, "particle"},
+    {".bgeo", read_bgeo, nullptr, "point"},
+    {".bgeo.gz", read_bgeo, nullptr, "point"},
+    {".bi4", nullptr, bi4_layout, "particle"},
+    {".ffp3", nullptr, ffp3_layout, "particle"},
+    {".lammpstrj", read_lammps, nullptr, "atom"},
+    {".dump", read_lammps, nullptr, "atom"},
+    {".xyz", read_xyz, nullptr, "particle"},
+    {".csv", read_csv, nullptr, "particle"},
 };
 
 const Format& format_of(const std::string& path) {
@@ -29,39 +43,71 @@ const Format& format_of(const std::string& path) {
   throw InputError(path + ": unknown format, the name must end in one of " + known);
 }
 
-void check_radii(const InputFile& file, const char* item, const Particles& particles) {
+void check_values(const std::string& file, const char* item, const Particles& particles) {
   const std::string wanted = ", must be > 0 and finite (give --particle-radius to override)";
   for (std::size_t i = 0; i < particles.radius.size(); ++i) {
     const float radius = particles.radius[i];
     if (!(radius > 0) || !std::isfinite(radius))
-      fail(file, std::string(item) + " " + std::to_string(i),
-           "radius is " + shown(radius) + wanted);
+      throw InputError(file + ": " + item + " " + std::to_string(i) + ": radius is " +
+                       shown(radius) + wanted);
   }
   const double stated = particles.particle_radius;
   if (stated != 0 && (!(stated > 0) || !std::isfinite(stated)))
-    fail(file, "header", "particle_radius is " + shown(stated) + wanted);
+    throw InputError(file + ": header: particle_radius is " + shown(stated) + wanted);
+  if (!std::isfinite(particles.time))
+    throw InputError(file + ": header: time is " + shown(particles.time) + ", must be finite");
 }
 
 }  // namespace
 
-Particles particles_of(const InputFile& file, double particle_radius) {
-  const Format& format = format_of(file.name);
-  Particles particles = format.read(file);
-  if (particle_radius > 0) {
-    particles.radius.clear();
-    particles.particle_radius = particle_radius;
-  }
-  check_radii(file, format.item, particles);
-  if (!std::isfinite(particles.time))
-    fail(file, "header", "time is " + shown(particles.time) + ", must be finite");
+std::string particle_ending(const std::string& path) {
+  const std::string name = lower_case(path);
+  for (const Format& format : kFormats)
+    if (name.ends_with(format.ending))
+      return path.substr(path.size() - std::string_view(format.ending).size());
+  return "";
+}
+
+LayoutReader layout_reader_of(const std::string& path) { return format_of(path).layout; }
+
+Particles checked_particles(const Bytes& file, const Layout& layout) {
+  Particles particles = read_layout(file, layout);
+  check_values(file.name(), format_of(file.name()).item, particles);
   return particles;
 }
 
+Particles particles_of(const InputFile& file, const ReadOptions& options) {
+  const Format& format = format_of(file.name);
+  if (format.layout) {
+    const auto bytes = memory_bytes(file);
+    return checked_particles(*bytes, format.layout(bytes, options));
+  }
+  Particles particles = format.read(file, options);
+  if (options.particle_radius > 0) {
+    particles.radius.clear();
+    particles.particle_radius = options.particle_radius;
+  }
+  check_values(file.name, format.item, particles);
+  return particles;
+}
+
+Particles particles_of(const InputFile& file, double particle_radius) {
+  return particles_of(file, ReadOptions{.particle_radius = particle_radius});
+}
+
+Particles read_particles(const std::string& path, const ReadOptions& options) {
+  require(options.particle_radius >= 0,
+          "read_particles: particle_radius is " + shown(options.particle_radius) +
+              ", must be > 0, or 0 for what the file states");
+  const Format& format = format_of(path);  // before a file of an unknown format is read
+  if (!format.layout) return particles_of(read_file(path), options);
+  const auto bytes = file_bytes(path);
+  if (bytes->size() == 0) throw InputError(path + ": is empty (0 bytes)");
+  return checked_particles(*bytes, format.layout(bytes, options));
+}
+
 Particles read_particles(const std::string& path, double particle_radius) {
-  require(particle_radius >= 0, "read_particles: particle_radius is " + shown(particle_radius) +
-                                    ", must be > 0, or 0 for what the file states");
-  format_of(path);  // before a file of an unknown format is read
-  return particles_of(read_file(path), particle_radius);
+  return read_particles(path, ReadOptions{.particle_radius = particle_radius});
 }
 
 }  // namespace meniscus

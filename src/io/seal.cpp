@@ -57,6 +57,9 @@ std::optional<OutputFormat> format_of(const std::string& path) {
   if (ending == ".exr") return OutputFormat::exr;
   if (ending == ".ply") return OutputFormat::ply;
   if (ending == ".obj") return OutputFormat::obj;
+  if (ending == ".vtp") return OutputFormat::vtp;
+  if (ending == ".glb") return OutputFormat::glb;
+  if (ending == ".stl") return OutputFormat::stl;
   if (ending == ".png") return OutputFormat::png;
   return std::nullopt;
 }
@@ -71,6 +74,13 @@ std::string statement(OutputFormat format, const char* key, const std::string& v
       return std::string("comment ") + key + ' ' + value + '\n';
     case OutputFormat::obj:
       return std::string("# ") + key + ' ' + value + '\n';
+    case OutputFormat::vtp:
+      return std::string("<!-- ") + key + ' ' + value + " -->";
+    case OutputFormat::glb:
+      return std::string("\"") + key + "\":\"" + value + '"';
+    case OutputFormat::stl:
+      return std::string(key) + ' ' +
+             (std::string_view(key) == kJob ? hex_digits(content_hash(value)) : value) + ' ';
     case OutputFormat::png:
       return text_chunk(key, value);
   }
@@ -93,8 +103,11 @@ Seal seal_of(OutputFormat format, const Read& read) {
   Seal seal;
   seal.head.resize(kHead);
   seal.head.resize(read(seal.head.data(), kHead));
-  // The digits lie before the line's end in PLY and OBJ, before the checksum in PNG.
-  const std::size_t after = format == OutputFormat::png ? 4 : format == OutputFormat::exr ? 0 : 1;
+  // Behind the digits: the line's end in PLY and OBJ, a quote in GLB, the checksum in PNG.
+  const std::size_t after = format == OutputFormat::png   ? 4
+                            : format == OutputFormat::vtp ? 4
+                            : format == OutputFormat::exr ? 0
+                                                          : 1;
   const std::string empty = statement(format, kHash, kNoHash);
   const std::string mark = empty.substr(0, empty.size() - after - kDigits);
   const std::size_t found = seal.head.find(mark);
@@ -134,6 +147,15 @@ std::string seal_lines(const std::string& mark, const std::string& job) {
 std::string seal_chunks(const std::string& job) {
   check_job(job);
   return (job.empty() ? "" : text_chunk(kJob, job)) + text_chunk(kHash, kNoHash);
+}
+
+std::string stl_head(const std::string& job) {
+  check_job(job);
+  constexpr std::size_t kSize = 80;
+  std::string head = statement(OutputFormat::stl, kHash, kNoHash);
+  if (!job.empty()) head += statement(OutputFormat::stl, kJob, job);
+  head.resize(kSize, ' ');
+  return head;
 }
 
 void seal(OutputFile& file, OutputFormat format) {

@@ -3,6 +3,9 @@
 //
 //   EXR       string attributes meniscus.hash and meniscus.job
 //   PLY, OBJ  comment lines "meniscus.hash ..." and "meniscus.job ..." at the top
+//   VTP       comments <!-- meniscus.hash ... --> and <!-- meniscus.job ... --> at the top
+//   GLB       "meniscus.hash" and "meniscus.job" in the extras of the JSON's asset
+//   STL       in its head of 80 bytes, the job by the 16 hex digits of its own hash
 //   PNG       tEXt chunks meniscus.hash and meniscus.job
 //
 // The hash is XXH3 (64 bits, 16 hex digits) of all bytes of the file but its own digits, and in a
@@ -15,7 +18,7 @@
 
 namespace meniscus {
 
-enum class OutputFormat { exr, ply, obj, png };
+enum class OutputFormat { exr, ply, obj, vtp, glb, stl, png };
 
 /// Stands where the hash will be.
 inline constexpr char kNoHash[] = "0000000000000000";
@@ -28,6 +31,9 @@ std::string seal_lines(const std::string& mark, const std::string& job);
 
 /// The seal as chunks of a PNG file: they go after its first one.
 std::string seal_chunks(const std::string& job);
+
+/// The head of an STL, 80 bytes, with the seal.
+std::string stl_head(const std::string& job);
 
 /// Puts the hash in its place, which lies in the first 64 KiB. Everything must be written; nothing
 /// may be written afterwards. Throws OutputError.

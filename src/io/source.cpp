@@ -1,18 +1,15 @@
-// Particle sources: rows of a binary file, and particles in memory.
+// Particle sources: values that are left in a file, and particles in memory.
 #include "meniscus/source.hpp"
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <system_error>
 #include <utility>
 
+#include "attributes.hpp"
+#include "io/layout.hpp"
 #include "io/parts.hpp"
+#include "io/readers.hpp"
 #include "io/rows.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
@@ -22,7 +19,6 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kHead = std::size_t{1} << 16;   // a longer header is read as a whole
-constexpr std::size_t kBlock = std::size_t{1} << 18;  // bytes read at a time: fits a cache
 
 class MemorySource : public ParticleSource {
  public:
@@ -36,6 +32,12 @@ class MemorySource : public ParticleSource {
   std::string name(std::int64_t particle) const override {
     return "particle " + std::to_string(particle);
   }
+  std::vector<std::string> attributes() const override {
+    std::vector<std::string> names;
+    for (const BorrowedAttribute& attribute : particles_.attributes)
+      names.push_back(attribute.name);
+    return names;
+  }
   const BorrowedParticles* in_memory() const override { return &particles_; }
   void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
     const auto copy = [&](const Column& from, float* values) {
@@ -48,81 +50,13 @@ class MemorySource : public ParticleSource {
     copy(particles_.vy, to.vy);
     copy(particles_.vz, to.vz);
     copy(particles_.radius, to.radius);
+    for (std::size_t k = 0; k < to.attributes.size(); ++k)
+      copy(particles_.attributes[k].values, to.attributes[k]);
   }
 
  private:
   Particles own_;
   BorrowedParticles particles_;
-};
-
-class RowSource : public ParticleSource {
- public:
-  RowSource(std::string path, int descriptor, RowLayout rows)
-      : path_(std::move(path)), descriptor_(descriptor), rows_(std::move(rows)) {
-    posix_fadvise(descriptor_, 0, 0, POSIX_FADV_SEQUENTIAL);
-  }
-  ~RowSource() override { close(descriptor_); }
-
-  std::int64_t size() const override { return rows_.count; }
-  bool has_radius() const override { return column(Field::radius) != nullptr; }
-  bool has_velocity() const override { return column(Field::vx) != nullptr; }
-  double particle_radius() const override { return rows_.particle_radius; }
-  std::string name(std::int64_t particle) const override {
-    return "vertex " + std::to_string(particle);
-  }
-
-  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
-    const std::pair<Field, float*> wanted[] = {
-        {Field::x, to.x},   {Field::y, to.y},   {Field::z, to.z},          {Field::vx, to.vx},
-        {Field::vy, to.vy}, {Field::vz, to.vz}, {Field::radius, to.radius}};
-    const std::size_t step = std::max<std::size_t>(1, kBlock / rows_.stride);
-    std::vector<char> block(std::min(step, count) * rows_.stride);
-    for (std::size_t done = 0; done < count; done += step) {
-      const std::size_t now = std::min(step, count - done);
-      fetch(rows_.offset + (static_cast<std::uint64_t>(first) + done) * rows_.stride, block.data(),
-            now * rows_.stride);
-      for (const auto& [field, values] : wanted)
-        if (values) unpack(block.data(), now, field, values + done);
-    }
-  }
-
- private:
-  const RowLayout::Column* column(Field field) const {
-    for (const RowLayout::Column& c : rows_.columns)
-      if (c.field == field) return &c;
-    return nullptr;
-  }
-
-  void unpack(const char* rows, std::size_t count, Field field, float* to) const {
-    const RowLayout::Column* const c = column(field);
-    if (!c) return;
-    const char* from = rows + c->offset;
-    if (c->type == Scalar::float32 && rows_.order == std::endian::native) {
-      for (std::size_t i = 0; i < count; ++i, from += rows_.stride)
-        std::memcpy(to + i, from, sizeof(float));
-    } else {
-      for (std::size_t i = 0; i < count; ++i, from += rows_.stride)
-        to[i] = load_real<float>(from, c->type, rows_.order);
-    }
-  }
-
-  void fetch(std::uint64_t at, char* to, std::size_t size) const {
-    while (size > 0) {
-      const ssize_t n = pread(descriptor_, to, size, static_cast<off_t>(at));
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0)
-        throw InputError(path_ + ": " + byte_place(static_cast<std::size_t>(at)) + ": " +
-                         (n < 0 ? "cannot be read: " + std::generic_category().message(errno)
-                                : "the file ends here, it was longer when it was opened"));
-      to += n;
-      at += static_cast<std::uint64_t>(n);
-      size -= static_cast<std::size_t>(n);
-    }
-  }
-
-  std::string path_;
-  int descriptor_;
-  RowLayout rows_;
 };
 
 void check_scalar(const char* name, std::size_t size, std::size_t particles) {
@@ -144,6 +78,14 @@ void check_sizes(const BorrowedParticles& p) {
   vector("x, y and z", {&p.x, &p.y, &p.z});
   vector("vx, vy and vz", {&p.vx, &p.vy, &p.vz});
   check_scalar("radius", p.radius.size(), p.size());
+  std::vector<std::string> names;
+  for (const BorrowedAttribute& attribute : p.attributes) {
+    check_scalar(attribute.name.c_str(), attribute.values.size(), p.size());
+    require(attribute.values.size() == p.size(),
+            "particles: attribute " + attribute.name + " has no values");
+    names.push_back(attribute.name);
+  }
+  check_names(names);
 }
 
 void check_sizes(const Particles& p) {
@@ -157,47 +99,70 @@ constexpr std::int64_t kLarge = std::int64_t{1} << 18;
 
 }  // namespace
 
-std::unique_ptr<ParticleSource> open_rows(const std::string& path, double particle_radius) {
-  if (!lower_case(path).ends_with(".ply")) return nullptr;
-  // Without waiting for who writes to a pipe.
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  struct stat status {};
-  InputFile head{path, std::string(kHead, '\0')};
-  const ssize_t length =
-      descriptor >= 0 && fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)
-          ? pread(descriptor, head.bytes.data(), head.bytes.size(), 0)
-          : -1;
-  std::optional<RowLayout> rows;
-  if (length > 0) {
-    head.bytes.resize(static_cast<std::size_t>(length));
+std::unique_ptr<ParticleSource> open_rows(const std::string& path, const ReadOptions& options) {
+  if (!lower_case(path).ends_with(".ply")) {
     try {
-      rows = ply_rows(head, static_cast<std::uint64_t>(status.st_size));
+      const LayoutReader read = layout_reader_of(path);
+      if (!read) return nullptr;
+      const auto bytes = file_bytes(path);
+      Layout layout = read(bytes, options);
+      return is_on_disk(layout) ? source_of(bytes, std::move(layout)) : nullptr;
     } catch (const InputError&) {
-      rows.reset();
+      return nullptr;
     }
   }
-  const double stated = rows ? rows->particle_radius : 0;
-  if (!rows || !(stated >= 0) || !std::isfinite(stated)) {
-    if (descriptor >= 0) close(descriptor);
+  try {
+    const auto bytes = file_bytes(path);
+    const InputFile head{path, text_at(*bytes, 0, static_cast<std::size_t>(std::min<std::uint64_t>(
+                                                      kHead, bytes->size())))};
+    const auto rows = ply_rows(head, bytes->size(), options);
+    if (!rows || !(rows->particle_radius >= 0) || !std::isfinite(rows->particle_radius))
+      return nullptr;
+    Layout layout;
+    layout.count = rows->count;
+    layout.item = "vertex";
+    layout.attributes = rows->attributes;
+    layout.particle_radius =
+        options.particle_radius > 0 ? options.particle_radius : rows->particle_radius;
+    for (const RowLayout::Column& column : rows->columns)
+      if (column.field != Field::radius || !(options.particle_radius > 0))
+        layout.columns.push_back({column.field, column.attribute, "", column.type, rows->order,
+                                  bytes, rows->offset + column.offset, rows->stride});
+    return source_of(bytes, std::move(layout));
+  } catch (const InputError&) {
     return nullptr;
   }
-  if (particle_radius > 0) {
-    rows->particle_radius = particle_radius;
-    std::erase_if(rows->columns,
-                  [](const RowLayout::Column& c) { return c.field == Field::radius; });
-  }
-  return std::make_unique<RowSource>(path, descriptor, *rows);
 }
 
-std::unique_ptr<ParticleSource> open_file(const std::string& path, double particle_radius) {
-  if (auto rows = open_rows(path, particle_radius); rows && rows->size() >= kLarge) return rows;
-  return std::make_unique<MemorySource>(read_particles(path, particle_radius));
+std::unique_ptr<ParticleSource> open_file(const std::string& path, const ReadOptions& options) {
+  if (const LayoutReader read = layout_reader_of(path)) {
+    const auto bytes = file_bytes(path);
+    if (bytes->size() == 0) throw InputError(path + ": is empty (0 bytes)");
+    Layout layout = read(bytes, options);
+    if (layout.count >= kLarge && is_on_disk(layout)) return source_of(bytes, std::move(layout));
+    return std::make_unique<MemorySource>(checked_particles(*bytes, layout));
+  }
+  if (auto rows = open_rows(path, options); rows && rows->size() >= kLarge) return rows;
+  return std::make_unique<MemorySource>(read_particles(path, options));
+}
+
+std::unique_ptr<ParticleSource> open_particles(const std::string& path,
+                                               const ReadOptions& options) {
+  require(options.particle_radius >= 0,
+          "open_particles: particle_radius is " + shown(options.particle_radius) +
+              ", must be > 0, or 0 for what the file states");
+  return open_parts(path, options, alone());
 }
 
 std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius) {
-  require(particle_radius >= 0, "open_particles: particle_radius is " + shown(particle_radius) +
-                                    ", must be > 0, or 0 for what the file states");
-  return open_parts(path, particle_radius, alone());
+  return open_particles(path, ReadOptions{.particle_radius = particle_radius});
+}
+
+ParticleArrays ParticleArrays::from(std::size_t place) const {
+  const auto at = [&](float* values) { return values ? values + place : nullptr; };
+  ParticleArrays moved{at(x), at(y), at(z), at(vx), at(vy), at(vz), at(radius)};
+  for (float* values : attributes) moved.attributes.push_back(at(values));
+  return moved;
 }
 
 void check(const Particles& particles) {

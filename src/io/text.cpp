@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/attribute_names.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
 #include "io/text_cursor.hpp"
@@ -20,8 +21,14 @@ std::string_view trimmed(std::string_view text) {
 }
 
 double real_at(const InputFile& file, const TextCursor& cursor, std::string_view word,
-               const std::string& column) {
-  const std::optional<double> value = parse_real(word);
+               const std::string& column, bool decimal_comma = false) {
+  std::optional<double> value = parse_real(word);
+  if (!value && decimal_comma) {
+    std::string with_point(word);
+    const std::size_t comma = with_point.find(',');
+    if (comma != std::string::npos) with_point[comma] = '.';
+    value = parse_real(with_point);
+  }
   if (!value)
     fail(file, cursor.place(),
          "found " + in_quotes(word) + ", wanted a number for " + shown(column));
@@ -92,7 +99,10 @@ std::vector<std::string> default_names(std::size_t columns) {
 
 }  // namespace
 
-Particles read_xyz(const InputFile& file) {
+Particles read_xyz(const InputFile& file, const ReadOptions& options) {
+  if (!options.attributes.empty())
+    fail(file, "", "has no attribute " + in_quotes(options.attributes[0]) +
+                       ": columns of .xyz have no names (save it as .csv)");
   TextCursor cursor(file);
   Particles particles;
   Words words;
@@ -150,7 +160,7 @@ Particles read_xyz(const InputFile& file) {
   return particles;
 }
 
-Particles read_csv(const InputFile& file) {
+Particles read_csv(const InputFile& file, const ReadOptions& options) {
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   TextCursor cursor(file, file.bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
   Particles particles;
@@ -158,6 +168,16 @@ Particles read_csv(const InputFile& file) {
   Words cells;
   std::vector<std::string> names;
   std::vector<Field> fields;
+  std::vector<AttributePick> picks;
+  constexpr std::size_t kMostBefore = 16;  // lines before the names
+  std::size_t before = 0;
+  std::string first_line, first_place;
+  const auto fail_without_names = [&](const std::string& missing) {
+    throw InputError(file.name + ": " + first_place + ": found " + in_quotes(first_line) +
+                     " without a column " + missing +
+                     ", wanted columns x, y, z separated by comma, semicolon or tab");
+  };
+  std::string missing_first;
   while (const auto line = cursor.next_line()) {
     if (trimmed(*line).empty() || line->starts_with('#')) continue;
     const bool is_first = names.empty();
@@ -165,17 +185,33 @@ Particles read_csv(const InputFile& file) {
     if (const std::string flaw = split_cells(*line, separator, cells); !flaw.empty())
       fail(file, cursor.place(), flaw);
     if (is_first) {
-      const bool has_header = !std::all_of(cells.begin(), cells.end(),
-                                           [](std::string_view cell) { return parse_real(cell); });
+      const bool has_header =
+          !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+            std::string with_point(cell);
+            if (separator == ';' && cell.find(',') != std::string_view::npos)
+              with_point[cell.find(',')] = '.';
+            return parse_real(with_point).has_value();
+          });
       if (has_header)
         names.assign(cells.begin(), cells.end());
       else
         names = default_names(cells.size());
       fields = fields_of_columns(names);
-      if (const std::string missing = missing_coordinate(fields); !missing.empty())
-        fail(file, cursor.place(),
-             "found " + in_quotes(*line) + " without a column " + missing +
-                 ", wanted columns x, y, z separated by comma, semicolon or tab");
+      if (const std::string missing = missing_coordinate(fields); !missing.empty()) {
+        // DualSPHysics writes lines about the file before the names.
+        if (before == 0) {
+          first_line = *line;
+          first_place = cursor.place();
+          missing_first = missing;
+        }
+        if (++before > kMostBefore) fail_without_names(missing_first);
+        names.clear();
+        continue;
+      }
+      std::vector<NamedArray> named;
+      for (const std::string& name : names) named.push_back({name, 1});
+      picks = pick_attributes(file.name, named, options.attributes);
+      for (const AttributePick& pick : picks) particles.attributes.push_back({pick.name, {}});
       if (has_header) {
         if (!cursor.line_was_ended())
           fail(file, cursor.place(), "the file ends in the row of names (truncated?)");
@@ -196,10 +232,15 @@ Particles read_csv(const InputFile& file) {
         particles.id.push_back(*id);
       } else {
         array_of(particles, fields[k])
-            .push_back(static_cast<float>(real_at(file, cursor, cells[k], names[k])));
+            .push_back(
+                static_cast<float>(real_at(file, cursor, cells[k], names[k], separator == ';')));
       }
     }
+    for (std::size_t a = 0; a < picks.size(); ++a)
+      particles.attributes[a].values.push_back(static_cast<float>(real_at(
+          file, cursor, cells[picks[a].array], names[picks[a].array], separator == ';')));
   }
+  if (names.empty() && before > 0) fail_without_names(missing_first);
   if (names.empty()) fail(file, "", "has no rows, wanted columns x, y, z");
   return particles;
 }

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/attribute_names.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
 #include "io/scalar.hpp"
@@ -31,12 +32,23 @@ std::optional<Scalar> scalar_named(const std::string& name) {
 
 class VtkReader {
  public:
-  explicit VtkReader(const InputFile& file) : file_(file), cursor_(file) {}
+  VtkReader(const InputFile& file, const ReadOptions& options)
+      : file_(file), options_(options), cursor_(file) {}
 
   Particles read() {
     read_header();
     for (std::string key; !(key = lower_case(cursor_.next_token())).empty();) read_part(key);
     if (!has_points_) fail(file_, "", "has no POINTS (truncated?)");
+    // In the order asked for; throws where one is not there.
+    for (const AttributePick& pick :
+         pick_attributes(file_.name, arrays_, options_.attributes)) {
+      const std::vector<float>& values = found_[pick.array];
+      const std::size_t components = arrays_[pick.array].components;
+      Attribute attribute{pick.name, std::vector<float>(particles_.size())};
+      for (std::size_t i = 0; i < attribute.values.size(); ++i)
+        attribute.values[i] = values[i * components + pick.component];
+      particles_.attributes.push_back(std::move(attribute));
+    }
     return std::move(particles_);
   }
 
@@ -186,9 +198,11 @@ class VtkReader {
   /// Keeps an array of the points that has a field of ours, skips any other.
   void read_array(const std::string& name, const std::string& type, std::size_t tuples,
                   std::size_t components) {
-    const Field field =
-        section_ == Section::points ? field_of_attribute(name, components) : Field::none;
-    if (field == Field::none || type == "string" || type == "bit" || is_kept(field)) {
+    Field field = section_ == Section::points ? field_of_attribute(name, components) : Field::none;
+    if (field != Field::none && is_kept(field)) field = Field::none;
+    const bool numbers = type != "string" && type != "bit" && components > 0;
+    const bool is_asked = section_ == Section::points && numbers && asks_for(name, components);
+    if (!numbers || (field == Field::none && !is_asked)) {
       skip(name, type, tuples, components);
       return;
     }
@@ -196,10 +210,30 @@ class VtkReader {
       fail_here("found " + std::to_string(tuples) + " tuples of " + name + ", wanted " +
                 std::to_string(particles_.size()) + " as in POINTS");
     const Scalar scalar = known_type(type, name);
-    if (field == Field::id)
+    if (field == Field::id) {
       particles_.id = read_values<std::int64_t>(name, scalar, tuples, 1);
-    else
-      store(field, read_values<float>(name, scalar, tuples, components));
+      if (is_asked) found_.back().assign(particles_.id.begin(), particles_.id.end());
+      return;
+    }
+    std::vector<float> values = read_values<float>(name, scalar, tuples, components);
+    if (is_asked) found_.back() = values;
+    if (field != Field::none) store(field, std::move(values));
+  }
+
+  /// Notes an array of the points; whether it is an attribute that is asked for.
+  bool asks_for(const std::string& name, std::size_t components) {
+    constexpr std::size_t kMost = 1000;
+    if (options_.attributes.empty() || arrays_.size() == kMost) return false;
+    const bool is_new = std::none_of(arrays_.begin(), arrays_.end(), [&](const NamedArray& other) {
+      return lower_case(other.name) == lower_case(name);
+    });
+    if (!is_new) return false;
+    arrays_.push_back({name, components});
+    found_.emplace_back();
+    return std::any_of(options_.attributes.begin(), options_.attributes.end(),
+                       [&](const std::string& wanted) {
+                         return lower_case(name).starts_with(lower_case(wanted));
+                       });
   }
 
   bool is_kept(Field field) {
@@ -344,7 +378,10 @@ class VtkReader {
   }
 
   const InputFile& file_;
+  const ReadOptions& options_;
   TextCursor cursor_;
+  std::vector<NamedArray> arrays_;         // of the points, where attributes are asked for
+  std::vector<std::vector<float>> found_;  // values of those that are
   bool binary_ = false;
   bool has_points_ = false;
   Section section_ = Section::dataset;
@@ -355,6 +392,8 @@ class VtkReader {
 
 }  // namespace
 
-Particles read_vtk(const InputFile& file) { return VtkReader(file).read(); }
+Particles read_vtk(const InputFile& file, const ReadOptions& options) {
+  return VtkReader(file, options).read();
+}
 
 }  // namespace meniscus

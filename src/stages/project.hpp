@@ -15,6 +15,7 @@ struct WorldParticles {
   std::vector<float> scale;    // [n] own radius over the common radius; empty: all 1
   bool moving = false;         // whether they carry velocities
   std::vector<Vec3> velocity;  // [n] where moving: world units per second, or kNoVelocity
+  std::vector<Attribute> attributes{};  // [n] each; NaN: not known
 };
 
 /// The particles in view, in canonical order.

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "attributes.hpp"
 #include "canonical_order.hpp"
 #include "crowds.hpp"
 #include "extract.hpp"
@@ -29,9 +30,12 @@ namespace {
 // Frames of more particles must say how large they are: an estimate looks at each many times.
 constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 
-std::array<std::vector<float>*, 7> arrays_of(Particles& particles) {
-  return {&particles.x,  &particles.y,  &particles.z,     &particles.vx,
-          &particles.vy, &particles.vz, &particles.radius};
+std::vector<std::vector<float>*> arrays_of(Particles& particles) {
+  std::vector<std::vector<float>*> arrays{&particles.x,  &particles.y,  &particles.z,
+                                          &particles.vx, &particles.vy, &particles.vz,
+                                          &particles.radius};
+  for (Attribute& attribute : particles.attributes) arrays.push_back(&attribute.values);
+  return arrays;
 }
 
 // All particles, in the first process; the others get none.
@@ -41,6 +45,8 @@ Particles read_all(const ParticleSource& source) {
   std::size_t size = 0, done = 0;
   for (const ParticleRange& range : source.share()) size += static_cast<std::size_t>(range.count);
   for (std::vector<float>* values : {&all.x, &all.y, &all.z}) values->resize(size);
+  for (const std::string& name : source.attributes())
+    all.attributes.push_back({name, std::vector<float>(size)});
   if (source.has_velocity())
     for (std::vector<float>* values : {&all.vx, &all.vy, &all.vz}) values->resize(size);
   if (source.has_radius()) all.radius.resize(size);
@@ -49,9 +55,10 @@ Particles read_all(const ParticleSource& source) {
       return values.empty() ? nullptr : values.data() + done;
     };
     const std::size_t count = static_cast<std::size_t>(range.count);
-    source.read(
-        range.first, count,
-        {at(all.x), at(all.y), at(all.z), at(all.vx), at(all.vy), at(all.vz), at(all.radius)});
+    ParticleArrays to{at(all.x),  at(all.y),  at(all.z),     at(all.vx),
+                      at(all.vy), at(all.vz), at(all.radius)};
+    for (Attribute& attribute : all.attributes) to.attributes.push_back(at(attribute.values));
+    source.read(range.first, count, to);
     done += count;
   }
   Team& team = source.team();
@@ -125,9 +132,12 @@ double thinning(const OnScreen& screen, const Parameters& params) {
   return factor;
 }
 
+std::int64_t place_in_frame(const ParticleChunk& chunk, std::size_t i) {
+  return chunk.first + static_cast<std::int64_t>(i);
+}
+
 Vec3 checked_velocity(const ParticleChunk& chunk, std::size_t i, VelocityCheck& velocities) {
-  return velocities.checked({chunk.vx[i], chunk.vy[i], chunk.vz[i]},
-                            chunk.first + static_cast<std::int64_t>(i));
+  return velocities.checked({chunk.vx[i], chunk.vy[i], chunk.vz[i]}, place_in_frame(chunk, i));
 }
 
 // Reports what all processes saw of the velocities of what passes.
@@ -136,6 +146,16 @@ void report(Team& team, const VelocityCheck& seen, const Parameters& params,
   VelocityCheck all;
   for (const VelocityCheck& one : team.joined<VelocityCheck>({seen})) all.add(one);
   all.report("particles near what is seen", params, warnings);
+}
+
+void report(Team& team, const std::vector<std::string>& names,
+            const std::vector<ValueCheck>& seen, const Parameters& params,
+            std::vector<std::string>& warnings) {
+  for (std::size_t a = 0; a < seen.size(); ++a) {
+    ValueCheck all;
+    for (const ValueCheck& one : team.joined<ValueCheck>({seen[a]})) all.add(one);
+    all.report(names[a], params, warnings);
+  }
 }
 
 // Everything in view, or where that is much what lies near the front; in the first process.
@@ -161,8 +181,11 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
   }
   clock.start("select");
   Particles kept;
+  for (const std::string& name : source.attributes()) kept.attributes.push_back({name, {}});
   VelocityCheck velocities;
-  select_near(device, view, source, chunk, map, {.radius = true, .velocity = params.motion},
+  std::vector<ValueCheck> values(kept.attributes.size());
+  select_near(device, view, source, chunk, map,
+              {.radius = true, .velocity = params.motion, .attributes = true},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
                 for (const cl_uint place : places) {
                   const std::size_t i = place & ~kIsSeen;
@@ -170,6 +193,9 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
                   kept.y.push_back(now.y[i]);
                   kept.z.push_back(now.z[i]);
                   if (!now.radius.empty()) kept.radius.push_back(now.radius[i]);
+                  for (std::size_t a = 0; a < now.attributes.size(); ++a)
+                    kept.attributes[a].values.push_back(
+                        values[a].checked(now.attributes[a][i], place_in_frame(now, i)));
                   if (now.vx.empty()) continue;
                   const Vec3 velocity = checked_velocity(now, i, velocities);
                   kept.vx.push_back(velocity.x);
@@ -178,6 +204,7 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
                 }
               });
   report(source.team(), velocities, params, warnings);
+  report(source.team(), source.attributes(), values, params, warnings);
   for (std::vector<float>* values : arrays_of(kept)) {
     std::vector<float> all;
     source.team().gather(std::move(*values), [&](int rank, std::vector<float>&& some) {
@@ -191,12 +218,16 @@ Particles gather(Device& device, const View& view, const ParticleSource& source,
   return kept;
 }
 
-// The voxels near what the camera sees, in the first process. All lengths on the screen are in
-// pixels.
-VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& source,
-                      double particle_radius, const Parameters& params, std::size_t memory,
-                      const OnScreen& screen, StageClock& clock,
-                      std::vector<std::string>& warnings) {
+// What of the particles may matter where they are thinned.
+struct NearFront {
+  FrontMap map;
+  std::size_t chunk = 0;  // particles
+};
+
+// All lengths on the screen are in pixels.
+NearFront find_near_front(Device& device, const View& view, const ParticleSource& source,
+                          double particle_radius, const Parameters& params, std::size_t memory,
+                          const OnScreen& screen) {
   // In radii of the representatives: how far beyond the screen, around a gap and behind the front
   // particles may matter to a fit near the edge.
   constexpr double kMargin = 10, kAround = 6, kReach = 10;
@@ -204,20 +235,37 @@ VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& so
   constexpr double kLayer = 0.8;
   // Cells that hold two particles of a layer, so that hardly one is empty.
   const double cell = std::max(1.0, 1.5 * screen.spacing), radius = params.thin / 2;
-  clock.start("fronts");
   const double border = kMargin * radius;
   const std::size_t chunk = chunk_size(memory, map_size(view, cell, border));
-  const FrontMap map =
-      find_fronts(device, view, source, chunk, cell, border, kMargin, params.thin, kAround * radius,
-                  kReach, kLayer * particle_radius / view.radius);
-  clock.start("select");
+  return {find_fronts(device, view, source, chunk, cell, border, kMargin, params.thin,
+                      kAround * radius, kReach, kLayer * particle_radius / view.radius),
+          chunk};
+}
+
+VoxelGrid empty_voxels(const View& view, bool moving) {
   const double side = 2 * view.radius, step = 1024 * side;
   const auto snapped = [&](double x) { return std::floor(x / step + 0.5) * step; };
+  return VoxelGrid(
+      side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)}, moving);
+}
+
+// In the first process those of all.
+void join_voxels(Team& team, VoxelGrid& grid) {
+  if (team.size() == 1) return;
+  team.gather(team.leads() ? std::vector<VoxelGrid::Voxel>() : grid.voxels(),
+              [&](int, std::vector<VoxelGrid::Voxel>&& voxels) {
+                for (const VoxelGrid::Voxel& voxel : voxels) grid.add(voxel);
+              });
+}
+
+// The voxels near what the camera sees, in the first process.
+VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& source,
+                      const NearFront& near, const Parameters& params,
+                      std::vector<std::string>& warnings) {
   const bool moving = params.motion && source.has_velocity();
-  VoxelGrid grid(side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)},
-                 moving);
+  VoxelGrid grid = empty_voxels(view, moving);
   VelocityCheck velocities;
-  select_near(device, view, source, chunk, map, {.velocity = moving},
+  select_near(device, view, source, near.chunk, near.map, {.velocity = moving},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
                 for (const cl_uint place : places) {
                   const std::size_t i = place & ~kIsSeen;
@@ -225,13 +273,46 @@ VoxelGrid fill_voxels(Device& device, const View& view, const ParticleSource& so
                            moving ? checked_velocity(now, i, velocities) : kNoVelocity);
                 }
               });
-  Team& team = source.team();
-  report(team, velocities, params, warnings);
-  if (team.size() > 1)
-    team.gather(team.leads() ? std::vector<VoxelGrid::Voxel>() : grid.voxels(),
-                [&](int, std::vector<VoxelGrid::Voxel>&& voxels) {
-                  for (const VoxelGrid::Voxel& voxel : voxels) grid.add(voxel);
-                });
+  report(source.team(), velocities, params, warnings);
+  join_voxels(source.team(), grid);
+  return grid;
+}
+
+// The same voxels, each with the sum of one attribute instead of that of velocities. Sums are of
+// whole numbers, so that the order of the particles does not matter: values are scaled to the
+// largest, by a power of two, which is returned.
+VoxelGrid fill_voxels_with(std::size_t attribute, Device& device, const View& view,
+                           const ParticleSource& source, const NearFront& near,
+                           const Parameters& params, float& scale,
+                           std::vector<std::string>& warnings) {
+  std::vector<ValueCheck> values(source.attributes().size());
+  float largest = 0;
+  for_each_chunk(source, near.chunk, {.attributes = true}, [&](ParticleChunk& now) {
+    ValueCheck ignored;
+    for (std::size_t i = 0; i < now.count; ++i) {
+      const float value = std::abs(ignored.checked(now.attributes[attribute][i], 0));
+      if (value > largest) largest = value;
+    }
+  });
+  for (const float one : source.team().joined<float>({largest})) largest = std::max(largest, one);
+  VoxelGrid grid = empty_voxels(view, true);
+  constexpr int kBits = 16;  // a voxel's sum holds 2^18 sides for each particle
+  scale = largest > 0 ? std::ldexp(1.0f, std::clamp(kBits + std::ilogb(grid.side()) -
+                                                        std::ilogb(largest),
+                                                    -120, 120))
+                      : 1.0f;
+  select_near(device, view, source, near.chunk, near.map, {.attributes = true},
+              [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
+                for (const cl_uint place : places) {
+                  const std::size_t i = place & ~kIsSeen;
+                  const float value =
+                      values[attribute].checked(now.attributes[attribute][i], place_in_frame(now, i));
+                  grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0,
+                           std::isnan(value) ? kNoVelocity : Vec3{value * scale, 0, 0});
+                }
+              });
+  report(source.team(), source.attributes(), values, params, warnings);
+  join_voxels(source.team(), grid);
   return grid;
 }
 
@@ -280,20 +361,45 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
 
   if (factor > 1) {
     const View coarse = team.from_first(make_view(camera, factor * radius, origin));
-    const VoxelGrid grid = fill_voxels(device, coarse, source, radius, params, memory, screen,
-                                       clock, surface.warnings);
+    clock.start("fronts");
+    const NearFront near =
+        find_near_front(device, coarse, source, radius, params, memory, screen);
+    clock.start("select");
+    const VoxelGrid grid = fill_voxels(device, coarse, source, near, params, surface.warnings);
+    const Vec3d eye = world_from_eye(coarse, {0, 0, coarse.orthographic ? 1e5 : 0});
+    // Representatives follow from where the particles are: those of an attribute are the same.
+    std::vector<Attribute> carried;                // of the representatives
+    std::vector<std::vector<float>> of_the_spray;  // of each attribute
+    for (std::size_t a = 0; a < source.attributes().size(); ++a) {
+      float scale = 1;
+      const VoxelGrid values = fill_voxels_with(a, device, coarse, source, near, params, scale,
+                                                surface.warnings);
+      if (!team.leads()) continue;
+      const Thinned thinned = thin_particles(device, values, radius, eye, params.fit.offset);
+      Attribute& attribute = carried.emplace_back(Attribute{source.attributes()[a], {}});
+      for (const Vec3& value : thinned.particles.velocity)
+        attribute.values.push_back(value.x / scale);
+      std::vector<float>& drops = of_the_spray.emplace_back();
+      for (const SprayDrop& drop : thinned.spray) drops.push_back(drop.velocity.x / scale);
+    }
     clock.stop();
     if (!team.leads()) return surface;
     clock.start("thin");
-    const Vec3d eye = world_from_eye(coarse, {0, 0, coarse.orthographic ? 1e5 : 0});
-    const Thinned thinned = thin_particles(device, grid, radius, eye, params.fit.offset);
+    Thinned thinned = thin_particles(device, grid, radius, eye, params.fit.offset);
+    thinned.particles.attributes = std::move(carried);
     clock.stop();
     Extraction extraction = run_pipeline(device, coarse, thinned.particles, params, timings);
     clock.start("spray");
     if (params.image) {
       SurfaceMap image = download(device, extraction.image);
       image.velocity = std::move(extraction.velocity);
-      draw_spray(coarse, thinned.spray, image);
+      const std::vector<std::int32_t> shown = draw_spray(coarse, thinned.spray, image);
+      for (std::size_t a = 0; a < of_the_spray.size(); ++a)
+        for (std::size_t s = 0; s < shown.size(); ++s) {
+          if (shown[s] < 0) continue;
+          const float value = of_the_spray[a][static_cast<std::size_t>(shown[s])];
+          extraction.attributes[a].values[s] = std::isnan(value) ? 0 : value;
+        }
       extraction.image = upload(device, image);
       extraction.velocity = std::move(image.velocity);
     }
@@ -322,6 +428,10 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
     world.z.push_back(kept.z[i]);
     if (!kept.radius.empty()) world.scale.push_back(static_cast<float>(kept.radius[i] / radius));
     if (world.moving) world.velocity.push_back({kept.vx[i], kept.vy[i], kept.vz[i]});
+  }
+  for (const Attribute& attribute : kept.attributes) {
+    Attribute& ordered = world.attributes.emplace_back(Attribute{attribute.name, {}});
+    for (const std::size_t i : order) ordered.values.push_back(attribute.values[i]);
   }
   clock.stop();
   Extraction extraction = run_pipeline(device, view, world, params, timings);

@@ -7,8 +7,10 @@
 
 namespace meniscus {
 
-void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMap& image) {
+std::vector<std::int32_t> draw_spray(const View& view, const std::vector<SprayDrop>& spray,
+                                     SurfaceMap& image) {
   const SampleGrid& grid = image.grid;
+  std::vector<std::int32_t> shown(image.depth.size(), -1);
   for (const SprayDrop& drop : spray) {
     const Vec3d centre = eye_from_world(view, drop.centre);
     if (!(-centre.z > view.near_depth)) continue;
@@ -22,6 +24,7 @@ void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMa
       const std::size_t s = static_cast<std::size_t>(j) * grid.nx + i;
       if (!(depth > 0) || !(depth < image.depth[s])) return;
       image.depth[s] = depth;
+      shown[s] = static_cast<std::int32_t>(&drop - spray.data());
       image.normal[s] = static_cast<Vec3>(normalized({du, -dv, height}));
       image.group[s] = -1;
       image.kind[s] = Kind::splash;
@@ -46,6 +49,7 @@ void draw_spray(const View& view, const std::vector<SprayDrop>& spray, SurfaceMa
       draw(static_cast<int>(std::floor((at.u - grid.first) / grid.step + 0.5)),
            static_cast<int>(std::floor((at.v - grid.first) / grid.step + 0.5)), 0, 0);
   }
+  return shown;
 }
 
 }  // namespace meniscus

@@ -110,6 +110,7 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
                     const std::function<void(ParticleChunk&)>& work) {
   const bool radius = also.radius && source.has_radius();
   const bool velocity = also.velocity && source.has_velocity();
+  const std::size_t attributes = also.attributes ? source.attributes().size() : 0;
   const auto read = [&](ParticleChunk& chunk, const ParticleRange& range) {
     chunk.first = range.first;
     chunk.count = static_cast<std::size_t>(range.count);
@@ -125,6 +126,8 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
     };
     if (velocity) add(chunk.vx, to.vx), add(chunk.vy, to.vy), add(chunk.vz, to.vz);
     if (radius) add(chunk.radius, to.radius);
+    chunk.attributes.resize(attributes);
+    for (std::vector<float>& values : chunk.attributes) add(values, to.attributes.emplace_back());
     source.read(chunk.first, chunk.count, to);
   };
   const std::vector<ParticleRange> share = source.share();

@@ -21,12 +21,13 @@ struct ParticleChunk {
   // Empty where the source has none or none was asked for:
   std::vector<float> vx, vy, vz;  // [stride] world units per second
   std::vector<float> radius;      // [stride] world units
+  std::vector<std::vector<float>> attributes;  // [stride] each
   std::size_t stride() const { return x.size(); }
 };
 
 /// What a chunk holds beside positions.
 struct ChunkValues {
-  bool radius = false, velocity = false;
+  bool radius = false, velocity = false, attributes = false;
 };
 
 /// Calls work(chunk) for all particles of this process's share, at most `size` at a time, in order;

@@ -73,7 +73,7 @@ void rows(const std::string& bytes) {
   want(layout->count >= 0 && layout->stride > 0 && layout->offset <= bytes.size() &&
            count <= (bytes.size() - layout->offset) / layout->stride,
        "rows beyond the end of the file");
-  const Particles all = read_ply({"f.ply", bytes});
+  const Particles all = read_ply({"f.ply", bytes}, {});
   want(all.size() == count, "another number of particles");
   for (const auto& column : layout->columns) {
     want(column.offset + size_of(column.type) <= layout->stride, "a column beyond its row");

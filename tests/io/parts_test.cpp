@@ -56,7 +56,7 @@ class Parts : public InputTest {
     return (std::filesystem::path(file).parent_path() / name).string();
   }
   static std::string error_of(const std::string& path, int ranks = 1) {
-    const TeamOutcome outcome = as_team(ranks, [&](Team& team) { open_parts(path, 0, team); });
+    const TeamOutcome outcome = as_team(ranks, [&](Team& team) { open_parts(path, ReadOptions{}, team); });
     EXPECT_THAT(outcome.errors, Each(outcome.errors[0]));
     return outcome.errors[0];
   }
@@ -96,7 +96,7 @@ TEST_F(Parts, AreReadOnceByWhateverRanks) {
     std::vector<int> times(kAll);
     std::mutex mutex;
     const TeamOutcome outcome = as_team(ranks, [&](Team& team) {
-      const auto source = open_parts(pattern, 0, team);
+      const auto source = open_parts(pattern, ReadOptions{}, team);
       EXPECT_EQ(source->size(), kAll);
       EXPECT_FALSE(source->has_radius());
       EXPECT_FALSE(source->in_memory());
@@ -125,7 +125,7 @@ TEST_F(Parts, OfOneFileAreRangesWhoseParticlesHaveItsNames) {
   const std::string file = write("a.ply", ply(0, kLarge, "comment particle_radius 0.25\n"));
   std::vector<std::vector<ParticleRange>> shares(3);
   as_team(3, [&](Team& team) {
-    const auto source = open_parts(file, 0, team);
+    const auto source = open_parts(file, ReadOptions{}, team);
     EXPECT_EQ(source->name(7), "vertex 7");
     EXPECT_EQ(source->particle_radius(), 0.25);
     shares[static_cast<std::size_t>(team.rank())] = source->share();

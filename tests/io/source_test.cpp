@@ -53,7 +53,7 @@ TEST_F(Source, RowsAreWhatReadingAtOnceGives) {
   for (const std::endian order : {std::endian::little, std::endian::big}) {
     const std::string path = write("mixed.ply", mixed_ply(order));
     const Particles expected = read_particles(path);
-    const auto rows = open_rows(path, 0);
+    const auto rows = open_rows(path, ReadOptions{});
     ASSERT_TRUE(rows);
     EXPECT_EQ(rows->size(), 5);
     EXPECT_EQ(rows->particle_radius(), 0.25);
@@ -70,7 +70,7 @@ TEST_F(Source, RowsAreWhatReadingAtOnceGives) {
       EXPECT_EQ(found.radius, expected.radius);
     }
     EXPECT_EQ(expected.vx, (std::vector<float>{0, 0.25f, 0.5f, 0.75f, 1}));
-    const auto given = open_rows(path, 0.125);
+    const auto given = open_rows(path, ReadOptions{.particle_radius = 0.125});
     EXPECT_EQ(given->particle_radius(), 0.125);
     EXPECT_FALSE(given->has_radius());
   }
@@ -79,7 +79,7 @@ TEST_F(Source, RowsAreWhatReadingAtOnceGives) {
 TEST_F(Source, ReadsOnlyWhatIsWanted) {
   const std::string path = write("mixed.ply", mixed_ply(std::endian::little));
   const Particles all = read_particles(path);
-  for (const auto& source : {open_rows(path, 0), source_of(all)}) {
+  for (const auto& source : {open_rows(path, ReadOptions{}), source_of(all)}) {
     std::vector<float> vz(3), y(3);
     source->read(1, 3, {.y = y.data(), .vz = vz.data()});
     EXPECT_EQ(y, (std::vector<float>{-7, -14, -21}));
@@ -95,25 +95,25 @@ TEST_F(Source, ReadsOnlyWhatIsWanted) {
 
 TEST_F(Source, LeavesToTheReaderWhatIsNotOnlyRows) {
   const std::string good = mixed_ply(std::endian::little);
-  EXPECT_FALSE(open_rows(write("cut.ply", good.substr(0, good.size() - 1)), 0));
-  EXPECT_FALSE(open_rows(write("long.ply", good + "x"), 0));
+  EXPECT_FALSE(open_rows(write("cut.ply", good.substr(0, good.size() - 1)), {}));
+  EXPECT_FALSE(open_rows(write("long.ply", good + "x"), {}));
   EXPECT_FALSE(open_rows(write("ascii.ply",
                                "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
                                "property float y\nproperty float z\nend_header\n1 2 3\n"),
-                         0));
+                         {}));
   EXPECT_FALSE(open_rows(write("list.ply",
                                "ply\nformat binary_little_endian 1.0\nelement vertex 0\n"
                                "property float x\nproperty float y\nproperty float z\n"
                                "element face 0\nproperty list uchar int v\nend_header\n"),
-                         0));
-  EXPECT_FALSE(open_rows(write("no.ply", "not a ply"), 0));
-  EXPECT_FALSE(open_rows(write("rows.xyz", good), 0));
-  EXPECT_FALSE(open_rows(write("gone.ply", "") + "x", 0));
+                         {}));
+  EXPECT_FALSE(open_rows(write("no.ply", "not a ply"), {}));
+  EXPECT_FALSE(open_rows(write("rows.xyz", good), {}));
+  EXPECT_FALSE(open_rows(write("gone.ply", "") + "x", {}));
 }
 
 TEST_F(Source, SaysWhereAFileEndedThatGrewShorter) {
   const std::string good = mixed_ply(std::endian::little);
-  const auto rows = open_rows(write("shrunk.ply", good), 0);
+  const auto rows = open_rows(write("shrunk.ply", good), {});
   write("shrunk.ply", good.substr(0, good.size() - 30));
   try {
     all_of(*rows, 5);

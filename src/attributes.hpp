@@ -1,0 +1,50 @@
+// Attributes of particles on their way to the surface.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "meniscus/parameters.hpp"
+#include "meniscus/types.hpp"
+#include "stages/motion.hpp"
+
+namespace meniscus {
+
+/// What a particle has whose attribute cannot be used: the others around it speak for it.
+inline constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
+
+/// Looks at values one by one and counts those that cannot be used.
+class ValueCheck {
+ public:
+  /// The value of the particle `place` of the file, or kNoValue where it is NaN, infinite, or so
+  /// large (1e30) that sums of some may overflow.
+  float checked(float value, std::int64_t place);
+  /// Adds what another one counted.
+  void add(const ValueCheck& other);
+  /// Warns if there were any. Throws InputError when params.strict.
+  void report(const std::string& attribute, const Parameters& params,
+              std::vector<std::string>& warnings) const;
+
+ private:
+  std::int64_t seen_ = 0, bad_ = 0, first_bad_ = std::numeric_limits<std::int64_t>::max();
+};
+
+/// Throws InvalidArgument where two attributes have one name, or one has none.
+void check_names(const std::vector<std::string>& names);
+
+/// Attributes as velocities, which motion.hpp weighs: three in one where every particle has a value
+/// of each, else one.
+struct AttributeTriple {
+  std::size_t first = 0, count = 0;  // which attributes
+  std::vector<Vec3> values;          // [particles] or kNoVelocity
+};
+std::vector<AttributeTriple> triples_of(const std::vector<Attribute>& attributes);
+
+/// Adds the attributes of a triple to those of the surface, from what motion.hpp made of it.
+void add_attributes(const AttributeTriple& triple, const std::vector<Attribute>& attributes,
+                    const std::vector<Vec3>& weighed, std::vector<Attribute>& to);
+
+}  // namespace meniscus

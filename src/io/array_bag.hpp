@@ -1,0 +1,28 @@
+// Formats that hold arrays by name and leave it to the reader which of them are particles.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/layout.hpp"
+
+namespace meniscus {
+
+struct BagArray {
+  DataArray data;
+  std::uint64_t rows = 0;
+};
+
+/// The layout of the particles among some arrays. Positions are the array that `dataset` names, else
+/// one of two or three components with a name for positions, else x, y and z, else the only array
+/// of three components. Arrays with another number of rows are of something else. Throws InputError.
+Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
+                     const ReadOptions& options);
+
+/// Whether an array so named holds positions.
+bool is_position(const std::string& name);
+
+/// Throws InputError where `unpacked` bytes are not to be believed of a file.
+void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place);
+
+}  // namespace meniscus

@@ -1,0 +1,373 @@
+// NumPy's arrays: .npy, and .npz, a zip archive of them. Written from NumPy's description of its
+// format (NEP 1) and PKWARE's of zip archives (APPNOTE).
+#include <algorithm>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/array_bag.hpp"
+#include "io/readers.hpp"
+#include "io/text_cursor.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kMostHeader = std::size_t{1} << 20;  // bytes
+
+// The literals of Python that a header is made of.
+class Header {
+ public:
+  Header(const Bytes& file, std::string place, std::string text)
+      : file_(file), place_(std::move(place)), text_(std::move(text)) {}
+
+  struct Field {
+    std::string name;
+    std::string type;
+    std::vector<std::uint64_t> shape;
+  };
+  std::vector<Field> fields;  // one without a name, or those of a structure
+  bool fortran = false;
+  std::vector<std::uint64_t> shape;
+
+  void read() {
+    take('{');
+    while (!is_next('}')) {
+      const std::string key = string();
+      take(':');
+      if (key == "descr")
+        read_types();
+      else if (key == "fortran_order")
+        fortran = word() == "True";
+      else if (key == "shape")
+        shape = tuple();
+      else
+        fail_here("found key " + in_quotes(key));
+      if (!is_next('}')) take(',');
+    }
+    if (fields.empty()) fail_here("has no descr");
+  }
+
+ private:
+  void read_types() {
+    if (is_next('[')) {
+      take('[');
+      while (!is_next(']')) {
+        constexpr std::size_t kMost = 1000;
+        if (fields.size() == kMost) fail_here("has too many fields");
+        take('(');
+        Field field;
+        field.name = string();
+        take(',');
+        field.type = string();
+        if (is_next(',')) {
+          take(',');
+          if (is_next('(')) field.shape = tuple();
+        }
+        take(')');
+        fields.push_back(std::move(field));
+        if (!is_next(']')) take(',');
+      }
+      take(']');
+    } else {
+      fields.push_back({"", string(), {}});
+    }
+  }
+  std::vector<std::uint64_t> tuple() {
+    std::vector<std::uint64_t> numbers;
+    take('(');
+    while (!is_next(')')) {
+      std::string digits = word();
+      if (digits.ends_with('L')) digits.pop_back();  // Python 2's
+      const auto number = parse_integer(digits);
+      if (!number || *number < 0) fail_here("found " + in_quotes(digits) + ", wanted a length");
+      constexpr std::size_t kMost = 32;
+      if (numbers.size() == kMost) fail_here("has too many dimensions");
+      numbers.push_back(static_cast<std::uint64_t>(*number));
+      if (!is_next(')')) take(',');
+    }
+    take(')');
+    return numbers;
+  }
+  std::string string() {
+    if (!is_next('\'') && !is_next('"')) fail_here("found no name in quotes");
+    const char quote = text_[at_++];
+    const std::size_t end = text_.find(quote, at_);
+    if (end == std::string::npos) fail_here("ends inside a name");
+    const std::string result = text_.substr(at_, end - at_);
+    at_ = end + 1;
+    return result;
+  }
+  std::string word() {
+    skip_blanks();
+    const std::size_t first = at_;
+    while (at_ < text_.size() && std::isalnum(static_cast<unsigned char>(text_[at_]))) ++at_;
+    return text_.substr(first, at_ - first);
+  }
+  void skip_blanks() {
+    while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string::npos)
+      ++at_;
+  }
+  bool is_next(char c) {
+    skip_blanks();
+    return at_ < text_.size() && text_[at_] == c;
+  }
+  void take(char c) {
+    if (!is_next(c)) fail_here(std::string("found no ") + c + " at its character " +
+                               std::to_string(at_));
+    ++at_;
+  }
+  [[noreturn]] void fail_here(const std::string& message) const {
+    fail(file_, place_ + "header", message + ", wanted what numpy.save writes");
+  }
+  const Bytes& file_;
+  std::string place_, text_;
+  std::size_t at_ = 0;
+};
+
+struct NpyType {
+  std::optional<Scalar> scalar;  // none: a type that is not read, such as text
+  std::endian order = std::endian::little;
+  std::size_t size = 0;
+};
+
+NpyType type_named(const Bytes& file, const std::string& place, const std::string& name) {
+  static const std::pair<const char*, Scalar> kNames[] = {
+      {"i1", Scalar::int8},    {"u1", Scalar::uint8},  {"b1", Scalar::uint8},
+      {"i2", Scalar::int16},   {"u2", Scalar::uint16}, {"i4", Scalar::int32},
+      {"u4", Scalar::uint32},  {"i8", Scalar::int64},  {"u8", Scalar::uint64},
+      {"f4", Scalar::float32}, {"f8", Scalar::float64}};
+  NpyType type;
+  if (name.empty()) fail(file, place + "header", "has an array without a type");
+  if (name[0] == '>') type.order = std::endian::big;
+  const bool marked = std::string_view("<>|=").find(name[0]) != std::string_view::npos;
+  const std::string bare = name.substr(marked ? 1 : 0);
+  for (const auto& [known, scalar] : kNames)
+    if (bare == known) {
+      type.scalar = scalar;
+      type.size = size_of(scalar);
+      return type;
+    }
+  if (bare.starts_with("O"))
+    fail(file, place + "header",
+         "holds Python objects (pickled), wanted numbers (save the arrays themselves)");
+  const auto size = bare.empty() ? std::nullopt : parse_integer(bare.substr(1));
+  constexpr std::int64_t kMost = 1 << 20;
+  if (!size || *size < 0 || *size > kMost)
+    fail(file, place + "header", "found type " + in_quotes(name) + ", wanted numbers");
+  type.size = static_cast<std::size_t>(*size) * (bare[0] == 'U' ? 4 : 1);
+  return type;
+}
+
+// The arrays of a .npy that begins at byte `at`: one, or the fields of a structure. `item`: what it
+// is called; empty in a file of its own.
+void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, std::uint64_t at,
+                const std::string& item, std::vector<BagArray>& arrays) {
+  const std::string place = item.empty() ? "" : shown(item) + ": ";
+  const std::string head = text_at(*bytes, at, 8);
+  if (!head.starts_with("\x93NUMPY"))
+    fail(file, place + byte_place(static_cast<std::size_t>(at)),
+         "found " + in_quotes(head.substr(0, 6)) + ", wanted NumPy's array");
+  const bool wide = static_cast<unsigned char>(head[6]) >= 2;
+  const std::string length = text_at(*bytes, at + 8, wide ? 4 : 2);
+  const std::size_t size = wide ? load<std::uint32_t>(length.data(), std::endian::little)
+                                : load<std::uint16_t>(length.data(), std::endian::little);
+  if (size > kMostHeader) fail(file, place + "header", "is too long");
+  Header header(file, place, text_at(*bytes, at + 8 + length.size(), size));
+  header.read();
+  const std::uint64_t data = at + 8 + length.size() + size;
+  const auto product = [&](std::uint64_t a, std::uint64_t b) {
+    std::uint64_t result = 0;
+    if (__builtin_mul_overflow(a, b, &result)) fail(file, place + "header", "its shape is too large");
+    return result;
+  };
+  if (header.shape.empty()) return;  // a single number
+  const std::uint64_t rows = header.shape[0];
+  std::uint64_t across = 1;
+  for (std::size_t k = 1; k < header.shape.size(); ++k) across = product(across, header.shape[k]);
+  struct Placed {
+    Header::Field field;
+    NpyType type;
+    std::uint64_t offset = 0, components = 1;
+  };
+  std::vector<Placed> placed;
+  std::uint64_t row = 0;
+  for (const Header::Field& field : header.fields) {
+    Placed one{field, type_named(file, place, field.type), row, 1};
+    for (const std::uint64_t length_of : field.shape)
+      one.components = product(one.components, length_of);
+    row += product(one.components, one.type.size);
+    if (row > kMostHeader) fail(file, place + "header", "its rows are too long");
+    placed.push_back(one);
+  }
+  const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
+  for (const Placed& one : placed) {
+    if (!one.type.scalar || one.components == 0 || across == 0) continue;
+    DataArray array{single ? item : one.field.name, static_cast<std::size_t>(one.components),
+                    *one.type.scalar, one.type.order, bytes, data + one.offset, row,
+                    one.type.size};
+    if (single) {
+      if (across > kMostHeader) fail(file, place + "header", "its rows are too long");
+      array.components = static_cast<std::size_t>(across);
+      array.stride = header.fortran && header.shape.size() > 1 ? row : product(across, row);
+      array.component_stride = header.fortran ? product(rows, row) : row;
+    } else if (across != 1) {
+      continue;
+    }
+    arrays.push_back({std::move(array), rows});
+  }
+}
+
+// What a deflated member of an archive unpacks to: its beginning at first, for its header, and all
+// of it when that is asked for.
+class Deflated : public Bytes {
+ public:
+  Deflated(std::shared_ptr<const Bytes> archive, std::string place, std::uint64_t at,
+           std::uint64_t packed, std::uint64_t size)
+      : archive_(std::move(archive)),
+        place_(std::move(place)),
+        at_(at),
+        packed_(packed),
+        size_(size) {
+    if (!can_unpack_to(packed, size))
+      fail(*archive_, place_, "states more bytes than its packed ones can become (damaged?)");
+    check_unpacked(*archive_, size, place_);
+    const std::size_t most = static_cast<std::size_t>(std::min<std::uint64_t>(size, kStart));
+    const std::size_t some = static_cast<std::size_t>(std::min<std::uint64_t>(packed, 2 * kStart));
+    start_ = inflated_start(text_at(*archive_, at_, some), most, *archive_, place_);
+  }
+  std::uint64_t size() const override { return size_; }
+  const std::string& name() const override { return archive_->name(); }
+  const char* in_memory() const override {
+    std::call_once(once_, [&] {
+      bytes_.resize(static_cast<std::size_t>(size_));
+      inflate_to(text_at(*archive_, at_, static_cast<std::size_t>(packed_)), true, bytes_.data(),
+                 bytes_.size(), *archive_, place_);
+    });
+    return bytes_.data();
+  }
+  void read(std::uint64_t at, char* to, std::size_t size) const override {
+    if (at > size_ || size > size_ - at) fail(*archive_, place_, "ends early (truncated?)");
+    const bool early = at + size <= start_.size();
+    std::copy_n((early ? start_.data() : in_memory()) + at, size, to);
+  }
+
+ private:
+  static constexpr std::size_t kStart = 4096;  // bytes: more than headers have
+  std::shared_ptr<const Bytes> archive_;
+  std::string place_, start_;
+  std::uint64_t at_, packed_, size_;
+  mutable std::once_flag once_;
+  mutable std::string bytes_;
+};
+
+struct Member {
+  std::string name;
+  std::uint64_t at = 0, packed = 0, size = 0;  // of its data, bytes
+  unsigned method = 0;
+};
+
+std::vector<Member> members_of(const Bytes& file) {
+  constexpr std::uint64_t kEnd = 22, kMostComment = 0xffff;
+  const std::uint64_t tail_size = std::min(file.size(), kEnd + kMostComment);
+  const std::string tail = text_at(file, file.size() - tail_size, static_cast<std::size_t>(tail_size));
+  const std::size_t end = tail.rfind("PK\x05\x06");
+  if (end == std::string::npos || tail.size() - end < kEnd)
+    fail(file, "", "has no end of a zip archive, wanted what numpy.savez writes (truncated?)");
+  const auto u16 = [](const std::string& text, std::size_t at) {
+    return load<std::uint16_t>(text.data() + at, std::endian::little);
+  };
+  const auto u32 = [](const std::string& text, std::size_t at) {
+    return load<std::uint32_t>(text.data() + at, std::endian::little);
+  };
+  const auto u64 = [](const std::string& text, std::size_t at) {
+    return load<std::uint64_t>(text.data() + at, std::endian::little);
+  };
+  std::uint64_t count = u16(tail, end + 10), size = u32(tail, end + 12), at = u32(tail, end + 16);
+  constexpr std::size_t kLocator = 20;
+  if (end >= kLocator && tail.compare(end - kLocator, 4, "PK\x06\x07") == 0) {
+    const std::string wide = text_at(file, u64(tail, end - kLocator + 8), 56);
+    if (!wide.starts_with("PK\x06\x06")) fail(file, "", "its zip64 end is damaged");
+    count = u64(wide, 32);
+    size = u64(wide, 40);
+    at = u64(wide, 48);
+  }
+  constexpr std::size_t kEntry = 46;
+  if (size > file.size() || count > size / kEntry)
+    fail(file, "", "states more members than its directory can hold (damaged?)");
+  const std::string directory = text_at(file, at, static_cast<std::size_t>(size));
+  std::vector<Member> members;
+  for (std::size_t p = 0; members.size() < count;) {
+    if (directory.size() - p < kEntry || directory.compare(p, 4, "PK\x01\x02") != 0)
+      fail(file, byte_place(static_cast<std::size_t>(at) + p), "its zip directory is damaged");
+    Member member;
+    member.method = u16(directory, p + 10);
+    member.packed = u32(directory, p + 20);
+    member.size = u32(directory, p + 24);
+    const std::size_t name = u16(directory, p + 28), extra = u16(directory, p + 30),
+                      comment = u16(directory, p + 32);
+    std::uint64_t local = u32(directory, p + 42);
+    if (directory.size() - p - kEntry < name + extra + comment)
+      fail(file, byte_place(static_cast<std::size_t>(at) + p), "its zip directory is cut off");
+    member.name = directory.substr(p + kEntry, name);
+    for (std::size_t e = p + kEntry + name, last = e + extra; e + 4 <= last;) {
+      const std::size_t length = u16(directory, e + 2);
+      if (length > last - e - 4) break;
+      if (u16(directory, e) == 1) {  // zip64: what did not fit, in this order
+        std::size_t q = e + 4;
+        for (std::uint64_t* value : {&member.size, &member.packed, &local})
+          if (*value == 0xffffffff && q + 8 <= e + 4 + length) {
+            *value = u64(directory, q);
+            q += 8;
+          }
+      }
+      e += 4 + length;
+    }
+    p += kEntry + name + extra + comment;
+    const std::string head = text_at(file, local, 30);
+    if (!head.starts_with("PK\x03\x04"))
+      fail(file, byte_place(static_cast<std::size_t>(local)), "wanted a member of the archive");
+    member.at = local + 30 + u16(head, 26) + u16(head, 28);
+    if (member.at > file.size() || member.packed > file.size() - member.at)
+      fail(file, shown(member.name), "lies beyond the file's end (truncated?)");
+    members.push_back(std::move(member));
+  }
+  return members;
+}
+
+}  // namespace
+
+Layout npy_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options) {
+  std::vector<BagArray> arrays;
+  add_arrays(*file, file, 0, "", arrays);
+  if (arrays.size() == 1 && arrays[0].data.name.empty()) {
+    arrays[0].data.name = "positions";
+    if (arrays[0].data.components < 2)
+      fail(*file, "", "holds rows of one number, wanted an array of shape (n, 3)");
+  }
+  return layout_of_bag(*file, std::move(arrays), options.dataset, options);
+}
+
+Layout npz_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options) {
+  std::vector<BagArray> arrays;
+  for (const Member& member : members_of(*file)) {
+    if (!member.name.ends_with(".npy") || member.size == 0) continue;
+    const std::string name = member.name.substr(0, member.name.size() - 4);
+    if (member.method == 0) {
+      if (member.packed != member.size)
+        fail(*file, shown(name), "states two sizes for what is not packed (damaged?)");
+      add_arrays(*file, file, member.at, name, arrays);
+    } else if (member.method == 8) {
+      add_arrays(*file,
+                 std::make_shared<Deflated>(file, shown(name), member.at, member.packed,
+                                            member.size),
+                 0, name, arrays);
+    } else {
+      fail(*file, shown(name), "is packed by zip method " + std::to_string(member.method) +
+                                   ", wanted 0 (stored) or 8 (deflated)");
+    }
+  }
+  return layout_of_bag(*file, std::move(arrays), options.dataset, options);
+}
+
+}  // namespace meniscus

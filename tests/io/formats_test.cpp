@@ -1,0 +1,215 @@
+// The same particles in every format. scripts/format_samples.py made the files, with VTK, meshio,
+// NumPy, h5py and writers of its own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+
+#include "batch/pattern.hpp"
+#include "io/io_test_support.hpp"
+#include "io/readers.hpp"
+#include "io/rows.hpp"
+#include "meniscus/source.hpp"
+
+namespace meniscus {
+namespace {
+
+std::string sample(const std::string& name) { return test_data("formats/" + name); }
+
+const ReadOptions kAll{.attributes = {"temperature", "force"}, .timestep = -1};
+
+Particles reference() { return read_particles(sample("reference.csv"), kAll); }
+
+// Particles in the order of their ids: FLIP Fluids and others sort them.
+std::vector<float> values_of(const Attribute& attribute) { return attribute.values; }
+
+void expect_same(const Particles& found, const Particles& wanted, const std::string& name,
+                 bool ids = true, bool attributes = true) {
+  EXPECT_EQ(found.x, wanted.x) << name;
+  EXPECT_EQ(found.y, wanted.y) << name;
+  EXPECT_EQ(found.z, wanted.z) << name;
+  EXPECT_EQ(found.vx, wanted.vx) << name;
+  EXPECT_EQ(found.vy, wanted.vy) << name;
+  EXPECT_EQ(found.vz, wanted.vz) << name;
+  if (ids) EXPECT_EQ(found.id, wanted.id) << name;
+  if (!attributes) return;
+  ASSERT_EQ(found.attributes.size(), wanted.attributes.size()) << name;
+  for (std::size_t k = 0; k < wanted.attributes.size(); ++k) {
+    EXPECT_EQ(found.attributes[k].name, wanted.attributes[k].name) << name;
+    EXPECT_EQ(values_of(found.attributes[k]), values_of(wanted.attributes[k])) << name;
+  }
+}
+
+TEST(Formats, HoldTheSameParticles) {
+  const Particles wanted = reference();
+  ASSERT_EQ(wanted.size(), 37u);
+  ASSERT_EQ(wanted.attributes.size(), 4u);
+  EXPECT_EQ(wanted.attributes[1].name, "force.X");
+  std::set<std::string> endings;
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(sample(""))) {
+    const std::string name = entry.path().filename().string();
+    // Files that hold one kind of value, or need to be told what of them is meant.
+    const bool beside = name.starts_with("fluidparticles") && name != "fluidparticles000001.ffp3";
+    if (beside || name == "series.pvd" || name == "lammps_steps.lammpstrj") continue;
+    const bool bare = name.starts_with("numpy_") && name.ends_with(".npy") &&
+                      name != "numpy_record.npy";
+    const Particles found = read_particles(entry.path().string(), bare ? ReadOptions{} : kAll);
+    expect_same(found, wanted, name, !bare, !bare);
+    const bool timed = name.starts_with("vtk_") || name.starts_with("Part");
+    EXPECT_EQ(found.time, timed ? 0.25 : 0) << name;
+    endings.insert(particle_ending(name));
+    ++files;
+  }
+  EXPECT_GE(files, 36);
+  EXPECT_THAT(endings, testing::IsSupersetOf({".vtp", ".vtu", ".vtk", ".npy", ".npz", ".h5",
+                                              ".hdf5", ".bi4", ".ffp3", ".lammpstrj", ".dump",
+                                              ".csv"}));
+}
+
+TEST(Formats, StreamTheSameParticles) {
+  const Particles wanted = reference();
+  for (const char* name :
+       {"vtk_raw.vtp", "vtk_raw_zlib.vtp", "vtk_raw_zlib_big.vtp", "vtk_raw_double.vtp",
+        "vtk_raw.vtu", "numpy_record.npy", "numpy_stored.npz", "h5py_plain.h5", "h5py_packed.hdf5",
+        "Part_wide_0001.bi4", "Part_big_0001.bi4", "fluidparticles000001.ffp3"}) {
+    const auto source = open_rows(sample(name), kAll);
+    ASSERT_TRUE(source) << name;
+    EXPECT_EQ(source->in_memory(), nullptr) << name;
+    ASSERT_EQ(source->size(), 37) << name;
+    EXPECT_TRUE(source->has_velocity()) << name;
+    ASSERT_EQ(source->attributes().size(), 4u) << name;
+    for (const auto& [first, count] : {std::pair<std::int64_t, std::size_t>{0, 37}, {11, 20}}) {
+      const auto part = [&](const std::vector<float>& values) {
+        return std::vector<float>(values.begin() + first,
+                                  values.begin() + first + static_cast<std::ptrdiff_t>(count));
+      };
+      std::vector<std::vector<float>> got(10, std::vector<float>(count, -1));
+      ParticleArrays to{got[0].data(), got[1].data(), got[2].data(),
+                        got[3].data(), got[4].data(), got[5].data()};
+      for (std::size_t k = 0; k < 4; ++k) to.attributes.push_back(got[6 + k].data());
+      source->read(first, count, to);
+      EXPECT_EQ(got[0], part(wanted.x)) << name;
+      EXPECT_EQ(got[1], part(wanted.y)) << name;
+      EXPECT_EQ(got[2], part(wanted.z)) << name;
+      EXPECT_EQ(got[3], part(wanted.vx)) << name;
+      EXPECT_EQ(got[4], part(wanted.vy)) << name;
+      EXPECT_EQ(got[5], part(wanted.vz)) << name;
+      for (std::size_t k = 0; k < 4; ++k)
+        EXPECT_EQ(got[6 + k], part(wanted.attributes[k].values)) << name;
+    }
+  }
+  // What must be unpacked or decoded as a whole is read into memory.
+  for (const char* name : {"vtk_inline.vtp", "vtk_base64.vtp", "numpy_deflated.npz", "lammps.lammpstrj"})
+    EXPECT_FALSE(open_rows(sample(name), kAll)) << name;
+}
+
+using FormatsOnDisk = FileTest;
+
+TEST_F(FormatsOnDisk, CutAnywhereAreErrorsOrWhole) {
+  const Particles wanted = reference();
+  for (const char* name : {"vtk_raw_zlib.vtp", "vtk_base64_zlib.vtp", "vtk_inline.vtp", "numpy_six.npy",
+                           "numpy_stored.npz", "numpy_deflated.npz", "Part_wide_0001.bi4",
+                           "fluidparticles000001.ffp3", "lammps.lammpstrj", "pysph.hdf5"}) {
+    const std::string bytes = content(sample(name));
+    // All that can be left out is what follows the values: closing tags, a second group.
+    cut_everywhere(name, bytes, [&](const Particles& p, std::size_t) {
+      return p.x == wanted.x && p.y == wanted.y && p.z == wanted.z;
+    });
+  }
+}
+
+TEST_F(FormatsOnDisk, WithFlippedBitsAreErrorsOrFit) {
+  for (const char* name : {"vtk_raw_zlib.vtp", "vtk_base64.vtp", "numpy_record.npy", "numpy_deflated.npz",
+                           "Part_wide_0001.bi4", "lammps.lammpstrj", "h5py_plain.h5",
+                           "h5py_packed.hdf5"})
+    flip_bits(name, content(sample(name)));
+}
+
+TEST_F(FormatsOnDisk, SayWhatIsWrong) {
+  const std::string vtp = content(sample("vtk_raw.vtp"));
+  const auto with = [](std::string bytes, const std::string& from, const std::string& to) {
+    bytes.replace(bytes.find(from), from.size(), to);
+    return bytes;
+  };
+  EXPECT_THAT(error_of("lz4.vtp", with(content(sample("vtk_raw_zlib.vtp")), "vtkZLibDataCompressor",
+                                       "vtkLZ4DataCompressor")),
+              testing::HasSubstr("wanted vtkZLibDataCompressor"));
+  EXPECT_THAT(error_of("image.vtp", with(vtp, "type=\"PolyData\"", "type=\"ImageData\"")),
+              testing::HasSubstr("wanted PolyData or UnstructuredGrid"));
+  EXPECT_THAT(error_of("many.vtp", with(vtp, "NumberOfPoints=\"37\"", "NumberOfPoints=\"38\"")),
+              testing::HasSubstr("Points"));
+  EXPECT_THAT(error_of("huge.vtp", with(vtp, "NumberOfPoints=\"37\"",
+                                        "NumberOfPoints=\"9000000000000000000\"")),
+              testing::HasSubstr("wanted 9000000000000000000"));
+  EXPECT_THAT(error_of("objects.npy", with(content(sample("numpy_six.npy")), "'<f4'", "'|O' ")),
+              testing::HasSubstr("pickled"));
+  EXPECT_THAT(error_of("steps.lammpstrj", content(sample("lammps_steps.lammpstrj"))),
+              testing::HasSubstr("holds 3 timesteps: 1000, 0, 2000 (give --timestep"));
+  EXPECT_THAT(error_of("v.ffp3", content(sample("fluidparticlestemperature000001.ffp3"))),
+              testing::HasSubstr("has 4 bytes a particle, wanted 12"));
+  try {
+    read_particles(sample("vtk_raw.vtp"), ReadOptions{.attributes = {"pressure"}});
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("has no attribute \"pressure\", it has velocity, "
+                                                 "id, temperature, force"));
+  }
+}
+
+TEST_F(FormatsOnDisk, AreNotBelievedBeforeMemoryIsTaken) {
+  // An archive of 1 MiB of packed zeros that states a thousand times as much.
+  const std::string npz = content(sample("numpy_deflated.npz"));
+  EXPECT_EQ(particles_of({"a.npz", npz}, 0).size(), 37u);
+  std::string bomb = npz;
+  for (std::size_t at = 0; (at = bomb.find("PK\x01\x02", at)) != std::string::npos; at += 4)
+    bomb.replace(at + 24, 4, std::string("\x00\x00\x00\x70", 4));  // 1.8 GB each
+  EXPECT_THAT(error_of("bomb.npz", bomb), testing::HasSubstr("can become"));
+}
+
+TEST(Formats, ChooseAmongSeveral) {
+  const Particles wanted = reference();
+  ReadOptions options = kAll;
+  options.timestep = 0;
+  expect_same(read_particles(sample("lammps_steps.lammpstrj"), options), wanted, "timestep 0");
+  options.timestep = 2000;
+  const Particles later = read_particles(sample("lammps_steps.lammpstrj"), options);
+  EXPECT_FLOAT_EQ(later.x[0], wanted.x[0] + 2);
+  options.timestep = 7;
+  EXPECT_THROW(read_particles(sample("lammps_steps.lammpstrj"), options), InputError);
+  options = kAll;
+  options.dataset = "particles/fluid";
+  expect_same(read_particles(sample("pysph.hdf5"), options), wanted, "fluid");
+  options.dataset = "boundary";
+  const Particles walls = read_particles(sample("pysph.hdf5"), options);
+  EXPECT_EQ(walls.x[3], wanted.x[3] + 100);
+  options.dataset = "nothing";
+  EXPECT_THROW(read_particles(sample("pysph.hdf5"), options), InputError);
+}
+
+TEST(Formats, SeriesAndFoldersAreSequences) {
+  const auto series = FramePattern::in(sample("series.pvd"));
+  ASSERT_TRUE(series);
+  const auto frames = series->existing();
+  ASSERT_EQ(frames.size(), 2u);
+  EXPECT_EQ(frames.at(0).path, sample("vtk_raw.vtp"));  // by time
+  EXPECT_EQ(frames.at(1).path, sample("vtk_raw_zlib.vtp"));
+  EXPECT_THROW(sequence_in_folder(sample("")), InputError);  // several sequences
+  EXPECT_EQ(sequence_in_folder(sample("series.pvd")), sample("series.pvd"));
+}
+
+TEST_F(FormatsOnDisk, FolderOfNumberedFilesIsOneSequence) {
+  const std::string first = write("dam_007.vtp", content(sample("vtk_raw.vtp")));
+  write("dam_012.vtp", content(sample("vtk_raw.vtp")));
+  write("notes.txt", "no particles");
+  const std::string folder = std::filesystem::path(first).parent_path().string();
+  EXPECT_EQ(sequence_in_folder(folder), folder + "/dam_{}.vtp");
+  const auto pattern = FramePattern::in(sequence_in_folder(folder));
+  ASSERT_TRUE(pattern);
+  EXPECT_EQ(pattern->existing().size(), 2u);
+  EXPECT_TRUE(pattern->existing().contains(12));
+}
+
+}  // namespace
+}  // namespace meniscus
