@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "framing.hpp"
 #include "meniscus/error.hpp"
 #include "printed.hpp"
 #include "stages/vec.hpp"
@@ -73,8 +74,6 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
 
 namespace {
 
-constexpr double kFov = 40;  // degrees
-
 struct Bounds {
   std::array<float, 3> low, high;
 
@@ -85,6 +84,16 @@ struct Bounds {
     }
   }
 };
+
+// The direction from the particles to the camera: from the right, from above, from the front, where
+// `up` is up and the x-axis points right unless it is up itself.
+Vec3d from_where(const std::array<double, 3>& up) {
+  const Vec3d above = normalized({up[0], up[1], up[2]});
+  Vec3d x{1, 0, 0};
+  if (std::abs(above.x) > 0.9) x = {0, 1, 0};
+  const Vec3d right = normalized(x - above * dot(x, above));
+  return normalized(right * 0.55 + above * 0.45 + cross(right, above) * 0.8);
+}
 
 constexpr Bounds kNoBounds{{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
 
@@ -120,8 +129,14 @@ Bounds without_strays(const Bounds& all, std::vector<std::array<float, 3>> sampl
   return bounds;
 }
 
+// What one source's particles need to be seen.
+struct Extent {
+  Bounds bounds = kNoBounds;
+  double particle = 0;  // radius, world units; 0: unknown
+};
+
 // Shows the bounds, in which particles of radius `particle` (0: unknown) lie.
-Camera frame_bounds(const Bounds& bounds, double particle, int width, int height) {
+Camera frame_bounds(const Bounds& bounds, double particle, const Framing& framing) {
   const Vec3d low{bounds.low[0], bounds.low[1], bounds.low[2]};
   const Vec3d high{bounds.high[0], bounds.high[1], bounds.high[2]};
   const Vec3d centre = (low + high) / 2;
@@ -129,26 +144,32 @@ Camera frame_bounds(const Bounds& bounds, double particle, int width, int height
   if (low == high && !(particle > 0)) particle = 1;
   const double radius = std::max(length(high - low) / 2 + particle, length(centre) * 1e-6);
   // The sphere around the box must fit the narrower field of view.
-  const double half_v = kFov * std::numbers::pi / 360;
-  const double half_h = std::atan(std::tan(half_v) * width / height);
+  const double half_v = framing.fov * std::numbers::pi / 360;
+  const double half_h = std::atan(std::tan(half_v) * framing.width / framing.height);
   const double distance = 1.05 * radius / std::sin(std::min(half_v, half_h));
-  const Vec3d eye = centre + normalized({0.55, 0.45, 0.8}) * distance;
-  return look_at({eye.x, eye.y, eye.z}, {centre.x, centre.y, centre.z}, {0, 1, 0}, kFov, width,
-                 height);
+  const Vec3d eye = centre + from_where(framing.up) * distance;
+  return look_at({eye.x, eye.y, eye.z}, {centre.x, centre.y, centre.z}, framing.up, framing.fov,
+                 framing.width, framing.height);
 }
 
-Camera frame_nothing(int width, int height) {
-  return look_at({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, kFov, width, height);
+Camera frame_nothing(const Framing& framing) {
+  const Vec3d eye = from_where(framing.up);
+  return look_at({eye.x, eye.y, eye.z}, {0, 0, 0}, framing.up, framing.fov, framing.width,
+                 framing.height);
 }
 
-}  // namespace
-
-Camera frame_particles(const Particles& particles, int width, int height) {
-  check(particles);
-  return frame_particles(BorrowedParticles(particles), width, height);
+void check(const Framing& framing) {
+  require(framing.fov > 0 && framing.fov < 180,
+          "camera: field of view is " + number(framing.fov) + " degrees, must be in (0, 180)");
+  require(framing.width >= 1 && framing.height >= 1,
+          "camera: size is " + std::to_string(framing.width) + "x" +
+              std::to_string(framing.height) + ", both must be >= 1 pixel");
+  const Vec3d up{framing.up[0], framing.up[1], framing.up[2]};
+  require(std::isfinite(up.x) && std::isfinite(up.y) && std::isfinite(up.z) && length(up) > 0,
+          "camera: up must be three finite numbers, not all 0");
 }
 
-Camera frame_particles(const BorrowedParticles& particles, int width, int height) {
+Extent extent_of(const BorrowedParticles& particles) {
   check(particles);
   Bounds bounds = kNoBounds;
   std::vector<std::array<float, 3>> finite;
@@ -158,21 +179,55 @@ Camera frame_particles(const BorrowedParticles& particles, int width, int height
     bounds.include(p);
     finite.push_back(p);
   }
-  if (finite.empty()) return frame_nothing(width, height);
+  if (finite.empty()) return {};
   double particle = particles.particle_radius;
-  for (std::size_t i = 0; i < particles.radius.size(); ++i)
-    particle = std::max(particle, static_cast<double>(particles.radius[i]));
-  return frame_bounds(without_strays(bounds, std::move(finite)), particle, width, height);
+  for (std::size_t i = 0; i < particles.radius.size(); ++i) {
+    const float own = particles.radius[i];
+    if (std::isfinite(own)) particle = std::max(particle, static_cast<double>(own));
+  }
+  return {without_strays(bounds, std::move(finite)), particle};
+}
+
+Extent extent_of(const ParticleSource& source) {
+  if (const BorrowedParticles* all = source.in_memory()) return extent_of(*all);
+  const Survey& survey = survey_of(source);
+  if (survey.finite == 0) return {};
+  return {without_strays({survey.low, survey.high}, survey.sample),
+          std::max(source.particle_radius(), double{survey.largest_radius})};
+}
+
+Camera frame_extents(const std::vector<Extent>& extents, const Framing& framing) {
+  check(framing);
+  Extent all;
+  for (const Extent& extent : extents) {
+    if (extent.bounds.low[0] > extent.bounds.high[0]) continue;
+    all.bounds.include(extent.bounds.low);
+    all.bounds.include(extent.bounds.high);
+    all.particle = std::max(all.particle, extent.particle);
+  }
+  if (all.bounds.low[0] > all.bounds.high[0]) return frame_nothing(framing);
+  return frame_bounds(all.bounds, all.particle, framing);
+}
+
+}  // namespace
+
+Camera frame_particles(const BorrowedParticles& particles, int width, int height) {
+  return frame_extents({extent_of(particles)}, {.width = width, .height = height});
+}
+
+Camera frame_particles(const Particles& particles, int width, int height) {
+  check(particles);
+  return frame_particles(BorrowedParticles(particles), width, height);
 }
 
 Camera frame_particles(const ParticleSource& source, int width, int height) {
-  if (const BorrowedParticles* all = source.in_memory())
-    return frame_particles(*all, width, height);
-  const Survey& survey = survey_of(source);
-  if (survey.finite == 0) return frame_nothing(width, height);
-  return frame_bounds(without_strays({survey.low, survey.high}, survey.sample),
-                      std::max(source.particle_radius(), double{survey.largest_radius}), width,
-                      height);
+  return frame_sources({&source}, {.width = width, .height = height});
+}
+
+Camera frame_sources(const std::vector<const ParticleSource*>& sources, const Framing& framing) {
+  std::vector<Extent> extents;
+  for (const ParticleSource* source : sources) extents.push_back(extent_of(*source));
+  return frame_extents(extents, framing);
 }
 
 void check(const Camera& camera) {
@@ -213,6 +268,10 @@ void check(const Camera& camera) {
           "camera: the last row of projection is " + number(p[12]) + " " + number(p[13]) + " " +
               number(p[14]) + " " + number(p[15]) +
               ", must be 0 0 -1 0 (perspective) or 0 0 0 1 (orthographic)");
+  require(!(perspective && p[11] == -1 && p[14] != -1),
+          "camera: projection is transposed: its last row is 0 0 " + number(p[14]) +
+              " 0 and its last column ends in -1 0; the last row must be 0 0 -1 0 (write the "
+              "matrix row by row, for column vectors)");
 }
 
 }  // namespace meniscus

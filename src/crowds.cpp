@@ -12,6 +12,7 @@
 #include "canonical_order.hpp"
 #include "position_hash.hpp"
 #include "printed.hpp"
+#include "radius_estimate.hpp"
 #include "stages/cells.hpp"
 
 namespace meniscus {
@@ -80,9 +81,10 @@ class Census {
   std::vector<std::uint32_t> held_;
 };
 
-// Whether there is no crowd for certain, and the radius seems right: a census in bytes, a quarter
-// of the memory of the other, and all that most frames need.
-bool is_ordinary(const BorrowedParticles& p, double side) {
+// Whether there is no crowd for certain, and the radius does not seem too large: a census in bytes,
+// a quarter of the memory of the other, and all that most frames need. `lonely` becomes true where
+// cubes of two particles are as rare as buckets of two cubes: no particle has a near neighbour.
+bool is_ordinary(const BorrowedParticles& p, double side, bool& lonely) {
   const float inverse = static_cast<float>(1 / side);
   std::vector<std::uint8_t> held(std::bit_ceil(2 * p.size() + 1));
   const auto mask = static_cast<std::uint32_t>(held.size() - 1);
@@ -99,8 +101,22 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
   const std::size_t all = std::accumulate(buckets.begin(), buckets.end(), std::size_t{0});
   const std::size_t few =
       std::accumulate(buckets.begin(), buckets.begin() + kOrdinary + 1, std::size_t{0});
+  const double load = static_cast<double>(p.size()) / static_cast<double>(held.size());
+  const double expected = load * std::exp(-load) / (1 - std::exp(-load));  // of one, if all are lonely
+  lonely = all > 0 && static_cast<double>(buckets[1]) >
+                          0.95 * expected * static_cast<double>(all);
   return all == 0 || 3 * all / 4 < few;
 }
+
+// How much larger the radius is than half the particles' spacing; 1 where they do not tell.
+double times_too_large(const BorrowedParticles& p, const std::vector<std::size_t>& order,
+                       double radius) {
+  constexpr std::size_t kSamples = 128;
+  const RadiusEstimate estimate = estimate_radius(p, order, kSamples);
+  return estimate.is_dense ? radius / estimate.radius : 1;
+}
+
+std::string times(double factor) { return printed(factor < 9.5 ? "%.2g" : "%.0f", factor); }
 
 // The particles of the order in cubes that hold too many, cube by cube. Some are in buckets of
 // several cubes.
@@ -122,10 +138,23 @@ std::vector<Member> members_of_crowds(const BorrowedParticles& p,
 
 std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
                                         double radius, std::vector<std::string>& warnings) {
-  if (is_ordinary(p, 2 * radius)) return order;
+  constexpr double kTooSmall = 1.6;  // by this factor the field falls apart
+  bool lonely = false;
+  if (is_ordinary(p, 2 * radius, lonely)) {
+    const double factor =
+        lonely && order.size() >= kTelling ? 1 / times_too_large(p, order, radius) : 1;
+    if (factor > kTooSmall)
+      warnings.push_back("the particles lie about " + times(factor) +
+                         " times as far apart as their radius, " + printed("%.6g", radius) +
+                         ", says, which is half the spacing: loose balls instead of a surface "
+                         "(check --particle-radius; " +
+                         printed("%.3g", factor * radius) + " would fit)");
+    return order;
+  }
 
   Census census(p, 2 * radius);
   const std::size_t had = order.size();
+  const std::vector<std::size_t> all = order;
   constexpr std::size_t kDropped = ~std::size_t{0};
   const std::vector<Member> members = members_of_crowds(p, order, census);
   std::size_t largest = 0;
@@ -152,10 +181,11 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
   const std::size_t dropped = std::erase(order, kDropped);
 
   if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling)
-    warnings.push_back(
-        printed("the particles lie about %.0f times as close together as their radius, "
-                "%.6g, says, which is half the spacing (check --particle-radius)",
-                std::cbrt(held), radius));
+    // Of those that do not tell, what the cubes hold: 16 at most.
+    warnings.push_back("the particles lie about " +
+                       times(std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)))) +
+                       " times as close together as their radius, " + printed("%.6g", radius) +
+                       ", says, which is half the spacing (check --particle-radius)");
   if (dropped > 0)
     warnings.push_back(
         printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "

@@ -3,14 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "attributes.hpp"
 #include "canonical_order.hpp"
 #include "crowds.hpp"
 #include "device/device.hpp"
-#include "exact_math.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "order_statistics.hpp"
@@ -18,62 +16,11 @@
 #include "parallel.hpp"
 #include "pipeline.hpp"
 #include "printed.hpp"
+#include "radius_estimate.hpp"
 #include "to_world.hpp"
 #include "velocities.hpp"
 
 namespace meniscus {
-namespace {
-
-// Half the particles' spacing s, from how many particles a sphere inside the fluid holds: for up to
-// 512 particles spread over the canonical order, the sum of 1 - (d/R)^2 over all particles within R
-// is 8 pi R^3 / (15 s^3) inside, less at the surface; the 95th percentile is taken as inside. R is
-// four times the median distance to the nearest neighbour. (That distance alone says little: it is
-// s on a lattice and 0.79 s in a splashing fluid.) Where such spheres hold less than of any fluid
-// there are drops and no inside: then s is that median. Particles at one position count once: a
-// solver that has failed may leave most of them there.
-double estimate_radius(const BorrowedParticles& p, std::vector<std::size_t> order) {
-  const auto copied = [&](std::size_t a, std::size_t b) { return at_one_position(p, a, b); };
-  order.erase(std::unique(order.begin(), order.end(), copied), order.end());
-  constexpr std::size_t kSamples = 512;
-  const std::size_t step = std::max<std::size_t>(1, order.size() / kSamples);
-  const auto percentile = [](std::vector<double>& values, double share) {
-    const auto place = values.begin() +
-                       static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
-  };
-  const auto squared_distance = [&](std::size_t i, std::size_t j) {
-    const double dx = double{p.x[j]} - p.x[i], dy = double{p.y[j]} - p.y[i],
-                 dz = double{p.z[j]} - p.z[i];
-    return dx * dx + dy * dy + dz * dz;
-  };
-  std::vector<double> nearest;
-  for (std::size_t k = 0; k < order.size(); k += step) {
-    double best = INFINITY;
-    for (const std::size_t j : order) {
-      const double squared = squared_distance(order[k], j);
-      if (squared > 0) best = std::min(best, squared);
-    }
-    if (std::isfinite(best)) nearest.push_back(std::sqrt(best));
-  }
-  if (nearest.empty()) return 0;
-  // Of particles strewn without any order, the thinnest fluid, s is 1.8 times that distance.
-  constexpr double kThinnest = 2;  // s over the distance
-  const double apart = percentile(nearest, 0.5), reach = 4 * apart;
-  std::vector<double> held;
-  for (std::size_t k = 0; k < order.size(); k += step) {
-    double sum = 0;
-    for (const std::size_t j : order)
-      sum += std::max(0.0, 1 - squared_distance(order[k], j) / (reach * reach));
-    held.push_back(sum);
-  }
-  const double volume = 8 * std::numbers::pi / 15 * reach * reach * reach;
-  const double spacing = cube_root(volume / percentile(held, 0.95));
-  return 0.5 * (spacing < kThinnest * apart ? spacing : apart);
-}
-
-}  // namespace
-
 double choose_radius(const BorrowedParticles& p, const std::vector<std::size_t>& order,
                      const Parameters& params, std::vector<std::string>& warnings) {
   if (params.particle_radius > 0) return params.particle_radius;
@@ -85,11 +32,19 @@ double choose_radius(const BorrowedParticles& p, const std::vector<std::size_t>&
     if (*middle > 0 && std::isfinite(*middle)) return *middle;
   }
   if (p.particle_radius > 0) return p.particle_radius;
-  const double estimate = estimate_radius(p, order);
-  if (estimate > 0) {
-    warnings.push_back("no particle radius in the file: estimated " + printed("%.6g", estimate) +
-                       " from the spacing (give --particle-radius to override)");
-    return estimate;
+  const RadiusEstimate estimate = estimate_radius(p, order);
+  if (estimate.radius > 0) {
+    constexpr double kSure = 1.1;  // the most over the least
+    const std::string range =
+        estimate.most > kSure * estimate.least
+            ? printed(", which is uncertain, since the fluid is thin or loose: %.3g to %.3g",
+                      estimate.least, estimate.most)
+            : printed(", to within %.0f %%",
+                      std::max(1.0, 50 * (estimate.most / estimate.least - 1)));
+    warnings.push_back("no particle radius in the file: estimated " +
+                       printed("%.6g", estimate.radius) + " from the spacing" + range +
+                       " (give --particle-radius to override)");
+    return estimate.radius;
   }
   if (!order.empty())
     warnings.push_back(

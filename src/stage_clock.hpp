@@ -1,6 +1,7 @@
 // Times the stages of a frame.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
+
+/// What timings call the building of kernels; it is no stage's time.
+inline constexpr const char* kBuilding = "build kernels";
 
 /// Names the stage that runs, for timings and for errors.
 class StageClock {
@@ -31,6 +35,10 @@ class StageClock {
       time.host_ms =
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
               .count();
+      if (const double building_ms = device_.state().take_building_ms(); building_ms > 0) {
+        times_->push_back({kBuilding, building_ms, 0, {}});
+        time.host_ms = std::max(0.0, time.host_ms - building_ms);
+      }
       times_->push_back(time);
     } else {
       device_.state().events.clear();

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "content_hash.hpp"
 #include "device/device.hpp"
@@ -13,13 +14,14 @@
 namespace meniscus {
 namespace {
 
-constexpr double kGain = 0.97;  // of the default's time: less is worth a change
+constexpr double kGain = 0.03;  // of the default's time: more is worth a change
 
 /// A way with the device that is opened for it.
 struct Runner {
   Trial trial;
   std::unique_ptr<Device> device;
   std::uint64_t hash = 0;
+  std::vector<double> times;  // of frames, ms
 
   Runner(const DeviceInfo& info, const Tuning& tuning) {
     trial.tuning = tuning;
@@ -39,7 +41,7 @@ struct Runner {
       const Surface surface = extract(*device, frame.particles, frame.camera, parameters);
       const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - begin;
       if (counts)
-        trial.ms = std::min(trial.ms, ms.count());
+        times.push_back(ms.count());
       else
         hash = content_hash(surface);
     } catch (const Error& error) {
@@ -57,10 +59,16 @@ void measure(std::vector<Runner>& runners, std::size_t first, const FrameInput& 
     runners[k].trial.same_bits =
         runners[k].trial.error.empty() && runners[k].hash == runners[0].hash;
   }
-  for (Runner& runner : runners) runner.trial.ms = INFINITY;
+  for (Runner& runner : runners) runner.times.clear();
   say("in turns");
   for (int round = 0; round < rounds; ++round)
     for (Runner& runner : runners) runner.run(frame, true);
+  for (Runner& runner : runners) {
+    std::vector<double>& times = runner.times;
+    std::sort(times.begin(), times.end());
+    runner.trial.ms = times.empty() ? INFINITY : times.front();
+    runner.trial.spread_ms = times.empty() ? 0 : times[times.size() / 4] - times.front();
+  }
 }
 
 const Trial& fastest(const std::vector<Runner>& runners) {
@@ -72,6 +80,11 @@ const Trial& fastest(const std::vector<Runner>& runners) {
 }
 
 }  // namespace
+
+bool is_faster(const Trial& trial, const Trial& usual) {
+  const double gained = usual.ms - trial.ms;
+  return gained > kGain * usual.ms && gained > trial.spread_ms + usual.spread_ms;
+}
 
 TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
                const std::function<void(const std::string&)>& say) {
@@ -103,7 +116,7 @@ TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
   TuningRun run;
   for (const Runner& runner : runners) run.trials.push_back(runner.trial);
   const Trial& best = fastest(runners);
-  run.best = best.ms < kGain * runners[0].trial.ms ? best.tuning : usual;
+  run.best = is_faster(best, runners[0].trial) ? best.tuning : usual;
   return run;
 }
 

@@ -15,14 +15,19 @@ namespace meniscus {
 struct Trial {
   Tuning tuning;
   double ms = 0;          // the fastest frame
+  double spread_ms = 0;   // how far the fastest quarter of the frames reaches above it
   bool same_bits = true;  // as the default way
   std::string error;      // empty: it ran
 };
 
 struct TuningRun {
   std::vector<Trial> trials;  // the default way first
-  Tuning best;                // the default, unless another one is at least 3 % faster
+  Tuning best;                // the default, unless another one is_faster
 };
+
+/// Whether a way is worth keeping: faster than the default by 3 %, and by more than both ways'
+/// frames spread.
+bool is_faster(const Trial& trial, const Trial& usual);
 
 /// Extracts `frame` by method fit in both vector widths, then in the faster width with discs drawn the
 /// other way, then in the fastest of these with groups of 16 to 256 work-items, in turns, `rounds`

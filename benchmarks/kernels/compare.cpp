@@ -14,17 +14,38 @@ double Difference::noise() const {
 
 bool Difference::exceeds_noise() const { return std::abs(ratio() - 1) > noise(); }
 
+bool Difference::is_undecided() const {
+  return control > 0 && std::abs(control - 1) > std::max(kLeastNoise, control_noise);
+}
+
 const char* verdict_on(const Difference& difference) {
   if (!difference.exceeds_noise()) return "within the noise";
+  if (difference.after.variant == kNative) return "control moved";
+  if (difference.is_undecided()) return "undecided";
   return difference.ratio() < 1 ? "faster" : "slower";
 }
 
 std::vector<Difference> compare(const Session& before, const Session& after) {
-  std::vector<Difference> differences;
+  std::vector<Difference> differences, natives;
   for (const Result& result : after.results)
     if (const Result* old = before.find(result.kernel, result.variant, result.particles,
-                                        result.width, result.height))
+                                        result.width, result.height)) {
       differences.push_back({*old, result});
+      if (result.variant == kNative) natives.push_back(differences.back());
+    }
+  const auto by_ratio = [](const Difference& a, const Difference& b) {
+    return a.ratio() < b.ratio();
+  };
+  const auto middle = natives.begin() + static_cast<std::ptrdiff_t>(natives.size() / 2);
+  std::nth_element(natives.begin(), middle, natives.end(), by_ratio);
+  for (Difference& difference : differences) {
+    if (difference.after.variant == kNative || natives.empty()) continue;
+    const Result *old = before.native_of(difference.before),
+                 *now = after.native_of(difference.after);
+    const Difference own = old && now ? Difference{*old, *now} : *middle;
+    difference.control = own.ratio();
+    difference.control_noise = own.noise();
+  }
   return differences;
 }
 

@@ -17,12 +17,17 @@ struct Difference {
   /// at least kLeastNoise.
   double noise() const;
   bool exceeds_noise() const;
+  /// The same ratio of the native version, which has not changed: what it moves, the machine moved.
+  /// Where a kernel has none, the median over the natives of the run; 0: there is none at all.
+  double control = 0, control_noise = 0;
+  /// Whether the control moved by more than its noise, so that the ratio tells nothing.
+  bool is_undecided() const;
 };
 
 /// Runs of the same program differ by this much with where the system put it in memory.
 inline constexpr double kLeastNoise = 0.02;
 
-/// "faster", "slower" or "within the noise".
+/// "faster", "slower", "within the noise" or "undecided"; of a native version "control moved".
 const char* verdict_on(const Difference& difference);
 
 /// The results of `after` whose kernel, variant and size `before` has, too.

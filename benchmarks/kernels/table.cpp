@@ -78,10 +78,22 @@ std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts) {
   return verdicts;
 }
 
+namespace {
+
+const char* verdict_in_words(const Verdict& v) {
+  return v.share.value >= kGoodShare ? "at the roofline"
+         : v.near_limit()            ? "as native"
+         : v.open()                  ? "no native version"
+                                     : "slower";
+}
+
+}  // namespace
+
 std::string verdict_table(const BenchRun& run) {
   std::string text = printed(
-      "Near the limit: at least %.0f%% of the roofline, or %.1f of the native version's speed on "
-      "one thread and on all.\nOpen: far from the roofline, no native version.\n\n",
+      "At the roofline: at least %.0f%% of it. As native: at least %.1f of the native version's "
+      "speed, on one thread and on all.\nSlower: neither. Noise: how far the fastest quarter of the "
+      "launches reaches above the fastest one.\n\n",
       100 * kGoodShare, kGoodAgainstNative);
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   for (const Session& session : run.sessions) {
@@ -89,15 +101,17 @@ std::string verdict_table(const BenchRun& run) {
                                     [&](const Verdict& v) { return v.session == &session; });
     if (!judged) continue;
     text += title_of(session) + "\n";
-    text += printed("%-20s %10s %9s %12s %10s %12s %12s  %s\n", "kernel", "particles", "ms",
-                    "of roofline", "limit", "of native, 1", "of native, n", "verdict");
+    text += printed("%-20s %10s %9s %6s %12s %10s %12s %12s  %s\n", "kernel", "particles", "ms",
+                    "noise", "of roofline", "limit", "of native, 1", "of native, n", "verdict");
     for (const Verdict& v : verdicts)
       if (v.session == &session)
         text +=
-            printed("%-20s %10s %9s %11.0f%% %10s %12s %12s  %s\n", v.result->kernel.c_str(),
-                    grouped(v.result->particles).c_str(), three_digits(v.result->best_ms()).c_str(),
-                    100 * v.share.value, v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
-                    ratio_text(v.against_all).c_str(), v.word());
+            printed("%-20s %10s %9s %5.0f%% %11.0f%% %10s %12s %12s  %s\n",
+                    v.result->kernel.c_str(), grouped(v.result->particles).c_str(),
+                    three_digits(v.result->best_ms()).c_str(),
+                    100 * v.result->noise_ms() / v.result->best_ms(), 100 * v.share.value,
+                    v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
+                    ratio_text(v.against_all).c_str(), verdict_in_words(v));
     text += "\n";
   }
   return text;
@@ -119,14 +133,16 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
                     "before ms", "after ms", "ratio", "noise", "verdict");
     std::size_t beyond = 0;
     for (const Difference& d : differences) {
-      beyond += d.exceeds_noise();
+      beyond += d.exceeds_noise() && !d.is_undecided() && d.after.variant != kNative;
       text +=
           printed("%-20s %-7s %10s %10s %10s %8.2f %7.0f%%  %s\n", d.after.kernel.c_str(),
                   d.after.variant.c_str(), grouped(d.after.particles).c_str(),
                   three_digits(d.before.best_ms()).c_str(), three_digits(d.after.best_ms()).c_str(),
                   d.ratio(), 100 * d.noise(), verdict_on(d));
     }
-    text += printed("\n%zu of %zu differences exceed the noise.\n\n", beyond, differences.size());
+    text += printed("\n%zu of %zu differences are news: they exceed the noise, and the native version "
+                    "has not moved.\n\n",
+                    beyond, differences.size());
   }
   return text;
 }

@@ -30,6 +30,15 @@ OutputKind kind_of(const std::string& path) {
   for (const char* mesh : {".ply", ".vtp", ".glb", ".obj", ".stl"})
     if (ending == mesh) return OutputKind::mesh;
   if (ending == ".png") return OutputKind::png;
+  if (path == "-")
+    throw InvalidArgument(
+        "output -: standard output takes no files: a file gets its name when it is whole (give a "
+        "name, e.g. surface.exr)");
+  for (const char* picture : {".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"})
+    if (ending == picture)
+      throw InvalidArgument("output " + path + ": pictures are written as .png (name it " +
+                            fs::path(path).replace_extension(".png").string() +
+                            "), maps as .exr");
   throw InvalidArgument("output " + path +
                         ": its ending says nothing, must be .exr (maps), .ply, .vtp, .glb, "
                         ".obj or .stl (mesh) or .png (picture)");

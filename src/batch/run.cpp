@@ -113,6 +113,7 @@ class Batch {
           return Worker{Device(part), which};
         }));
     for (std::future<Worker>& worker : opening) workers_.push_back(worker.get());
+    for (Worker& worker : workers_) worker.device.state().on_building = settings_.on_building;
 
     const std::size_t writers = static_cast<std::size_t>(settings_.writers);
     readers_ = writers;  // reading is cheap, but checking outputs that may be whole is not

@@ -32,6 +32,9 @@ struct BatchSettings {
   bool resume = false;      // skip frames whose outputs are whole and of the same job
   bool fail_fast = false;   // the first failed frame ends the batch
   std::string host, shard;  // for the records
+  /// Is called by several threads before a device builds a program that no cache has, with how many
+  /// there were on that device.
+  std::function<void(int programs)> on_building;
   std::string program = program_identity();
 };
 

@@ -1,5 +1,8 @@
 #include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/report.hpp"
@@ -9,11 +12,37 @@
 #include "frame/tune.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
+#include "meniscus/meniscus.hpp"
 
 namespace meniscus::cli {
 namespace {
 
-void show_devices() {
+// One object, for programs. The same where no device can be used, but for the exit code.
+void print_json(const std::vector<DeviceInfo>& devices, const std::vector<std::string>& problems,
+                int chosen, const std::string& why) {
+  nlohmann::ordered_json list = nlohmann::json::array();
+  for (const DeviceInfo& device : devices)
+    list.push_back({{"index", device.index},
+                    {"name", device.name},
+                    {"kind", to_string(device.kind)},
+                    {"platform", device.platform},
+                    {"driver", device.driver},
+                    {"version", device.version},
+                    {"compute_units", device.compute_units},
+                    {"memory_bytes", device.global_memory},
+                    {"largest_buffer_bytes", device.largest_buffer},
+                    {"usable", device.usable},
+                    {"problem", device.problem},
+                    {"launched_with", to_string(tuning_of(device))}});
+  nlohmann::ordered_json all{{"meniscus", version()}, {"devices", list}, {"problems", problems}};
+  all["default"] = chosen < 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(chosen);
+  all["why"] = why;
+  all["kernels_kept_in"] = program_cache_folder();
+  using Json = nlohmann::ordered_json;
+  std::printf("%s\n", all.dump(1, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+void show_devices(bool json) {
   std::vector<std::string> problems;
   const std::vector<DeviceInfo> devices = list_devices(&problems);
   std::string why, problem;
@@ -22,6 +51,11 @@ void show_devices() {
     chosen = select_device("", &why).index;
   } catch (const DeviceError& error) {
     problem = error.what();
+  }
+  if (json) {
+    print_json(devices, problems, chosen, chosen < 0 ? problem : why);
+    if (chosen < 0) throw DeviceError(problem);
+    return;
   }
   for (const DeviceInfo& device : devices) {
     print_line(stdout, printed("%c %d  %s", device.index == chosen ? '*' : ' ', device.index,
@@ -51,8 +85,11 @@ void show_devices() {
 }  // namespace
 
 void add_devices_command(CLI::App& program) {
-  program.add_subcommand("devices", "List the OpenCL devices and say which one is the default")
-      ->callback(show_devices);
+  CLI::App& command =
+      *program.add_subcommand("devices", "List the OpenCL devices and say which one is the default");
+  const auto json = std::make_shared<bool>(false);
+  command.add_flag("--json", *json, "as JSON, for programs");
+  command.callback([json] { show_devices(*json); });
 }
 
 }  // namespace meniscus::cli

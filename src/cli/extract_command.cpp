@@ -1,20 +1,25 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/commands.hpp"
 #include "cli/extract_options.hpp"
+#include "cli/extract_warnings.hpp"
 #include "cli/options.hpp"
+#include "cli/progress.hpp"
 #include "cli/report.hpp"
 #include "cli/sequence.hpp"
 #include "cli/terminal.hpp"
+#include "device/building.hpp"
 #include "device/device.hpp"
 #include "extract_sparingly.hpp"
 #include "frame/process.hpp"
 #include "io/output_file.hpp"
 #include "io/parts.hpp"
+#include "methods/programs.hpp"
 #include "mpi/launch.hpp"
 
 namespace meniscus::cli {
@@ -46,39 +51,70 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
   }
 }
 
+void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
 void run_frame(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  as_usage([&] { check_outputs({{options.input}, {options.camera_file}}, options.outputs); });
+  as_usage([&] {
+    check_outputs({{options.input}, {options.camera_file}}, options.outputs,
+                  {options.written_camera});
+  });
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
-  if (team.leads())
+  if (team.leads()) {
     for (const std::string& path : options.outputs)
       OutputFile probe(path);  // better now than later
+    for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
+  }
+
+  // Camera and device before the particles, which may take long to read.
+  std::optional<Camera> given;
+  if (options.camera_file.empty()) {
+    check_aim(options);
+  } else {
+    given = read_camera(options.camera_file);
+    if (team.leads())
+      for (const std::string& warning : warnings_of(*given, options.camera_file)) warn(warning);
+  }
+  std::string why;
+  const DeviceInfo info = select_device(options.device, &why);
+  Device device(info);
+  const std::vector<ProgramName> programs = programs_of(options.parameters, device.state());
+  Working working(programs.size(), options.quiet || !team.leads());
+  device.state().on_building = [&](int begun) { working.building(begun); };
+  BuildAhead ahead(info, programs);
 
   const Talk say(options.quiet || !team.leads());
+  working.phase("reading " + options.input);
   const auto source = open_parts(options.input, reading_of(options), team);
   const ParticleSource& particles = *source;
+  const double read_ms = milliseconds_since(start);
   const std::size_t parts = part_files(options.input).size();
+  working.phase("");
   say("particles",
       options.input + ": " + grouped(particles.size()) +
           (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
-  const auto [camera, origin] =
-      options.camera_file.empty()
-          ? aimed_camera(options, particles)
-          : ChosenCamera{read_camera(options.camera_file), options.camera_file};
+  const auto [camera, origin] = given ? ChosenCamera{*given, options.camera_file}
+                                      : aimed_camera(options, {&particles});
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
-  std::string why;
-  const DeviceInfo info = select_device(options.device, &why);
+  if (team.leads()) keep_camera(options, camera);
   say("device", info.name + ": " + why);
   if (options.verbose && team.leads()) {
     say("", info.platform + ", driver " + info.driver + ", " + info.version);
     say("parameters", "");
     print_lines(stderr, describe(options.parameters));
   }
-  Device device(info);
 
-  std::vector<StageTime> stages;
+  std::vector<StageTime> stages{{kReading, read_ms, 0, {}}};
+  working.phase("extracting " + options.input);
   Surface surface = extract_from(options, device, particles, camera, stages);
+  working.built();
+  working.phase("");
   std::vector<RankReport> ranks;
   if (options.timings)
     ranks = team.joined<RankReport>(
@@ -86,18 +122,21 @@ void run_frame(const ExtractOptions& options) {
   if (!team.leads()) return;
   if (!surface.velocity.empty())
     surface.forward = screen_motion(surface, camera, options.frames_per_second);
-  for (const std::string& warning : surface.warnings)
-    print_line(stderr, "meniscus: warning: " + options.input + ": " + warning);
+  for (const std::string& warning : surface.warnings) warn(options.input + ": " + warning);
   say("radius", radius_line(options, particles, surface.particle_radius));
   say("method", to_string(options.parameters.method));
   say("found", counts_line(surface.counts));
 
+  const auto writing = std::chrono::steady_clock::now();
+  std::string names;
+  for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
+  working.phase("writing " + names);
   write_outputs(options.outputs, surface, options.parameters, options.writing);
+  working.phase("");
+  stages.push_back({kWriting, milliseconds_since(writing), 0, {}});
   for (const std::string& path : options.outputs) say("wrote", path);
-  const std::chrono::duration<double, std::milli> total = std::chrono::steady_clock::now() - start;
-  char milliseconds[32];
-  std::snprintf(milliseconds, sizeof milliseconds, "%.0f ms", total.count());
-  say("total", milliseconds);
+  if (!options.written_camera.empty()) say("wrote", options.written_camera);
+  say("total", printed("%.0f ms", milliseconds_since(start)));
   if (options.timings) {
     print_timings(stages, surface.counts);
     print_memory(device.state().memory->peak(), peak_memory());
@@ -105,7 +144,7 @@ void run_frame(const ExtractOptions& options) {
   }
 }
 
-int run_extract(ExtractOptions options) {
+int run_extract(ExtractOptions options, const CLI::App& command) {
   if (options.particle_radius) options.parameters.particle_radius = *options.particle_radius;
   options.parameters.image = options.parameters.mesh = false;
   as_usage([&] {
@@ -121,6 +160,9 @@ int run_extract(ExtractOptions options) {
   });
   use_threads(options.threads);
   options.input = sequence_in_folder(options.input);
+  const bool is_sequence = FramePattern::in(options.input).has_value();
+  if (launch().rank == 0)
+    for (const std::string& warning : without_effect(command, options, is_sequence)) warn(warning);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
   if (const char* const option = sequence_option(options))
     throw usage_error(std::string(option) + " is for sequences, but " + options.input +
@@ -143,7 +185,8 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "extract", "Extract the surface that a camera sees, from a frame or a sequence");
   const auto options = std::make_shared<ExtractOptions>();
   add_extract_options(command, *options);
-  command.callback([options, &exit_code] { exit_code = run_extract(*options); });
+  command.callback(
+      [options, &exit_code, &command] { exit_code = run_extract(*options, command); });
 }
 
 }  // namespace meniscus::cli

@@ -6,7 +6,10 @@
 #include <utility>
 
 #include "cli/options.hpp"
+#include "framing.hpp"
+#include "io/output_file.hpp"
 #include "parameter_list.hpp"
+#include "printed.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -80,14 +83,35 @@ ReadOptions reading_of(const ExtractOptions& options) {
   return reading;
 }
 
-ChosenCamera aimed_camera(const ExtractOptions& options, const ParticleSource& particles) {
+ChosenCamera aimed_camera(const ExtractOptions& options,
+                          const std::vector<const ParticleSource*>& particles) {
   const auto [width, height] = options.size;
-  if (!options.eye)
-    return {frame_particles(particles, width, height), "framed around the particles"};
-  return {as_usage([&, w = width, h = height] {
-            return look_at(*options.eye, options.target, options.up, options.fov, w, h);
-          }),
-          "from --eye to --target"};
+  return as_usage([&, w = width, h = height]() -> ChosenCamera {
+    if (options.eye)
+      return {look_at(*options.eye, options.target, options.up, options.fov, w, h),
+              "from --eye to --target"};
+    return {frame_sources(particles, {options.up, options.fov, w, h}),
+            "framed around the particles"};
+  });
+}
+
+void check_aim(const ExtractOptions& options) {
+  check(aimed_camera(options, {}).camera);
+}
+
+void keep_camera(const ExtractOptions& options, const Camera& camera) {
+  if (options.written_camera.empty()) return;
+  const auto matrix = [](const std::array<double, 16>& values) {
+    std::string rows;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      rows += printed(k == 0 ? "[[%.17g" : k % 4 == 0 ? "],\n    [%.17g" : ", %.17g", values[k]);
+    return rows + "]]";
+  };
+  OutputFile file(options.written_camera);
+  file.write(printed("{\"width\": %d, \"height\": %d,\n", camera.width, camera.height) +
+             " \"view\": " + matrix(camera.view) +
+             ",\n \"projection\": " + matrix(camera.projection) + "}\n");
+  file.commit();
 }
 
 const char* sequence_option(const ExtractOptions& options) {
@@ -102,6 +126,7 @@ const char* sequence_option(const ExtractOptions& options) {
 }
 
 void add_extract_options(CLI::App& command, ExtractOptions& o) {
+  command.set_help_all_flag("--help-all", "print this help with all options");
   command
       .add_option("INPUT", o.input,
                   "particles: .ply, .vtk (legacy), .vtp, .vtu, .npy, .npz, .h5, .bgeo (classic, "
@@ -120,7 +145,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       ->allow_extra_args(false)
       ->type_name("FILE");
   add_positive_option(
-      command, "--particle-radius", "world units",
+      command, "-r,--particle-radius", "world units",
       [&o](double radius) { o.particle_radius = radius; },
       "radius of the particles in world units, half their spacing (default: the file's, "
       "else estimated from the spacing)")
@@ -173,7 +198,9 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
-  command.add_flag("--timings", o.timings, "print what each stage took, counts and memory; of a sequence, add it to --log and --report");
+  command.add_flag("--timings", o.timings,
+                   "print what reading, building kernels, each stage and writing took, counts and "
+                   "memory; of a sequence, add the stages to --log and --report");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
   command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
 
@@ -245,8 +272,14 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       "image size in pixels (default 1024x768)");
   size->type_name("WxH")->group(camera);
   eye->needs(target)->excludes(file);
-  for (CLI::Option* option : {target, up, fov}) option->needs(eye);
-  size->excludes(file);
+  target->needs(eye);
+  for (CLI::Option* option : {up, fov, size}) option->excludes(file);
+  command
+      .add_option("--write-camera", o.written_camera,
+                  "a file for the camera that was chosen, to be given by --camera")
+      ->type_name("FILE")
+      ->group(camera)
+      ->excludes(file);
 
   add_choice<Compression>(command, "--compression", o.writing.compression,
                           {{"none", Compression::none},

@@ -18,7 +18,7 @@ struct ExtractOptions {
 
   std::string input;
   std::vector<std::string> outputs;
-  std::string camera_file;
+  std::string camera_file, written_camera;
   std::optional<Triple> eye;
   Triple target{}, up{0, 1, 0};
   double fov = 40;                        // degrees
@@ -49,8 +49,15 @@ struct ChosenCamera {
   std::string origin;  // in words
 };
 
-/// The one of --eye, else one that frames the particles. --camera is not looked at.
-ChosenCamera aimed_camera(const ExtractOptions& options, const ParticleSource& particles);
+/// The one of --eye, else one that frames the particles of all sources. --camera is not looked at.
+ChosenCamera aimed_camera(const ExtractOptions& options,
+                          const std::vector<const ParticleSource*>& particles);
+
+/// Throws usage_error where --eye, --up, --fov or --size are of no camera, before particles are read.
+void check_aim(const ExtractOptions& options);
+
+/// Writes the camera as the JSON that --camera takes, where --write-camera names a file.
+void keep_camera(const ExtractOptions& options, const Camera& camera);
 
 /// The first option that is set though it has a meaning for sequences alone, else null.
 const char* sequence_option(const ExtractOptions& options);

@@ -1,5 +1,6 @@
 // The program meniscus: arguments in, exit code out. All errors end here, as one line.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <new>
 #include <string>
 #include <thread>
+#include <vector>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -17,6 +19,7 @@
 #include "cli/newer_tbb.hpp"
 #include "cli/signals.hpp"
 #include "cli/terminal.hpp"
+#include "cli/unknown_word.hpp"
 #include "meniscus/meniscus.hpp"
 #include "mpi/launch.hpp"
 
@@ -56,7 +59,7 @@ int run(int argc, char** argv) {
       "Meniscus turns the particles of a fluid simulation into the surface that a camera sees.",
       "meniscus");
   program.formatter(std::make_shared<meniscus::cli::HelpFormatter>());
-  program.set_version_flag("--version", "meniscus " + meniscus::version());
+  program.set_version_flag("-V,--version", "meniscus " + meniscus::version());
   program.require_subcommand(1);
   int exit_code = kDone;
   meniscus::cli::add_extract_command(program, exit_code);
@@ -66,8 +69,13 @@ int run(int argc, char** argv) {
   meniscus::cli::add_report_command(program);
   meniscus::cli::add_verify_command(program, exit_code);
   meniscus::cli::add_tune_command(program);
+  std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
+  if (!typed.empty() && typed.front() == "help") {  // meniscus help extract
+    typed.erase(typed.begin());
+    typed.push_back("--help");
+  }
   try {
-    program.parse(argc, argv);
+    program.parse(std::vector<std::string>(typed.rbegin(), typed.rend()));
     if (std::fflush(stdout) != 0)
       return fail(kFailed,
                   std::string("standard output cannot be written: ") + std::strerror(errno));
@@ -77,21 +85,22 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const auto chosen = program.get_subcommands();
     const auto unknown = program.remaining(true);
-    if (chosen.empty() && !unknown.empty())
-      return fail(kBadUsage, "there is no command " + unknown.front() + " (see meniscus --help)");
-    // A shell puts all frames in the place of a * without quotes.
-    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
-        chosen.front()->get_name() == "extract" && !unknown.front().starts_with('-'))
-      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
-                                 " more, e.g. " + unknown.front() +
-                                 " (of a sequence give one name in quotes, e.g. "
-                                 "'dam.####.ply', see meniscus extract --help)");
     std::string command = "meniscus";  // and those below it: "meniscus bench frame"
     for (const CLI::App* at = &program; !at->get_subcommands().empty();) {
       at = at->get_subcommands().front();
       command += " " + at->get_name();
     }
-    return fail(kBadUsage, std::string(error.what()) + " (see " + command + " --help)");
+    const std::string see = " (see " + command + " --help)";
+    if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
+      return fail(kBadUsage, what + see);
+    // A shell puts all frames in the place of a * without quotes.
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
+        chosen.front()->get_name() == "extract")
+      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
+                                 " more, e.g. " + unknown.back() +
+                                 " (of a sequence give one name in quotes, e.g. "
+                                 "'dam.####.ply', see meniscus extract --help)");
+    return fail(kBadUsage, error.what() + see);
   }
 }
 

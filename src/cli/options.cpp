@@ -39,7 +39,7 @@ std::int64_t parse_particles(const std::string& text) {
 
 namespace {
 
-// 134217728, 128M or 0.5G: powers of 1024.
+// 134217728, 128M, 128MB, 128MiB or 0.5G: powers of 1024.
 std::size_t parse_bytes(const std::string& text) {
   double value = 0;
   const char* const end = text.data() + text.size();
@@ -49,12 +49,13 @@ std::size_t parse_bytes(const std::string& text) {
   bool good = error == std::errc() && value > 0;
   if (good && unit != end) {
     const std::size_t place = letters.find(*unit);
-    good = place != std::string::npos && unit + 1 == end;
+    const std::string rest(unit + 1, end);
+    good = place != std::string::npos && (rest.empty() || rest == "B" || rest == "iB");
     shift = 10 * (place + 1);
   }
   if (good) value *= static_cast<double>(std::size_t{1} << shift);
   if (good && value < 0x1p62) return static_cast<std::size_t>(value);
-  throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M");
+  throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M or 512MB");
 }
 
 // CLI11's own range says "Value 0 not in range 1.000000 to 1000000.000000", and in the help, too.
@@ -107,7 +108,7 @@ CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
       name,
       [name, unit, take = std::move(take)](double value) {
         if (!(value > 0) || !std::isfinite(value))
-          throw usage_error(name + " must be a number > 0, in " + unit);
+          throw usage_error(name.substr(name.find("--")) + " must be a number > 0, in " + unit);
         take(value);
       },
       help);

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "cli/terminal.hpp"
 #include "printable.hpp"
 #include "printed.hpp"
 
@@ -60,6 +61,67 @@ void Progress::reached(std::int64_t done, const std::string& step) {
                     : printed("%.1f M ", 1e-6 * static_cast<double>(done) / seconds) + unit_ + "/s";
   draw_over(printed("%-10s [%-*s] %3.0f %%, %s", what_.c_str(), kBar, bar.c_str(), 100 * share,
                     words.c_str()));
+}
+
+Working::Working(std::size_t programs, bool quiet)
+    : programs_(programs), quiet_(quiet), shown_(!quiet && isatty(STDERR_FILENO) == 1) {
+  if (!shown_) return;
+  thread_ = std::jthread([this] {
+    std::unique_lock lock(mutex_);
+    while (!ended_.wait_for(lock, kRedrawn, [this] { return over_; }))
+      if (!phase_.empty() && Clock::now() - start_ > kPatience) draw();
+  });
+}
+
+Working::~Working() {
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+    hide();
+  }
+  ended_.notify_all();
+}
+
+void Working::phase(const std::string& what) {
+  const std::lock_guard lock(mutex_);
+  hide();
+  phase_ = what;
+  start_ = Clock::now();
+}
+
+void Working::building(int begun) {
+  const std::lock_guard lock(mutex_);
+  begun_ = std::max(begun_, begun);
+  if (quiet_ || shown_ || std::exchange(said_, true)) return;
+  print_line(stderr, printed("%-10s building %s, once per device", "kernels",
+                             programs_ > 0 ? counted(programs_, "program").c_str() : "them"));
+}
+
+void Working::built() {
+  const std::lock_guard lock(mutex_);
+  hide();
+  begun_ = 0;
+}
+
+void Working::hide() {
+  if (std::exchange(drawn_, false)) {
+    std::fputs("\r\x1b[K", stderr);
+    std::fflush(stderr);
+  }
+}
+
+void Working::draw() {
+  drawn_ = true;
+  if (begun_ == 0) {
+    const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    return draw_over(printed("%s, %.0f s", phase_.c_str(), seconds));
+  }
+  if (programs_ == 0) return draw_over(printed("building kernels, once per device (%d)", begun_));
+  constexpr std::size_t kShort = 20;  // characters
+  const std::size_t done = static_cast<std::size_t>(begun_ - 1);
+  const std::string bar(std::min(kShort, kShort * done / programs_), '#');
+  draw_over(printed("building kernels, once per device (%d of %zu) [%-*s]", begun_, programs_,
+                    static_cast<int>(kShort), bar.c_str()));
 }
 
 }  // namespace meniscus::cli

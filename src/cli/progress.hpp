@@ -2,9 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <string>
+#include <thread>
 
 namespace meniscus::cli {
 
@@ -41,6 +44,37 @@ class Progress {
   bool shown_;  // whether it is to be shown at all
   bool drawn_ = false;
   Clock::time_point start_ = Clock::now(), next_;
+};
+
+/// "extracting   12 s", or, while kernels are built for the first time on a device, "building
+/// kernels, once per device (7 of 19) [#######      ]": one line on standard error, from half a
+/// second on, kept up to date by a thread of its own. Where standard error is no terminal, the
+/// building of kernels is one line that stays. All functions may be called by several threads.
+class Working {
+ public:
+  /// `programs` there are in all; 0: that is not known.
+  Working(std::size_t programs, bool quiet);
+  ~Working();  // removes the line
+  Working(const Working&) = delete;
+  Working& operator=(const Working&) = delete;
+
+  void phase(const std::string& what);  // begins; empty: nothing that takes long is under way
+  void building(int begun);             // so many programs, the last one of them now
+  void built();                         // no more are
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void draw();
+  void hide();
+
+  std::size_t programs_;
+  bool quiet_, shown_, drawn_ = false, said_ = false, over_ = false;
+  std::string phase_;
+  int begun_ = 0;
+  Clock::time_point start_ = Clock::now();
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  std::jthread thread_;
 };
 
 }  // namespace meniscus::cli

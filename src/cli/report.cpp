@@ -4,13 +4,17 @@
 #include <cstdio>
 
 #include "frame/process.hpp"
+#include "stage_clock.hpp"
 
 namespace meniscus::cli {
 
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
   std::string line;
-  for (const auto& [name, count] : counts)
-    line += (line.empty() ? "" : ", ") + grouped(count) + " " + name;
+  for (const auto& [name, count] : counts) {
+    const bool is_plural = name.ends_with('s');  // "1 triangle", but "1 in view"
+    line += (line.empty() ? "" : ", ") + grouped(count) + " " +
+            (count == 1 && is_plural ? name.substr(0, name.size() - 1) : name);
+  }
   return line;
 }
 
@@ -22,7 +26,10 @@ void print_timings(const std::vector<StageTime>& stages,
     auto row = std::find_if(rows.begin(), rows.end(),
                             [&](const StageTime& r) { return r.stage == stage.stage; });
     if (row == rows.end()) row = rows.insert(rows.end(), StageTime{stage.stage, 0, 0, {}});
-    for (StageTime* sum : {&*row, &all}) {
+    const bool is_stage =
+        stage.stage != kReading && stage.stage != kWriting && stage.stage != kBuilding;
+    for (StageTime* sum : {&*row, is_stage ? &all : nullptr}) {
+      if (!sum) continue;
       sum->host_ms += stage.host_ms;
       sum->device_ms += stage.device_ms;
     }

@@ -13,6 +13,9 @@
 
 namespace meniscus::cli {
 
+/// Rows of timings that are no stages, beside kBuilding (stage_clock.hpp).
+inline constexpr const char *kReading = "read", *kWriting = "write";
+
 /// Lines of "what   text" on standard error; silent with -q.
 class Talk {
  public:

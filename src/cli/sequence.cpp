@@ -20,15 +20,20 @@
 #include "batch/room.hpp"
 #include "batch/run.hpp"
 #include "cli/batch_progress.hpp"
+#include "cli/extract_warnings.hpp"
 #include "cli/options.hpp"
+#include "cli/progress.hpp"
 #include "cli/report.hpp"
 #include "cli/signals.hpp"
 #include "cli/terminal.hpp"
+#include "device/building.hpp"
+#include "device/device.hpp"
 #include "extract.hpp"
 #include "frame/process.hpp"
 #include "host_name.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/device.hpp"
+#include "methods/programs.hpp"
 #include "mpi/launch.hpp"
 #include "printed.hpp"
 #include "stream/survey.hpp"
@@ -89,6 +94,15 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   return best;
 }
 
+// Fluid moves: what frames one frame may not frame the others.
+std::vector<std::string> first_middle_last(const Plan& plan) {
+  std::vector<std::string> frames;
+  for (const std::size_t k : {std::size_t{0}, plan.inputs.size() / 2, plan.inputs.size() - 1})
+    if (std::find(frames.begin(), frames.end(), plan.inputs[k]) == frames.end())
+      frames.push_back(plan.inputs[k]);
+  return frames;
+}
+
 void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
 
 // Finds out before work begins whether the outputs can be written, and clears the folders of what
@@ -99,13 +113,23 @@ void prepare_folders(const Plan& plan, const CameraTrack* cameras, const Extract
     outputs.insert(outputs.end(), job.outputs.begin(), job.outputs.end());
   as_usage([&] {
     check_outputs({plan.inputs, cameras ? cameras->files() : std::vector<std::string>()}, outputs,
-                  {options.log, options.report});
+                  {options.log, options.report, options.written_camera});
   });
   std::set<std::string> folders;
   for (const std::string& path : outputs)
     if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {
       OutputFile probe(path);
       remove_abandoned_outputs(path);
+    }
+}
+
+// Of the first camera that can be read: the others will be like it.
+void warn_of_cameras(const Plan& plan, const CameraTrack& cameras, const ExtractOptions& options) {
+  for (const FrameJob& job : plan.jobs) try {
+      for (const std::string& warning : warnings_of(cameras.at(job.frame), options.camera_file))
+        warn(warning);
+      return;
+    } catch (const InputError&) {  // is said when it is the frame's turn
     }
 }
 
@@ -120,9 +144,22 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
   std::string path;
   const auto particles = telling_frame(options, plan, path);
   if (!cameras) {
-    const auto [camera, origin] = aimed_camera(options, *particles);
+    std::string names = path;
+    std::vector<std::unique_ptr<ParticleSource>> others;
+    std::vector<const ParticleSource*> seen{particles.get()};
+    if (!options.eye)
+      for (const std::string& input : first_middle_last(plan)) try {
+          if (input == path) continue;
+          auto source = open_particles(input, reading_of(options));
+          if (!source->in_memory()) survey_of(*source);
+          seen.push_back(others.emplace_back(std::move(source)).get());
+          names += ", " + input;
+        } catch (const InputError&) {  // is said when it is the frame's turn
+        }
+    const auto [camera, origin] = aimed_camera(options, seen);
     cameras = std::make_unique<CameraTrack>(camera);
-    say("camera", origin + (options.eye ? "" : " of " + path) + ", " +
+    keep_camera(options, camera);
+    say("camera", origin + (options.eye ? "" : " of " + names) + ", " +
                       std::to_string(camera.width) + "x" + std::to_string(camera.height));
   }
   if (!options.particle_radius && !particles->has_radius() && !(particles->particle_radius() > 0)) {
@@ -227,8 +264,9 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
   }
   if (failed.empty()) return 0;
   const std::string not_begun = left > 0 ? ", and " + std::to_string(left) + " were not begun" : "";
-  print_line(stderr, printed("meniscus: error: %s of %zu failed%s", named_frames(failed).c_str(),
-                             frames, not_begun.c_str()));
+  print_line(stderr, printed("meniscus: error: %zu of %s failed: %s%s", failed.size(),
+                             counted(frames, "frame").c_str(), named_frames(failed).c_str(),
+                             not_begun.c_str()));
   return kSomeFailed;
 }
 
@@ -254,7 +292,10 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   const auto [whole, shard_origin] = choose_shard(options);
   const Shard shard = part_of(whole, team.rank(), team.size());
   std::unique_ptr<CameraTrack> cameras;
-  if (!options.camera_file.empty()) cameras = std::make_unique<CameraTrack>(options.camera_file);
+  if (!options.camera_file.empty())
+    cameras = std::make_unique<CameraTrack>(options.camera_file);
+  else
+    check_aim(options);
   const Plan plan = as_usage([&] {
     return plan_sequence({input, options.outputs, options.frames, options.skip_missing, shard},
                          cameras.get());
@@ -269,8 +310,10 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
                      (team.size() > 1 ? "one of the processes" : shard_origin));
   if (plan.jobs.empty()) return 0;
   const bool framed = !cameras && !options.eye;
-  cameras = settle_for_all(plan, options, std::move(cameras), say);
+  if (cameras && team.leads()) warn_of_cameras(plan, *cameras, options);
   BatchSettings settings = settings_of(options, shard, say);
+  cameras = settle_for_all(plan, options, std::move(cameras), say);
+  settings.parameters = options.parameters;  // now with a radius
   fit_into_memory(settings, plan, *cameras);
   say("method", to_string(options.parameters.method));
   if (options.verbose && team.leads()) print_lines(stderr, describe(options.parameters));
@@ -283,17 +326,28 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   std::vector<FrameRecord> records;  // for the page: of earlier runs, too, where the log has them
   std::string note;
   if (page && log) records = read_log(options.log, &note);
-  std::vector<std::int64_t> failed, leaving;
+  std::vector<std::int64_t> failed;
   const GentleStop stop;
   const double cpu_before = processor_ms();
   BatchOutcome outcome;
   double seconds = 0;
   {
     BatchProgress progress(plan.jobs.size(), options.quiet);
-    const auto over = [&](const FrameRecord& record) {
+    Device first(settings.devices.front());
+    const std::vector<ProgramName> programs = programs_of(settings.parameters, first.state());
+    Working working(programs.size(), options.quiet);
+    working.phase("extracting");
+    settings.on_building = [&](int begun) { working.building(begun); };
+    const BuildAhead ahead(settings.devices.front(), programs);
+    const auto over = [&](FrameRecord record) {
+      working.built();
+      working.phase("");
+      if (framed && leaves_image(record))
+        record.warnings.push_back(
+            "more than a twentieth of the particles is outside the image, whose camera was framed "
+            "around the first, middle and last frame (give --camera or --eye)");
       progress.over(record);
       if (record.status == FrameStatus::failed) failed.push_back(record.frame);
-      if (framed && leaves_image(record)) leaving.push_back(record.frame);
       if (log) log->add(record);
       if (page) records.push_back(record);
     };
@@ -302,11 +356,6 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   }
   const double busy = (processor_ms() - cpu_before) /
                       (10 * seconds * std::max(1u, std::thread::hardware_concurrency()));
-  if (!leaving.empty())
-    warn(
-        "the camera was framed around one frame, and more than a twentieth of the particles is "
-        "outside the image in " +
-        named_frames(leaving) + " (give --camera or --eye)");
   say("done", done_line(outcome, seconds, busy));
   if (page) {
     std::vector<std::int64_t> frames = plan.frames();

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
 
 #include "content_hash.hpp"
+#include "device/building.hpp"
 #include "device/installation.hpp"
 #include "device/kernel_sources.hpp"
 #include "device/opencl_error.hpp"
@@ -39,12 +41,24 @@ std::string_view text_of(const std::string& file) {
   throw DeviceError(file + " is not among the embedded kernels");
 }
 
-// Whether built programs are worth keeping. Not where the platform's own cache does as well, and
-// not where kernels are run to be looked at.
-bool are_worth_keeping(const DeviceInfo& info) {
-  constexpr std::array kNot{"rusticl", "NVIDIA CUDA", "Oclgrind"};
-  return std::find(kNot.begin(), kNot.end(), info.platform) == kNot.end();
+constexpr const char* kPocl = "Portable Computing Language";
+
+// Binaries where the platform has no cache of its own. PoCL would compile every kernel a second time
+// to give a binary away, for groups of any size, which it does not launch. Nothing where kernels are
+// run to be looked at.
+Keeps kept_of(const DeviceInfo& info) {
+  if (info.platform == "Oclgrind") return Keeps::nothing;
+  constexpr std::array kOwnCache{kPocl, "rusticl", "NVIDIA CUDA"};
+  const bool own = std::find(kOwnCache.begin(), kOwnCache.end(), info.platform) != kOwnCache.end();
+  return own ? Keeps::notes : Keeps::binaries;
 }
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+constexpr const char* kNote = "the runtime's own cache has it";
 
 // All that a built program depends on.
 std::string description_of(const DeviceInfo& info, const std::string& source,
@@ -139,20 +153,29 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
   std::string log;
   try {
     const std::string options = build_options(more_options);
-    const bool keeps = keep_programs && !kernel_text;
-    std::string key;
-    if (keeps) {
-      key = description_of(info, source, options);
-      if (const std::string binary = find_program(key); !binary.empty()) {
-        if (cl::Program program = build_kept(binary, options); program()) return program;
-        drop_program(key);
-      }
+    const bool keeps_it = keeps != Keeps::nothing && !kernel_text;
+    const std::string key = keeps_it ? description_of(info, source, options) : "";
+    std::string kept = keeps_it ? find_program(key) : "";
+    if (kept.empty() || was_built_here(key)) {
+      new_programs_.insert(file + " " + more_options);
+      if (on_building) on_building(++anew_);
+    }
+    std::optional<BuildTurn> turn;
+    if (keeps_it && kept.empty()) {
+      turn.emplace(key);
+      kept = find_program(key);  // of another thread
+    }
+    if (keeps == Keeps::binaries && !kept.empty()) {
+      if (cl::Program program = build_kept(kept, options); program()) return program;
+      drop_program(key);
     }
     cl::Program program(context, source);
     const cl_int error =
         clBuildProgram(program(), 1, &info.handle(), options.c_str(), nullptr, nullptr);
     if (error == CL_SUCCESS) {
-      if (keeps) keep_program(key, binary_of(program));
+      if (keeps_it && (keeps == Keeps::binaries || kept.empty()))
+        keep_program(key, keeps == Keeps::binaries ? binary_of(program) : kNote);
+      if (turn) turn->built();
       return program;
     }
     keep_context();
@@ -162,6 +185,18 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
     fail("building " + file, error);
   }
   throw DeviceError(file + " did not build" + place() + ": " + first_error(log));
+}
+
+bool Device::State::is_kept(const std::string& file, const std::string& options) const {
+  return keeps != Keeps::nothing &&
+         !find_program(description_of(info, source_of(file), build_options(options))).empty();
+}
+
+cl::Program& Device::State::program(const std::string& file, const std::string& options) {
+  const std::string key = file + " " + options;
+  const auto found = programs.find(key);
+  if (found != programs.end()) return found->second;
+  return programs.emplace(key, build(file, source_of(file), options)).first->second;
 }
 
 std::string Device::State::source_of(const std::string& file) const {
@@ -192,14 +227,14 @@ cl::Kernel& Device::State::kernel(const std::string& file, const std::string& na
   const std::string key = program_key + " " + name;
   if (const auto found = kernels.find(key); found != kernels.end()) return found->second;
 
+  const auto begin = std::chrono::steady_clock::now();
   tell_guard(name, "building");
-  auto program = programs.find(program_key);
-  if (program == programs.end())
-    program = programs.emplace(program_key, build(file, source_of(file), options)).first;
+  cl::Program& built = program(file, options);
   try {
-    cl::Kernel& made =
-        kernels.emplace(key, cl::Kernel(program->second, name.c_str())).first->second;
+    cl::Kernel& made = kernels.emplace(key, cl::Kernel(built, name.c_str())).first->second;
     tell_guard_over();
+    if (compiles_at_launch && new_programs_.contains(program_key)) unlaunched_.insert(&made);
+    building_ms_ += milliseconds_since(begin);
     return made;
   } catch (const cl::Error& error) {
     keep_context();
@@ -225,6 +260,8 @@ Range Device::State::launched_range(const Range& wanted, std::size_t most) const
 
 void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const Range& wanted) {
   if (wanted.nx == 0 || wanted.ny == 0) return;
+  const bool builds = unlaunched_.erase(&kernel) > 0;
+  const auto begin = std::chrono::steady_clock::now();
   cl::Event event;
   try {
     check_unmapped();
@@ -242,6 +279,10 @@ void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const R
     if (guard && guard->waits() && !observer) {
       finish();
       guard->ended();
+    }
+    if (builds) {
+      queue.finish();
+      building_ms_ += milliseconds_since(begin);
     }
   } catch (const cl::Error& error) {
     fail("launching " + name, error);
@@ -454,7 +495,8 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   } catch (const cl::Error& error) {
     state_->fail("opening the device", error);
   }
-  state_->keep_programs = are_worth_keeping(info);
+  state_->keeps = kept_of(info);
+  state_->compiles_at_launch = info.platform == kPocl;
   const Tuning tuning = tuning_of(info);
   state_->vector_width = tuning.vector_width;
   state_->row_group = tuning.group;

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -119,6 +120,10 @@ struct CommandCounts {
   }
 };
 
+/// What is kept on disk of a program that was built (program_cache.hpp): nothing; a note that the
+/// runtime's own cache has it; or its binary.
+enum class Keeps { nothing, notes, binaries };
+
 /// What an opened device holds. Everything here throws DeviceError, naming call and device.
 struct Device::State {
   DeviceInfo info;
@@ -136,7 +141,11 @@ struct Device::State {
   std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options
   bool timed = true;                                      // whether launches leave events
   std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
-  bool keep_programs = false;  // built ones on disk, see program_cache.hpp
+  Keeps keeps = Keeps::nothing;
+  /// Whether the runtime compiles a kernel when it is launched first, as PoCL does.
+  bool compiles_at_launch = false;
+  /// Is called before a program is built that no cache has, with how many there were, this one too.
+  std::function<void(int programs)> on_building;
   std::string stage;           // named in error messages
   CommandCounts counts;        // since the device was opened
   std::function<void(const std::string& stage)> on_stage;  // called as each begins
@@ -150,6 +159,10 @@ struct Device::State {
   State& operator=(const State&) = delete;
   ~State();
 
+  /// The program of these files, built unless it was before.
+  cl::Program& program(const std::string& file, const std::string& options);
+  /// Whether a cache on disk has the program, or a note of it.
+  bool is_kept(const std::string& file, const std::string& options) const;
   cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
   void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
   /// What `file` is built from: the prelude, the files that it names, and `#line` between them.
@@ -191,6 +204,8 @@ struct Device::State {
   /// Waits for all work and returns the milliseconds each kernel took since the last call, while
   /// launches are timed.
   std::vector<std::pair<std::string, double>> take_times();
+  /// The milliseconds that programs and kernels took to build since the last call.
+  double take_building_ms() { return std::exchange(building_ms_, 0); }
   /// Whether launches are timed from now on (default). A GPU's driver takes twice as long for one
   /// that is. Waits for all work where that changes; times not taken yet are lost.
   void time_kernels(bool on);
@@ -215,6 +230,11 @@ struct Device::State {
   /// failed.
   void keep_context();
   bool context_is_kept_ = false;
+
+  double building_ms_ = 0;
+  int anew_ = 0;                            // programs that no cache had
+  std::set<std::string> new_programs_;      // of these, the keys in `programs`
+  std::set<const cl::Kernel*> unlaunched_;  // their kernels that were not launched yet
 
   cl::CommandQueue other_queue_;  // the timed one where launches are not timed, and the reverse
 

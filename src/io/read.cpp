@@ -35,6 +35,10 @@ constexpr Format kFormats[] = {
 
 const Format& format_of(const std::string& path) {
   const std::string name = lower_case(path);
+  if (name == "-")
+    throw InputError(
+        "-: particles are not read from standard input, because large files are read several times "
+        "(write them to a file, e.g. frame.ply)");
   std::string known;
   for (const Format& format : kFormats) {
     if (name.ends_with(format.ending)) return format;

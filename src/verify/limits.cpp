@@ -140,7 +140,7 @@ void probe_builds(Device& device, const Tell& tell) {
       row_of("build_time", "cold", "measure_gradients", kSection),
       [&]() -> Finding {
         Device fresh(device.info());
-        fresh.state().keep_programs = false;
+        fresh.state().keeps = Keeps::nothing;
         // An option that no cache has seen.
         const auto now = std::chrono::system_clock::now().time_since_epoch().count();
         const double seconds = build_seconds(fresh, " -D UNSEEN=" + std::to_string(now));

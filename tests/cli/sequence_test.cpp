@@ -267,7 +267,7 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
         "y\nproperty float z\nend_header\nnan 0 0\n");
   const Outcome outcome = run(words({"--log", "log.jsonl", "--strict"}));
-  expect_error(outcome, 3, {"3 frames 1,3,4 of 7 failed"});
+  expect_error(outcome, 3, {"3 of 7 frames failed: 3 frames 1,3,4"});
   for (const char* part : {"frame 1 failed: d.0001.ply: ", "frame 3 failed: d.0003.ply: is empty",
                            "frame 4 failed: d.0004.ply: "})
     EXPECT_THAT(outcome.err, HasSubstr(part));
@@ -285,7 +285,7 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
 
   // Without --strict the NaN is dropped, which must leave some particles.
   const Outcome lenient = run(words({"--frames", "4"}));
-  expect_error(lenient, 3, {"frame 4 of 1 failed"});
+  expect_error(lenient, 3, {"1 of 1 frame failed: frame 4"});
   EXPECT_THAT(lenient.err, HasSubstr("d.0004.ply: 1 of 1 particles have NaN"));
 
   // What several frames warn of is said once, and of which at the end.
@@ -310,7 +310,7 @@ TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   write_particles("d.0003.ply", block(8), 0);
   const Outcome outcome = run(words());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply"));
+  EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply, d.0000.ply, d.0003.ply,"));
   EXPECT_THAT(outcome.err, HasSubstr("d.0002.ply, for all frames: no particle radius"));
   // A small block has much surface, which the estimate takes for thinner fluid.
   EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.1, 0.02);
@@ -319,10 +319,16 @@ TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
 TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   write_sequence(2);
   EXPECT_THAT(run(words()).err, Not(HasSubstr("outside the image")));
+  write_sequence(5);
   auto gone = block(4);
   for (std::size_t k = 0; k < 10; ++k) gone[k][0] -= 100;
-  write_particles("d.0002.ply", gone);
-  EXPECT_THAT(run(words()).err, HasSubstr("outside the image in frame 2 (give --camera or --eye)"));
+  write_particles("d.0002.ply", gone);  // neither the first nor the middle nor the last
+  const Outcome outcome = run(words({"--log", "log.jsonl", "--report", "page.html"}));
+  const std::string what = "more than a twentieth of the particles is outside the image";
+  EXPECT_THAT(outcome.err, HasSubstr("frame 2: d.0002.ply: " + what));
+  EXPECT_THAT(read("page.html"), HasSubstr(what));
+  for (const nlohmann::json& record : log("log.jsonl"))
+    EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 2) << record;
   EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, Not(HasSubstr("outside the image")));
 }
 
@@ -480,7 +486,7 @@ TEST_F(Sequence, NobodyWaitsForAPipe) {
   ASSERT_EQ(mkfifo(path("d.0002.ply").c_str(), 0600), 0);
   ASSERT_EQ(mkfifo(path("camera.json").c_str(), 0600), 0);
   const Outcome frames = run(words(), in_time(60));
-  expect_error(frames, 3, {"frame 2 of 3 failed"});
+  expect_error(frames, 3, {"1 of 3 frames failed: frame 2"});
   EXPECT_THAT(frames.err, HasSubstr("d.0002.ply: is a pipe or a device, wanted a file"));
   expect_error(
       run({"extract", "d.####.ply", "--frames", "0", "--camera", "camera.json", "-o", "o.####.png"},

@@ -178,10 +178,10 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_F(ProgramUsage, RefusesMemoryThatIsNone) {
   write_particles("block.ply", block(3));
-  for (const char* memory : {"0", "-1", "1Q", "M", "12MB", "many", "nan", "1e99"})
+  for (const char* memory : {"0", "-1", "1Q", "M", "12MBs", "12BM", "many", "nan", "1e99"})
     expect_error(run({"extract", "block.ply", "-o", "out.png", "--memory", memory}), 2,
                  {"--memory is", memory, "e.g. 512M"});
-  for (const char* memory : {"1G", "0.5G", "1000000", "64K"})
+  for (const char* memory : {"1G", "0.5G", "1000000", "64K", "128MB", "128MiB"})
     EXPECT_EQ(run({"extract", "block.ply", "-o", "out.png", "--memory", memory}).exit_code, 0);
 }
 

@@ -145,7 +145,7 @@ struct Launched {
 
 Launched launch_once(const std::string& failing = "") {
   Device device;
-  device.state().keep_programs = true;
+  device.state().keeps = Keeps::binaries;
   test::fail_call(failing);
   const auto from = filled<float>(device, 512, 3.0f), to = filled<float>(device, 512, 0.0f);
   launch(device, "probe.cl", "copy_values", {128}, width_option(1), from, to);
@@ -196,7 +196,7 @@ TEST_F(ProgramCache, ADriverThatGivesNoBinaryAwayIsNoError) {
 
 TEST_F(ProgramCache, ChangedKernelsAreNotKept) {
   Device device;
-  device.state().keep_programs = true;
+  device.state().keeps = Keeps::binaries;
   device.state().kernel_text = [](const std::string&, const std::string& text) { return text; };
   const auto from = filled<float>(device, 512, 3.0f), to = filled<float>(device, 512, 0.0f);
   launch(device, "probe.cl", "copy_values", {128}, width_option(1), from, to);

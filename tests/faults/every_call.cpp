@@ -46,7 +46,7 @@ Outcome run(Device* device, bool from_disk, const Particles& particles, const Ca
   try {
     std::optional<Device> opened;
     if (!device) device = &opened.emplace();
-    device->state().keep_programs = from_disk;
+    device->state().keeps = from_disk ? Keeps::binaries : Keeps::nothing;
     outcome.in_stages = test::failed_call().empty();
     std::vector<StageTime> timings;
     outcome.hash = content_hash(extract(*device, particles, camera, {}, &timings));

@@ -1,0 +1,17 @@
+// What to say of a word on the command line that the program does not know.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace meniscus::cli {
+
+/// The first of the words typed that neither `program` nor the command chosen knows, with the nearest
+/// that it does know: "there is no command exract, did you mean extract?". Empty: all are known.
+std::string unknown_word(const CLI::App& program, const std::vector<std::string>& typed);
+
+/// The name that differs least from `word`, where few letters do; else empty.
+std::string nearest_name(const std::string& word, const std::vector<std::string>& names);
+
+}  // namespace meniscus::cli

@@ -1,0 +1,36 @@
+// The list of what method fit builds is what it builds.
+#include "methods/programs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "device/device.hpp"
+#include "frame/input.hpp"
+#include "meniscus/meniscus.hpp"
+
+namespace meniscus {
+namespace {
+
+std::set<std::string> built(const Device::State& state) {
+  std::set<std::string> keys;
+  for (const auto& [key, program] : state.programs) keys.insert(key);
+  return keys;
+}
+
+TEST(Programs, OfFitAreThoseThatAFrameBuilds) {
+  Device device;
+  FrameInput frame = dam_frame();
+  frame.particles.vx = frame.particles.vy = frame.particles.vz =
+      std::vector<float>(frame.particles.size(), 1.0f);
+  const Parameters parameters;  // image, mesh and motion
+  std::set<std::string> listed;
+  for (const ProgramName& program : programs_of(parameters, device.state()))
+    EXPECT_TRUE(listed.insert(program.file + " " + program.options).second) << program.file;
+  extract(device, frame.particles, frame.camera, parameters);
+  EXPECT_EQ(built(device.state()), listed);
+}
+
+}  // namespace
+}  // namespace meniscus
