@@ -161,7 +161,7 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
     attributes["NORMAL"] = vectors(mesh.normal);
     if (!mesh.velocity.empty()) attributes["_velocity"] = vectors(mesh.velocity);
     for (const Attribute& attribute : mesh.attributes)
-      attributes["_" + as_utf8(attribute.name)] =
+      attributes[std::string("_").append(as_utf8(attribute.name))] =
           add(attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR",
               kVertices);
     Json primitive{{"attributes", attributes}, {"mode", 4}};
