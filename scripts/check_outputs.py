@@ -2,11 +2,12 @@
 """Checks what `meniscus extract` wrote with programs that are not ours. Run by
 scripts/check_outputs.sh, which installs what it needs.
 
-  python scripts/check_outputs.py surface.exr surface.ply surface.obj
+  python scripts/check_outputs.py surface.exr surface.ply surface.vtp surface.glb surface.obj ...
 
 EXR (package OpenEXR, else openimageio): channel names and types, windows, attributes, that Z, A,
 kind, N and P agree with each other, and that P lies under its own pixel and at Z by worldToNDC and
-worldToCamera. Meshes (meshio and trimesh): no NaN, no edge with more than two faces, no degenerate face,
+worldToCamera. The channels that meniscus.attributes names are attributes of the particles. Meshes (meshio, VTK and
+trimesh): no NaN, no edge with more than two faces, no degenerate face,
 normals of unit length that point outward: with the faces, and towards the eye when an EXR is given
 too. Prints one line a check and exits with 1 when one fails.
 """
@@ -76,7 +77,8 @@ def check_exr(path):
     image = read_exr(path)
     c = image.channels
     print(path)
-    wanted = CHANNELS | MOTION if MOTION & set(c) else CHANNELS
+    carried = set(str(image.attributes.get("meniscus.attributes", "")).split("\n")) - {""}
+    wanted = (CHANNELS | MOTION if MOTION & set(c) else CHANNELS) | carried
     check("channel names", set(c) == wanted, " ".join(sorted(set(c) ^ wanted)))
     check("attributes", ATTRIBUTES <= set(image.attributes),
           " ".join(sorted(ATTRIBUTES - set(image.attributes))))
@@ -90,6 +92,8 @@ def check_exr(path):
           image.data_window == image.display_window == (0, 0, width - 1, height - 1),
           f"{width} x {height}")
 
+    for name in sorted(carried):
+        check(f"attribute {name} is not zero everywhere", bool(np.any(c[name])))
     z, kind = c["Z"], c["kind"]
     normal = np.stack([c["N.X"], c["N.Y"], c["N.Z"]], -1).astype(float)
     point = np.stack([c["P.X"], c["P.Y"], c["P.Z"]], -1).astype(float)
@@ -135,7 +139,66 @@ def check_exr(path):
     return position
 
 
+def read_vtp(path):
+    """With VTK: points, normals, faces, and arrays of the points."""
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    reader = vtk.vtkXMLPolyDataReader()
+    reader.SetFileName(path)
+    reader.Update()
+    data = reader.GetOutput()
+    arrays = data.GetPointData()
+    values = {arrays.GetArrayName(k): vtk_to_numpy(arrays.GetArray(k))
+              for k in range(arrays.GetNumberOfArrays())}
+    cells = data.GetPolys()
+    check("triangles only", cells.GetNumberOfCells() == 0 or cells.GetMaxCellSize() == 3)
+    faces = vtk_to_numpy(cells.GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
+    return vtk_to_numpy(data.GetPoints().GetData()).astype(float), values, faces
+
+
+def read_glb(path):
+    """With trimesh, which keeps attributes that begin with _."""
+    import trimesh
+
+    scene = trimesh.load(path, process=False, maintain_order=True)
+    mesh = next(iter(scene.geometry.values()))
+    values = {name.lstrip("_"): np.asarray(v) for name, v in mesh.vertex_attributes.items()}
+    values["Normals"] = mesh.vertex_normals
+    return np.asarray(mesh.vertices, float), values, np.asarray(mesh.faces, np.int64)
+
+
+def read_stl(path):
+    """Triangles alone: each has its own corners."""
+    import meshio
+    import trimesh
+
+    theirs = meshio.read(path)
+    mesh = trimesh.load_mesh(path, process=False)
+    check("meshio and trimesh read as many triangles",
+          len(theirs.cells[0].data) == len(mesh.faces), f"{len(mesh.faces)}")
+    return mesh
+
+
+def check_same(path, first, points, values, faces):
+    """Against the mesh of the first file: the same vertices, faces, velocities and attributes."""
+    if first is None:
+        return
+    check("vertices and faces of the first mesh",
+          np.array_equal(points, first[0]) and np.array_equal(faces, first[2]))
+    for name, theirs in sorted(first[1].items()):
+        check(f"{name} of the first mesh", name in values and np.array_equal(
+            np.asarray(values[name], np.float32).reshape(theirs.shape), theirs))
+
+
 def read_mesh(path):
+    """Points, normals, faces, and by name what the vertices carry."""
+    if path.lower().endswith(".vtp"):
+        points, values, faces = read_vtp(path)
+        return points, np.asarray(values.pop("Normals"), float), faces, values
+    if path.lower().endswith(".glb"):
+        points, values, faces = read_glb(path)
+        return points, np.asarray(values.pop("Normals"), float), faces, values
     import meshio
 
     mesh = meshio.read(path)
@@ -147,22 +210,37 @@ def read_mesh(path):
         normals = np.stack([data["nx"], data["ny"], data["nz"]], -1)
     else:
         normals = data.get("obj:vn", np.zeros((0, 3)))
-    return mesh.points.astype(float), np.asarray(normals, float).reshape(-1, 3), faces
+    values = {k: np.asarray(v, np.float32) for k, v in data.items()
+              if k not in {"nx", "ny", "nz", "vx", "vy", "vz", "obj:vn"}}
+    if {"vx", "vy", "vz"} <= set(data):
+        values["velocity"] = np.stack([data["vx"], data["vy"], data["vz"]], -1)
+    return mesh.points.astype(float), np.asarray(normals, float).reshape(-1, 3), faces, values
 
 
-def check_mesh(path, eye):
+def check_mesh(path, eye, first=None):
+    """Returns what read_mesh does, less the normals. `first`: that of another file of this mesh."""
     import trimesh
 
     print(path)
-    points, normals, faces = read_mesh(path)
+    if path.lower().endswith(".stl"):
+        mesh = read_stl(path)
+        if first is not None:
+            check("triangles of the first mesh", np.array_equal(
+                np.asarray(mesh.triangles, np.float32), first[0][first[2]].astype(np.float32)))
+        return first
+    points, normals, faces, values = read_mesh(path)
+    if not path.lower().endswith(".obj"):
+        check_same(path, first, points, values, faces)
     check("vertices and faces", True, f"{len(points)} and {len(faces)}")
     check("a normal at every vertex", normals.shape == points.shape)
     if len(faces) == 0 or normals.shape != points.shape:
-        return
-    theirs = trimesh.load_mesh(path, process=False, maintain_order=True)
-    check("trimesh reads the same", np.array_equal(theirs.vertices, points) and
-          np.array_equal(theirs.faces, faces))
-    check("trimesh finds the winding consistent", theirs.is_winding_consistent)
+        return first
+    if not path.lower().endswith(".vtp"):  # which trimesh does not read
+        theirs = trimesh.load_mesh(path, process=False, maintain_order=True)
+        theirs = theirs if hasattr(theirs, "vertices") else next(iter(theirs.geometry.values()))
+        check("trimesh reads the same", np.array_equal(theirs.vertices, points) and
+              np.array_equal(theirs.faces, faces))
+        check("trimesh finds the winding consistent", theirs.is_winding_consistent)
     check("no NaN", bool(np.all(np.isfinite(points)) and np.all(np.isfinite(normals))))
     check("every vertex is used", len(np.unique(faces)) == len(points),
           f"{len(points) - len(np.unique(faces))} are not")
@@ -186,18 +264,48 @@ def check_mesh(path, eye):
         check("faces look at the eye", away == 0, f"{away} do not")
         away = np.count_nonzero(np.sum(normals * (eye - points), -1) < 0)
         check("normals point towards the eye", away <= 0.001 * len(points), f"{away} do not")
+    return (points, values, faces) if first is None else first
+
+
+def check_usd(path, first):
+    """With usd-core: the one frame that usd_sequence.py made of the first mesh."""
+    from pxr import Usd, UsdGeom
+
+    print(path)
+    stage = Usd.Stage.Open(path)
+    mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
+    check("is a mesh by usd-core", bool(mesh))
+    time = stage.GetStartTimeCode()
+    good, reason = UsdGeom.Mesh.ValidateTopology(
+        mesh.GetFaceVertexIndicesAttr().Get(time), mesh.GetFaceVertexCountsAttr().Get(time),
+        len(mesh.GetPointsAttr().Get(time)))
+    check("topology is valid", good, reason or "")
+    points, values, faces = first
+    check("points, faces and velocities of the first mesh",
+          np.array_equal(np.array(mesh.GetPointsAttr().Get(time)), points.astype(np.float32)) and
+          np.array_equal(np.array(mesh.GetFaceVertexIndicesAttr().Get(time)), faces.reshape(-1)) and
+          np.array_equal(np.array(mesh.GetVelocitiesAttr().Get(time)), values["velocity"]))
+    primvars = UsdGeom.PrimvarsAPI(mesh)
+    for name in sorted(set(values) - {"velocity"}):
+        primvar = primvars.GetPrimvar(name.replace(".", "_"))
+        check(f"{name} is a primvar", bool(primvar) and np.array_equal(
+            np.array(primvar.Get(time)), values[name]))
 
 
 def main(paths):
     if not paths or paths[0] in ("-h", "--help"):
         print(__doc__)
         return 2
-    eye = None
-    for path in sorted(paths, key=lambda p: not p.lower().endswith(".exr")):
+    eye = first = None
+    order = [".exr", ".ply"]  # the mesh that others are compared with
+    rank = lambda path: next((k for k, e in enumerate(order) if path.lower().endswith(e)), 2)
+    for path in sorted(paths, key=rank):
         if path.lower().endswith(".exr"):
             eye = check_exr(path)
+        elif path.lower().endswith((".usda", ".usdc")):
+            check_usd(path, first)
         else:
-            check_mesh(path, eye)
+            first = check_mesh(path, eye, first)
     print("all good" if failures == 0 else f"{failures} checks failed")
     return 1 if failures else 0
 

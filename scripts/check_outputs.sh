@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Extracts a frame with every map and both kinds of meshes, and lets programs that are not ours check
+# Extracts a frame with every map and every kind of mesh, and lets programs that are not ours check
 # what was written (check_outputs.py). They are Python packages, which go into BUILD/checks.
 #   scripts/check_outputs.sh BUILD
 set -euo pipefail
@@ -8,11 +8,16 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-if [[ ! -e $checks/ready ]]; then
+if [[ ! -e $checks/ready-vtk-usd ]]; then
   python3 -m venv "$checks"
-  "$checks/bin/pip" install -q numpy scipy meshio trimesh OpenEXR
-  touch "$checks/ready"
+  "$checks/bin/pip" install -q numpy scipy meshio trimesh OpenEXR vtk usd-core
+  touch "$checks/ready-vtk-usd"
 fi
 "$program" extract "$here/../examples/data/dam/frame_015.ply" --size 320x240 -q \
-  -o "$work/f.exr" -o "$work/f.ply" -o "$work/f.obj"
+  --attribute vx --attribute vy \
+  -o "$work/f.exr" -o "$work/f.ply" -o "$work/f.vtp" -o "$work/f.glb" -o "$work/f.obj" -o "$work/f.stl"
+cp "$work/f.ply" "$work/g.0001.ply"
+for ending in usda usdc; do
+  "$checks/bin/python" "$here/usd_sequence.py" -o "$work/f.$ending" "$work/g.0001.ply"
+done
 "$checks/bin/python" "$here/check_outputs.py" "$work"/f.*

@@ -135,7 +135,7 @@ def write_h5py(folder, data):
     with h5py.File(f"{folder}/h5py_packed.hdf5", "w") as file:
         group = file.create_group("frame/fluid")
         for name, values in data.items():
-            chunk = (7,) + values.shape[1:]
+            chunk = (min(7, len(values)),) + values.shape[1:]
             group.create_dataset(name, data=values.astype(
                 np.float64 if name == "position" else values.dtype), chunks=chunk,
                 compression="gzip", shuffle=True, fletcher32=name == "id")

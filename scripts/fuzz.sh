@@ -20,7 +20,7 @@ failed=()
 for entry in "${entries[@]}"; do
   mkdir -p "$found/$entry"
   # Larger files than those of the corpus, too: 1 MB of those that are read fastest.
-  case $entry in ply | rows | xyz | csv | vtk | bgeo) longest=1048576 ;; *) longest=65536 ;; esac
+  case $entry in ply | rows | xyz | csv | vtk | vtp | bgeo | lammps) longest=1048576 ;; *) longest=65536 ;; esac
   "$fuzz" --entry="$entry" -max_total_time=$(((seconds + ${#entries[@]} - 1) / ${#entries[@]})) \
     -max_len=$longest -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=400 -print_final_stats=1 \
     -artifact_prefix="$found/$entry-" "$found/$entry" "tests/fuzz/corpus/$entry" \

@@ -45,10 +45,71 @@ Particles without_velocity(Particles particles) {
   return particles;
 }
 
+// The velocities once more, as attributes.
+Particles with_attributes(Particles particles) {
+  particles.attributes = {{"vx", particles.vx}, {"vy", particles.vy}, {"vz", particles.vz}};
+  return particles;
+}
+
+std::vector<float> components(const std::vector<Vec3>& vectors, float Vec3::*axis) {
+  std::vector<float> values;
+  for (const Vec3& v : vectors) values.push_back(v.*axis);
+  return values;
+}
+
 class ExtractMotion : public testing::Test {
  protected:
   Device device_;
 };
+
+TEST_F(ExtractMotion, AttributesAreWeighedAsVelocitiesAre) {
+  const Particles particles = with_attributes(
+      block([](const Vec3d& at) { return Vec3d{std::sin(9 * at.x), at.y * at.z, 300 + at.z}; }));
+  Parameters parameters;
+  parameters.mesh = true;
+  const Surface surface = extract(device_, particles, camera(), parameters);
+  ASSERT_EQ(surface.attributes.size(), 3u);
+  ASSERT_EQ(surface.mesh.attributes.size(), 3u);
+  EXPECT_FALSE(surface.mesh.position.empty());
+  const float Vec3::*axes[] = {&Vec3::x, &Vec3::y, &Vec3::z};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(surface.attributes[k].name, particles.attributes[k].name);
+    EXPECT_TRUE(same_bits(surface.attributes[k].values,
+                          components(surface.velocity, const_cast<float Vec3::*>(axes[k]))));
+    EXPECT_TRUE(same_bits(surface.mesh.attributes[k].values,
+                          components(surface.mesh.velocity, const_cast<float Vec3::*>(axes[k]))));
+  }
+  // Without velocities, and alone, it is the same.
+  Particles alone = without_velocity(particles);
+  alone.attributes.erase(alone.attributes.begin());
+  alone.attributes.pop_back();
+  const Surface again = extract(device_, alone, camera(), parameters);
+  EXPECT_TRUE(again.velocity.empty());
+  ASSERT_EQ(again.attributes.size(), 1u);
+  EXPECT_TRUE(same_bits(again.attributes[0].values, surface.attributes[1].values));
+}
+
+TEST_F(ExtractMotion, AttributesThatAreNoneAreLeftOut) {
+  Particles particles = without_velocity(block([](const Vec3d&) { return Vec3d{}; }));
+  Attribute heat{"heat", std::vector<float>(particles.size(), 20.0f)};
+  for (std::size_t i = 0; i < particles.size(); i += 3)
+    heat.values[i] = i % 2 ? std::nanf("") : 1e30f;
+  particles.attributes = {heat, {"one", std::vector<float>(particles.size(), 1.0f)}};
+  Surface surface = extract(device_, particles, camera());
+  ASSERT_EQ(surface.attributes.size(), 2u);
+  for (std::size_t k = 0; k < surface.depth.size(); ++k) {
+    const bool some = surface.depth[k] < std::numeric_limits<float>::infinity();
+    EXPECT_NEAR(surface.attributes[0].values[k], some ? 20 : 0, 20 * 200 * 6e-8);
+    EXPECT_NEAR(surface.attributes[1].values[k], some ? 1 : 0, 200 * 6e-8);
+  }
+  EXPECT_THAT(surface.warnings,
+              testing::Contains(testing::HasSubstr("heat is NaN, infinite or absurd in 560")));
+  Parameters strict;
+  strict.strict = true;
+  EXPECT_THROW(extract(device_, particles, camera(), strict), InputError);
+  particles.attributes[1].name = "heat";
+  EXPECT_THROW(extract(device_, particles, camera()), InvalidArgument);
+}
 
 TEST_F(ExtractMotion, OfATranslatingBlockIsItsVelocityByEveryMethod) {
   const Vec3 velocity{1.5f, -0.25f, 3};

@@ -72,7 +72,7 @@ class TextBytes : public Bytes {
 
 }  // namespace
 
-std::shared_ptr<const Bytes> file_bytes(const std::string& path) {
+std::shared_ptr<const Bytes> bytes_of_file(const std::string& path) {
   return std::make_shared<FileBytes>(path);
 }
 

@@ -29,7 +29,7 @@ class Bytes {
 };
 
 /// Of a file, which is opened here and closed with the last owner. Throws InputError as read_file.
-std::shared_ptr<const Bytes> file_bytes(const std::string& path);
+std::shared_ptr<const Bytes> bytes_of_file(const std::string& path);
 
 /// Of a file in memory, which must outlive the result.
 std::shared_ptr<const Bytes> memory_bytes(const InputFile& file);

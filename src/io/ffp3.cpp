@@ -80,7 +80,7 @@ Layout ffp3_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
     const std::string path = beside(file->name(), kind);
     std::error_code error;
     if (path.empty() || !std::filesystem::is_regular_file(path, error)) return false;
-    const auto bytes = file_bytes(path);
+    const auto bytes = bytes_of_file(path);
     const Values values = values_of(*bytes);
     if (values.count != positions.count)
       fail(*bytes, "", "has " + std::to_string(values.count) + " particles, " + file->name() +

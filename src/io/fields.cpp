@@ -20,7 +20,7 @@ bool is_velocity(std::string_view name) {
 Field scalar_field(std::string_view name) {
   if (is_one_of(name, {"density", "densities", "rho", "rhop"})) return Field::density;
   if (is_one_of(name, {"radius", "radii", "pscale"})) return Field::radius;
-  if (is_one_of(name, {"id", "ids", "idp", "particle_id", "particleid"})) return Field::id;
+  if (is_one_of(name, {"id", "ids", "idp", "particle_id", "particleid", "gid"})) return Field::id;
   return Field::none;
 }
 

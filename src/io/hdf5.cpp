@@ -453,7 +453,9 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
   for (const Reader::Found& found : reader.sets) groups[folder_of(found.path)].push_back(&found);
   std::vector<std::string> candidates;
   std::string dataset;
-  for (const auto& [group, sets] : groups) {
+  for (const auto& entry : groups) {
+    const std::string& group = entry.first;
+    const std::vector<const Reader::Found*>& sets = entry.second;
     const auto is_in = [&](const std::string& wanted) {
       return group == wanted || group == wanted + "/arrays" ||
              group.ends_with("/" + wanted) || group.ends_with("/" + wanted + "/arrays");

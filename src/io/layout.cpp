@@ -297,6 +297,13 @@ bool is_on_disk(const Layout& layout) {
                       [](const Layout::Column& column) { return column.bytes->in_memory(); });
 }
 
+ParticleArrays ParticleArrays::from(std::size_t place) const {
+  const auto at = [&](float* values) { return values ? values + place : nullptr; };
+  ParticleArrays moved{at(x), at(y), at(z), at(vx), at(vy), at(vz), at(radius)};
+  for (float* values : attributes) moved.attributes.push_back(at(values));
+  return moved;
+}
+
 std::unique_ptr<ParticleSource> source_of(std::shared_ptr<const Bytes> file, Layout layout) {
   return std::make_unique<LayoutSource>(std::move(file), std::move(layout));
 }

@@ -61,6 +61,11 @@ std::string tag_of(const Array& array, std::uint64_t& offset) {
 
 }  // namespace
 
+std::string free_name(const std::string& attribute, std::initializer_list<std::string_view> taken) {
+  return std::find(taken.begin(), taken.end(), attribute) == taken.end() ? attribute
+                                                                        : "particle." + attribute;
+}
+
 void write_vtp(OutputFile& file, const Mesh& mesh, const std::string& job) {
   const std::uint64_t vertices = mesh.position.size(), triangles = mesh.triangle.size();
   const auto vectors = [&](const char* name, const std::vector<Vec3>& values) {
@@ -69,7 +74,7 @@ void write_vtp(OutputFile& file, const Mesh& mesh, const std::string& job) {
   std::vector<Array> at_points{vectors("Normals", mesh.normal)};
   if (!mesh.velocity.empty()) at_points.push_back(vectors("velocity", mesh.velocity));
   for (const Attribute& attribute : mesh.attributes)
-    at_points.push_back({attribute.name, "Float32", 1, attribute.values.data(),
+    at_points.push_back({free_name(attribute.name, {"Normals", "velocity", "Points"}), "Float32", 1, attribute.values.data(),
                          attribute.values.size() * sizeof(float)});
   std::vector<std::int64_t> corners, ends;
   corners.reserve(3 * triangles);
@@ -161,7 +166,7 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
     attributes["NORMAL"] = vectors(mesh.normal);
     if (!mesh.velocity.empty()) attributes["_velocity"] = vectors(mesh.velocity);
     for (const Attribute& attribute : mesh.attributes)
-      attributes["_" + as_utf8(attribute.name)] =
+      attributes[std::string("_").append(as_utf8(free_name(attribute.name, {"velocity"})))] =
           add(attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR",
               kVertices);
     Json primitive{{"attributes", attributes}, {"mode", 4}};

@@ -2,12 +2,18 @@
 // has a place for its seal (seal.hpp), which is written afterwards.
 #pragma once
 
+#include <initializer_list>
 #include <string>
+#include <string_view>
 
 #include "io/output_file.hpp"
 #include "meniscus/types.hpp"
 
 namespace meniscus {
+
+/// What an attribute is called in a file where `taken` names have a meaning of their own: these get
+/// "particle." before them.
+std::string free_name(const std::string& attribute, std::initializer_list<std::string_view> taken);
 
 /// PolyData with appended raw arrays: Normals, velocity and each attribute at the points.
 void write_vtp(OutputFile& file, const Mesh& mesh, const std::string& job);

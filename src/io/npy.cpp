@@ -1,5 +1,7 @@
 // NumPy's arrays: .npy, and .npz, a zip archive of them. Written from NumPy's description of its
 // format (NEP 1) and PKWARE's of zip archives (APPNOTE).
+#include <zlib.h>
+
 #include <algorithm>
 #include <mutex>
 #include <optional>
@@ -223,12 +225,13 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
 class Deflated : public Bytes {
  public:
   Deflated(std::shared_ptr<const Bytes> archive, std::string place, std::uint64_t at,
-           std::uint64_t packed, std::uint64_t size)
+           std::uint64_t packed, std::uint64_t size, std::uint32_t sum)
       : archive_(std::move(archive)),
         place_(std::move(place)),
         at_(at),
         packed_(packed),
-        size_(size) {
+        size_(size),
+        sum_(sum) {
     if (!can_unpack_to(packed, size))
       fail(*archive_, place_, "states more bytes than its packed ones can become (damaged?)");
     check_unpacked(*archive_, size, place_);
@@ -243,6 +246,9 @@ class Deflated : public Bytes {
       bytes_.resize(static_cast<std::size_t>(size_));
       inflate_to(text_at(*archive_, at_, static_cast<std::size_t>(packed_)), true, bytes_.data(),
                  bytes_.size(), *archive_, place_);
+      const std::uint32_t sum = static_cast<std::uint32_t>(
+          crc32_z(0, reinterpret_cast<const Bytef*>(bytes_.data()), bytes_.size()));
+      if (sum != sum_) fail(*archive_, place_, "its bytes do not match their checksum (damaged?)");
     });
     return bytes_.data();
   }
@@ -257,6 +263,7 @@ class Deflated : public Bytes {
   std::shared_ptr<const Bytes> archive_;
   std::string place_, start_;
   std::uint64_t at_, packed_, size_;
+  std::uint32_t sum_;  // CRC-32 of what it unpacks to
   mutable std::once_flag once_;
   mutable std::string bytes_;
 };
@@ -265,6 +272,7 @@ struct Member {
   std::string name;
   std::uint64_t at = 0, packed = 0, size = 0;  // of its data, bytes
   unsigned method = 0;
+  std::uint32_t sum = 0;  // CRC-32
 };
 
 std::vector<Member> members_of(const Bytes& file) {
@@ -302,6 +310,7 @@ std::vector<Member> members_of(const Bytes& file) {
       fail(file, byte_place(static_cast<std::size_t>(at) + p), "its zip directory is damaged");
     Member member;
     member.method = u16(directory, p + 10);
+    member.sum = u32(directory, p + 16);
     member.packed = u32(directory, p + 20);
     member.size = u32(directory, p + 24);
     const std::size_t name = u16(directory, p + 28), extra = u16(directory, p + 30),
@@ -360,7 +369,7 @@ Layout npz_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& o
     } else if (member.method == 8) {
       add_arrays(*file,
                  std::make_shared<Deflated>(file, shown(name), member.at, member.packed,
-                                            member.size),
+                                            member.size, member.sum),
                  0, name, arrays);
     } else {
       fail(*file, shown(name), "is packed by zip method " + std::to_string(member.method) +

@@ -105,7 +105,7 @@ Particles read_particles(const std::string& path, const ReadOptions& options) {
               ", must be > 0, or 0 for what the file states");
   const Format& format = format_of(path);  // before a file of an unknown format is read
   if (!format.layout) return particles_of(read_file(path), options);
-  const auto bytes = file_bytes(path);
+  const auto bytes = bytes_of_file(path);
   if (bytes->size() == 0) throw InputError(path + ": is empty (0 bytes)");
   return checked_particles(*bytes, format.layout(bytes, options));
 }

@@ -104,7 +104,7 @@ std::unique_ptr<ParticleSource> open_rows(const std::string& path, const ReadOpt
     try {
       const LayoutReader read = layout_reader_of(path);
       if (!read) return nullptr;
-      const auto bytes = file_bytes(path);
+      const auto bytes = bytes_of_file(path);
       Layout layout = read(bytes, options);
       return is_on_disk(layout) ? source_of(bytes, std::move(layout)) : nullptr;
     } catch (const InputError&) {
@@ -112,7 +112,7 @@ std::unique_ptr<ParticleSource> open_rows(const std::string& path, const ReadOpt
     }
   }
   try {
-    const auto bytes = file_bytes(path);
+    const auto bytes = bytes_of_file(path);
     const InputFile head{path, text_at(*bytes, 0, static_cast<std::size_t>(std::min<std::uint64_t>(
                                                       kHead, bytes->size())))};
     const auto rows = ply_rows(head, bytes->size(), options);
@@ -136,7 +136,7 @@ std::unique_ptr<ParticleSource> open_rows(const std::string& path, const ReadOpt
 
 std::unique_ptr<ParticleSource> open_file(const std::string& path, const ReadOptions& options) {
   if (const LayoutReader read = layout_reader_of(path)) {
-    const auto bytes = file_bytes(path);
+    const auto bytes = bytes_of_file(path);
     if (bytes->size() == 0) throw InputError(path + ": is empty (0 bytes)");
     Layout layout = read(bytes, options);
     if (layout.count >= kLarge && is_on_disk(layout)) return source_of(bytes, std::move(layout));
@@ -156,13 +156,6 @@ std::unique_ptr<ParticleSource> open_particles(const std::string& path,
 
 std::unique_ptr<ParticleSource> open_particles(const std::string& path, double particle_radius) {
   return open_particles(path, ReadOptions{.particle_radius = particle_radius});
-}
-
-ParticleArrays ParticleArrays::from(std::size_t place) const {
-  const auto at = [&](float* values) { return values ? values + place : nullptr; };
-  ParticleArrays moved{at(x), at(y), at(z), at(vx), at(vy), at(vz), at(radius)};
-  for (float* values : attributes) moved.attributes.push_back(at(values));
-  return moved;
 }
 
 void check(const Particles& particles) {

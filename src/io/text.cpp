@@ -208,6 +208,11 @@ Particles read_csv(const InputFile& file, const ReadOptions& options) {
         names.clear();
         continue;
       }
+      if (!has_header && before > 0) {  // numbers before the names
+        if (++before > kMostBefore) fail_without_names(missing_first);
+        names.clear();
+        continue;
+      }
       std::vector<NamedArray> named;
       for (const std::string& name : names) named.push_back({name, 1});
       picks = pick_attributes(file.name, named, options.attributes);

@@ -11,7 +11,7 @@ namespace meniscus {
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
                Compression compression, bool half, const std::string& job = "");
 
-/// The ending of the file's path says whether it is .ply or .obj.
+/// The ending of the file's path says which: .ply, .vtp, .glb, .obj or .stl.
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job = "");
 
 void write_png(OutputFile& file, const Surface& surface, Preview preview,

@@ -15,6 +15,7 @@
 #include "batch/contact_sheet.hpp"
 #include "batch/report.hpp"
 #include "fuzz/mutate.hpp"
+#include "fuzz/particle_entries.hpp"
 #include "io/preview.hpp"
 #include "io/readers.hpp"
 #include "io/rows.hpp"
@@ -28,12 +29,6 @@ namespace meniscus::fuzz {
 namespace {
 
 constexpr std::size_t kHead = std::size_t{1} << 16;  // what ply_rows gets of a file
-
-void want(bool good, const char* what) {
-  if (good) return;
-  std::fprintf(stderr, "fuzz: %s\n", what);
-  std::abort();
-}
 
 // For readers that take a path: a file in memory.
 class MemoryFile {
@@ -50,20 +45,18 @@ class MemoryFile {
   int descriptor_;
 };
 
-void particles(const char* name, const std::string& bytes) {
-  const Particles p = particles_of({name, bytes}, 0);
-  const auto fits = [&](std::size_t n) { return n == 0 || n == p.size(); };
-  want(p.y.size() == p.size() && p.z.size() == p.size() && fits(p.vx.size()) &&
-           p.vy.size() == p.vx.size() && p.vz.size() == p.vx.size() && fits(p.density.size()) &&
-           fits(p.radius.size()) && fits(p.id.size()),
-       "the arrays do not fit each other");
-}
-
 void ply(const std::string& bytes) { particles("f.ply", bytes); }
 void vtk(const std::string& bytes) { particles("f.vtk", bytes); }
 void bgeo(const std::string& bytes) { particles("f.bgeo", bytes); }
 void xyz(const std::string& bytes) { particles("f.xyz", bytes); }
 void csv(const std::string& bytes) { particles("f.csv", bytes); }
+void vtp(const std::string& bytes) { particles("f.vtp", bytes); }
+void npy(const std::string& bytes) { particles("f.npy", bytes); }
+void npz(const std::string& bytes) { particles("f.npz", bytes); }
+void hdf5(const std::string& bytes) { particles("f.h5", bytes); }
+void bi4(const std::string& bytes) { particles("f.bi4", bytes); }
+void ffp3(const std::string& bytes) { particles("f.ffp3", bytes); }
+void lammps(const std::string& bytes) { particles("f.dump", bytes); }
 
 // The rows that are left on disk are those that read_ply reads.
 void rows(const std::string& bytes) {
@@ -159,6 +152,10 @@ const Entry kEntries[] = {
     {"ply", ply, Format::ply},        {"rows", rows, Format::ply},
     {"vtk", vtk, Format::any},        {"bgeo", bgeo, Format::any},
     {"xyz", xyz, Format::any},        {"csv", csv, Format::any},
+    {"vtp", vtp, Format::any},        {"npy", npy, Format::any},
+    {"npz", npz, Format::any},        {"hdf5", hdf5, Format::any},
+    {"bi4", bi4, Format::any},        {"ffp3", ffp3, Format::any},
+    {"lammps", lammps, Format::any},  {"pvd", series, Format::any},
     {"camera", camera, Format::json}, {"exr", exr, Format::any},
     {"png", png, Format::png},        {"log", log, Format::lines},
     {"verify", verify, Format::json}, {"bench", bench, Format::json},

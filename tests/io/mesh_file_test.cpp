@@ -132,7 +132,7 @@ TEST(MeshFile, AnEmptyMeshIsAValidFile) {
 TEST(MeshFile, RefusesWhatIsNotAMesh) {
   const TemporaryFolder folder;
   Mesh mesh = hard_mesh();
-  EXPECT_THROW(write_mesh(folder / "a.stl", mesh), OutputError);
+  EXPECT_THROW(write_mesh(folder / "a.off", mesh), OutputError);
   EXPECT_THROW(write_mesh("ply", mesh), OutputError);
   mesh.triangle[1][2] = 4;
   EXPECT_THROW(write_mesh(folder / "a.ply", mesh), InvalidArgument);

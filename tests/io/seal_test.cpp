@@ -90,6 +90,7 @@ TEST_P(Seal, HashesFilesOfManyPieces) {
   for (int k = 0; k < 100000; ++k) {
     surface.mesh.position.push_back({1.0f / static_cast<float>(k), 0, 0});
     surface.mesh.normal.push_back({0, 0, 1});
+    surface.mesh.triangle.push_back({0, 1, 2});
   }
   OutputFile file(path);
   if (path.ends_with(".exr")) {
@@ -144,7 +145,7 @@ TEST_P(Seal, RefusesAJobThatIsNoShortWord) {
   EXPECT_THAT(folder.entries(), testing::IsEmpty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Seal, testing::Values("exr", "ply", "obj", "png"),
+INSTANTIATE_TEST_SUITE_P(Formats, Seal, testing::Values("exr", "ply", "obj", "vtp", "glb", "stl", "png"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

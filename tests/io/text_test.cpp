@@ -150,6 +150,18 @@ TEST_F(Csv, ACutLosesRowsOrIsAnError) {
 
 TEST_F(Csv, DamageIsAnErrorOrReads) { flip_bits("a.csv", kTable); }
 
+TEST_F(Csv, ReadsWhatSpreadsheetsAndDualSphysicsWrite) {
+  Particles p = read("a.csv", "x;y;z\n0,5;-1,25;2\n");
+  EXPECT_EQ(p.x, (std::vector<float>{0.5f}));
+  EXPECT_EQ(p.y, (std::vector<float>{-1.25f}));
+  EXPECT_EQ(p.z, (std::vector<float>{2}));
+  p = read("a.csv", "0,5;-1,25;2\n1;2;3\n");
+  EXPECT_EQ(p.x, (std::vector<float>{0.5f, 1}));
+  p = read("a.csv", "Time [s];Np\n0.1;1\n\nPos.x [m];Pos.y [m];Pos.z [m];Idp\n1;2;3;9\n");
+  EXPECT_EQ(p.x, (std::vector<float>{1}));
+  EXPECT_EQ(p.id, (std::vector<std::int64_t>{9}));
+}
+
 TEST_F(Csv, SaysWhatIsWrong) {
   EXPECT_EQ(error_of("a.csv", "\n\n"), "a.csv: has no rows, wanted columns x, y, z");
   EXPECT_EQ(error_of("a.csv", "x,y,density\n1,2,3\n"),
@@ -159,8 +171,10 @@ TEST_F(Csv, SaysWhatIsWrong) {
             "a.csv: line 1: the file ends in the row of names (truncated?)");
   EXPECT_EQ(error_of("a.csv", "x,y,z\n1,2,3\n1,2\n"),
             "a.csv: line 3: found 2 columns, wanted 3 as in the first row (truncated?)");
-  EXPECT_EQ(error_of("a.csv", "x;y;z\n0,5;1;2\n"),
+  EXPECT_EQ(error_of("a.csv", "x\ty\tz\n0,5\t1\t2\n"),
             "a.csv: line 2: found \"0,5\", wanted a number for x");
+  EXPECT_EQ(error_of("a.csv", "x;y;z\n0,5,1;1;2\n"),
+            "a.csv: line 2: found \"0,5,1\", wanted a number for x");
   EXPECT_EQ(error_of("a.csv", "x,y,z,id\n0,1,2,3.5\n"),
             "a.csv: line 2: found \"3.5\", wanted a whole number of 64 bits for id");
   EXPECT_EQ(error_of("a.csv", "x,y,z\n0,,2\n"), "a.csv: line 2: found \"\", wanted a number for y");
