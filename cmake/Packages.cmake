@@ -62,5 +62,13 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "The library of Meniscus, to build w
 
 set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME meniscus-${PROJECT_VERSION})
-set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git" "/build/" "/\\\\.cache/" "\\\\.pyc$" "__pycache__" "/\\\\.ci/")
+set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git" "/build/" "/\\\\.cache/" "\\\\.pyc$" "__pycache__" "/\\\\.dockerignore" "/\\\\.ci/")
 include(CPack)
+
+# What the packages hold, without tests and benchmarks.
+add_custom_target(all_packaged)
+foreach(target meniscus meniscus_shared meniscus_program meniscus_mpi meniscus_manual)
+  if(TARGET ${target})
+    add_dependencies(all_packaged ${target})
+  endif()
+endforeach()
