@@ -10,7 +10,6 @@ set(CPACK_PACKAGE_NAME meniscus)
 set(CPACK_PACKAGE_VENDOR "the authors of Meniscus")
 set(CPACK_PACKAGE_CONTACT "the authors of Meniscus <meniscus@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY ${PROJECT_DESCRIPTION})
-set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -62,7 +61,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "The library of Meniscus, to build w
 
 set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME meniscus-${PROJECT_VERSION})
-set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git" "/build/" "/\\\\.cache/" "\\\\.pyc$" "__pycache__" "/\\\\.dockerignore" "/\\\\.ci/")
+set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git" "/build/" "/\\\\.cache/" "\\\\.pyc$" "__pycache__" "/\\\\.ci/")
 include(CPack)
 
 # What the packages hold, without tests and benchmarks.

@@ -20,7 +20,7 @@ for deb in "${debs[@]}"; do
   echo "$(basename "$deb"): $(stat -c %s "$deb") bytes; depends on $(dpkg-deb -f "$deb" Depends)"
   dpkg-deb -x "$deb" "$work/all"
 done
-while read -r file; do [[ -e $work/all/$file ]] || fail "the packages lack $file"; done <<END
+while read -r file; do compgen -G "$work/all/$file" >/dev/null || fail "the packages lack $file"; done <<END
 usr/bin/meniscus
 usr/share/man/man1/meniscus.1
 usr/share/man/man1/meniscus-extract.1
@@ -28,7 +28,7 @@ usr/share/bash-completion/completions/meniscus
 usr/share/zsh/vendor-completions/_meniscus
 usr/share/fish/vendor_completions.d/meniscus.fish
 usr/include/meniscus/meniscus.hpp
-usr/lib/x86_64-linux-gnu/libmeniscus.so
+usr/lib/libmeniscus.so
 END
 ! grep -rIl -e "$PWD" -e "$build" "$work/all" || fail "these files hold a path of this machine"
 for page in "$work"/all/usr/share/man/man1/*; do
@@ -40,7 +40,7 @@ done
 (cd "$work" && cpack --config "$build/CPackSourceConfig.cmake" >"$work/log" 2>&1) || { cat "$work/log" >&2; exit 1; }
 tar -xzf "$work/meniscus-$version.tar.gz" -C "$work"
 if command -v git >/dev/null && git rev-parse --is-inside-work-tree >/dev/null 2>&1; then
-  git ls-files ':!.ci' ':!.gitignore' ':!.clang-format' | while read -r file; do
+  git ls-files ':!.ci' ':!.[a-z]*' | while read -r file; do
     [[ ! -e $file || -e $work/meniscus-$version/$file ]] || fail "the source archive lacks $file"
   done
 fi
