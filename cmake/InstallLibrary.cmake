@@ -30,7 +30,7 @@ install(FILES ${PROJECT_BINARY_DIR}/MeniscusConfig.cmake
 
 # Whoever links the static library also links what it uses.
 set(link_privately "-lOpenEXR -lOpenEXRCore -lIlmThread -lIex -lImath -lpng -ldeflate -lz -ltbb")
-set(link_privately "${link_privately} -lgmp -lmpfr -ldl -pthread -lstdc++ -lm")
+set(link_privately "${link_privately} -lgmp -ldl -pthread -lstdc++ -lm")
 if(MENISCUS_SHARED)
   set(pc_cflags "")
   set(pc_private "${link_privately}")

@@ -152,7 +152,8 @@ void bind_parameters(nb::module_& module) {
       .def_rw("mesh", &Parameters::mesh)
       .def_rw("motion", &Parameters::motion)
       .def("set", &set_parameter, "name"_a, "value"_a)
-      .def("set_method", [](Parameters& p, const std::string& name) { p.method = method_named(name); })
+      .def("set_method",
+           [](Parameters& p, const std::string& name) { p.method = method_named(name); })
       .def("set_maps", [](Parameters& p, const std::string& list) { p.aovs = aovs_named(list); })
       .def("describe", [](const Parameters& p) { return describe(p); });
   module.def("named_parameters", [] {

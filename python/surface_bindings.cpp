@@ -17,8 +17,8 @@ namespace nb = nanobind;
 namespace meniscus::python {
 namespace {
 
-// [height, width] or [height, width, components], as it lies in `values`; None where it is empty. The
-// array keeps `owner` alive.
+// [height, width] or [height, width, components], as it lies in `values`; None where it is empty.
+// The array keeps `owner` alive.
 template <class Number, class T>
 nb::object map_of(nb::handle owner, std::vector<T>& values) {
   constexpr std::size_t components = sizeof(T) / sizeof(Number);
@@ -61,8 +61,7 @@ Preview preview_named(const std::string& name) {
                                            {"depth", Preview::depth},
                                            {"groups", Preview::groups}};
   const auto found = all.find(name);
-  require(found != all.end(),
-          "preview is " + name + ", must be one of lit, normal, depth, groups");
+  require(found != all.end(), "preview is " + name + ", must be one of lit, normal, depth, groups");
   return found->second;
 }
 
@@ -116,13 +115,13 @@ void bind_surface(nb::module_& module) {
            [](Made& made, const Camera& next, double frames_per_second) {
              made.surface.forward = screen_motion(made.surface, next, frames_per_second);
            })
-      .def("write_exr",
-           [](const Made& made, const std::string& path, const std::string& compression,
-              bool half) {
-             const Compression how = compression_named(compression);
-             const nb::gil_scoped_release released;
-             write_exr(path, made.surface, made.parameters, how, half);
-           })
+      .def(
+          "write_exr",
+          [](const Made& made, const std::string& path, const std::string& compression, bool half) {
+            const Compression how = compression_named(compression);
+            const nb::gil_scoped_release released;
+            write_exr(path, made.surface, made.parameters, how, half);
+          })
       .def("write_mesh",
            [](const Made& made, const std::string& path) {
              const nb::gil_scoped_release released;

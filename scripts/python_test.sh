@@ -8,12 +8,13 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 built=$(realpath "$1")
 shift
 python=${PYTHON:-python3}
+installed=$PWD/build/python/installed
 fresh=$(mktemp -d)
 trap 'rm -rf "$fresh"' EXIT
 
-cmake --build "$built" --target meniscus_program
-for component in program development static; do
-  cmake --install "$built" --prefix "$fresh/installed" --component $component >"$fresh/log"
+cmake --build "$built" --target all_packaged
+for component in program library development static; do
+  cmake --install "$built" --prefix "$installed" --component $component >"$fresh/log"
 done
 tools=build/python/tools-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-test
 if [[ ! -e $tools/ready ]]; then
@@ -23,7 +24,7 @@ if [[ ! -e $tools/ready ]]; then
   touch "$tools/ready"
 fi
 PATH=$(realpath "$tools")/bin:$PATH pip -q --disable-pip-version-check wheel . --no-deps \
-  --no-build-isolation -w "$fresh/wheel" -C cmake.define.MENISCUS_INSTALLED="$fresh/installed"
+  --no-build-isolation -w "$fresh/wheel" -C cmake.define.MENISCUS_INSTALLED="$installed"
 ls -l "$fresh"/wheel/*.whl | awk '{n = split($9, path, "/"); print path[n] ": " $5 " bytes"}'
 
 # The tools' packages, and of Meniscus the wheel alone.

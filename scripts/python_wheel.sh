@@ -17,15 +17,16 @@ if [[ ! -e $tools/ready ]]; then
 fi
 tools=$(realpath "$tools")
 export PATH=$tools/bin:$PATH
+installed=$PWD/build/python/installed
 raw=$(mktemp -d)
 trap 'rm -rf "$raw"' EXIT
 if [[ -n $built ]]; then
-  for component in program development static; do
-    cmake --install "$built" --prefix "$raw/installed" --component $component >"$raw/log"
+  for component in program library development static; do
+    cmake --install "$built" --prefix "$installed" --component $component >"$raw/log"
   done
 fi
 pip -q --disable-pip-version-check wheel . --no-deps --no-build-isolation -w "$raw" \
-  ${built:+-C cmake.define.MENISCUS_INSTALLED="$raw/installed"}
+  ${built:+-C cmake.define.MENISCUS_INSTALLED="$installed"}
 mkdir -p "$folder"
 auditwheel -v repair --exclude 'libOpenCL.so*' -w "$folder" "$raw"/*.whl 2>"$raw/log" || { cat "$raw/log" >&2; exit 1; }
 ls -l "$raw"/*.whl | awk '{print "as built: " $5 " bytes"}'

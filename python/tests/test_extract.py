@@ -42,7 +42,7 @@ def test_a_ball_is_where_it_is(points, camera):
     assert np.allclose(np.linalg.norm(surface.normal[seen], axis=1), 1, atol=1e-5)
     # Depth is planar: the camera looks down -z from z = 2.
     assert np.allclose(surface.depth[seen], 2 - surface.position[seen][:, 2], atol=1e-5)
-    assert (surface.kind[seen] == 1).all() and (surface.kind[~seen] == 0).all()
+    assert (surface.kind[seen] > 0).all() and (surface.kind[~seen] == 0).all()
     assert surface.counts["particles"] == len(points)
     assert surface.counts["pixels"] == seen.sum()
     assert surface.warnings == []
