@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes every figure of docs/accuracy.md: builds, measures the scenes with the reporting seeds, all
+# Makes every figure of docs/accuracy_tables.md: builds, measures the scenes with the reporting seeds, all
 # series and the real frames, against splashsurf too, and puts the tables into the page.
 #   scripts/accuracy.sh            everything: about twenty minutes on two cores
 #   scripts/accuracy.sh --quick    a few scenes with one seed, the page left as it is: minutes
@@ -58,7 +58,7 @@ measure real real "${frames[@]}" --particle-radius 0.025 "${all[@]}"
 awk '/^#### / { keep = /Mean/ }  # of the meshes nothing but their own figures
   keep && (!/^\|/ || /^\| (figure|mesh_|time)/ || /^\|-/)' "$out/mesh.md" > "$out/page.md"
 mv "$out/page.md" "$out/mesh.md"
-page=docs/accuracy.md
+page=docs/accuracy_tables.md
 for name in main violent series mesh real; do  # what lies between the markers of that name
   awk -v name="$name" -v tables="$out/$name.md" '
     $0 == "<!-- begin " name " -->" { print; while ((getline line < tables) > 0) print line; skip = 1 }

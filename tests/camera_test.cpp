@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "framing.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/source.hpp"
 #include "stages/view.hpp"
@@ -201,6 +202,49 @@ TEST(FrameParticles, NeedsASizeAndWholeParticles) {
   particles.x = particles.y = {0.0f, 1.0f};
   particles.z = {0.0f};
   EXPECT_THROW(frame_particles(particles, 10, 10), InvalidArgument);
+}
+
+// As a matrix for row vectors has it.
+TEST(Camera, ATransposedProjectionIsNamed) {
+  EXPECT_THAT(check_after([](Camera& c) {
+                for (int i = 0; i < 4; ++i)
+                  for (int j = 0; j < i; ++j)
+                    std::swap(c.projection[4 * i + j], c.projection[4 * j + i]);
+              }),
+              HasSubstr("projection is transposed"));
+}
+
+Particles point_at(float x, float y, float z) {
+  Particles p;
+  p.x = {x};
+  p.y = {y};
+  p.z = {z};
+  p.particle_radius = 0.1;
+  return p;
+}
+
+TEST(Camera, FramesAllSourcesWithTheirUpAndFieldOfView) {
+  const auto low = source_of(point_at(0, 0, 0)), high = source_of(point_at(0, 0, 30)),
+             none = source_of(Particles{});
+  for (const double fov : {20.0, 60.0}) {
+    const Camera camera =
+        frame_sources({low.get(), none.get(), high.get()}, {{0, 0, 1}, fov, 200, 100});
+    EXPECT_EQ(camera.width, 200);
+    EXPECT_NEAR(camera.projection[5], 1 / std::tan(fov * std::acos(-1) / 360), 1e-12);
+    const View view = make_view(camera, 0.1, {});
+    const PixelPosition bottom = project(view, eye_from_world(view, {0, 0, 0})),
+                        top = project(view, eye_from_world(view, {0, 0, 30}));
+    for (const PixelPosition& at : {bottom, top}) {
+      EXPECT_GT(at.v, 0);
+      EXPECT_LT(at.v, 100);
+      EXPECT_NEAR(at.u, 100, 1e-6);  // the z-axis is upright in the middle
+    }
+    EXPECT_GT(std::abs(bottom.v - top.v), 40);
+  }
+  EXPECT_THAT(error_of([&] { frame_sources({low.get()}, {{0, 0, 0}, 40, 10, 10}); }),
+              HasSubstr("up must be"));
+  EXPECT_THAT(error_of([&] { frame_sources({low.get()}, {{0, 1, 0}, 180, 10, 10}); }),
+              HasSubstr("field of view is 180"));
 }
 
 }  // namespace

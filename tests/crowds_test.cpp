@@ -132,6 +132,31 @@ TEST_F(Crowds, TellThatTheRadiusIsWrong) {
                           testing::ContainsRegex("crowd into .* of 8000 were dropped$")));
 }
 
+TEST_F(Crowds, TellHowWrongTheRadiusIs) {
+  add_block(16, 0.025);
+  left();
+  EXPECT_THAT(warnings_, testing::Contains(testing::HasSubstr("about 40 times as close together")));
+  for (Point& point : points_)
+    for (float& x : point) x /= 100;
+  left();
+  EXPECT_THAT(warnings_,
+              testing::Contains(testing::ContainsRegex("about (39|40)[0-9][0-9] times as close")));
+}
+
+// Half the true radius: loose balls.
+TEST_F(Crowds, TellThatTheRadiusIsTooSmall) {
+  add_block(16, 2);
+  EXPECT_EQ(left().size(), points_.size());
+  EXPECT_THAT(warnings_, ElementsAre(testing::ContainsRegex(
+                             "about (2|1.9|2.1) times as far apart as their radius, 0.5, .*loose "
+                             "balls.*\\(check --particle-radius; (0.9|1)[0-9.]* would fit\\)")));
+  points_.clear();
+  for (int k = 0; k < 4000; ++k)  // rain
+    add({between(0, 40), between(0, 40), between(0, 40)});
+  left();
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
 // A radius up to twice too large: what it says depends neither on particles without a place nor on
 // a crowd elsewhere.
 TEST_F(Crowds, LeaveWhatIsSaidOfTheRadius) {

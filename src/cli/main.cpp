@@ -63,12 +63,23 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   int exit_code = kDone;
   meniscus::cli::add_extract_command(program, exit_code);
-  meniscus::cli::add_bench_command(program);
   meniscus::cli::add_devices_command(program);
   meniscus::cli::add_generate_command(program);
   meniscus::cli::add_report_command(program);
+#ifdef MENISCUS_TOOLS
+  meniscus::cli::add_bench_command(program);
   meniscus::cli::add_verify_command(program, exit_code);
   meniscus::cli::add_tune_command(program);
+#else
+  for (const char* name : {"bench", "verify", "tune"})
+    program.add_subcommand(name, "Not in this program: build it with -DMENISCUS_TOOLS=ON")
+        ->allow_extras()
+        ->callback([name] {
+          throw meniscus::Error(std::string(name) +
+                                " is not in this program, which scripts/demo.sh may have built: run "
+                                "cmake --preset release && cmake --build --preset release");
+        });
+#endif
   std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
   if (!typed.empty() && typed.front() == "help") {  // meniscus help extract
     typed.erase(typed.begin());

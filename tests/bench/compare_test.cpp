@@ -33,6 +33,24 @@ TEST(Compare, NoNoiseSeenIsNotNone) {
   EXPECT_STREQ(verdict_on(difference({1.0, 1.0}, {1.025, 1.025})), "slower");
 }
 
+// The native version is the same program in both runs: where it moves, the machine moved.
+TEST(Compare, NothingIsDecidedWhereTheControlMoves) {
+  const auto verdicts = [](double native_before, double native_after) {
+    Session before = made_up_session(2), after = made_up_session(2);
+    before.results = {made_up_result("k", kDevice, {1.0}),
+                      made_up_result("k", kNative, {native_before}),
+                      made_up_result("other", kDevice, {1.0})};
+    after.results = {made_up_result("k", kDevice, {1.2}),
+                     made_up_result("k", kNative, {native_after}),
+                     made_up_result("other", kDevice, {1.2})};
+    std::string words;
+    for (const Difference& d : compare(before, after)) words += std::string(verdict_on(d)) + "; ";
+    return words;
+  };
+  EXPECT_EQ(verdicts(1.0, 1.01), "slower; within the noise; slower; ");
+  EXPECT_EQ(verdicts(1.0, 1.2), "undecided; control moved; undecided; ");
+}
+
 TEST(Compare, OnlyWhatBothHaveIsCompared) {
   Session before = made_up_session(2), after = made_up_session(2);
   before.results = {made_up_result("a", kDevice, {1.0}), made_up_result("b", kDevice, {1.0})};

@@ -79,8 +79,75 @@ TEST_F(ProgramOutput, TimingsListStagesAndCounts) {
   write_particles("in.ply", block(4));
   const Outcome outcome = extract_all("in.ply", {"--size", "64x48", "-q", "--timings"});
   for (const char* part : {"host ms", "device ms", "project", "blend", "all stages", "particles",
-                           "visible", "triangles", "fits", "pixels"})
+                           "visible", "triangles", "fits", "pixels", "read ", "build kernels ",
+                           "write "})
     EXPECT_THAT(outcome.out, HasSubstr(part));
+}
+
+TEST_F(ProgramOutput, TheFirstStartSaysThatKernelsAreBuiltOnce) {
+  write_particles("in.ply", block(3));
+  const Conditions conditions{.environment = {{"MENISCUS_CACHE_DIR", path("programs")}}};
+  const std::vector<std::string> words{"extract", "in.ply", "--size", "64x48", "-o", "a.png"};
+  EXPECT_THAT(run(words, conditions).err, HasSubstr("programs, once per device\n"));
+  EXPECT_THAT(run(words, conditions).err, testing::Not(HasSubstr("once per device")));
+}
+
+TEST_F(ProgramOutput, WritesTheCameraThatItChose) {
+  write_particles("in.ply", block(4));
+  const Outcome chosen = run({"extract", "in.ply", "--size", "64x48", "--up", "0,0,1", "--fov", "25",
+                              "--write-camera", "camera.json", "-o", "a.ply"});
+  ASSERT_EQ(chosen.exit_code, 0) << chosen.err;
+  ASSERT_EQ(run({"extract", "in.ply", "--camera", "camera.json", "-o", "b.ply"}).exit_code, 0);
+  EXPECT_EQ(read("a.ply"), read("b.ply"));
+  expect_error(run({"extract", "in.ply", "--write-camera", "in.ply", "-o", "c.ply"}), 2, {"in.ply"});
+}
+
+TEST_F(ProgramOutput, WarnsOfOptionsWithoutEffect) {
+  write_particles("in.ply", block(3));
+  const Outcome outcome = run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-q", "--half",
+                               "--cell", "3", "--ssm-sigma", "2", "--preview", "normal"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err,
+            "meniscus: warning: --half has no effect: no output is an .exr\n"
+            "meniscus: warning: --cell has no effect: no output is a mesh\n"
+            "meniscus: warning: --ssm-sigma has no effect: it is of method ssm, and this is fit\n");
+}
+
+TEST_F(ProgramOutput, AsksWhetherNumberedPartsAreASequence) {
+  for (const char* name : {"d.0001.ply", "d.0002.ply", "rank1.ply", "rank2.ply"})
+    write_particles(name, block(3));
+  const std::vector<std::string> more{"--size", "64x48", "-o", "a.png", "-q"};
+  const auto warned = [&](const std::string& input) {
+    std::vector<std::string> words{"extract", input};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words).err;
+  };
+  EXPECT_THAT(warned("d.*.ply"), HasSubstr("2 numbered files; did you mean the sequence d.####.ply?"));
+  EXPECT_THAT(warned("rank*.ply"), testing::Not(HasSubstr("did you mean")));
+}
+
+TEST_F(ProgramOutput, FindsFaultsOfCameraAndDeviceBeforeItReadsParticles) {
+  write("bad.ply", "no particles");
+  write("camera.json", "{}");
+  expect_error(run({"extract", "bad.ply", "--camera", "camera.json", "-o", "a.png"}), 1,
+               {"camera.json", "width"});
+  expect_error(run({"extract", "bad.ply", "--device", "no such", "-o", "a.png"}), 1, {"no such"});
+}
+
+// 4:3 in the projection, 2:1 in the size.
+TEST_F(ProgramOutput, WarnsOfASizeThatIsNotTheProjections) {
+  write_particles("in.ply", block(3));
+  write("camera.json",
+        R"({"width": 96, "height": 48, "view": [[1,0,0,0],[0,1,0,0],[0,0,1,-5],[0,0,0,1]],
+            "projection": [[1.5,0,0,0],[0,2,0,0],[0,0,-1.002,-0.2],[0,0,-1,0]]})");
+  EXPECT_THAT(run({"extract", "in.ply", "--camera", "camera.json", "-o", "a.png"}).err,
+              HasSubstr("1.33 times as wide as high, but width and height are 96 and 48"));
+}
+
+// An emitter that has not begun.
+TEST_F(ProgramOutput, AFrameWithoutParticlesIsNoError) {
+  write_particles("in.ply", {});
+  EXPECT_THAT(extract_all("in.ply", {"--size", "64x48"}).err, HasSubstr("0 pixels"));
 }
 
 TEST_F(ProgramOutput, OnlyWhatWasAskedForIsWritten) {

@@ -1,7 +1,9 @@
 // What the program says of itself, and how it answers a wrong command line.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cli/program.hpp"
@@ -21,10 +23,35 @@ TEST_F(ProgramUsage, SaysItsVersion) {
   const Outcome outcome = run({"--version"});
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.out, "meniscus " + version() + "\n");
+  EXPECT_EQ(run({"-V"}).out, outcome.out);
+}
+
+TEST_F(ProgramUsage, HelpIsACommandToo) {
+  EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
+  EXPECT_EQ(run({"help", "extract"}).out, run({"extract", "--help"}).out);
+}
+
+TEST_F(ProgramUsage, HelpHasWhatMostNeedOnOneScreen) {
+  const Outcome outcome = run({"extract", "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_LT(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 48);
+  for (const char* part : {"INPUT", "--output", "--particle-radius", "--camera", "--frames",
+                           "--method", "--help-all explains all "})
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+  EXPECT_THAT(outcome.out, testing::Not(HasSubstr("--ssm-sigma")));
+}
+
+TEST_F(ProgramUsage, ListsDevicesAsJson) {
+  const Outcome outcome = run({"devices", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const nlohmann::json all = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(all["meniscus"], version());
+  ASSERT_FALSE(all["devices"].empty());
+  EXPECT_EQ(all["devices"][all["default"].get<std::size_t>()]["usable"], true);
 }
 
 TEST_F(ProgramUsage, HelpNamesEveryParameterWithUnitDefaultAndHeading) {
-  const Outcome outcome = run({"extract", "--help"});
+  const Outcome outcome = run({"extract", "--help-all"});
   EXPECT_EQ(outcome.exit_code, 0);
   Parameters parameters;
   for (const ParameterEntry& entry : parameter_list(parameters)) {
@@ -48,6 +75,7 @@ TEST_F(ProgramUsage, HelpNamesEveryParameterWithUnitDefaultAndHeading) {
 TEST_F(ProgramUsage, HelpFitsATerminal) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"--help"},
                                                 {"extract", "--help"},
+                                                {"extract", "--help-all"},
                                                 {"devices", "--help"},
                                                 {"bench", "--help"},
                                                 {"bench", "frame", "--help"},
@@ -105,7 +133,17 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"UnknownCommand", {"polish"}, {"polish", "--help"}},
         WrongUsage{"NoInput", {"extract", "-o", "a.png"}, {"INPUT"}},
         WrongUsage{"NoOutput", {"extract", "in.ply"}, {"--output"}},
-        WrongUsage{"UnknownOption", extract_with({"--polish"}), {"--polish"}},
+        WrongUsage{"UnknownOption",
+                   extract_with({"--polish", "3"}),
+                   {"meniscus extract has no option --polish (see"}},
+        WrongUsage{"FirstUnknownOption",
+                   {"extract", "--sizes", "3x3", "--polish"},
+                   {"no option --sizes, did you mean --size?"}},
+        WrongUsage{"NearlyACommand", {"exract", "in.ply"}, {"no command exract, did you mean extract?"}},
+        WrongUsage{"Jpeg", {"extract", "in.ply", "-o", "a.jpg"}, {"written as .png", "a.png"}},
+        WrongUsage{"StandardOutput", {"extract", "in.ply", "-o", "-"}, {"standard output"}},
+        WrongUsage{"FovOfNoCamera", extract_with({"--fov", "200"}), {"field of view is 200"}},
+        WrongUsage{"UpOfNoCamera", extract_with({"--up", "0,0,0"}), {"up must be"}},
         WrongUsage{"SecondInput",
                    extract_with({"b.ply", "c.ply"}),
                    {"wanted one INPUT, found 2 more, e.g. b.ply", "one name in quotes"}},
