@@ -67,13 +67,13 @@ inline HeightResiduals height_residuals(const std::vector<Vec3d>& points, const 
   return left;
 }
 
-struct Filtered {
+struct FilteredContour {
   bool inside;
   double doubt;  // distance of the filter's value from 1/2
 };
 
 /// Eqs. 3 to 5 on the region at sample (i, j); the window ends at three sigma_s (samples).
-inline Filtered filter_contour(const std::vector<int>& group, int nx, int ny, int i, int j,
+inline FilteredContour filter_contour(const std::vector<int>& group, int nx, int ny, int i, int j,
                                const std::vector<Vec3d>& normal, double sigma_s, double sigma_n) {
   const int reach = static_cast<int>(std::ceil(3 * sigma_s));
   const int here = group[static_cast<std::size_t>(j) * nx + i];
