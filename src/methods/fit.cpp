@@ -1,5 +1,7 @@
 // Method fit: a quadric around every particle of the surface near the visible ones, blended in
 // sheets; the density field where no fit can be trusted.
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "methods/methods.hpp"
@@ -11,6 +13,7 @@
 #include "stages/density.hpp"
 #include "stages/group.hpp"
 #include "stages/interpolate.hpp"
+#include "stages/merge.hpp"
 #include "stages/mesh.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/region.hpp"
@@ -150,6 +153,7 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
 
 Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
                    const Parameters& params, std::vector<StageTime>* timings) {
+  static const bool merged = std::getenv("G") != nullptr;
   Extraction result;
   StageClock clock(device, timings);
   clock.start("project");
@@ -189,8 +193,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
         rim = with_rim(projected, fitted, found);
-        neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit.support);
-        trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
+        if (!merged) neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit.support);
+        if (!merged) trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
         splash = upload_splats(device, projected, split.splash, kLargestDrop);
         radius = least_radius(projected);
       });
@@ -210,12 +214,36 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       first_normals(view, projected, fitted, mesh,
                     smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
+  MergedGroups groups;
+  if (merged) {
+    groups = merge_surface(view, projected, rim, around, params.merge);
+    rim = groups.seed;
+    neighbours = find_neighbours(device, projected, rim.index, around.index, params.fit.support);
+    trial_neighbours = find_neighbours(device, projected, rim.index, around.index, kTrialReach);
+  }
   const std::vector<float> roundness =
       measure_roundness(device, projected, rim, around, trial_neighbours, params.fit, params.blend);
-  const ParticleFits fits =
+  ParticleFits fits =
       fit_particles(device, projected, rim, around, neighbours, roundness, params.fit);
+  if (merged) {
+    fits.extent = groups.extent;
+    for (std::size_t k = 0; k < fits.size(); ++k) {
+      fits.visible[k] *= groups.share[k];
+      fits.surface[k] *= groups.share[k];
+    }
+  }
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
+  if (std::getenv("G_SAY")) {
+    int unfit = 0, untrusted = 0, hidden = 0, weak = 0;
+    for (std::size_t k = 0; k < fits.size(); ++k) {
+      if (fits.residual[k] < 0) ++unfit;
+      else if (trust[k] <= .01) ++untrusted;
+      else if (fits.visible[k] < 1e-3) ++hidden;
+      else if (fits.edge[k] < .1) ++weak;
+    }
+    std::fprintf(stderr, "fits %zu unfit %d untrusted %d hidden %d weak edge %d\n", fits.size(), unfit, untrusted, hidden, weak);
+  }
   const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records), body, splash, cells, levelled, radius};

@@ -142,7 +142,9 @@ cl_int2 strides_of(const FitTiles& tiles) {
 }  // namespace
 
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius) {
-  return radius * std::max(fits.support[k] / fit.support, kLeastReach);
+  const double alone = radius * std::max(fits.support[k] / fit.support, kLeastReach);
+  if (fits.extent.empty()) return alone;
+  return std::sqrt(alone * alone + fits.extent[k] * fits.extent[k]);
 }
 
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,

@@ -26,6 +26,7 @@ struct ParticleFits {
   std::vector<Vec3d> foot;         // [n] the fit's surface near the particle, eye space
   std::vector<std::array<float, 10>> quadric;  // [n] as in Quadrics, around `position`
   std::vector<float> residual;  // [n] weighted RMS of f, particle radii; negative: no fit
+  std::vector<double> extent;   // [n] of the group, particle radii; empty: of particles alone
   std::size_t size() const { return position.size(); }
 };
 
