@@ -1,7 +1,6 @@
 // Method fit: a quadric around every particle of the surface near the visible ones, blended in
-// sheets; the density field where no fit can be trusted.
-#include <cstdio>
-#include <cstdlib>
+// sheets; the density field where no fit can be trusted. Method groups: the same with a quadric
+// around each group of merged particles.
 #include <utility>
 
 #include "methods/methods.hpp"
@@ -149,11 +148,20 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   return surface;
 }
 
-}  // namespace
+// What fits need of the places of particles.
+struct Neighbourhoods {
+  FitNeighbours full, trial;
+};
 
-Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
-                   const Parameters& params, std::vector<StageTime>* timings) {
-  static const bool merged = std::getenv("G") != nullptr;
+Neighbourhoods neighbourhoods(Device& device, const Projected& projected, const Visible& seeds,
+                              const std::vector<std::int32_t>& around, const FitParams& params) {
+  return {find_neighbours(device, projected, seeds.index, around, params.support),
+          find_neighbours(device, projected, seeds.index, around, kTrialReach)};
+}
+
+// Both methods: only where the fits come from differs, from particles or from merged groups.
+Extraction run_on_fits(Device& device, const View& view, const WorldParticles& particles,
+                       const Parameters& params, bool merges, std::vector<StageTime>* timings) {
   Extraction result;
   StageClock clock(device, timings);
   clock.start("project");
@@ -181,7 +189,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   double radius = 0;
   FieldSurface found;
   Visible rim;
-  FitNeighbours neighbours, trial_neighbours;
+  Neighbourhoods neighbours;
   parallel_both(
       [&] {
         triangulated = triangulate_without_pits(
@@ -193,8 +201,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
         rim = with_rim(projected, fitted, found);
-        if (!merged) neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit.support);
-        if (!merged) trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
+        if (!merges)
+          neighbours = neighbourhoods(device, projected, rim, found.index, params.fit);
         splash = upload_splats(device, projected, split.splash, kLargestDrop);
         radius = least_radius(projected);
       });
@@ -215,35 +223,20 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
                     smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
   MergedGroups groups;
-  if (merged) {
-    groups = merge_surface(view, projected, rim, around, params.merge);
-    rim = groups.seed;
-    neighbours = find_neighbours(device, projected, rim.index, around.index, params.fit.support);
-    trial_neighbours = find_neighbours(device, projected, rim.index, around.index, kTrialReach);
+  if (merges) {
+    clock.start("merge");
+    groups = merge_particles(view, projected, rim, around, params.merge);
+    clock.start("fit");
+    neighbours = neighbourhoods(device, projected, groups.seed, around.index, params.fit);
   }
-  const std::vector<float> roundness =
-      measure_roundness(device, projected, rim, around, trial_neighbours, params.fit, params.blend);
+  const Visible& seeds = merges ? groups.seed : rim;
+  const std::vector<float> roundness = measure_roundness(
+      device, projected, seeds, around, neighbours.trial, params.fit, params.blend);
   ParticleFits fits =
-      fit_particles(device, projected, rim, around, neighbours, roundness, params.fit);
-  if (merged) {
-    fits.extent = groups.extent;
-    for (std::size_t k = 0; k < fits.size(); ++k) {
-      fits.visible[k] *= groups.share[k];
-      fits.surface[k] *= groups.share[k];
-    }
-  }
+      fit_particles(device, projected, seeds, around, neighbours.full, roundness, params.fit);
+  if (merges) weigh_groups(fits, groups.share, groups.extent);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
-  if (std::getenv("G_SAY")) {
-    int unfit = 0, untrusted = 0, hidden = 0, weak = 0;
-    for (std::size_t k = 0; k < fits.size(); ++k) {
-      if (fits.residual[k] < 0) ++unfit;
-      else if (trust[k] <= .01) ++untrusted;
-      else if (fits.visible[k] < 1e-3) ++hidden;
-      else if (fits.edge[k] < .1) ++weak;
-    }
-    std::fprintf(stderr, "fits %zu unfit %d untrusted %d hidden %d weak edge %d\n", fits.size(), unfit, untrusted, hidden, weak);
-  }
   const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records), body, splash, cells, levelled, radius};
@@ -265,8 +258,20 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 
   result.residual = fits.residual;
   result.counts = count_particles(particles, projected, split, visible, mesh);
-  result.counts.emplace_back("fits", static_cast<std::int64_t>(fits.size()));
+  result.counts.emplace_back(merges ? "groups" : "fits", static_cast<std::int64_t>(fits.size()));
   return result;
+}
+
+}  // namespace
+
+Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
+                   const Parameters& params, std::vector<StageTime>* timings) {
+  return run_on_fits(device, view, particles, params, false, timings);
+}
+
+Extraction run_groups(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings) {
+  return run_on_fits(device, view, particles, params, true, timings);
 }
 
 }  // namespace meniscus
