@@ -26,6 +26,8 @@ Extraction run_method(Device& device, const View& view, const WorldParticles& pa
       return run_curvature_flow(device, view, particles, params, timings);
     case Method::anisotropic:
       return run_anisotropic(device, view, particles, params, timings);
+    case Method::groups:
+      return run_groups(device, view, particles, params, timings);
     case Method::stable:
       return run_stable(device, view, particles, params, timings);
     default:

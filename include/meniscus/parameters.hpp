@@ -20,6 +20,7 @@ enum class Method {
   narrow_range,    // Truong and Yuksel 2018
   curvature_flow,  // van der Laan, Green and Sainz 2009
   anisotropic,     // anisotropic kernels, Yu and Turk 2013
+  groups,          // as fit, but a quadric around each group of merged particles
 };
 
 /// Which particles are seen (paper 2.1).
@@ -44,7 +45,9 @@ struct TriangleParams {
 struct MergeParams {
   double cosine = 0.95;      // method paper: groups merge when their normals' product exceeds this
   double distance = 0;       // method paper: and only where their centres are nearer; 0: however far
-  int smoothing_rounds = 4;  // methods fit, stable: bilateral smoothing of the triangle normals
+  int smoothing_rounds = 4;  // methods fit, groups, stable: smoothing of the triangle normals
+  double reach = 4.8;        // method groups: radius of a group where the surface is calm
+  double least_reach = 3.4;  // ... and where it breaks or has an edge
 };
 
 /// The weighted fit around each particle (paper 2.3, Eq. 2).

@@ -1,5 +1,6 @@
 // Method fit: a quadric around every particle of the surface near the visible ones, blended in
-// sheets; the density field where no fit can be trusted.
+// sheets; the density field where no fit can be trusted. Method groups: the same with a quadric
+// around each group of merged particles.
 #include <utility>
 
 #include "methods/methods.hpp"
@@ -11,6 +12,7 @@
 #include "stages/density.hpp"
 #include "stages/group.hpp"
 #include "stages/interpolate.hpp"
+#include "stages/merge.hpp"
 #include "stages/mesh.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/region.hpp"
@@ -146,10 +148,20 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   return surface;
 }
 
-}  // namespace
+// What fits need of the places of particles.
+struct Neighbourhoods {
+  FitNeighbours full, trial;
+};
 
-Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
-                   const Parameters& params, std::vector<StageTime>* timings) {
+Neighbourhoods neighbourhoods(Device& device, const Projected& projected, const Visible& seeds,
+                              const std::vector<std::int32_t>& around, const FitParams& params) {
+  return {find_neighbours(device, projected, seeds.index, around, params.support),
+          find_neighbours(device, projected, seeds.index, around, kTrialReach)};
+}
+
+// Both methods: only where the fits come from differs, from particles or from merged groups.
+Extraction run_on_fits(Device& device, const View& view, const WorldParticles& particles,
+                       const Parameters& params, bool merges, std::vector<StageTime>* timings) {
   Extraction result;
   StageClock clock(device, timings);
   clock.start("project");
@@ -177,7 +189,7 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
   double radius = 0;
   FieldSurface found;
   Visible rim;
-  FitNeighbours neighbours, trial_neighbours;
+  Neighbourhoods neighbours;
   parallel_both(
       [&] {
         triangulated = triangulate_without_pits(
@@ -189,8 +201,8 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
         rim = with_rim(projected, fitted, found);
-        neighbours = find_neighbours(device, projected, rim.index, found.index, params.fit.support);
-        trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
+        if (!merges)
+          neighbours = neighbourhoods(device, projected, rim, found.index, params.fit);
         splash = upload_splats(device, projected, split.splash, kLargestDrop);
         radius = least_radius(projected);
       });
@@ -210,10 +222,19 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       first_normals(view, projected, fitted, mesh,
                     smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
-  const std::vector<float> roundness =
-      measure_roundness(device, projected, rim, around, trial_neighbours, params.fit, params.blend);
-  const ParticleFits fits =
-      fit_particles(device, projected, rim, around, neighbours, roundness, params.fit);
+  MergedGroups groups;
+  if (merges) {
+    clock.start("merge");
+    groups = merge_particles(view, projected, rim, around, params.merge);
+    clock.start("fit");
+    neighbours = neighbourhoods(device, projected, groups.seed, around.index, params.fit);
+  }
+  const Visible& seeds = merges ? groups.seed : rim;
+  const std::vector<float> roundness = measure_roundness(
+      device, projected, seeds, around, neighbours.trial, params.fit, params.blend);
+  ParticleFits fits =
+      fit_particles(device, projected, seeds, around, neighbours.full, roundness, params.fit);
+  if (merges) weigh_groups(fits, groups.share, groups.extent);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, cells);
   const BlendRecords records =
@@ -237,8 +258,20 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
 
   result.residual = fits.residual;
   result.counts = count_particles(particles, projected, split, visible, mesh);
-  result.counts.emplace_back("fits", static_cast<std::int64_t>(fits.size()));
+  result.counts.emplace_back(merges ? "groups" : "fits", static_cast<std::int64_t>(fits.size()));
   return result;
+}
+
+}  // namespace
+
+Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
+                   const Parameters& params, std::vector<StageTime>* timings) {
+  return run_on_fits(device, view, particles, params, false, timings);
+}
+
+Extraction run_groups(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings) {
+  return run_on_fits(device, view, particles, params, true, timings);
 }
 
 }  // namespace meniscus

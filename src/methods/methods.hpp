@@ -13,6 +13,8 @@ namespace meniscus {
 
 Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
                    const Parameters& params, std::vector<StageTime>* timings);
+Extraction run_groups(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings);
 Extraction run_paper(Device& device, const View& view, const WorldParticles& particles,
                      const Parameters& params, std::vector<StageTime>* timings);
 Extraction run_stable(Device& device, const View& view, const WorldParticles& particles,

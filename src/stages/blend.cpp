@@ -1,6 +1,7 @@
 #include "stages/blend.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "parallel.hpp"
 
@@ -10,6 +11,7 @@ namespace {
 constexpr std::size_t kRecord = 16;   // floats, as in hits.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
+constexpr double kExtent = 1.5;       // of a group's squared radius goes into its weight's
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
@@ -142,7 +144,9 @@ cl_int2 strides_of(const FitTiles& tiles) {
 }  // namespace
 
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius) {
-  return radius * std::max(fits.support[k] / fit.support, kLeastReach);
+  const double alone = radius * std::max(fits.support[k] / fit.support, kLeastReach);
+  if (fits.extent.empty()) return alone;
+  return std::sqrt(alone * alone + kExtent * fits.extent[k] * fits.extent[k]);
 }
 
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,

@@ -251,6 +251,15 @@ std::vector<float> narrow_supports(Device& device, const Cells& cells,
 
 }  // namespace
 
+void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
+                  const std::vector<double>& extent) {
+  fits.extent = extent;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    fits.edge[k] *= share[k];
+    fits.firmness[k] *= share[k];
+  }
+}
+
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around) {
   const std::size_t values = kRecord * (around.index.size() + 1);
   FitRecords records{std::vector<float>(values), std::vector<float>(values)};

@@ -26,8 +26,16 @@ struct ParticleFits {
   std::vector<Vec3d> foot;         // [n] the fit's surface near the particle, eye space
   std::vector<std::array<float, 10>> quadric;  // [n] as in Quadrics, around `position`
   std::vector<float> residual;  // [n] weighted RMS of f, particle radii; negative: no fit
+  std::vector<double> extent;   // [n] of the group, particle radii; empty: particles alone
   std::size_t size() const { return position.size(); }
 };
+
+/// Takes fits for those of groups (merge.hpp): each counts as far as its group is one of its own,
+/// and reaches as far as its members lie.
+///
+///   share, extent  [n] as in MergedGroups
+void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
+                  const std::vector<double>& extent);
 
 /// How far a fit's edge e looks (kernel measure_edges), particle radii.
 inline constexpr float kEdgeReach = 4;

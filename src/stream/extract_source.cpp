@@ -125,7 +125,8 @@ OnScreen measure_spacing(const View& view, const Survey& survey) {
 // of two, so that it stays the same while a camera moves a little; 1: as they are.
 double thinning(const OnScreen& screen, const Parameters& params) {
   constexpr double kLeast = 2, kStep = 1.189207115002721;  // less saves nothing
-  const bool thins = params.method == Method::fit || params.method == Method::stable;
+  const bool thins = params.method == Method::fit || params.method == Method::groups ||
+                     params.method == Method::stable;
   if (!thins || screen.particles < kStreamed || !(kLeast * screen.spacing <= params.thin)) return 1;
   double factor = 1;
   while (factor * kStep * screen.spacing <= params.thin) factor *= kStep;
