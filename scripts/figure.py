@@ -1,15 +1,19 @@
 #!/usr/bin/env python3
-"""Puts the pictures of scripts/figure.sh side by side and their times into docs/figures.md.
+"""Puts the pictures of scripts/figure.sh side by side, and times and ratios into docs/figures.md.
 
-    scripts/figure.py NAME FOLDER    FOLDER has times.json and *_METHOD_{lit,normal}.png
+    scripts/figure.py NAME FOLDER ROUNDS    FOLDER has *_METHOD_{lit,normal}.png, and of each round
+                                            times-K.json and times--mesh-K.json of bench frame
 """
 import json
 import pathlib
+import statistics
 import sys
 
 from PIL import Image, ImageChops
 
-WIDTH = 560  # pixels of each picture
+DRAWN = ["ssm", "paper", "paper-best", "fit"]
+TIMED = ["ssm", "paper", "fit"]
+WIDTH = 480  # pixels of each picture
 MARGIN = 24  # pixels around the fluid, before the picture is made smaller
 GAP = 6
 
@@ -25,36 +29,41 @@ def fluid_box(normals):
     return ImageChops.difference(normals, background).getbbox()
 
 
-def crop_box(folder, methods, size):
-    boxes = [fluid_box(picture(folder, method, "normal")) for method in methods]
+def crop_box(folder, size):
+    boxes = [fluid_box(picture(folder, method, "normal")) for method in DRAWN]
     return (max(0, min(box[0] for box in boxes) - MARGIN),
             max(0, min(box[1] for box in boxes) - MARGIN),
             min(size[0], max(box[2] for box in boxes) + MARGIN),
             min(size[1], max(box[3] for box in boxes) + MARGIN))
 
 
-def side_by_side(folder, methods):
-    lit = [picture(folder, method, "lit") for method in methods]
-    box = crop_box(folder, methods, lit[0].size)
+def side_by_side(folder):
+    """Two in a row."""
+    lit = [picture(folder, method, "lit") for method in DRAWN]
+    box = crop_box(folder, lit[0].size)
     height = round(WIDTH * (box[3] - box[1]) / (box[2] - box[0]))
-    sheet = Image.new("RGB", (len(lit) * (WIDTH + GAP) - GAP, height), "white")
+    sheet = Image.new("RGB", (2 * WIDTH + GAP, 2 * height + GAP), "white")
     for k, image in enumerate(lit):
         small = image.crop(box).resize((WIDTH, height), Image.LANCZOS)
-        sheet.paste(small, (k * (WIDTH + GAP), 0))
+        sheet.paste(small, (k % 2 * (WIDTH + GAP), k // 2 * (height + GAP)))
     return sheet.quantize(256, dither=Image.FLOYDSTEINBERG, palette=sheet.quantize(256))
 
 
-def table(results):
-    columns = [row["method"] for row in results["rows"]]
-    seconds = [row["figures"]["time"] / 1000 for row in results["rows"]]
-    return "\n".join([
-        "| | " + " | ".join(f"`{method}`" for method in columns) + " |",
-        "|---|" + "--:|" * len(columns),
-        "| time of a frame | " + " | ".join(f"{1000 * s:.0f} ms" for s in seconds) + " |",
-        "| frames a second | " + " | ".join(f"{1 / s:.1f}" for s in seconds) + " |",
-        "",
-        f"Measured with version {results['version']} on {results['device']}.",
-    ])
+def table(folder, rounds):
+    """Medians over the rounds; ratios are of each round, so that other work slows both sides."""
+    lines = ["| | `ssm` | `paper` | `fit` | `paper` / `ssm` | `fit` / `ssm` |",
+             "|---|--:|--:|--:|--:|--:|"]
+    for mesh, with_mesh in ("", "depth and normals"), ("--mesh", "with the mesh"):
+        runs = [json.loads((folder / f"times{mesh}-{k}.json").read_text())
+                for k in range(1, rounds + 1)]
+        for key, what in ("cpu_ms", "processor time"), ("median_ms", "wall time"):
+            ms = [{r["method"]: r[key] for r in run["results"]} for run in runs]
+            cells = [f"{statistics.median(m[method] for m in ms):.0f} ms" for method in TIMED]
+            cells += [f"{statistics.median(m[method] / m['ssm'] for m in ms):.1f}"
+                      for method in TIMED[1:]]
+            lines.append(f"| {what}, {with_mesh} | " + " | ".join(cells) + " |")
+    return "\n".join(lines + ["", f"{rounds} rounds with version {runs[0]['version']} on "
+                                  f"{runs[0]['device']}."])
 
 
 def between_markers(text, name, new):
@@ -64,12 +73,11 @@ def between_markers(text, name, new):
 
 
 def main():
-    name, folder = sys.argv[1], pathlib.Path(sys.argv[2])
-    results = json.loads((folder / "times.json").read_text())
+    name, folder, rounds = sys.argv[1], pathlib.Path(sys.argv[2]), int(sys.argv[3])
     image = pathlib.Path("docs/images", name + ".png")
-    side_by_side(folder, [row["method"] for row in results["rows"]]).save(image, optimize=True)
+    side_by_side(folder).save(image, optimize=True)
     page = pathlib.Path("docs/figures.md")
-    page.write_text(between_markers(page.read_text(), name, table(results)))
+    page.write_text(between_markers(page.read_text(), name, table(folder, rounds)))
     print(f"figure: {image} has the pictures, {page} the times")
 
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
-# Reproduces figure 6 of the paper, few particles with sharp features, with a frame of our own, a
-# cube that drops into a pool: docs/figures.md.
-exec "$(dirname "${BASH_SOURCE[0]}")/figure.sh" figure6 examples/data/cube_drop/frame_007.ply
+# Reproduces figure 6 of the paper, a breaking dam of few particles: docs/figures.md.
+#   scripts/figure6.sh [ROUNDS]
+exec "$(dirname "${BASH_SOURCE[0]}")/figure.sh" figure6 examples/data/dam_sequence/dam.0010.ply \
+  examples/data/dam_sequence/camera.json "$@"

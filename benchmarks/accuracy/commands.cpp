@@ -9,6 +9,11 @@
 namespace meniscus::accuracy {
 namespace {
 
+constexpr char kPaperBest[] = "paper-best";
+constexpr char kPaperBestIs[] =
+    "paper+merge-cosine=0.8+merge-distance=1+paper-offset=1+blend-d-max=3+paper-b=0.6+reach=5+max-"
+    "edge=4+owned=0.08";
+
 /// Applies name=value; the names are those of parameter_list.
 void apply(const std::string& setting, Parameters& parameters) {
   const auto equals = setting.find('=');
@@ -39,6 +44,15 @@ std::vector<std::string> split(const std::string& text, char at) {
 
 }  // namespace
 
+std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const MethodEntry& entry : method_list()) {
+    names.push_back(entry.name);
+    if (entry.method == Method::paper) names.push_back(kPaperBest);
+  }
+  return names;
+}
+
 std::vector<Contender> contenders_of(const CommonOptions& options, Device& device) {
   std::vector<Contender> contenders;
   for (const std::string& name : options.methods) {
@@ -46,7 +60,9 @@ std::vector<Contender> contenders_of(const CommonOptions& options, Device& devic
       contenders.push_back(splashsurf(options.splashsurf));
       continue;
     }
-    const std::vector<std::string> words = split(name, '+');
+    const bool best = name.substr(0, name.find('+')) == kPaperBest;
+    const std::vector<std::string> words =
+        split(best ? kPaperBestIs + name.substr(std::string(kPaperBest).size()) : name, '+');
     Parameters parameters;
     parameters.method = method_named(words[0]);
     parameters.mesh = options.mesh;

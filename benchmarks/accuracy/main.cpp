@@ -9,8 +9,9 @@ namespace {
 
 void add_common(CLI::App& app, CommonOptions& options) {
   app.add_option("--method", options.methods,
-                 "Methods; beside the library's also splashsurf. METHOD+name=value+... is one with "
-                 "settings of its own")
+                 "Methods; beside the library's also splashsurf. paper-best is paper with the "
+                 "settings that a search found; METHOD+name=value+... is one with settings of its "
+                 "own")
       ->delimiter(',')
       ->capture_default_str();
   app.add_flag("--mesh", options.mesh, "Make the meshes, too, and measure their vertices");
@@ -87,7 +88,7 @@ int main(int argc, char** argv) {
   accuracy::CommonOptions common;
   accuracy::ScenesOptions scenes;
   accuracy::RealOptions real;
-  for (const MethodEntry& entry : method_list()) common.methods.push_back(entry.name);
+  common.methods = accuracy::method_names();
   CLI::App app{
       "Extracts analytic scenes and prints how far the maps are from the truth. Lengths are in s, "
       "the particle spacing (two particle radii)."};
@@ -96,10 +97,10 @@ int main(int argc, char** argv) {
   app.add_flag_callback(
       "--list-methods",
       [] {
-        for (const MethodEntry& entry : method_list()) std::puts(entry.name.c_str());
+        for (const std::string& name : accuracy::method_names()) std::puts(name.c_str());
         throw CLI::Success();
       },
-      "Print the names of the library's methods");
+      "Print the names of the library's methods, with paper-best");
   CLI::App& real_command = *app.add_subcommand(
       "real", "Extracts real frames and compares them with a reference; takes the options above");
   real_command.fallthrough();

@@ -55,7 +55,7 @@ Case prepare_owned(Frame& frame) {
   result.items = particles;
   // Six values a particle read and a count written.
   result.bytes = 28 * particles;
-  result.operations = 9 * pairs;  // as in prepare_splat
+  result.operations = 9 * pairs;                                    // as in prepare_splat
   result.atomics = static_cast<double>(frame.seen().index.size());  // an addition each, at least
   result.launch = [&frame] {
     find_visible(frame.device, frame.view, frame.projected(), frame.split().body,
@@ -64,8 +64,8 @@ Case prepare_owned(Frame& frame) {
   return result;
 }
 
-// Who is seen, as find_visible finds it: outlines, bounds, lists where there are any, the drawing, and
-// the host's part.
+// Who is seen, as find_visible finds it: outlines, bounds, lists where there are any, the drawing,
+// and the host's part.
 Case prepare_owners(Frame& frame, DiscForm form) {
   Case result = prepare_owned(frame);
   result.whole = true;

@@ -25,9 +25,9 @@ struct Tuning {
   bool operator==(const Tuning&) const = default;
 };
 
-/// What suits devices of its kind: CPUs draw bin by bin, which a vector does at once, others by atomic
-/// minima, which wait for no list. rusticl's llvmpipe ends all loops of a work-item after 65,535
-/// rounds, so that one must not do much.
+/// What suits devices of its kind: CPUs draw bin by bin, which a vector does at once, others by
+/// atomic minima, which wait for no list. rusticl's llvmpipe ends all loops of a work-item after
+/// 65,535 rounds, so that one must not do much.
 Tuning default_tuning(const DeviceInfo& info);
 
 /// What was kept for this device, driver and version of Meniscus; without that, default_tuning.

@@ -39,8 +39,8 @@ Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const Sampl
   const int width = device.state().vector_width;
   for (const BinLists& lists : discs.lists)
     launch(device, kBehind, "splat_behind", range_of(samples, width), width_option(width),
-           samples.sample, samples.count, discs.discs.records, lists.end, lists.entry, behind, depth,
-           cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}},
+           samples.sample, samples.count, discs.discs.records, lists.end, lists.entry, behind,
+           depth, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}},
            cl_float2{{grid.first, grid.step}}, static_cast<cl_float>(gap));
   return depth;
 }

@@ -16,8 +16,8 @@ struct DiscsBehind {
   std::vector<BinLists> lists;  // of the bins; none where the device draws by atomic minima
 };
 
-/// Lists the discs (Drawn::behind) that have fronts deeper than behind + gap (particle radii) at the
-/// listed samples, where `behind` is finite. Waits where they are listed by bin.
+/// Lists the discs (Drawn::behind) that have fronts deeper than behind + gap (particle radii) at
+/// the listed samples, where `behind` is finite. Waits where they are listed by bin.
 DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& samples,
                        const Buffer<float>& behind, double gap);
 

@@ -52,7 +52,8 @@ std::vector<std::int32_t> merge_labels(const Triangulation& mesh, const std::vec
   std::vector<double> area = mesh.area;
   for (std::size_t t = 0; t < n; ++t) {
     normal_sum[t] = normals[t] * area[t];
-    for (const std::int32_t v : mesh.triangle[t]) position_sum[t] += mesh.position[v] * (area[t] / 3);
+    for (const std::int32_t v : mesh.triangle[t])
+      position_sum[t] += mesh.position[v] * (area[t] / 3);
   }
   // Whether two groups' centres are near each other (2.2: "similar normals and positions").
   const auto are_near = [&](const Edge& edge) {

@@ -1,6 +1,6 @@
 // minima: discs, spheres and triangles drawn one by one, by atomic minima of the samples' depths
-// (paper 2.1). The other way than bin by bin (bins.hpp), with the same bits: DiscForm says which one a
-// device takes.
+// (paper 2.1). The other way than bin by bin (bins.hpp), with the same bits: DiscForm says which
+// one a device takes.
 #pragma once
 
 #include <climits>

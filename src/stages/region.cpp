@@ -41,13 +41,11 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
   }
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
-  draw_bins(device, outlines, no_bound, grid,
-            [&](const BinLists& lists) {
-              launch(device, "region.cl", "draw_triangles", bin_items(lists, width),
-                     width_option(width), records, lists.end, lists.entry, depth,
-                     cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, samples,
-                     cl_float2{{grid.first, grid.step}}, perspective, asked);
-            });
+  draw_bins(device, outlines, no_bound, grid, [&](const BinLists& lists) {
+    launch(device, "region.cl", "draw_triangles", bin_items(lists, width), width_option(width),
+           records, lists.end, lists.entry, depth, cl_int2{{lists.first, lists.last}},
+           bins_of(grid).nx, samples, cl_float2{{grid.first, grid.step}}, perspective, asked);
+  });
   return depth;
 }
 

@@ -83,9 +83,8 @@ Buffer<float> lower_spheres(Device& device, const View& view, const Outlined& sp
 Buffer<float> normals_by_minima(Device& device, const View& view, const Outlined& spheres,
                                 const SampleGrid& grid) {
   const Buffer<float> depth = lower_spheres(device, view, spheres, grid);
-  const Buffer<cl_int> owner =
-      own_minima(device, "own_spheres", spheres.records, spheres.outlines, spheres.bound, grid,
-                 depth, kernel_rays(view));
+  const Buffer<cl_int> owner = own_minima(device, "own_spheres", spheres.records, spheres.outlines,
+                                          spheres.bound, grid, depth, kernel_rays(view));
   const auto normal = allocate<float>(device, 3 * grid.size());
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   launch(device, "minima.cl", "normals_of_owners",

@@ -75,18 +75,16 @@ void draw(Device& device, const std::string& kernel, const Discs& discs, const B
 template <class... Maps>
 void draw_all(Device& device, const std::string& kernel, const Discs& discs, const SampleGrid& grid,
               const std::tuple<Maps&...>& maps) {
-  draw_bins(device, discs.outlines, no_bound(device, grid), grid,
-            [&](const BinLists& lists) {
-              std::apply(
-                  [&](Maps&... all) {
-                    launch(device, "visible.cl", kernel,
-                           bin_items(lists, device.state().vector_width), options(device),
-                           discs.records, lists.end, lists.entry, all...,
-                           cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
-                           lattice_of(grid));
-                  },
-                  maps);
-            });
+  draw_bins(device, discs.outlines, no_bound(device, grid), grid, [&](const BinLists& lists) {
+    std::apply(
+        [&](Maps&... all) {
+          launch(device, "visible.cl", kernel, bin_items(lists, device.state().vector_width),
+                 options(device), discs.records, lists.end, lists.entry, all...,
+                 cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
+                 lattice_of(grid));
+        },
+        maps);
+  });
 }
 
 // Cell size of the visibility grid: a quarter of the median particle radius on the screen, so that

@@ -26,8 +26,8 @@ unsigned char nonsense_byte;  // what new buffers are full of
 
 // The linker sends the library's calls here.
 extern "C" cl_mem __real_clCreateBuffer(cl_context, cl_mem_flags, size_t, void*, cl_int*);
-extern "C" cl_mem __wrap_clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
-                                        cl_int* error) {
+extern "C" cl_mem __wrap_clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size,
+                                        void* host, cl_int* error) {
   if (host != nullptr) return __real_clCreateBuffer(context, flags, size, host, error);  // written
   const std::vector<unsigned char> bytes(size, nonsense_byte);
   return __real_clCreateBuffer(context, flags | CL_MEM_COPY_HOST_PTR, size,
@@ -77,8 +77,8 @@ int main() try {
         good = false;
       }
     }
-    // Discs drawn the other way, where each of its kernels is used. A minimum is looked at before it is
-    // lowered, which is a race to oclgrind and none that matters.
+    // Discs drawn the other way, where each of its kernels is used. A minimum is looked at before
+    // it is lowered, which is a race to oclgrind and none that matters.
     device.state().kernel_text = [](const std::string& file, const std::string& text) {
       return file == "minima.cl" ? "#define ATOMICS_ALONE\n" + text : text;
     };

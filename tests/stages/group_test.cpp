@@ -174,6 +174,38 @@ TEST(MergeGroups, NeighboursThatStayedApartFaceApart) {
   }
 }
 
+// On a plane all normals agree, so that positions alone decide (2.2).
+TEST(MergeGroups, GroupsFarApartDoNotMergeWherePositionsCount) {
+  const Triangulation mesh = triangulated(field(14, 7, [](double, double) { return 25.0; }));
+  EXPECT_EQ(merge_groups(mesh, mesh.normal, {}).size(), 1u);
+  std::size_t before = mesh.triangle.size();
+  for (const double distance : {2.0, 4.0, 8.0}) {
+    MergeParams params;
+    params.distance = distance;
+    const Groups groups = merge_groups(mesh, mesh.normal, params);
+    EXPECT_GT(groups.size(), 1u);
+    EXPECT_LT(groups.size(), before) << "larger distances merge more";
+    before = groups.size();
+    std::vector<Vec3d> sum(groups.size());
+    std::vector<double> area(groups.size());
+    for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+      const std::int32_t g = groups.group_of_triangle[t];
+      if (g < 0) continue;
+      area[g] += mesh.area[t];
+      for (const std::int32_t v : mesh.triangle[t]) sum[g] += mesh.position[v] * (mesh.area[t] / 3);
+    }
+    for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+      for (std::size_t k = 0; k < t; ++k) {
+        int shared = 0;
+        for (const std::int32_t a : mesh.triangle[t])
+          for (const std::int32_t b : mesh.triangle[k]) shared += a == b;
+        const std::int32_t g = groups.group_of_triangle[t], h = groups.group_of_triangle[k];
+        if (shared < 2 || g < 0 || h < 0 || g == h) continue;
+        EXPECT_GE(length(sum[g] / area[g] - sum[h] / area[h]), distance * (1 - kRounding));
+      }
+  }
+}
+
 TEST(MergeGroups, GhostsBelongToNoGroup) {
   const Triangulation mesh =
       triangulated(field(10, 8, [](double u, double) { return u < 20 ? 20.0 : 30.0; }));

@@ -75,6 +75,22 @@ TEST_P(Paper, HeightsSolveTheNormalEquations) {
   }
 }
 
+// Points of a plane that leans by 0.32 from the group's normal.
+TEST_P(Paper, AnOffsetMovesTheSurfaceOutAlongItsOwnNormal) {
+  Triangulation mesh = bumps(12, 4);
+  for (Vec3d& p : mesh.position) p.z = -20 + 0.3 * p.x + 0.1 * p.y;
+  const Groups groups = one_group(mesh);
+  const Vec3d normal = normalized({-0.3, -0.1, 1});
+  for (const double offset : {0.0, 1.0, -0.5}) {
+    const Quadrics quadrics = fit_heights(device_, mesh, groups, {}, offset);
+    // The ridge of 10^-6 and floats move heights of some 7 radii by less than 10^-4 of them.
+    for (const Vec3d& p : mesh.position)
+      EXPECT_NEAR(
+          reference::value_at(quadrics.coefficient[0], p + normal * offset - groups.centre[0]), 0,
+          7e-4);
+  }
+}
+
 TEST_P(Paper, TheRegionIsTheTrianglesWithTheirGroupsAndDepths) {
   const View view = plain_view();
   // A plane: whichever triangle owns a sample, its depth is the plane's.

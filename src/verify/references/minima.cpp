@@ -1,5 +1,5 @@
-// What draws by atomic minima: the nearest front of scattered discs in double precision, and all else
-// to the bit as it is drawn bin by bin.
+// What draws by atomic minima: the nearest front of scattered discs in double precision, and all
+// else to the bit as it is drawn bin by bin.
 #include "stages/minima.hpp"
 
 #include <numeric>
@@ -67,8 +67,7 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
 
   Worst extents("lower_and_raise_discs", "from and to"), blocks("count_finite_depths", "occupied");
   const auto extent = [&](auto part) {
-    return download(device,
-                    splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
+    return download(device, splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
   };
   const auto from = extent(&Extent::from);
   see_both(

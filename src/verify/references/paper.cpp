@@ -49,10 +49,9 @@ ReferenceErrors printed_case(Device& device, int size) {
     owner.push_back(static_cast<int>(s % (kGroups + 1)) - 1);
   const PaperRegion region{grid, upload(device, owner),
                            filled<float>(device, grid.size(), kReference)};
-  const SurfaceMap map = download(
-      device,
-      blend_printed(device, view, region, printed_records(view, groups, quadrics, params), params,
-                    {}));
+  const SurfaceMap map =
+      download(device, blend_printed(device, view, region,
+                                     printed_records(view, groups, quadrics, params), params, {}));
   Worst depths("blend_printed", "depth");
   const auto nx = static_cast<std::size_t>(grid.nx);
   for (std::size_t s = 0; s < grid.size(); ++s) {
