@@ -10,6 +10,9 @@
 Lengths are in the world's units, parameters in particle radii unless they say otherwise.
 """
 
+from . import _runtime
+
+_runtime.prepare()  # before libraries are loaded that an OpenCL runtime brings newer ones of
 try:
     from . import _core
 except ImportError as error:

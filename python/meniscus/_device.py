@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from . import _core, _runtime
+from . import _core
 from ._camera import Camera
 from ._errors import InvalidArgument, MeniscusWarning
 from ._particles import Particles, frame_of
@@ -19,17 +19,8 @@ from ._surface import Surface
 #: Device memory that the passes over particles that stream may take, bytes.
 STREAM_MEMORY: int = _core.STREAM_MEMORY
 
-_prepared = False
 _default: Device | None = None
 _lock = threading.RLock()
-
-
-def _prepare() -> None:
-    global _prepared
-    with _lock:
-        if not _prepared:
-            _runtime.prepare()
-            _prepared = True
 
 
 def _forget() -> None:  # a child of fork() has none of its parent's OpenCL
@@ -43,7 +34,6 @@ os.register_at_fork(after_in_child=_forget)
 def devices() -> list[dict[str, Any]]:
     """What there is: index, name, platform, kind, compute_units, global_memory (bytes), usable,
     problem and more of each OpenCL device. Raises DeviceError where there is no platform at all."""
-    _prepare()
     return _core.devices()
 
 
@@ -57,7 +47,6 @@ class Device:
     """
 
     def __init__(self, selector: str | int = "") -> None:
-        _prepare()
         self._bare = _core.Device(str(selector))
         self.info: dict[str, Any] = self._bare.info
 

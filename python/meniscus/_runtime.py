@@ -6,6 +6,7 @@ driver at all is it pointed to one that pip has installed.
 
 from __future__ import annotations
 
+import ctypes
 import os
 from importlib import metadata
 from pathlib import Path
@@ -33,12 +34,16 @@ def installed_runtime() -> Path | None:
 def prepare(vendors: str = "/etc/OpenCL/vendors") -> Path | None:
     """Names a runtime of pip's to the loader where it finds no other; returns the one that it named.
 
-    To be called before the process makes its first OpenCL call: loaders look once.
+    To be called before the process makes its first OpenCL call, since loaders look once, and before it
+    loads oneTBB: Intel's runtime needs the one beside it, which is newer than those of distributions.
     """
     if any(os.environ.get(name) for name in _TOLD) or any(Path(vendors).glob("*.icd")):
         return None
     library = installed_runtime()
     if library is not None:
+        threads = library.with_name("libtbb.so.12")
+        if threads.exists():
+            ctypes.CDLL(str(threads), mode=ctypes.RTLD_GLOBAL)
         os.environ["OCL_ICD_VENDORS"] = str(library)  # ocl-icd takes a library, too
         os.environ["OCL_ICD_FILENAMES"] = str(library)  # Khronos' loader
     return library
