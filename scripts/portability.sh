@@ -4,7 +4,7 @@
 #   scripts/portability.sh [PROGRAM]
 # RUNTIMES names those to try (default: all below), FOLDER where environments and results go
 # (default: build/portability). Ends with the matrix: on the terminal, in FOLDER/matrix.md, and as a
-# page, FOLDER/matrix.html. UPDATE=1 puts it into docs/portability.md, too.
+# page, FOLDER/matrix.html. UPDATE=1 puts it into docs/portability_matrix.md, too.
 # Exit code 0 when every runtime that could be installed passed and all hashes are the same.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -138,10 +138,10 @@ if [[ ${UPDATE:-} == 1 ]]; then
   python3 - "$folder/matrix.md" <<'PY'
 import re, sys
 matrix = open(sys.argv[1]).read()
-page = open("docs/portability.md").read()
+page = open("docs/portability_matrix.md").read()
 begin, end = "<!-- matrix -->\n", "<!-- end of the matrix -->"
 page = re.sub(re.escape(begin) + ".*?" + re.escape(end), lambda _: begin + matrix + end, page, flags=re.S)
-open("docs/portability.md", "w").write(page)
+open("docs/portability_matrix.md", "w").write(page)
 PY
 fi
 ((good))

@@ -82,9 +82,8 @@ class Census {
 };
 
 // Whether there is no crowd for certain, and the radius does not seem too large: a census in bytes,
-// a quarter of the memory of the other, and all that most frames need. `lonely` becomes true where
-// cubes of two particles are as rare as buckets of two cubes: no particle has a near neighbour.
-bool is_ordinary(const BorrowedParticles& p, double side, bool& lonely) {
+// a quarter of the memory of the other, and all that most frames need.
+bool is_ordinary(const BorrowedParticles& p, double side) {
   const float inverse = static_cast<float>(1 / side);
   std::vector<std::uint8_t> held(std::bit_ceil(2 * p.size() + 1));
   const auto mask = static_cast<std::uint32_t>(held.size() - 1);
@@ -101,11 +100,51 @@ bool is_ordinary(const BorrowedParticles& p, double side, bool& lonely) {
   const std::size_t all = std::accumulate(buckets.begin(), buckets.end(), std::size_t{0});
   const std::size_t few =
       std::accumulate(buckets.begin(), buckets.begin() + kOrdinary + 1, std::size_t{0});
-  const double load = static_cast<double>(p.size()) / static_cast<double>(held.size());
-  const double expected = load * std::exp(-load) / (1 - std::exp(-load));  // of one, if all are lonely
-  lonely = all > 0 && static_cast<double>(buckets[1]) >
-                          0.95 * expected * static_cast<double>(all);
   return all == 0 || 3 * all / 4 < few;
+}
+
+// Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
+// radii, those that lie far enough from the walls. A quick look, which a large radius passes.
+bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& order,
+                 double radius) {
+  constexpr std::size_t kCubes = 8, kLeast = 8;
+  constexpr double kSide = 16, kMargin = 3, kLonely = 2.4;  // radii; neighbours of fluid: up to 2
+  const float inverse = static_cast<float>(1 / (kSide * radius));
+  std::array<Cube, kCubes> cubes{};
+  for (std::size_t k = 0; k < kCubes; ++k)
+    cubes[k] = cube_of(p, order[(2 * k + 1) * order.size() / (2 * kCubes)], inverse);
+  std::array<std::vector<std::size_t>, kCubes> inside;
+  for (const std::size_t i : order) {
+    const Cube cube = cube_of(p, i, inverse);
+    const auto at = std::find(cubes.begin(), cubes.end(), cube);
+    if (at != cubes.end()) inside[static_cast<std::size_t>(at - cubes.begin())].push_back(i);
+  }
+  std::vector<double> nearest;  // radii
+  for (std::size_t k = 0; k < kCubes; ++k) {
+    std::size_t asked = 0;  // particles of this cube
+    for (const std::size_t i : inside[k]) {
+      if (asked == kLeast) break;
+      const auto is_inner = [&](double x, std::int32_t cell) {
+        const double from_wall = x / radius - kSide * cell;
+        return from_wall >= kMargin && from_wall <= kSide - kMargin;
+      };
+      if (!is_inner(p.x[i], cubes[k].x) || !is_inner(p.y[i], cubes[k].y) ||
+          !is_inner(p.z[i], cubes[k].z))
+        continue;
+      double least = kMargin * radius * kMargin * radius;  // squared
+      for (const std::size_t j : inside[k]) {
+        const double dx = double{p.x[i]} - p.x[j], dy = double{p.y[i]} - p.y[j],
+                     dz = double{p.z[i]} - p.z[j];
+        if (j != i) least = std::min(least, dx * dx + dy * dy + dz * dz);
+      }
+      nearest.push_back(std::sqrt(least) / radius);
+      ++asked;
+    }
+  }
+  if (nearest.size() < kLeast) return false;
+  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
+  std::nth_element(nearest.begin(), middle, nearest.end());
+  return *middle > kLonely;
 }
 
 // How much larger the radius is than half the particles' spacing; 1 where they do not tell.
@@ -139,10 +178,10 @@ std::vector<Member> members_of_crowds(const BorrowedParticles& p,
 std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
                                         double radius, std::vector<std::string>& warnings) {
   constexpr double kTooSmall = 1.6;  // by this factor the field falls apart
-  bool lonely = false;
-  if (is_ordinary(p, 2 * radius, lonely)) {
-    const double factor =
-        lonely && order.size() >= kTelling ? 1 / times_too_large(p, order, radius) : 1;
+  if (is_ordinary(p, 2 * radius)) {
+    const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
+                              ? 1 / times_too_large(p, order, radius)
+                              : 1;
     if (factor > kTooSmall)
       warnings.push_back("the particles lie about " + times(factor) +
                          " times as far apart as their radius, " + printed("%.6g", radius) +

@@ -16,7 +16,7 @@ constexpr std::size_t kTaken = 1;                   // of these
 
 // Of particles strewn without any order, the thinnest fluid, s is 1.8 times that distance; of a
 // splashing fluid 1.27 times.
-constexpr double kThinnest = 2, kDense = 1.45;  // s over the distance
+constexpr double kThinnest = 2, kDense = 1.4;  // s over the distance
 
 double percentile(std::vector<double>& values, double share) {
   const auto place = values.begin() +

@@ -224,8 +224,8 @@ Particles point_at(float x, float y, float z) {
 }
 
 TEST(Camera, FramesAllSourcesWithTheirUpAndFieldOfView) {
-  const auto low = source_of(point_at(0, 0, 0)), high = source_of(point_at(0, 0, 30)),
-             none = source_of(Particles{});
+  const Particles bottom_point = point_at(0, 0, 0), top_point = point_at(0, 0, 30), nothing;
+  const auto low = source_of(bottom_point), high = source_of(top_point), none = source_of(nothing);
   for (const double fov : {20.0, 60.0}) {
     const Camera camera =
         frame_sources({low.get(), none.get(), high.get()}, {{0, 0, 1}, fov, 200, 100});

@@ -34,13 +34,14 @@ Scene::Scene(const Surface& surface_)
     normal.push_back({row(0), row(1), row(2)});
   }
   point.resize(normal.size());
-  for (int row = 0; row < height; ++row)
+  parallel_rows(height, [&](int row) {
     for (int column = 0; column < width; ++column) {
       const std::size_t k = at(column, row);
       if (covered(k))
         point[k] = static_cast<Vec3>(
             point_at(view, column + .5, row + .5, surface.depth[k] / view.radius));
     }
+  });
 }
 
 Vec3 Scene::to_eye(int column, int row) const {

@@ -8,9 +8,19 @@
 #include <vector>
 
 #include "meniscus/types.hpp"
+#include "parallel.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {
+
+/// Calls work(row) for each row, on as many threads as there are. Rows must not depend on each other.
+template <class Work>
+void parallel_rows(int rows, const Work& work) {
+  constexpr std::size_t kGrain = 8;
+  parallel_for(static_cast<std::size_t>(rows), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) work(static_cast<int>(row));
+  });
+}
 
 /// A colour: x, y, z are red, green, blue in linear light, 1 is display white.
 using Color = Vec3;

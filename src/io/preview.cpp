@@ -143,11 +143,18 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) 
   };
   const Picture picture = smooth_borders(scene, draw());
   const std::vector<std::uint8_t> srgb = srgb_table();
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(3 * picture.size());
-  for (const Color& color : picture)
-    for (const float channel : {color.x, color.y, color.z})
-      bytes.push_back(srgb[static_cast<std::size_t>(share(channel) * 65535 + 0.5f)]);
+  std::vector<std::uint8_t> bytes(3 * picture.size());
+  const auto byte_of = [&](float channel) {
+    return srgb[static_cast<std::size_t>(share(channel) * 65535 + 0.5f)];
+  };
+  parallel_rows(scene.height, [&](int row) {
+    for (int column = 0; column < scene.width; ++column) {
+      const std::size_t k = scene.at(column, row);
+      bytes[3 * k] = byte_of(picture[k].x);
+      bytes[3 * k + 1] = byte_of(picture[k].y);
+      bytes[3 * k + 2] = byte_of(picture[k].z);
+    }
+  });
   return bytes;
 }
 

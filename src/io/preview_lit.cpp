@@ -115,12 +115,11 @@ std::vector<float> shadow(const Scene& scene) {
     for (int column = 0; column < width; ++column)
       values[scene.at(column, row)] = scene.covered(scene.at(column, row - drop)) ? 1.0f : 0.0f;
   // Three running means each way are nearly a Gaussian.
-  std::vector<double> sums;
   const auto blur = [&](bool rows) {
     const int length = rows ? width : height, lines = rows ? height : width;
     const auto at = [&](int k, int line) { return rows ? scene.at(k, line) : scene.at(line, k); };
-    for (int line = 0; line < lines; ++line) {
-      sums.assign(1, 0.0);
+    parallel_rows(lines, [&](int line) {
+      std::vector<double> sums(1, 0.0);
       for (int k = 0; k < length; ++k) sums.push_back(sums.back() + values[at(k, line)]);
       for (int k = 0; k < length; ++k) {
         const int first = std::max(k - reach, 0), end = std::min(k + reach + 1, length);
@@ -128,7 +127,7 @@ std::vector<float> shadow(const Scene& scene) {
             (sums[static_cast<std::size_t>(end)] - sums[static_cast<std::size_t>(first)]) /
             (end - first));
       }
-    }
+    });
   };
   for (int round = 0; round < 3; ++round) {
     blur(true);
@@ -143,7 +142,7 @@ Picture draw_lit(const Scene& scene) {
   const std::vector<Relief> relief = measure_relief(scene, kReliefRadius);
   const std::vector<float> lit = nearness_to_light(scene), shade = shadow(scene);
   Picture picture(scene.normal.size());
-  for (int row = 0; row < scene.height; ++row)
+  parallel_rows(scene.height, [&](int row) {
     for (int column = 0; column < scene.width; ++column) {
       const std::size_t k = scene.at(column, row);
       Color color;
@@ -156,6 +155,7 @@ Picture draw_lit(const Scene& scene) {
       }
       picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
     }
+  });
   return picture;
 }
 

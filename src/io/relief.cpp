@@ -72,15 +72,16 @@ std::vector<Relief> measure_relief(const Scene& scene, float radius) {
     return coarse[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
                   static_cast<std::size_t>(i)];
   };
-  for (int j = 0; j < rows; ++j)
+  parallel_rows(rows, [&](int j) {
     for (int i = 0; i < columns; ++i) {
       const int column = middle(i, scene.width), row = middle(j, scene.height);
       if (scene.covered(scene.at(column, row)))
         coarse_at(i, j) = measure(scene, offsets, radius, column, row);
     }
+  });
 
   std::vector<Relief> relief(scene.normal.size());
-  for (int row = 0; row < scene.height; ++row)
+  parallel_rows(scene.height, [&](int row) {
     for (int column = 0; column < scene.width; ++column) {
       const std::size_t here = scene.at(column, row);
       if (!scene.covered(here)) continue;
@@ -108,6 +109,7 @@ std::vector<Relief> measure_relief(const Scene& scene, float radius) {
       relief[here] = weights > 1e-6f ? Relief{sum.hollow / weights, sum.bulge / weights}
                                      : measure(scene, offsets, radius, column, row);
     }
+  });
   return relief;
 }
 

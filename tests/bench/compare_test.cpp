@@ -125,8 +125,8 @@ TEST(Compare, TheTableCountsWhatExceedsTheNoise) {
   for (Result& result : after.sessions[0].results)
     if (result.kernel == "lonely") result.ms = {3.0, 3.0};
   const std::string table = comparison_table(pair_sessions(&before, after));
-  EXPECT_THAT(table, HasSubstr("1 of 7 differences exceed the noise"));
-  EXPECT_THAT(table, HasSubstr("0 of 7 differences exceed the noise"));
+  EXPECT_THAT(table, HasSubstr("1 of 7 differences are news"));
+  EXPECT_THAT(table, HasSubstr("0 of 7 differences are news"));
   EXPECT_THAT(table, HasSubstr("slower"));
 }
 
