@@ -39,8 +39,7 @@ void check(const Mesh& mesh) {
 }
 
 // What the properties of a vertex are called anyway.
-constexpr std::initializer_list<std::string_view> kOwn = {"x",  "y",  "z",  "nx", "ny",
-                                                          "nz", "vx", "vy", "vz"};
+const std::vector<std::string_view> kOwn{"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"};
 
 // Names in a PLY hold no blanks.
 std::string one_word(std::string name) {

@@ -26,7 +26,7 @@ TEST_F(ProgramTune, MeasuresKeepsAndForgets) {
   EXPECT_EQ(tuned.err, "");
   const Outcome forgotten = run({"tune", "--device", "cpu", "--forget"}, conditions);
   EXPECT_EQ(forgotten.exit_code, 0) << forgotten.err;
-  EXPECT_THAT(forgotten.out, HasSubstr("forgotten: width 8, groups of 64 from now on"));
+  EXPECT_THAT(forgotten.out, HasSubstr("forgotten: width 8, groups of 64, discs by bins from now on"));
 }
 
 TEST_F(ProgramTune, WhatWasKeptIsShownWithTheDevices) {
