@@ -13,6 +13,7 @@ write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/MeniscusConfig.cmake
               ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindBlosc.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindLibdeflate.cmake
   DESTINATION ${package_folder})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/NOTICE
