@@ -25,11 +25,12 @@ write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/MeniscusConfig.cmake
               ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindBlosc.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindLibdeflate.cmake
   DESTINATION ${package_folder} COMPONENT development)
 
 # Whoever links the static library also links what it uses.
-set(link_privately "-lOpenEXR -lOpenEXRCore -lIlmThread -lIex -lImath -lpng -ldeflate -lz -ltbb")
+set(link_privately "-lOpenEXR -lOpenEXRCore -lIlmThread -lIex -lImath -lpng -lblosc -ldeflate -lz -ltbb")
 set(link_privately "${link_privately} -lgmp -ldl -pthread -lstdc++ -lm")
 if(MENISCUS_SHARED)
   set(pc_cflags "")

@@ -186,7 +186,10 @@ def check_same(path, first, points, values, faces):
         return
     check("vertices and faces of the first mesh",
           np.array_equal(points, first[0]) and np.array_equal(faces, first[2]))
-    for name, theirs in sorted(first[1].items()):
+    # Each format has names of its own, which attributes get "particle." before.
+    bare = lambda name: name.removeprefix("particle.")
+    values = {bare(name): v for name, v in values.items()}
+    for name, theirs in sorted((bare(name), v) for name, v in first[1].items()):
         check(f"{name} of the first mesh", name in values and np.array_equal(
             np.asarray(values[name], np.float32).reshape(theirs.shape), theirs))
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes the same particles in every format that is read, with programs that are not ours.
 
-    scripts/format_samples.py FOLDER [COUNT]
+    scripts/format_samples.py FOLDER [COUNT [WRITER ...]]
 
 Wants numpy, meshio, vtk, h5py and blosc from PyPI. VTK, meshio, NumPy and h5py write their own
 formats. DualSPHysics' .bi4, FLIP Fluids' .ffp3, LAMMPS' dumps and Houdini's .bgeo.sc are written
@@ -14,6 +14,7 @@ import os
 import struct
 import sys
 
+import blosc
 import h5py
 import meshio
 import numpy as np
@@ -206,6 +207,118 @@ def bi4(data, big=False, wide=False, double=False, walls=0):
     return head + bytes([int(big) + 10 * int(wide), int(wide), 0, 0]) + root
 
 
+class HoudiniJson:
+    """Houdini's binary JSON. Lists become arrays; numpy arrays become uniform ones."""
+
+    def __init__(self):
+        self.out, self.tokens = bytearray(b"\x7fNSJb"), {}
+
+    def length(self, n):
+        self.out += (bytes([n]) if n < 0xf1 else b"\xf2" + struct.pack("<H", n) if n < 65536
+                     else b"\xf4" + struct.pack("<I", n))
+
+    def put(self, value):
+        if isinstance(value, str):
+            if value not in self.tokens:  # defined once, then named by number
+                self.tokens[value] = len(self.tokens)
+                self.out.append(0x2b)
+                self.length(self.tokens[value])
+                self.length(len(value))
+                self.out += value.encode()
+            self.out.append(0x26)
+            self.length(self.tokens[value])
+        elif isinstance(value, bool):
+            self.out.append(0x31 if value else 0x30)
+        elif isinstance(value, int):
+            self.out += (b"\x11" + struct.pack("<b", value) if -128 <= value < 128
+                         else b"\x13" + struct.pack("<i", value))
+        elif isinstance(value, float):
+            self.out += b"\x1a" + struct.pack("<d", value)
+        elif isinstance(value, dict):
+            self.out.append(0x7b)
+            for key, item in value.items():
+                self.out.append(0x27)
+                self.length(len(key))
+                self.out += key.encode()
+                self.put(item)
+            self.out.append(0x7d)
+        elif isinstance(value, np.ndarray) and value.dtype == bool:
+            self.out += b"\x40\x10"
+            self.length(len(value))
+            packed = np.packbits(value, bitorder="little").tobytes()
+            self.out += packed.ljust((len(value) + 31) // 32 * 4, b"\0")
+        elif isinstance(value, np.ndarray):
+            self.out += b"\x40" + {"f4": b"\x19", "f8": b"\x1a", "i4": b"\x13", "i8": b"\x14"}[
+                value.dtype.str[1:]]
+            self.length(value.size)
+            self.out += value.tobytes()
+        else:
+            self.out.append(0x5b)
+            for item in value:
+                self.put(item)
+            self.out.append(0x5d)
+
+
+def houdini(data):
+    """Geometry of points alone, by the schema that the HDK's documentation publishes."""
+    count, page = len(data["id"]), 16
+
+    def attribute(name, values, storage, form="pages"):
+        values = values.reshape(count, -1)
+        size = values.shape[1]
+        about = ["scope", "public", "type", "numeric", "name", name, "options", {}]
+        head = ["size", size, "storage", storage]
+        if form == "tuples":
+            body = head + ["tuples", [row for row in values]]
+        elif form == "arrays":
+            body = head + ["arrays", [np.ascontiguousarray(c) for c in values.T]]
+        else:
+            # The last component apart, where there are three; pages of one value once.
+            packing = [2, 1] if size == 3 and form == "packed" else [size]
+            raw, flags = [], [[] for _ in packing]
+            for first in range(0, count, page):
+                rows, column = values[first:first + page], 0
+                for v, width in enumerate(packing):
+                    part = rows[:, column:column + width]
+                    same = bool(np.all(part == part[0]))
+                    flags[v].append(same)
+                    raw.append((part[:1] if same else part).reshape(-1))
+                    column += width
+            body = head + ["packing", [int(w) for w in packing], "pagesize", page,
+                           "constantpageflags", [np.array(f, bool) for f in flags],
+                           "rawpagedata", np.concatenate(raw)]
+        return [about, ["size", size, "storage", storage, "defaults",
+                        ["size", 1, "storage", "fpreal64", "values", np.zeros(1)], "values", body]]
+
+    json_bytes = HoudiniJson()
+    json_bytes.put([
+        "fileversion", "19.5.303", "hasindex", False, "pointcount", count, "vertexcount", 0,
+        "primitivecount", 0, "info", {"software": "sample", "artist": "none"},
+        "topology", ["pointref", ["indices", np.zeros(0, np.int32)]],
+        "attributes", ["pointattributes", [
+            attribute("P", data["position"], "fpreal32", "packed"),
+            attribute("v", data["velocity"], "fpreal32"),
+            attribute("id", data["id"], "int64", "arrays"),
+            attribute("temperature", data["temperature"], "fpreal32"),
+            attribute("zero", data["temperature"] * 0, "fpreal32"),
+            attribute("force", data["force"], "fpreal32", "tuples"),
+        ]]])
+    return bytes(json_bytes.out)
+
+
+def scf(raw):
+    """SideFX's seekable container: blocks that blosc packs, and where they are."""
+    block = 1 << 9  # theirs are larger
+    about = json.dumps({"sample": True}).encode()
+    out = bytearray(b"scf1" + struct.pack(">q", len(about)) + about)
+    places = []
+    for first in range(0, len(raw), block):
+        places.append(len(out))
+        out += blosc.compress(raw[first:first + block], typesize=1, cname="lz4")
+    index = struct.pack(f">{len(places) + 2}q", block, len(raw) % block, *places)
+    return bytes(out + index + struct.pack(">q", len(index)) + b"1fcs")
+
+
 def write_ffp3(folder, data):
     n, kinds, limit = len(data["id"]), (len(data["id"]) // 3, len(data["id"]) // 5), 10
     inside = n - sum(kinds)
@@ -266,6 +379,10 @@ def main():
     folder = sys.argv[1]
     data = particles(int(sys.argv[2]) if len(sys.argv) > 2 else 37)
     os.makedirs(folder, exist_ok=True)
+    for name in sys.argv[3:]:  # vtk, numpy, ...: these alone
+        globals()["write_" + name](folder, data)
+    if sys.argv[3:]:
+        return
     write_vtk(folder, data)
     write_meshio(folder, data)
     write_numpy(folder, data)
@@ -274,6 +391,10 @@ def main():
                           ("_double", {"double": True})):
         with open(f"{folder}/Part{name}_0001.bi4", "wb") as file:
             file.write(bi4(data, **options))
+    with open(f"{folder}/houdini.bgeo", "wb") as file:
+        file.write(houdini(data))
+    with open(f"{folder}/houdini.bgeo.sc", "wb") as file:
+        file.write(scf(houdini(data)))
     write_ffp3(folder, data)
     write_lammps(folder, data)
     write_tables(folder, data)

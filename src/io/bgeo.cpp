@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/attribute_names.hpp"
+#include "io/bgeo_json.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
 #include "io/scalar.hpp"
@@ -151,8 +152,8 @@ std::vector<PointArray> read_attributes(const InputFile& file, BgeoCursor& curso
 Particles read_points(const InputFile& file, bool packed, const ReadOptions& options) {
   BgeoCursor cursor(file, packed);
   const std::string magic = file.bytes.substr(0, 5);
-  if (magic.starts_with("\x7fNSJ") || magic.starts_with("[") || magic.starts_with("{"))
-    fail(file, "", "is Houdini's newer JSON geometry, wanted the classic one (save as .bhclassic)");
+  if (magic.starts_with("[") || magic.starts_with("{"))
+    fail(file, "", "is Houdini's JSON as text, wanted it binary (save as .bgeo or .bgeo.sc)");
   if (magic != "BgeoV")
     fail(file, "byte 0", "found " + in_quotes(magic) + ", wanted \"BgeoV\" (classic bgeo)");
   cursor.skip(5, "the header");
@@ -217,8 +218,12 @@ Particles read_points(const InputFile& file, bool packed, const ReadOptions& opt
 }  // namespace
 
 Particles read_bgeo(const InputFile& file, const ReadOptions& options) {
-  return is_gzip(file.bytes) ? read_points(unpacked(file), true, options)
-                             : read_points(file, false, options);
+  if (lower_case(file.name).ends_with(".sc")) return read_bgeo_json(unpacked_sc(file), options);
+  if (is_bgeo_json(file.bytes)) return read_bgeo_json(file, options);
+  if (!is_gzip(file.bytes)) return read_points(file, false, options);
+  const InputFile whole = unpacked(file);
+  return is_bgeo_json(whole.bytes) ? read_bgeo_json(whole, options)
+                                   : read_points(whole, true, options);
 }
 
 }  // namespace meniscus

@@ -126,6 +126,7 @@ class Reader {
     if (seen_.size() > kMostObjects) fail(*file_, "", "has too many groups and data sets");
     Object object = read_object(address);
     if (object.data.has_layout) {
+      if (path.empty()) fail(*file_, "", "its root is no group (damaged?)");
       sets.push_back({path.substr(1), std::move(object.data)});
       return;
     }

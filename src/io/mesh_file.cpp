@@ -38,9 +38,6 @@ void check(const Mesh& mesh) {
                               std::to_string(corner) + " of " + std::to_string(vertices));
 }
 
-// What the properties of a vertex are called anyway.
-const std::vector<std::string_view> kOwn{"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"};
-
 // Names in a PLY hold no blanks.
 std::string one_word(std::string name) {
   for (char& c : name)
@@ -52,7 +49,7 @@ void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
   const bool moving = !mesh.velocity.empty();
   std::string properties;
   for (const Attribute& attribute : mesh.attributes)
-    properties += "property float " + one_word(free_name(attribute.name, kOwn)) + "\n";
+    properties += "property float " + one_word(free_name(attribute.name, {"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"})) + "\n";
   file.write(
       "ply\nformat binary_little_endian 1.0\n"
       "comment surface mesh by Meniscus: positions in world units, normals of unit length point "

@@ -25,6 +25,7 @@ constexpr Format kFormats[] = {
     {".hdf5", nullptr, hdf5_layout, "particle"},
     {".bgeo", read_bgeo, nullptr, "point"},
     {".bgeo.gz", read_bgeo, nullptr, "point"},
+    {".bgeo.sc", read_bgeo, nullptr, "point"},
     {".bi4", nullptr, bi4_layout, "particle"},
     {".ffp3", nullptr, ffp3_layout, "particle"},
     {".lammpstrj", read_lammps, nullptr, "atom"},

@@ -40,7 +40,8 @@ Particles read_ply(const InputFile& file, const ReadOptions& options);
 /// the arrays of POINT_DATA. TIME or TimeValue among the fields of the data set is the time.
 Particles read_vtk(const InputFile& file, const ReadOptions& options);
 
-/// Classic bgeo (version 5) with its point attributes, also packed by gzip.
+/// Classic bgeo (version 5) with its point attributes, also packed by gzip, and Houdini's binary
+/// JSON, also packed by gzip or in the blocks of a .bgeo.sc.
 Particles read_bgeo(const InputFile& file, const ReadOptions& options);
 
 /// Rows of x y z between blanks; six columns are position and velocity, others are left out. The

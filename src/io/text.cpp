@@ -79,7 +79,7 @@ char separator_of(std::string_view line) {
   char best = ',';
   std::size_t most = 0;
   Words cells;
-  for (const char separator : {',', ';', '\t'}) {
+  for (const char separator : {';', ',', '\t'}) {  // 0,5;1;2 has a decimal comma
     split_cells(line, separator, cells);
     if (cells.size() > most) {
       most = cells.size();

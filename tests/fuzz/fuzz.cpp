@@ -54,6 +54,8 @@ void vtp(const std::string& bytes) { particles("f.vtp", bytes); }
 void npy(const std::string& bytes) { particles("f.npy", bytes); }
 void npz(const std::string& bytes) { particles("f.npz", bytes); }
 void hdf5(const std::string& bytes) { particles("f.h5", bytes); }
+void bgeo_json(const std::string& bytes) { particles("f.bgeo", bytes); }
+void bgeo_sc(const std::string& bytes) { particles("f.bgeo.sc", bytes); }
 void bi4(const std::string& bytes) { particles("f.bi4", bytes); }
 void ffp3(const std::string& bytes) { particles("f.ffp3", bytes); }
 void lammps(const std::string& bytes) { particles("f.dump", bytes); }
@@ -154,6 +156,7 @@ const Entry kEntries[] = {
     {"xyz", xyz, Format::any},        {"csv", csv, Format::any},
     {"vtp", vtp, Format::any},        {"npy", npy, Format::any},
     {"npz", npz, Format::any},        {"hdf5", hdf5, Format::any},
+    {"bgeo_json", bgeo_json, Format::any}, {"bgeo_sc", bgeo_sc, Format::any},
     {"bi4", bi4, Format::any},        {"ffp3", ffp3, Format::any},
     {"lammps", lammps, Format::any},  {"pvd", series, Format::any},
     {"camera", camera, Format::json}, {"exr", exr, Format::any},

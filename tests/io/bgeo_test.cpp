@@ -133,7 +133,9 @@ TEST_F(Bgeo, DamageIsAnErrorOrReads) {
 TEST_F(Bgeo, SaysWhatIsWrong) {
   EXPECT_EQ(error_of("a.bgeo", "Bgeo5 no"),
             "a.bgeo: byte 0: found \"Bgeo5\", wanted \"BgeoV\" (classic bgeo)");
-  EXPECT_THAT(error_of("a.bgeo", "\x7fNSJb"), HasSubstr("is Houdini's newer JSON geometry"));
+  EXPECT_THAT(error_of("a.bgeo", "\x7fNSJb"), HasSubstr("the data ends here"));
+  EXPECT_THAT(error_of("a.bgeo", "[\"fileversion\""), HasSubstr("is Houdini's JSON as text"));
+  EXPECT_THAT(error_of("a.bgeo.sc", "Bgeo5"), HasSubstr("wanted \"scf1\""));
   EXPECT_THAT(error_of("a.bgeo", header(0, 0, 4)), HasSubstr("found version 4, wanted 5"));
   EXPECT_THAT(error_of("a.bgeo", header(-1, 0)),
               HasSubstr("found -1 for the number of points, must be >= 0"));

@@ -61,8 +61,8 @@ TEST(Formats, HoldTheSameParticles) {
     endings.insert(particle_ending(name));
     ++files;
   }
-  EXPECT_GE(files, 36);
-  EXPECT_THAT(endings, testing::IsSupersetOf({".vtp", ".vtu", ".vtk", ".npy", ".npz", ".h5",
+  EXPECT_GE(files, 38);
+  EXPECT_THAT(endings, testing::IsSupersetOf({".bgeo", ".bgeo.sc", ".vtp", ".vtu", ".vtk", ".npy", ".npz", ".h5",
                                               ".hdf5", ".bi4", ".ffp3", ".lammpstrj", ".dump",
                                               ".csv"}));
 }
@@ -110,7 +110,7 @@ TEST_F(FormatsOnDisk, CutAnywhereAreErrorsOrWhole) {
   const Particles wanted = reference();
   for (const char* name : {"vtk_raw_zlib.vtp", "vtk_base64_zlib.vtp", "vtk_inline.vtp", "numpy_six.npy",
                            "numpy_stored.npz", "numpy_deflated.npz", "Part_wide_0001.bi4",
-                           "fluidparticles000001.ffp3", "lammps.lammpstrj", "pysph.hdf5"}) {
+                           "fluidparticles000001.ffp3", "lammps.lammpstrj", "pysph.hdf5", "houdini.bgeo", "houdini.bgeo.sc"}) {
     const std::string bytes = content(sample(name));
     // All that can be left out is what follows the values: closing tags, a second group.
     cut_everywhere(name, bytes, [&](const Particles& p, std::size_t) {
@@ -122,7 +122,7 @@ TEST_F(FormatsOnDisk, CutAnywhereAreErrorsOrWhole) {
 TEST_F(FormatsOnDisk, WithFlippedBitsAreErrorsOrFit) {
   for (const char* name : {"vtk_raw_zlib.vtp", "vtk_base64.vtp", "numpy_record.npy", "numpy_deflated.npz",
                            "Part_wide_0001.bi4", "lammps.lammpstrj", "h5py_plain.h5",
-                           "h5py_packed.hdf5"})
+                           "h5py_packed.hdf5", "houdini.bgeo", "houdini.bgeo.sc"})
     flip_bits(name, content(sample(name)));
 }
 

@@ -190,6 +190,30 @@ TEST_F(ExtractSource, ThinningKeepsTheMotion) {
     expect(surface.mesh.velocity[k], surface.mesh.position[k]);
 }
 
+// An attribute takes the way of velocities, in sums of its own: scaled to its largest value in steps
+// of 2^-36 of it, so that the two differ by the rounding of floats and of the velocities' steps.
+TEST_F(ExtractSource, ThinningCarriesAttributesAsVelocities) {
+  Particles particles = frame();
+  particles.attributes = {{"vy", particles.vy}, {"tiny", particles.vx}};
+  for (float& value : particles.attributes[1].values) value *= 0x1p-60f;
+  Parameters parameters;
+  parameters.method = Method::stable;
+  const Surface surface = extract(device_, particles, small_camera(), parameters);
+  ASSERT_GT(count_of(surface, "representatives"), 1000);
+  ASSERT_EQ(surface.attributes.size(), 2u);
+  float most = 0;
+  for (const Vec3& v : surface.velocity)
+    most = std::max({most, std::abs(v.x), std::abs(v.y)});
+  ASSERT_GT(most, 0);
+  const float step = most * 1e-5f;
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) {
+    ASSERT_NEAR(surface.attributes[0].values[s], surface.velocity[s].y, step);
+    ASSERT_NEAR(surface.attributes[1].values[s] * 0x1p60f, surface.velocity[s].x, step);
+  }
+  for (std::size_t k = 0; k < surface.mesh.position.size(); ++k)
+    ASSERT_NEAR(surface.mesh.attributes[0].values[k], surface.mesh.velocity[k].y, step);
+}
+
 TEST_F(ExtractSource, ReportsVelocitiesThatAreNoneOfWhatIsSeen) {
   Particles particles = frame();
   for (std::size_t i = 0; i < particles.size(); i += 2) particles.vy[i] = NAN;
