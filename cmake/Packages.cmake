@@ -61,7 +61,7 @@ set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "The library of Meniscus, to build w
 
 set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME meniscus-${PROJECT_VERSION})
-set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git" "/build/" "/\\\\.cache/" "\\\\.pyc$" "__pycache__" "/\\\\.ci/")
+set(CPACK_SOURCE_IGNORE_FILES "/\\\\.git" "/build/" "/\\\\.cache/" "\\\\.pyc$" "__pycache__" "/\\\\.[a-z]+_cache/" "/\\\\.ci/")
 include(CPack)
 
 # What the packages hold, without tests and benchmarks.

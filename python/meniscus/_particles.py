@@ -56,6 +56,21 @@ class Particles:
         (n,) int64, identity over time.
     """
 
+    size: int
+    particle_radius: float
+    has_velocity: bool
+    has_radius: bool
+    time: float
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    z: NDArray[np.float32]
+    vx: NDArray[np.float32] | None
+    vy: NDArray[np.float32] | None
+    vz: NDArray[np.float32] | None
+    radius: NDArray[np.float32] | None
+    density: NDArray[np.float32] | None
+    id: NDArray[np.int64] | None
+
     def __init__(self, bare: _core.Frame) -> None:
         self._bare = bare
 
@@ -83,7 +98,7 @@ class Particles:
         """(n, 3) float32, world units per second: a copy. None where the file has none."""
         if self.vx is None:
             return None
-        return np.stack([self.vx, self.vy, self.vz], axis=1)
+        return np.stack([self.vx, self.vy, self.vz], axis=1)  # type: ignore[list-item]
 
 
 def read_particles(path: str | PathLike[str], particle_radius: float = 0) -> Particles:

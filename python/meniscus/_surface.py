@@ -72,6 +72,19 @@ class Surface:
         [(stage, ms on the host, ms of its kernels)] where extract() was asked for them.
     """
 
+    depth: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    position: NDArray[np.float32]
+    group: NDArray[np.uint32]
+    kind: NDArray[np.uint8]
+    residual: NDArray[np.float32]
+    velocity: NDArray[np.float32] | None
+    forward: NDArray[np.float32] | None
+    particle_radius: float
+    warnings: list[str]
+    parameters: str
+    timings: list[tuple[str, float, float]]
+
     def __init__(self, bare: _core.Surface) -> None:
         self._bare = bare
         self.camera: Camera = _camera_of(bare.camera)

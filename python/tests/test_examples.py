@@ -35,6 +35,19 @@ def test_the_notebook_runs(tmp_path, monkeypatch):
     assert len(kept) == 4
 
 
+def test_the_documents_example_runs(dam, tmp_path, monkeypatch):
+    text = (EXAMPLES.parent / "docs" / "python.md").read_text()
+    blocks = text.split("```python\n")[1:]
+    assert blocks
+    particles = meniscus.read_particles(dam)
+    np.save(tmp_path / "positions.npy", particles.points)
+    monkeypatch.chdir(tmp_path)
+    for block in blocks:
+        exec(block.split("```")[0], {})
+    read = meniscus.read_exr("surface.exr")
+    assert np.isfinite(read.depth).sum() > 10_000 and read.normal.shape == (768, 1024, 3)
+
+
 @pytest.fixture
 def cache():
     place = EXAMPLES / "blender" / "meniscus_cache" / "cache.py"

@@ -3,6 +3,7 @@
 # pages and the completions, and makes the Debian packages.
 # Arguments: BUILD (the build folder), SOURCE (the repository), CONFIG, COMPILER, FLAGS, MPIRUN
 # (empty: built without MPI), SHARED, NM, LIBDIR (lib).
+cmake_minimum_required(VERSION 3.25)
 set(work ${BUILD}/package_test)
 file(REMOVE_RECURSE ${work})
 file(MAKE_DIRECTORY ${work}/run)
