@@ -40,7 +40,7 @@ double choose_radius(const BorrowedParticles& p, const std::vector<std::size_t>&
             ? printed(", which is uncertain, since the fluid is thin or loose: %.3g to %.3g",
                       estimate.least, estimate.most)
             : printed(", to within %.0f %%",
-                      std::max(1.0, 50 * (estimate.most / estimate.least - 1)));
+                      std::max(5.0, 50 * (estimate.most / estimate.least - 1)));
     warnings.push_back("no particle radius in the file: estimated " +
                        printed("%.6g", estimate.radius) + " from the spacing" + range +
                        " (give --particle-radius to override)");

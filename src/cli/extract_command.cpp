@@ -87,7 +87,7 @@ void run_frame(const ExtractOptions& options) {
   const std::vector<ProgramName> programs = programs_of(options.parameters, device.state());
   Working working(programs.size(), options.quiet || !team.leads());
   device.state().on_building = [&](int begun) { working.building(begun); };
-  BuildAhead ahead(info, programs);
+  const BuildAhead ahead(device, programs);
 
   const Talk say(options.quiet || !team.leads());
   working.phase("reading " + options.input);

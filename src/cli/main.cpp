@@ -108,7 +108,7 @@ int run(int argc, char** argv) {
     if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
         chosen.front()->get_name() == "extract")
       return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
-                                 " more, e.g. " + unknown.back() +
+                                 " more, e.g. " + unknown.front() +
                                  " (of a sequence give one name in quotes, e.g. "
                                  "'dam.####.ply', see meniscus extract --help)");
     return fail(kBadUsage, error.what() + see);

@@ -338,7 +338,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
     Working working(programs.size(), options.quiet);
     working.phase("extracting");
     settings.on_building = [&](int begun) { working.building(begun); };
-    const BuildAhead ahead(settings.devices.front(), programs);
+    const BuildAhead ahead(first, programs);
     const auto over = [&](FrameRecord record) {
       working.built();
       working.phase("");

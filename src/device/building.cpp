@@ -51,8 +51,7 @@ bool was_built_here(const std::string& key) {
   return builds().built.contains(key);
 }
 
-BuildAhead::BuildAhead(const DeviceInfo& info, std::vector<ProgramName> programs) : info_(info) {
-  Device device(info);
+BuildAhead::BuildAhead(Device& device, std::vector<ProgramName> programs) : info_(device.info()) {
   if (!device.state().compiles_at_launch) return;
   for (ProgramName& program : programs)
     if (!device.state().is_kept(program.file, program.options))

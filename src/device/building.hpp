@@ -38,12 +38,12 @@ class BuildTurn {
 /// Whether this process built the program of a key.
 bool was_built_here(const std::string& key);
 
-/// Builds programs on threads of its own, in contexts of its own, so that they lie in the runtime's
-/// cache when they are wanted. It does so for PoCL alone, where it was measured, and not for
+/// Builds programs for a device on threads of its own, in contexts of its own, so that they lie in
+/// the runtime's cache when they are wanted. It does so for PoCL alone, where it was measured, and not for
 /// programs that were built before. A build that fails is left for whoever wants the program.
 class BuildAhead {
  public:
-  BuildAhead(const DeviceInfo& info, std::vector<ProgramName> programs);
+  BuildAhead(Device& device, std::vector<ProgramName> programs);
   ~BuildAhead();  // lets builds under way end and begins no others
   BuildAhead(const BuildAhead&) = delete;
   BuildAhead& operator=(const BuildAhead&) = delete;

@@ -81,10 +81,10 @@ TEST_F(Building, AheadLeavesProgramsInTheCache) {
   if (!device.state().compiles_at_launch) GTEST_SKIP() << "builds nothing ahead on this platform";
   const std::vector<ProgramName> programs{
       kProgram, {"project.cl", "-D WIDTH=8"}, {"specks.cl", "-D WIDTH=8"}};
-  { BuildAhead ahead(device.info(), {programs[0]}); }
+  { BuildAhead ahead(device, {programs[0]}); }
   // A destructor begins no other build, so look until the first one is there.
   {
-    BuildAhead ahead(device.info(), programs);
+    BuildAhead ahead(device, programs);
     while (!device.state().is_kept(kProgram.file, kProgram.options))
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
