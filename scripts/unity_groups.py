@@ -63,6 +63,8 @@ def name_of(declaration):
         words = re.findall(r"\w+", part)
         if words:
             names.add(words[-1])
+    if re.match(r"(?:static\s+|inline\s+)*const(?:expr)?\b", text):  # several in one line
+        names.update(re.findall(r",\s*(\w+)\s*[={]", text))
     return names
 
 

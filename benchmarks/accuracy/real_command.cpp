@@ -33,7 +33,7 @@ struct Frame {
 struct RealRow {
   std::string input, method;
   Agreement agreement;
-  Flicker drift, sequence;
+  Flicker drift, drift_normal, sequence, sequence_normal;
   double seconds = 0;
 };
 
@@ -67,12 +67,21 @@ const std::vector<std::pair<Quantity, double (*)(const RealRow&)>>& real_figures
        [](R row) { return row.drift.rms; }},
       {{"drift_p999", "s", 4, Better::low, "The same, 99.9th percentile: pops."},
        [](R row) { return row.drift.p999; }},
+      {{"drift_normal", "s", 4, Better::low,
+        "The second difference of drift along the surface's normal (RMS): grazing rays do not "
+        "magnify it."},
+       [](R row) { return row.drift_normal.rms; }},
+      {{"drift_normal_p999", "s", 4, Better::low, "The same, 99.9th percentile."},
+       [](R row) { return row.drift_normal.p999; }},
       {{"sequence", "s", 4, Better::low,
         "Second difference of the depths in time over the frames of the simulation; most of it is "
         "the motion itself."},
        [](R row) { return row.sequence.rms; }},
       {{"sequence_p999", "s", 4, Better::low, "The same, 99.9th percentile."},
        [](R row) { return row.sequence.p999; }},
+      {{"sequence_normal", "s", 4, Better::low,
+        "The second difference of sequence along the surface's normal (RMS)."},
+       [](R row) { return row.sequence_normal.rms; }},
       {{"time", "ms", 0, Better::low,
         "Wall time of extracting a frame, on this machine: the shortest of the drift's, the mean "
         "over a sequence."},
@@ -163,13 +172,14 @@ void measure_frame(const std::vector<Contender>& contenders, const CommonOptions
         {caption, picture_of(surface, Preview::lit), picture_of(surface, Preview::normal)});
   };
   for (const Contender& contender : contenders) {
-    RealRow row{name, contender.name, {}, {}, {}, 0};
+    RealRow row{name, contender.name, {}, {}, {}, {}, {}, 0};
     const Surface surface = timed(contender, frame, row.seconds);
     const bool is_reference = options.reference.empty() && contender.name == "splashsurf";
     if (!reference.depth.empty() && !is_reference)
       row.agreement = agreement(frame.lens, reference, map_of(surface));
     const std::vector<Map> maps = drift_of(contender, frame, map_of(surface), row.seconds);
     row.drift = second_difference(maps);
+    row.drift_normal = second_difference_along_normal(frame.lens, maps);
     gathered.rows.push_back(row);
     show(contender.name, surface);
     if (!common.pictures.empty()) {
@@ -203,6 +213,8 @@ void measure_sequence(const std::vector<Contender>& contenders, const RealOption
                 {},
                 {},
                 {},
+                {},
+                {},
                 0};
     std::vector<Map> maps;
     for (Frame& frame : frames) {
@@ -212,6 +224,7 @@ void measure_sequence(const std::vector<Contender>& contenders, const RealOption
       row.seconds += seconds / static_cast<double>(frames.size());
     }
     row.sequence = second_difference(maps);
+    row.sequence_normal = second_difference_along_normal(lens, maps);
     gathered.rows.push_back(row);
   }
 }

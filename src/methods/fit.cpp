@@ -230,13 +230,13 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
     neighbours = neighbourhoods(device, projected, groups.seed, around.index, params.fit);
   }
   const Visible& seeds = merges ? groups.seed : rim;
-  const std::vector<float> roundness = measure_roundness(
-      device, projected, seeds, around, neighbours.trial, params.fit, params.blend);
-  ParticleFits fits =
-      fit_particles(device, projected, seeds, around, neighbours.full, roundness, params.fit);
+  const Models models = measure_roundness(device, projected, seeds, around, neighbours.trial,
+                                          params.fit, params.blend);
+  ParticleFits fits = fit_particles(device, projected, seeds, around, neighbours.full,
+                                    models.roundness, params.fit);
   if (merges) weigh_groups(fits, groups.share, groups.extent);
   clock.start("trust");
-  const std::vector<double> trust = measure_trust(device, fits, cells);
+  const std::vector<double> trust = measure_trust(device, fits, models.unexplained, cells);
   const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records), body, splash, cells, levelled, radius};

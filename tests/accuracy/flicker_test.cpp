@@ -59,6 +59,29 @@ TEST(SecondDifference, VelocityDoesNotCountAndAccelerationDoes) {
   EXPECT_NEAR(second_difference(maps).p999, 0.125, kFloat);
 }
 
+TEST(SecondDifference, GrazingRaysDoNotMagnifyWhatIsAlongTheNormal) {
+  const Lens lens = whole_wall().lens;
+  std::vector<Map> maps{at_depth(9), at_depth(9.25), at_depth(9.625)};
+  const std::size_t middle =
+      static_cast<std::size_t>(lens.height / 2) * lens.width + lens.width / 2;
+  for (Map& map : maps) {
+    map.normal.assign(map.depth.size(), Vec3{});
+    map.normal[middle] = static_cast<Vec3>(-lens.forward);
+  }
+  const double along = dot(lens.direction(lens.width / 2, lens.height / 2), lens.forward);
+  EXPECT_NEAR(second_difference_along_normal(lens, maps).rms, 0.125 * along, kFloat);
+  // A surface that leans by 60 degrees.
+  maps[1].normal[middle] = static_cast<Vec3>(0.5 * -lens.forward + std::sqrt(0.75) * lens.right);
+  const double half =
+      std::abs(dot(Vec3d(maps[1].normal[middle]), lens.direction(lens.width / 2, lens.height / 2)));
+  EXPECT_NEAR(half, 0.5, 0.05);
+  EXPECT_NEAR(second_difference_along_normal(lens, maps).rms, 0.125 * half, kFloat);
+  maps[1].normal[middle] = Vec3{};
+  EXPECT_TRUE(std::isnan(second_difference_along_normal(lens, maps).rms));
+  maps[2].normal.pop_back();
+  EXPECT_THROW(second_difference_along_normal(lens, maps), InvalidArgument);
+}
+
 TEST(SecondDifference, OtherLayersAndGapsDoNotCount) {
   std::vector<Map> maps{at_depth(9), at_depth(9), at_depth(9)};
   maps[1].depth[5] = 12;

@@ -1,5 +1,6 @@
 #include "accuracy/figures/flicker.hpp"
 
+#include <cmath>
 #include <string>
 
 #include "accuracy/figures.hpp"
@@ -14,6 +15,23 @@ Flicker flicker_of(const std::vector<double>& changes) {
   std::vector<double> sizes;
   for (const double change : changes) sizes.push_back(std::abs(change));
   return {moments.rms(), percentile(sizes, 0.999)};
+}
+
+// Second differences in time, each times weigh(middle frame, pixel) unless that is no number.
+template <class Weigh>
+Flicker weighed_difference(std::span<const Map> maps, const Weigh& weigh) {
+  std::vector<double> changes;
+  for (std::size_t k = 0; k + 2 < maps.size(); ++k) {
+    const auto &first = maps[k].depth, &middle = maps[k + 1].depth, &last = maps[k + 2].depth;
+    require(first.size() == middle.size() && middle.size() == last.size(),
+            "second_difference: frames " + std::to_string(k) + " to " + std::to_string(k + 2) +
+                " differ in size");
+    for (std::size_t p = 0; p < first.size(); ++p)
+      if (const auto change = second_difference(first[p], middle[p], last[p]))
+        if (const double weight = weigh(maps[k + 1], p); !std::isnan(weight))
+          changes.push_back(weight * *change);
+  }
+  return flicker_of(changes);
 }
 
 }  // namespace
@@ -88,17 +106,22 @@ std::optional<double> second_difference(double first, double middle, double last
 }
 
 Flicker second_difference(std::span<const Map> maps) {
-  std::vector<double> changes;
-  for (std::size_t k = 0; k + 2 < maps.size(); ++k) {
-    const auto &first = maps[k].depth, &middle = maps[k + 1].depth, &last = maps[k + 2].depth;
-    require(first.size() == middle.size() && middle.size() == last.size(),
-            "second_difference: frames " + std::to_string(k) + " to " + std::to_string(k + 2) +
-                " differ in size");
-    for (std::size_t p = 0; p < first.size(); ++p)
-      if (const auto change = second_difference(first[p], middle[p], last[p]))
-        changes.push_back(*change);
-  }
-  return flicker_of(changes);
+  return weighed_difference(maps, [](const Map&, std::size_t) { return 1.0; });
+}
+
+Flicker second_difference_along_normal(const Lens& lens, std::span<const Map> maps) {
+  const std::size_t pixels = static_cast<std::size_t>(lens.width) * lens.height;
+  for (const Map& map : maps)
+    require(map.normal.size() == pixels, "second_difference_along_normal: a map has " +
+                                             std::to_string(map.normal.size()) +
+                                             " normals, wanted " + std::to_string(pixels));
+  return weighed_difference(maps, [&](const Map& middle, std::size_t p) {
+    const Vec3 normal = middle.normal[p];
+    if (normal == Vec3{}) return kNone;
+    const Vec3d ray = lens.direction(static_cast<int>(p % static_cast<std::size_t>(lens.width)),
+                                     static_cast<int>(p / static_cast<std::size_t>(lens.width)));
+    return std::abs(dot(Vec3d(normal), ray));
+  });
 }
 
 }  // namespace meniscus::accuracy

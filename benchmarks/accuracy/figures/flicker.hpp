@@ -7,6 +7,7 @@
 #include "accuracy/figures/statistics.hpp"
 #include "accuracy/map.hpp"
 #include "accuracy/motion.hpp"
+#include "accuracy/scene.hpp"
 #include "accuracy/truth.hpp"
 
 namespace meniscus::accuracy {
@@ -34,5 +35,10 @@ std::optional<double> second_difference(double first, double middle, double last
 /// depths at most s apart: what is left of a real motion when its velocity is taken out. Depths in
 /// s. Throws InvalidArgument when the maps' sizes differ.
 Flicker second_difference(std::span<const Map> maps);
+
+/// The same along the surface's normal in the middle frame: times the cosine between it and the ray
+/// of the pixel. Where rays graze the surface, depths change much when the surface hardly moves.
+/// Pixels without a normal there do not count. The cameras' lens is `lens`.
+Flicker second_difference_along_normal(const Lens& lens, std::span<const Map> maps);
 
 }  // namespace meniscus::accuracy
