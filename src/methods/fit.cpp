@@ -201,8 +201,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
         rim = with_rim(projected, fitted, found);
-        if (!merges)
-          neighbours = neighbourhoods(device, projected, rim, found.index, params.fit);
+        if (!merges) neighbours = neighbourhoods(device, projected, rim, found.index, params.fit);
         splash = upload_splats(device, projected, split.splash, kLargestDrop);
         radius = least_radius(projected);
       });
