@@ -13,15 +13,15 @@ namespace {
 constexpr double kBendReach = 5;  // within which bends are measured, particle radii
 constexpr double kCalmBend = 0.005, kTightBend = 0.07;  // mean of 1 - n.n': largest, least groups
 constexpr double kFullReach = 0.95;  // share of its radius within which a group takes in wholly
-constexpr float kOther = 0.6f, kSame = 0.8f;     // n.n' of other groups and of the same
-constexpr float kBeside = 0.9f, kAbove = 1.4f;   // heights in the same layer and in another
+constexpr float kOther = 0.6f, kSame = 0.8f;      // n.n' of other groups and of the same
+constexpr float kBeside = 0.9f, kAbove = 1.4f;    // heights in the same layer and in another
 constexpr double kOpenFrom = 0.5, kOpenTo = 0.8;  // u of particles that take others in
 constexpr double kTie = 0.02;                     // ranks this near are about equal
 constexpr double kLattice = 3.6;                  // between the ranks' maxima, particle radii
 constexpr double kGone = 0.35;                    // W of groups that are taken in
 constexpr double kSettled = 1e-3;                 // change of W that ends the sweeps
 constexpr int kMostSweeps = 8;                    // near ties alone want more than one
-constexpr std::size_t kGrain = 256;                 // particles that are worth a thread
+constexpr std::size_t kGrain = 256;               // particles that are worth a thread
 
 // A particle to merge.
 struct Member {

@@ -36,8 +36,8 @@ struct MergedGroups {
 ///   R_i = least_reach + (reach - least_reach) (1 - smoothstep(.005, .07, b_i)),
 ///
 /// b_i the mean of 1 - n_i.n_j within 5. What is left of i is W_i = prod_j (1 - W_j t_ij), found in
-/// sweeps through the ranks; groups of W at most .35 are gone. All goes steadily with the particles,
-/// so nothing pops when they move.
+/// sweeps through the ranks; groups of W at most .35 are gone. All goes steadily with the
+/// particles, so nothing pops when they move.
 ///
 ///   rim     the particles to merge, ascending, places in Projected (with_rim)
 ///   around  the surface, `rim` among it: normals and weights u
