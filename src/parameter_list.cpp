@@ -18,7 +18,8 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
       {"Triangles and ghosts (paper 2.2)", "d-max", &p.triangle.d_max, r, 0, 100, true,
        "depth range beyond which a triangle is a ghost"},
       {"Large frames", "thin", &p.thin, "pixels", 0, 64, false,
-       "methods fit, groups and stable: from 262,144 particles in view on, particles closer than half of "
+       "methods fit, groups and stable: from 262,144 particles in view on, particles closer than "
+       "half of "
        "this are averaged to be about this far apart; 0: never"},
       {"Groups (paper 2.2)", "merge-cosine", &p.merge.cosine, none, -1, 1, false,
        "method paper: groups merge when their normals' dot product exceeds this"},
@@ -59,7 +60,8 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
       {"Region (paper 2.4.1)", "sigma-n", &p.region.sigma_n, none, 0, 100, true,
        "method paper: normal difference that the contour filter crosses (Eq. 5)"},
       {"Blend (paper 2.4.2)", "blend-radius", &p.blend.radius, r, 0.1, 50, false,
-       "radius of a fit's weight; methods fit and groups: of a weight as wide that ends at .84 of it"},
+       "radius of a fit's weight; methods fit and groups: of a weight as wide that ends at .84 of "
+       "it"},
       {"Blend (paper 2.4.2)", "reach", &p.blend.reach, r, 0, 20, false,
        "method paper: a billboard reaches this far beyond its group's radius"},
       {"Blend (paper 2.4.2)", "blend-d-max", &p.blend.d_max, r, 0, 100, true,

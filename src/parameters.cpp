@@ -26,7 +26,8 @@ constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::positi
 const std::vector<MethodEntry>& method_list() {
   static const std::vector<MethodEntry> all{
       {Method::fit, "fit", "a fit around every particle of the surface, sharp creases"},
-      {Method::groups, "groups", "a fit around each group of particles, merged by normals and places"},
+      {Method::groups, "groups",
+       "a fit around each group of particles, merged by normals and places"},
       {Method::stable, "stable", "fits of the seen particles alone"},
       {Method::paper, "paper", "the paper as printed"},
       {Method::ssm, "ssm", "Screen Space Meshes"},

@@ -145,6 +145,23 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StableAccuracy,
                                          Bounds{"box", 0.035, 1.5}),
                          name_of);
 
+class GroupsAccuracy : public testing::TestWithParam<Bounds> {};
+
+// Groups of merged particles are to be as right as a fit around each, within a tenth.
+TEST_P(GroupsAccuracy, IsWithinATenthOfFit) {
+  const Bounds& fit = GetParam();
+  const Figures f = figures_of(fit.scene, Method::groups);
+  EXPECT_EQ(f.holes, 0);
+  EXPECT_LE(f.normal_rms, 1.1 * fit.normal_rms);
+  EXPECT_LE(f.slope_median, 1.1 * fit.angle);
+  EXPECT_LE(f.angle_median, 1.1 * fit.angle);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, GroupsAccuracy,
+                         testing::Values(Bounds{"sphere", 0.025, 1.0}, Bounds{"waves", 0.04, 2.2},
+                                         Bounds{"box", 0.0225, 1.0}),
+                         name_of);
+
 class SsmAccuracy : public testing::TestWithParam<Bounds> {};
 
 // A baseline that was made weak would prove nothing: at most a quarter above what an independent

@@ -148,17 +148,6 @@ SurfaceBuffers make_surface(Device& device, const View& view, const SampleGrid& 
   return surface;
 }
 
-// What fits need of the places of particles.
-struct Neighbourhoods {
-  FitNeighbours full, trial;
-};
-
-Neighbourhoods neighbourhoods(Device& device, const Projected& projected, const Visible& seeds,
-                              const std::vector<std::int32_t>& around, const FitParams& params) {
-  return {find_neighbours(device, projected, seeds.index, around, params.support),
-          find_neighbours(device, projected, seeds.index, around, kTrialReach)};
-}
-
 // Both methods: only where the fits come from differs, from particles or from merged groups.
 Extraction run_on_fits(Device& device, const View& view, const WorldParticles& particles,
                        const Parameters& params, bool merges, std::vector<StageTime>* timings) {
@@ -189,7 +178,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   double radius = 0;
   FieldSurface found;
   Visible rim;
-  Neighbourhoods neighbours;
+  FitNeighbours neighbours, trial_neighbours;
   parallel_both(
       [&] {
         triangulated = triangulate_without_pits(
@@ -202,7 +191,9 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
         }
         rim = with_rim(projected, fitted, found);
         if (!merges)
-          neighbours = neighbourhoods(device, projected, rim, found.index, params.fit);
+          neighbours =
+              find_neighbours(device, projected, rim.index, found.index, params.fit.support);
+        trial_neighbours = find_neighbours(device, projected, rim.index, found.index, kTrialReach);
         splash = upload_splats(device, projected, split.splash, kLargestDrop);
         radius = least_radius(projected);
       });
@@ -222,18 +213,32 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
       first_normals(view, projected, fitted, mesh,
                     smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
+  // Every particle tells what the surface is like, in a group or not: of groups alone, creases came
+  // out rounded (docs/method.md).
+  std::vector<float> roundness =
+      measure_roundness(device, projected, rim, around, trial_neighbours, params.fit, params.blend);
   MergedGroups groups;
   if (merges) {
     clock.start("merge");
     groups = merge_particles(view, projected, rim, around, params.merge);
     clock.start("fit");
-    neighbours = neighbourhoods(device, projected, groups.seed, around.index, params.fit);
+    neighbours =
+        find_neighbours(device, projected, groups.seed.index, around.index, params.fit.support);
+    std::vector<float> of_seeds;
+    for (const std::int32_t place : places_in(rim.index, groups.seed.index))
+      of_seeds.push_back(roundness[static_cast<std::size_t>(place)]);
+    roundness.swap(of_seeds);
   }
   const Visible& seeds = merges ? groups.seed : rim;
+<<<<<<< HEAD
   const Models models = measure_roundness(device, projected, seeds, around, neighbours.trial,
                                           params.fit, params.blend);
   ParticleFits fits = fit_particles(device, projected, seeds, around, neighbours.full,
                                     models.roundness, params.fit);
+=======
+  ParticleFits fits =
+      fit_particles(device, projected, seeds, around, neighbours, roundness, params.fit);
+>>>>>>> refs/heads/groups
   if (merges) weigh_groups(fits, groups.share, groups.extent);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, models.unexplained, cells);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 #include "parallel.hpp"
 #include "stages/cells.hpp"
@@ -11,20 +10,18 @@
 namespace meniscus {
 namespace {
 
-constexpr double kBendReach = 5;                     // within which bends are measured, radii
-static double env(const char* n, double o){const char* s=std::getenv(n);return s?std::atof(s):o;}
-static const double kCalmBend = env("G_LOW",0.01), kTightBend = env("G_HIGH",0.06);  // mean of 1 - n.n': largest, smallest groups
-constexpr double kFullReach = 0.95;                  // share of its radius within which a group
-                                                     // takes in wholly
-static const double kOther = env("G_NLOW",0.7), kSame = env("G_NHIGH",.85);         // n.n' of other groups and of the same
-static const double kBeside = env("G_HLOW",0.7), kAbove = env("G_HHIGH",1.2);        // heights in the same and in another layer
-constexpr double kOpenFrom = 0.5, kOpenTo = 0.8;     // u of particles that take others in
-constexpr double kTie = 0.02;                        // ranks this near are about equal
-static const double kLattice = env("G_WAVE",3.6);                     // of the ranks' maxima, particle radii
-static const double kGone = env("G_EPS",0.2);                        // W of groups that are taken in
-constexpr double kSettled = 1e-3;                    // change of W that ends the sweeps
-constexpr int kMostSweeps = 8;                       // near ties alone want more than one
-constexpr std::size_t kGrain = 256;                  // particles that are worth a thread
+constexpr double kBendReach = 5;  // within which bends are measured, particle radii
+constexpr double kCalmBend = 0.005, kTightBend = 0.07;  // mean of 1 - n.n': largest, least groups
+constexpr double kFullReach = 0.95;  // share of its radius within which a group takes in wholly
+constexpr float kOther = 0.6f, kSame = 0.8f;      // n.n' of other groups and of the same
+constexpr float kBeside = 0.9f, kAbove = 1.4f;    // heights in the same layer and in another
+constexpr double kOpenFrom = 0.5, kOpenTo = 0.8;  // u of particles that take others in
+constexpr double kTie = 0.02;                     // ranks this near are about equal
+constexpr double kLattice = 3.6;                  // between the ranks' maxima, particle radii
+constexpr double kGone = 0.35;                    // W of groups that are taken in
+constexpr double kSettled = 1e-3;                 // change of W that ends the sweeps
+constexpr int kMostSweeps = 8;                    // near ties alone want more than one
+constexpr std::size_t kGrain = 256;               // particles that are worth a thread
 
 // A particle to merge.
 struct Member {
@@ -117,15 +114,13 @@ Surroundings look_around(const Projected& projected, const Visible& rim,
     const Member& own = members[k];
     const std::array at{own.x, own.y, own.z};
     std::size_t number = 0;
-    visit_ranges_near(cells, at[0], at[1], at[2],
-                      [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
-                        const std::size_t most =
-                            number + static_cast<std::size_t>(last - first) + kNearRoom;
-                        if (found.size() < most) found.resize(2 * most);
-                        number += find(cells, first, last, tag, at, reach * reach,
-                                       found.data() + number);
-                        return true;
-                      });
+    visit_ranges_near(
+        cells, at[0], at[1], at[2], [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+          const std::size_t most = number + static_cast<std::size_t>(last - first) + kNearRoom;
+          if (found.size() < most) found.resize(2 * most);
+          number += find(cells, first, last, tag, at, reach * reach, found.data() + number);
+          return true;
+        });
     float all = 1e-9f, bend = 0;
     for (std::size_t f = 0; f < number; ++f) {
       if (found[f] == static_cast<std::int32_t>(k)) continue;
@@ -137,16 +132,17 @@ Surroundings look_around(const Projected& projected, const Visible& rim,
       const float w = other.weight * d * d;
       all += w;
       bend += w * (1 - same);
-      const double distance = std::sqrt(squared);
-      if (!(same > kOther) || !(distance < widest)) continue;
+      if (!(same > kOther) || !(squared < widest * widest)) continue;
       // The mean normal's length is sqrt((1 + n.n') / 2).
       const float along =
           x * (own.nx + other.nx) + y * (own.ny + other.ny) + z * (own.nz + other.nz);
-      const double height = std::abs(along) / std::sqrt(2 * (1 + same));
-      const double alike =
-          smooth_step(kOther, kSame, same) * (1 - smooth_step(kBeside, kAbove, height));
-      if (alike > 0)
-        block.near.push_back({found[f], static_cast<float>(distance), static_cast<float>(alike)});
+      const float square = along * along / (2 * (1 + same));  // of the height
+      if (!(square < kAbove * kAbove)) continue;
+      float alike = 1;
+      if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
+      if (square > kBeside * kBeside)
+        alike *= static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
+      if (alike > 0) block.near.push_back({found[f], std::sqrt(squared), alike});
     }
     const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
     result.extent[k] =
@@ -183,8 +179,9 @@ std::vector<float> merge_until_settled(const std::vector<Member>& members,
       const double lead = double{members[j].rank} - members[k].rank;
       const double extent = std::min(around.extent[k], around.extent[j]);
       if (!(lead > -kTie) || !(near.distance < extent)) return;
-      const double takes = within(near.distance, extent) * near.alike * members[j].takes *
-                           smooth_step(-kTie, kTie, lead);
+      double takes = double{near.alike} * members[j].takes;
+      if (near.distance > kFullReach * extent) takes *= within(near.distance, extent);
+      if (lead < kTie) takes *= smooth_step(-kTie, kTie, lead);
       if (takes > 0) takers.push_back({near.other, static_cast<float>(takes)});
     });
     first[k + 1] = takers.size();

@@ -25,18 +25,19 @@ struct MergedGroups {
 /// Merges the particles of `rim` until nothing merges any more. Each begins as a group of its own;
 /// group j takes in particle i as far as
 ///
-///   t_ij = (1 - smoothstep(.95, 1, |x_j - x_i| / R_ij)) smoothstep(.7, .85, n_i.n_j)
-///          (1 - smoothstep(.7, 1.2, h_ij)) smoothstep(.5, .8, u_j) smoothstep(-.02, .02, a_j - a_i)
+///   t_ij = (1 - smoothstep(.95, 1, |x_j - x_i| / R_ij)) smoothstep(.6, .8, n_i.n_j)
+///          (1 - smoothstep(.9, 1.4, h_ij)) smoothstep(.5, .8, u_j) smoothstep(-.02, .02, a_j -
+///          a_i)
 ///
 /// with h the distance along the mean of both normals, a the rank that the place in the world gives
 /// a particle, and R_ij = min(R_i, R_j): params.reach where the surface is calm, down to
 /// params.least_reach where it bends or breaks,
 ///
-///   R_i = least_reach + (reach - least_reach) (1 - smoothstep(.01, .06, b_i)),
+///   R_i = least_reach + (reach - least_reach) (1 - smoothstep(.005, .07, b_i)),
 ///
 /// b_i the mean of 1 - n_i.n_j within 5. What is left of i is W_i = prod_j (1 - W_j t_ij), found in
-/// sweeps through the ranks; groups of W at most .2 are gone. All goes steadily with the particles,
-/// so nothing pops when they move.
+/// sweeps through the ranks; groups of W at most .35 are gone. All goes steadily with the
+/// particles, so nothing pops when they move.
 ///
 ///   rim     the particles to merge, ascending, places in Projected (with_rim)
 ///   around  the surface, `rim` among it: normals and weights u

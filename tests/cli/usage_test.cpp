@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"Method",
                    extract_with({"--method", "magic"}),
                    {"--method is magic",
-                    "fit, stable, paper, ssm, spheres, bilateral, "
+                    "fit, groups, stable, paper, ssm, spheres, bilateral, "
                     "narrow-range, curvature-flow, anisotropic"}},
         WrongUsage{"Preview",
                    extract_with({"--preview", "x"}),
@@ -190,7 +190,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"Threads", extract_with({"--threads", "0"}), {"--threads", "1 to 1024"}},
         WrongUsage{"BenchMethod",
                    {"bench", "frame", "--method", "fit,magic"},
-                   {"--method", "magic", "fit, stable"}},
+                   {"--method", "magic", "fit, groups, stable"}},
         WrongUsage{"BenchParticles",
                    {"bench", "frame", "--particles", "1e4,9"},
                    {"--particles is 9", "from 10"}},
