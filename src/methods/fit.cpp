@@ -230,18 +230,11 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
     roundness.swap(of_seeds);
   }
   const Visible& seeds = merges ? groups.seed : rim;
-<<<<<<< HEAD
-  const Models models = measure_roundness(device, projected, seeds, around, neighbours.trial,
-                                          params.fit, params.blend);
-  ParticleFits fits = fit_particles(device, projected, seeds, around, neighbours.full,
-                                    models.roundness, params.fit);
-=======
   ParticleFits fits =
       fit_particles(device, projected, seeds, around, neighbours, roundness, params.fit);
->>>>>>> refs/heads/groups
   if (merges) weigh_groups(fits, groups.share, groups.extent);
   clock.start("trust");
-  const std::vector<double> trust = measure_trust(device, fits, models.unexplained, cells);
+  const std::vector<double> trust = measure_trust(device, fits, cells);
   const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records), body, splash, cells, levelled, radius};
