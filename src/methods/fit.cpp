@@ -210,12 +210,12 @@ Extraction run_fit(Device& device, const View& view, const WorldParticles& parti
       first_normals(view, projected, fitted, mesh,
                     smooth_normals(mesh, params.merge.smoothing_rounds, sources.vertex), sources);
   const SurfaceParticles around = with_normals(std::move(found), fitted, normals);
-  const Models models =
+  const std::vector<float> roundness =
       measure_roundness(device, projected, rim, around, trial_neighbours, params.fit, params.blend);
   const ParticleFits fits =
-      fit_particles(device, projected, rim, around, neighbours, models.roundness, params.fit);
+      fit_particles(device, projected, rim, around, neighbours, roundness, params.fit);
   clock.start("trust");
-  const std::vector<double> trust = measure_trust(device, fits, models.unexplained, cells);
+  const std::vector<double> trust = measure_trust(device, fits, cells);
   const BlendRecords records =
       make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const FittedFrame frame{upload_records(device, records), body, splash, cells, levelled, radius};
