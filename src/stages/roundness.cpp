@@ -1,7 +1,6 @@
 #include "stages/roundness.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "exact_math.hpp"
 #include "stages/sheet.hpp"
@@ -92,9 +91,10 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   return evidence;
 }
 
-Models measure_roundness(Device& device, const Projected& projected, const Visible& seen,
-                         const SurfaceParticles& around, const FitNeighbours& neighbours,
-                         const FitParams& params, const BlendParams& blend) {
+std::vector<float> measure_roundness(Device& device, const Projected& projected,
+                                     const Visible& seen, const SurfaceParticles& around,
+                                     const FitNeighbours& neighbours, const FitParams& params,
+                                     const BlendParams& blend) {
   const Evidence evidence =
       measure_evidence(device, projected, seen, around, neighbours, params, blend);
   const std::size_t count = seen.index.size();
@@ -127,14 +127,10 @@ Models measure_roundness(Device& device, const Projected& projected, const Visib
   }
   const std::vector<float> mean =
       average_on_sheets(device, at, normal, share, {score, score}, kFar)[0];
-  Models result{std::vector<float>(count, 0.0f), std::vector<float>(count)};
+  std::vector<float> roundness(count, 0.0f);
   for (std::size_t b = 0; b < bent.size(); ++b)
-    result.roundness[bent[b]] =
-        gate[b] * static_cast<float>(smooth_step(kRoundFrom, kRoundTo, mean[b]));
-  for (std::size_t k = 0; k < count; ++k)
-    result.unexplained[k] = std::sqrt(result.roundness[k] * distances[0][k] +
-                                      (1 - result.roundness[k]) * distances[1][k]);
-  return result;
+    roundness[bent[b]] = gate[b] * static_cast<float>(smooth_step(kRoundFrom, kRoundTo, mean[b]));
+  return roundness;
 }
 
 }  // namespace meniscus

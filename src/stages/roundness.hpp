@@ -30,21 +30,17 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
                           const SurfaceParticles& around, const FitNeighbours& neighbours,
                           const FitParams& params, const BlendParams& blend);
 
-/// Which model describes the surface around each fitted particle, and how well.
-struct Models {
-  std::vector<float> roundness;    // [n] 0 .. 1: 0 where two sheets meet or the surface is flat, 1
-                                   // where one quadric goes round a bend
-  std::vector<float> unexplained;  // [n] RMS distance that this model leaves, particle radii
-};
-
-/// The roundness s of each fitted particle. With the means of the evidence over the sheet within 5,
+/// The roundness of each fitted particle, [n], 0 .. 1: 0 where two sheets meet or the surface is
+/// flat, 1 where one quadric goes round a bend. With the means of the evidence over the sheet
+/// within 5,
 ///
 ///   score = 2 ln(two + c) - 4 ln(one + c) + ln(bend + c),   c = .002,
 ///
 /// averaged over the bent places within 24; smoothstep(2.4, 2.9, score) smoothstep(.005, .02,
-/// bend). Unexplained is left sqrt(s one + (1 - s) two). Waits. Throws DeviceError.
-Models measure_roundness(Device& device, const Projected& projected, const Visible& seen,
-                         const SurfaceParticles& around, const FitNeighbours& neighbours,
-                         const FitParams& params, const BlendParams& blend);
+/// bend). Waits. Throws DeviceError.
+std::vector<float> measure_roundness(Device& device, const Projected& projected,
+                                     const Visible& seen, const SurfaceParticles& around,
+                                     const FitNeighbours& neighbours, const FitParams& params,
+                                     const BlendParams& blend);
 
 }  // namespace meniscus

@@ -15,18 +15,10 @@ constexpr SheetWeights kSheet{5, 0.4f, 0.6f};
 // (settle.cl).
 constexpr double kComparedFrom = 0.3, kCompared = 0.4, kTrace = 0.01;
 
-// Places that neither one quadric nor two sheets explain, with other water near, are narrow
-// hollows: there fits jump from one arrangement of sheets to another when particles move a little,
-// and the field goes steadily. What distance is left (RMS, particle radii), how much more of it a
-// round fit may leave, because the field has bumps on bends, and from which spread on other water
-// is near.
-constexpr double kUnexplainedFrom = 0.18, kUnexplained = 0.28, kRoundRoom = 0.12;
-constexpr double kCrowdedFrom = 0.35, kCrowded = 0.5;
-
 }  // namespace
 
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
-                                  const std::vector<float>& unexplained, const DeviceCells& cells) {
+                                  const DeviceCells& cells) {
   const std::size_t n = fits.size();
   std::vector<float> firm(n), spread(n), density;
   Cells around;
@@ -45,11 +37,8 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k)
       if (!(fits.residual[k] < 0))
-        trust[k] = smooth_step(0.24, 0.36, means[0][k]) * smooth_step(5, 12, fits.supporters[k]) *
+        trust[k] = smooth_step(0.24, 0.33, means[0][k]) * smooth_step(5, 12, fits.supporters[k]) *
                    (1 - smooth_step(0.45, 0.75, means[1][k])) *
-                   (1 - smooth_step(kCrowdedFrom, kCrowded, means[1][k]) *
-                            smooth_step(kUnexplainedFrom, kUnexplained,
-                                        unexplained[k] - kRoundRoom * fits.roundness[k])) *
                    (1 - kTrace * smooth_step(kComparedFrom, kCompared, means[1][k]));
   });
   return trust;

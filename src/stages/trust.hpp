@@ -13,15 +13,12 @@
 
 namespace meniscus {
 
-/// Trust of each fit, 0 .. 1: smoothstep(.24, .36, C) (1 - smoothstep(.45, .75, spread))
-/// (1 - smoothstep(.35, .5, spread) smoothstep(.18, .28, unexplained - .12 s))
-/// smoothstep(5, 12, supporters), with s the roundness, C the density at the feet and the spread
-/// averaged over the fits k of the same sheet within five radii, with weights (1 - l/5)
-/// smoothstep(.4, .6, n.n_k) times k's firmness: on an edge of the fluid C is low, but its sheets
-/// go on. 0 where there is no fit. Waits.
-///
-///   unexplained  [fits] distance that no model explains (stage roundness), particle radii
+/// Trust of each fit, 0 .. 1: smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread))
+/// smoothstep(5, 12, supporters), with C the density at the feet and the spread averaged over the
+/// fits k of the same sheet within five radii, with weights (1 - l/5) smoothstep(.4, .6, n.n_k)
+/// times k's firmness: on an edge of the fluid C is low, but its sheets go on. 0 where there is no
+/// fit. Waits.
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
-                                  const std::vector<float>& unexplained, const DeviceCells& cells);
+                                  const DeviceCells& cells);
 
 }  // namespace meniscus

@@ -26,7 +26,6 @@ ParticleFits at_random(const Projected& p, std::size_t n, unsigned seed) {
     const double side = i % 3 == 0 ? 2 : 0;
     fits.normal.push_back(normalized({side + random(-0.4, 0.4), random(-0.4, 0.4), 1}));
     fits.firmness.push_back(random(0.005, 1));
-    fits.roundness.push_back(random(0, 1));
     fits.spread.push_back(random(0.2, 1.1));
     fits.supporters.push_back(random(4, 25));
     fits.residual.push_back(i % 7 == 6 ? -1 : 0.1f);
@@ -39,12 +38,7 @@ ParticleFits at_random(const Projected& p, std::size_t n, unsigned seed) {
 TEST_P(Trust, MatchesItsDefinition) {
   const Projected p = block(14, 12, 3, 0.3);
   const ParticleFits fits = at_random(p, 14 * 12, 2);
-  Random random(7);
-  std::vector<float> unexplained;
-  for (std::size_t k = 0; k < fits.size(); ++k)
-    unexplained.push_back(static_cast<float>(random(0.1, 0.4)));
-  const std::vector<double> actual =
-      measure_trust(device_, fits, unexplained, cells_of(device_, p));
+  const std::vector<double> actual = measure_trust(device_, fits, cells_of(device_, p));
   ASSERT_EQ(actual.size(), fits.size());
   std::vector<double> density, off;
   for (const Vec3d& foot : fits.foot) {
@@ -69,11 +63,8 @@ TEST_P(Trust, MatchesItsDefinition) {
       apart += w * fits.spread[j];
     }
     const double expected =
-        smooth_step(0.24, 0.36, dense / weight) * (1 - smooth_step(0.45, 0.75, apart / weight)) *
-        (1 - 0.01 * smooth_step(0.3, 0.4, apart / weight)) *
-        (1 - smooth_step(0.35, 0.5, apart / weight) *
-                 smooth_step(0.18, 0.28, unexplained[k] - 0.12 * fits.roundness[k])) *
-        smooth_step(5, 12, fits.supporters[k]);
+        smooth_step(0.24, 0.33, dense / weight) * (1 - smooth_step(0.45, 0.75, apart / weight)) *
+        (1 - 0.01 * smooth_step(0.3, 0.4, apart / weight)) * smooth_step(5, 12, fits.supporters[k]);
     between += expected > 0.01 && expected < 0.99;
     // A weight is off by 50 epsilon at most: n.n' by four, which a slope of 7.5 passes on, and the
     // distance; sums round once a fit. Smoothstep's slope is 1.5 over the width of its ramp.
@@ -85,8 +76,8 @@ TEST_P(Trust, MatchesItsDefinition) {
     }
     const double sums = static_cast<double>(fits.size()) * kEpsilon;
     EXPECT_NEAR(actual[k], expected,
-                1.5 / 0.12 * (dense_off + sums * dense) / weight +
-                    (1.5 / 0.3 + 1.5 / 0.15) * (apart_off + sums * apart) / weight)
+                1.5 / 0.09 * (dense_off + sums * dense) / weight +
+                    1.5 / 0.3 * (apart_off + sums * apart) / weight)
         << k;
   }
   EXPECT_GT(between, fits.size() / 4);
@@ -102,8 +93,7 @@ Trusted trust_of(Device& device, const Projected& p, std::size_t seen) {
   const FoundSurface found = surface_of(device, p, seen);
   Trusted result;
   result.fits = fit_particles(device, p, with_rim(p, found.seen, found.field), found.surface, {});
-  const std::vector<float> explained(result.fits.size(), 0.0f);
-  result.trust = measure_trust(device, result.fits, explained, cells_of(device, p));
+  result.trust = measure_trust(device, result.fits, cells_of(device, p));
   return result;
 }
 
@@ -152,7 +142,7 @@ TEST_P(Trust, ASprayIsNot) {
 }
 
 TEST_P(Trust, NoFitsHaveNone) {
-  EXPECT_TRUE(measure_trust(device_, {}, {}, cells_of(device_, block(3, 3, 3))).empty());
+  EXPECT_TRUE(measure_trust(device_, {}, cells_of(device_, block(3, 3, 3))).empty());
 }
 
 MENISCUS_ON_EVERY_DEVICE(Trust);
