@@ -5,7 +5,7 @@
 //   group's normal. (With z among the basis functions f = z would solve it whatever the points.)
 // - In Eq. 3 z is the region, 1 inside and 0 outside, and the result is cut at 1/2. A sample
 //   outside has no normal; w_n is 1 wherever one of the two samples has none.
-// - In Eq. 7 b = R (0.15 + 0.45 s^4), R the group's radius, s the dot product of its normal and
+// - In Eq. 7 b = R (b_share.x + b_share.y s^4), .15 and .45 by default, R the group's radius, s the dot product of its normal and
 //   that of the group that the sample's triangle belongs to, 0 where it is negative.
 // - In Eq. 6 the denominator's sum runs over k.
 
