@@ -67,17 +67,18 @@ Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std:
       };
       rows = rows_of(Field::x);
       if (rows_of(Field::y) != rows || rows_of(Field::z) != rows)
-        fail(file, "", "x, y and z have " + std::to_string(rows) + ", " +
-                           std::to_string(rows_of(Field::y)) + " and " +
-                           std::to_string(rows_of(Field::z)) + " values, wanted as many of each");
+        fail(file, "",
+             "x, y and z have " + std::to_string(rows) + ", " + std::to_string(rows_of(Field::y)) +
+                 " and " + std::to_string(rows_of(Field::z)) + " values, wanted as many of each");
       positions = kSeparate;
     } else {
       std::vector<std::size_t> wide;
       for (std::size_t k = 0; k < arrays.size(); ++k)
         if (arrays[k].data.components >= 3) wide.push_back(k);
       if (wide.size() != 1)
-        fail(file, "", "says of no array that it holds positions (give --dataset), it has " +
-                           list_of(arrays));
+        fail(
+            file, "",
+            "says of no array that it holds positions (give --dataset), it has " + list_of(arrays));
       positions = wide[0];
       rows = arrays[positions].rows;
     }

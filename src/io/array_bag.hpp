@@ -13,9 +13,10 @@ struct BagArray {
   std::uint64_t rows = 0;
 };
 
-/// The layout of the particles among some arrays. Positions are the array that `dataset` names, else
-/// one of two or three components with a name for positions, else x, y and z, else the only array
-/// of three components. Arrays with another number of rows are of something else. Throws InputError.
+/// The layout of the particles among some arrays. Positions are the array that `dataset` names,
+/// else one of two or three components with a name for positions, else x, y and z, else the only
+/// array of three components. Arrays with another number of rows are of something else. Throws
+/// InputError.
 Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
                      const ReadOptions& options);
 

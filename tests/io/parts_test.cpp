@@ -56,7 +56,8 @@ class Parts : public InputTest {
     return (std::filesystem::path(file).parent_path() / name).string();
   }
   static std::string error_of(const std::string& path, int ranks = 1) {
-    const TeamOutcome outcome = as_team(ranks, [&](Team& team) { open_parts(path, ReadOptions{}, team); });
+    const TeamOutcome outcome =
+        as_team(ranks, [&](Team& team) { open_parts(path, ReadOptions{}, team); });
     EXPECT_THAT(outcome.errors, Each(outcome.errors[0]));
     return outcome.errors[0];
   }
