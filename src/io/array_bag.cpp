@@ -28,6 +28,14 @@ bool is_position(const std::string& given) {
   return false;
 }
 
+bool has_use(const std::string& given) {
+  const std::string name = lower_case(given);
+  for (const char* known : {"y", "z", "vx", "vy", "vz", "u", "v", "w"})
+    if (name == known) return true;
+  return is_position(name) || field_of_attribute(name, 3) != Field::none ||
+         field_of_attribute(name, 1) != Field::none;
+}
+
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place) {
   // Particles become a tenth or a third, not a hundredth, of their size.
   constexpr std::uint64_t kMostRatio = 100, kAlways = std::uint64_t{16} << 20;

@@ -23,6 +23,9 @@ Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std:
 /// Whether an array so named holds positions.
 bool is_position(const std::string& name);
 
+/// Whether an array so named has a use: one that cannot be read is then an error.
+bool has_use(const std::string& name);
+
 /// Throws InputError where `unpacked` bytes are not to be believed of a file.
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place);
 

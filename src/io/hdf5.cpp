@@ -506,6 +506,8 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
   for (const Reader::Found* found : groups[candidates[0]]) {
     const DataSet& data = found->data;
     if (!data.unknown.empty()) {
+      if (has_use(found->path.substr(candidates[0].empty() ? 0 : candidates[0].size() + 1)))
+        fail(*file, "", shown(found->path) + " " + data.unknown);
       flaw = shown(found->path) + " " + data.unknown;
       continue;
     }

@@ -205,6 +205,11 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
   }
   const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
   for (const Placed& one : placed) {
+    if (!one.type.scalar && has_use(single ? (item.empty() ? "positions" : item) : one.field.name))
+      fail(file, place + "header",
+           "has type " + in_quotes(one.field.type) + " for " +
+               (single ? "its values" : shown(one.field.name)) +
+               ", wanted numbers of 32 or 64 bits");
     if (!one.type.scalar || one.components == 0 || across == 0) continue;
     DataArray array{single ? item : one.field.name,
                     static_cast<std::size_t>(one.components),

@@ -148,6 +148,9 @@ TEST_F(FormatsOnDisk, SayWhatIsWrong) {
               testing::HasSubstr("wanted 9000000000000000000"));
   EXPECT_THAT(error_of("objects.npy", with(content(sample("numpy_six.npy")), "'<f4'", "'|O' ")),
               testing::HasSubstr("pickled"));
+  EXPECT_THAT(error_of("half.npy", with(content(sample("numpy_record.npy")), "'velocity', '<f8'",
+                                        "'velocity', '<f2'")),
+              testing::HasSubstr("has type \"<f2\" for velocity"));
   EXPECT_THAT(error_of("steps.lammpstrj", content(sample("lammps_steps.lammpstrj"))),
               testing::HasSubstr("holds 3 timesteps: 1000, 0, 2000 (give --timestep"));
   EXPECT_THAT(error_of("v.ffp3", content(sample("fluidparticlestemperature000001.ffp3"))),
