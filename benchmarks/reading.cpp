@@ -1,4 +1,5 @@
-// How fast files of particles are read: as a whole into memory, and in chunks as frames that stream.
+// How fast files of particles are read: as a whole into memory, and in chunks as frames that
+// stream.
 //   meniscus_reading_bench FILE ...
 // Prints the file's bytes over processor time, which other processes on the machine change little,
 // and over wall time. Each file is read once before, so that it is in the page cache.

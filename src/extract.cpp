@@ -104,8 +104,7 @@ Surface extract(Device& device, const BorrowedParticles& particles, const Camera
     ValueCheck values;
     Attribute& ordered = world.attributes.emplace_back(Attribute{attribute.name, {}});
     for (const std::size_t i : order)
-      ordered.values.push_back(
-          values.checked(attribute.values[i], static_cast<std::int64_t>(i)));
+      ordered.values.push_back(values.checked(attribute.values[i], static_cast<std::int64_t>(i)));
     values.report(attribute.name, params, surface.warnings);
   }
   std::array<double, 3> origin{};

@@ -11,11 +11,11 @@ namespace meniscus {
 
 /// What the pipeline makes of one frame, in eye space and particle radii.
 struct Extraction {
-  SurfaceBuffers image;         // at pixel centres, on the device; empty unless params.image
-  std::vector<Vec3> velocity;   // [pixels] world axes, world units per second; empty: unknown
+  SurfaceBuffers image;               // at pixel centres, on the device; empty unless params.image
+  std::vector<Vec3> velocity;         // [pixels] world axes, world units per second; empty: unknown
   std::vector<Attribute> attributes;  // [pixels] each
-  Mesh mesh;                    // world space; empty unless params.mesh
-  std::vector<float> residual;  // [groups] RMS fit residual, particle radii
+  Mesh mesh;                          // world space; empty unless params.mesh
+  std::vector<float> residual;        // [groups] RMS fit residual, particle radii
   std::vector<std::pair<std::string, std::int64_t>> counts;
 };
 

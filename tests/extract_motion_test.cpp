@@ -63,8 +63,9 @@ class ExtractMotion : public testing::Test {
 };
 
 TEST_F(ExtractMotion, AttributesAreWeighedAsVelocitiesAre) {
-  const Particles particles = with_attributes(
-      block([](const Vec3d& at) { return Vec3d{std::sin(9 * at.x), at.y * at.z, 300 + at.z}; }));
+  const Particles particles = with_attributes(block([](const Vec3d& at) {
+    return Vec3d{std::sin(9 * at.x), at.y * at.z, 300 + at.z};
+  }));
   Parameters parameters;
   parameters.mesh = true;
   const Surface surface = extract(device_, particles, camera(), parameters);

@@ -71,10 +71,9 @@ void write_exr(const std::string& path, const Surface& surface, const Parameters
 /// missing, cut off, damaged or not by write_exr.
 Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes = nullptr);
 
-/// Writes the mesh with normals, by the ending: .ply (binary little endian), .vtp (appended raw) and
-/// .glb also with velocities and attributes where it has them, .obj, or .stl (binary, normals of the
-/// triangles). Throws OutputError, InvalidArgument for arrays that do not fit
-/// each other.
+/// Writes the mesh with normals, by the ending: .ply (binary little endian), .vtp (appended raw)
+/// and .glb also with velocities and attributes where it has them, .obj, or .stl (binary, normals
+/// of the triangles). Throws OutputError, InvalidArgument for arrays that do not fit each other.
 void write_mesh(const std::string& path, const Mesh& mesh);
 
 /// Writes a picture of the surface for people. Throws OutputError, InvalidArgument where the

@@ -28,13 +28,13 @@ struct Attribute {
 /// One frame of a particle simulation, as structure of arrays. Every optional array is empty or
 /// has one entry a particle.
 struct Particles {
-  std::vector<float> x, y, z;     // [n] position, world units
-  std::vector<float> vx, vy, vz;  // [n] velocity, world units per second; optional
-  std::vector<float> density;     // [n] mass density as the file has it; optional
-  std::vector<float> radius;      // [n] particle radius, world units; optional
-  std::vector<std::int64_t> id;   // [n] identity over time; optional
-  double particle_radius = 0;     // world units, as the file states it; 0: the file does not
-  double time = 0;                // seconds, as the file states it; 0: the file does not
+  std::vector<float> x, y, z;           // [n] position, world units
+  std::vector<float> vx, vy, vz;        // [n] velocity, world units per second; optional
+  std::vector<float> density;           // [n] mass density as the file has it; optional
+  std::vector<float> radius;            // [n] particle radius, world units; optional
+  std::vector<std::int64_t> id;         // [n] identity over time; optional
+  double particle_radius = 0;           // world units, as the file states it; 0: the file does not
+  double time = 0;                      // seconds, as the file states it; 0: the file does not
   std::vector<Attribute> attributes{};  // what is carried to the surface; NaN: not known
 
   std::size_t size() const { return x.size(); }

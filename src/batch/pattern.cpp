@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -94,6 +95,20 @@ bool FramePattern::is_in_name(const std::string& path) {
   return false;
 }
 
+namespace {
+
+// Whether a file is a mesh that this program wrote: it bears a seal.
+bool is_output(const fs::path& path) {
+  constexpr std::size_t kHead = 4096;  // bytes
+  std::string head(kHead, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(kHead));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head.find("meniscus.hash") != std::string::npos;
+}
+
+}  // namespace
+
 std::string sequence_in_folder(const std::string& path) {
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) return path;
@@ -108,7 +123,7 @@ std::string sequence_in_folder(const std::string& path) {
     const std::string stem = name.substr(0, name.size() - ending.size());
     const std::size_t last = stem.find_last_of("0123456789");
     if (last == std::string::npos) {
-      plain.insert(whole);
+      if (!is_output(entry->path())) plain.insert(whole);
       continue;
     }
     std::size_t first = last;
@@ -116,8 +131,10 @@ std::string sequence_in_folder(const std::string& path) {
     const std::string start = stem.substr(0, first);
     // FLIP Fluids keeps velocities and others beside the positions.
     if (lower_case(ending) == ".ffp3" && lower_case(start) != "fluidparticles") continue;
-    patterns.insert(
-        (fs::path(path) / (start + "{}" + stem.substr(last + 1) + ending)).string());
+    const std::string pattern =
+        (fs::path(path) / (start + "{}" + stem.substr(last + 1) + ending)).string();
+    if (patterns.contains(pattern) || is_output(entry->path())) continue;
+    patterns.insert(pattern);
   }
   std::set<std::string> all = patterns;
   all.insert(plain.begin(), plain.end());

@@ -139,7 +139,8 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
   command
       .add_option("-o,--output", o.outputs,
                   "what to write, by its ending: .exr (maps), .ply, .vtp, .glb, .obj or .stl "
-                  "(mesh), .png (picture); give it several times for several files; of a sequence with a place "
+                  "(mesh), .png (picture); give it several times for several files; of a sequence "
+                  "with a place "
                   "for the number, e.g. -o out.####.exr")
       ->required()
       ->allow_extra_args(false)

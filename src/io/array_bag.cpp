@@ -28,6 +28,14 @@ bool is_position(const std::string& given) {
   return false;
 }
 
+bool has_use(const std::string& given) {
+  const std::string name = lower_case(given);
+  for (const char* known : {"y", "z", "vx", "vy", "vz", "u", "v", "w"})
+    if (name == known) return true;
+  return is_position(name) || field_of_attribute(name, 3) != Field::none ||
+         field_of_attribute(name, 1) != Field::none;
+}
+
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place) {
   // Particles become a tenth or a third, not a hundredth, of their size.
   constexpr std::uint64_t kMostRatio = 100, kAlways = std::uint64_t{16} << 20;
@@ -67,17 +75,18 @@ Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std:
       };
       rows = rows_of(Field::x);
       if (rows_of(Field::y) != rows || rows_of(Field::z) != rows)
-        fail(file, "", "x, y and z have " + std::to_string(rows) + ", " +
-                           std::to_string(rows_of(Field::y)) + " and " +
-                           std::to_string(rows_of(Field::z)) + " values, wanted as many of each");
+        fail(file, "",
+             "x, y and z have " + std::to_string(rows) + ", " + std::to_string(rows_of(Field::y)) +
+                 " and " + std::to_string(rows_of(Field::z)) + " values, wanted as many of each");
       positions = kSeparate;
     } else {
       std::vector<std::size_t> wide;
       for (std::size_t k = 0; k < arrays.size(); ++k)
         if (arrays[k].data.components >= 3) wide.push_back(k);
       if (wide.size() != 1)
-        fail(file, "", "says of no array that it holds positions (give --dataset), it has " +
-                           list_of(arrays));
+        fail(
+            file, "",
+            "says of no array that it holds positions (give --dataset), it has " + list_of(arrays));
       positions = wide[0];
       rows = arrays[positions].rows;
     }

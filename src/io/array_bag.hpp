@@ -13,14 +13,18 @@ struct BagArray {
   std::uint64_t rows = 0;
 };
 
-/// The layout of the particles among some arrays. Positions are the array that `dataset` names, else
-/// one of two or three components with a name for positions, else x, y and z, else the only array
-/// of three components. Arrays with another number of rows are of something else. Throws InputError.
+/// The layout of the particles among some arrays. Positions are the array that `dataset` names,
+/// else one of two or three components with a name for positions, else x, y and z, else the only
+/// array of three components. Arrays with another number of rows are of something else. Throws
+/// InputError.
 Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
                      const ReadOptions& options);
 
 /// Whether an array so named holds positions.
 bool is_position(const std::string& name);
+
+/// Whether an array so named has a use: one that cannot be read is then an error.
+bool has_use(const std::string& name);
 
 /// Throws InputError where `unpacked` bytes are not to be believed of a file.
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place);

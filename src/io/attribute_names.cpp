@@ -24,8 +24,7 @@ std::string listed(const std::vector<NamedArray>& arrays) {
 
 }  // namespace
 
-std::string component_name(const std::string& name, std::size_t component,
-                           std::size_t components) {
+std::string component_name(const std::string& name, std::size_t component, std::size_t components) {
   if (components == 1) return name;
   return name + "." +
          (components == 3 ? std::string(1, "XYZ"[component]) : std::to_string(component));
@@ -55,8 +54,8 @@ std::vector<AttributePick> pick_attributes(const std::string& file,
         for (std::size_t k = 0; k < 3; ++k) {
           const auto found = find(wanted + separator + letters[k]);
           if (found == arrays.end() || found->components != 1) break;
-          three.push_back({static_cast<std::size_t>(found - arrays.begin()), 0,
-                           component_name(name, k, 3)});
+          three.push_back(
+              {static_cast<std::size_t>(found - arrays.begin()), 0, component_name(name, k, 3)});
         }
         if (three.size() < 3) three.clear();
       }

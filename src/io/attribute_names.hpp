@@ -19,8 +19,8 @@ struct AttributePick {
   std::string name;  // of the attribute
 };
 
-/// What attributes asked for are called that a vector gives: NAME for one component, NAME.X, NAME.Y,
-/// NAME.Z for three, else NAME.0, NAME.1 ...
+/// What attributes asked for are called that a vector gives: NAME for one component, NAME.X,
+/// NAME.Y, NAME.Z for three, else NAME.0, NAME.1 ...
 std::string component_name(const std::string& name, std::size_t component, std::size_t components);
 
 /// The attributes in the order asked for. A name in any case stands for the array of that name, or

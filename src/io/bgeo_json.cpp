@@ -76,8 +76,7 @@ class Parser {
     return load<T>(&file_.bytes[at_ - sizeof(T)], std::endian::little);
   }
   void need(std::size_t size) const {
-    if (size > file_.bytes.size() - at_)
-      fail(file_, place(), "the data ends here (truncated?)");
+    if (size > file_.bytes.size() - at_) fail(file_, place(), "the data ends here (truncated?)");
   }
   std::string place() const { return byte_place(at_) + " of the unpacked data"; }
 
@@ -124,8 +123,8 @@ class Parser {
       case kReal64:
         return take<double>();
       default:
-        fail(file_, place(), "found a number of kind " + std::to_string(code) +
-                                 ", which is not known");
+        fail(file_, place(),
+             "found a number of kind " + std::to_string(code) + ", which is not known");
     }
   }
   static double half(std::uint16_t bits) {
@@ -334,8 +333,7 @@ PointArray array_of(const InputFile& file, const Value& attribute, std::size_t p
     for (std::size_t c = 0; c < array.components; ++c) {
       const std::vector<double> numbers = numbers_of(arrays->items[c]);
       if (numbers.size() != points) fail(file, place, "has another number of values");
-      for (std::size_t i = 0; i < points; ++i)
-        array.values[i * array.components + c] = numbers[i];
+      for (std::size_t i = 0; i < points; ++i) array.values[i * array.components + c] = numbers[i];
     }
   } else {
     array.components = 0;

@@ -1,6 +1,6 @@
 // The container of .bgeo.sc: "scf1", a length, so many bytes about the file, blocks, an index, its
-// length, "1fcs". Each block is blosc's, whose head of 16 bytes states its sizes, so that the blocks
-// are followed without the index.
+// length, "1fcs". Each block is blosc's, whose head of 16 bytes states its sizes, so that the
+// blocks are followed without the index.
 #include <blosc.h>
 
 #include <bit>
@@ -41,8 +41,10 @@ InputFile unpacked_sc(const InputFile& file) {
   // The length has 8 or 4 bytes of either order: the one behind which a block follows.
   std::size_t at = 0;
   Block block;
-  for (const auto& [size, order] : {std::pair{8, std::endian::big}, {8, std::endian::little},
-                                    {4, std::endian::big}, {4, std::endian::little}}) {
+  for (const auto& [size, order] : {std::pair{8, std::endian::big},
+                                    {8, std::endian::little},
+                                    {4, std::endian::big},
+                                    {4, std::endian::little}}) {
     if (bytes.size() < 4 + static_cast<std::size_t>(size)) continue;
     const std::uint64_t length =
         size == 8 ? load<std::uint64_t>(&bytes[4], order) : load<std::uint32_t>(&bytes[4], order);

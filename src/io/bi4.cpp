@@ -239,7 +239,8 @@ Layout bi4_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& o
   }
   std::uint64_t count = positions->count;
   // Walls and bodies have the lower ids, and are no fluid.
-  const auto fixed = value("CaseNfixed"), moving = value("CaseNmoving"), floating = value("CaseNfloat");
+  const auto fixed = value("CaseNfixed"), moving = value("CaseNmoving"),
+             floating = value("CaseNfloat");
   const auto ids = std::find_if(arrays.begin(), arrays.end(),
                                 [](const DataArray& array) { return array.name == "Idp"; });
   if (fixed && moving && floating && ids != arrays.end() && count > 0) {

@@ -122,15 +122,16 @@ void inflate_to(const std::string& packed, bool raw, char* to, std::size_t unpac
     const std::size_t out = (room > 0 ? room : 1) - stream.avail_out;
     taken += input - stream.avail_in;
     if (room == 0 && out > 0)
-      fail(of, place, "its data unpacks to more than the " + std::to_string(unpacked) +
-                          " bytes that are stated");
+      fail(of, place,
+           "its data unpacks to more than the " + std::to_string(unpacked) +
+               " bytes that are stated");
     made += out;
     if (status == Z_STREAM_END) break;
     if (status != Z_OK)
       fail(of, place,
-           status == Z_BUF_ERROR
-               ? std::string("its packed data is cut off (truncated?)")
-               : std::string("its packed data is damaged: ") + (stream.msg ? stream.msg : "unknown"));
+           status == Z_BUF_ERROR ? std::string("its packed data is cut off (truncated?)")
+                                 : std::string("its packed data is damaged: ") +
+                                       (stream.msg ? stream.msg : "unknown"));
   }
   if (made != unpacked)
     fail(of, place,

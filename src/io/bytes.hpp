@@ -52,8 +52,8 @@ void inflate_to(const std::string& packed, bool raw, char* to, std::size_t unpac
 std::string inflated_start(const std::string& packed, std::size_t most, const Bytes& of,
                            const std::string& place);
 
-/// Whether `unpacked` bytes can come from `packed` ones of zlib's: a byte gives 1,032 at most. Asked
-/// before memory is taken for them.
+/// Whether `unpacked` bytes can come from `packed` ones of zlib's: a byte gives 1,032 at most.
+/// Asked before memory is taken for them.
 bool can_unpack_to(std::uint64_t packed, std::uint64_t unpacked);
 
 }  // namespace meniscus

@@ -47,7 +47,8 @@ constexpr char kComments[] =
 constexpr char kVelocityComments[] =
     "\nV.X V.Y V.Z: velocity, world space, world units per second; 0 where there is no surface.";
 constexpr char kAttributeComments[] =
-    "\nThe channels that meniscus.attributes names, one a line (after particle. where a map has its "
+    "\nThe channels that meniscus.attributes names, one a line (after particle. where a map has "
+    "its "
     "name): what the particles carry, weighed as velocities are; 0 where there is no surface.";
 constexpr char kForwardComments[] =
     "\nforward.u forward.v: how far the surface moves on the screen until the next frame (at "

@@ -11,12 +11,12 @@
 
 namespace meniscus {
 
-/// The channel of an attribute: its name, or "particle." and its name where a map of the surface has
-/// that one.
+/// The channel of an attribute: its name, or "particle." and its name where a map of the surface
+/// has that one.
 inline std::string channel_of(const std::string& attribute) {
   const std::string layer = attribute.substr(0, attribute.find('.'));
-  for (const char* map : {"Z", "A", "N", "P", "V", "id", "kind", "residual", "forward", "R", "G",
-                          "B", "X", "Y"})
+  for (const char* map :
+       {"Z", "A", "N", "P", "V", "id", "kind", "residual", "forward", "R", "G", "B", "X", "Y"})
     if (layer == map) return "particle." + attribute;
   return attribute;
 }

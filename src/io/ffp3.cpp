@@ -32,12 +32,14 @@ Values values_of(const Bytes& file) {
   values.count = numbers[0] + numbers[1] + numbers[2];
   values.offset = kHead + numbers[3] * 3 * 4;
   if (values.offset > file.size())
-    fail(file, "", "its limit of " + std::to_string(numbers[3]) + " does not fit its " +
-                       std::to_string(file.size()) + " bytes, wanted .ffp3 of FLIP Fluids");
+    fail(file, "",
+         "its limit of " + std::to_string(numbers[3]) + " does not fit its " +
+             std::to_string(file.size()) + " bytes, wanted .ffp3 of FLIP Fluids");
   const std::uint64_t left = file.size() - values.offset;
   if (values.count == 0 ? left != 0 : left % values.count != 0)
-    fail(file, "", "states " + std::to_string(values.count) + " particles, but has " +
-                       std::to_string(left) + " bytes of values (truncated?)");
+    fail(file, "",
+         "states " + std::to_string(values.count) + " particles, but has " + std::to_string(left) +
+             " bytes of values (truncated?)");
   values.each = values.count == 0 ? 0 : left / values.count;
   return values;
 }
@@ -49,9 +51,8 @@ std::string beside(const std::string& path, const std::string& kind) {
   if (!lower_case(stem).starts_with(start) ||
       stem.find_first_not_of("0123456789", start.size()) != std::string::npos)
     return "";
-  return (name.parent_path() /
-          (stem.substr(0, start.size()) + kind + stem.substr(start.size()) +
-           name.extension().string()))
+  return (name.parent_path() / (stem.substr(0, start.size()) + kind + stem.substr(start.size()) +
+                                name.extension().string()))
       .string();
 }
 
@@ -61,19 +62,20 @@ Layout ffp3_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
   const Values positions = values_of(*file);
   constexpr std::uint64_t kVector = 12;
   if (positions.count > 0 && positions.each != kVector)
-    fail(*file, "", "has " + std::to_string(positions.each) +
-                        " bytes a particle, wanted 12: positions (fluidparticles000001.ffp3)");
+    fail(*file, "",
+         "has " + std::to_string(positions.each) +
+             " bytes a particle, wanted 12: positions (fluidparticles000001.ffp3)");
   const auto array = [](const std::string& name, const std::shared_ptr<const Bytes>& bytes,
                         const Values& values, Scalar type) {
-    return DataArray{name,
-                     static_cast<std::size_t>(std::max<std::uint64_t>(
-                         1, values.each / size_of(type))),
-                     type,
-                     std::endian::little,
-                     bytes,
-                     values.offset,
-                     values.each,
-                     size_of(type)};
+    return DataArray{
+        name,
+        static_cast<std::size_t>(std::max<std::uint64_t>(1, values.each / size_of(type))),
+        type,
+        std::endian::little,
+        bytes,
+        values.offset,
+        values.each,
+        size_of(type)};
   };
   std::vector<DataArray> arrays{array("positions", file, positions, Scalar::float32)};
   const auto add = [&](const std::string& name, const std::string& kind) {
@@ -83,16 +85,19 @@ Layout ffp3_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
     const auto bytes = bytes_of_file(path);
     const Values values = values_of(*bytes);
     if (values.count != positions.count)
-      fail(*bytes, "", "has " + std::to_string(values.count) + " particles, " + file->name() +
-                           " has " + std::to_string(positions.count));
+      fail(*bytes, "",
+           "has " + std::to_string(values.count) + " particles, " + file->name() + " has " +
+               std::to_string(positions.count));
     const bool whole = kind == "id" || kind == "uid" || kind == "sourceid";
     const Scalar type = values.each == 8   ? Scalar::uint64
                         : values.each == 2 ? Scalar::uint16
                         : whole            ? Scalar::int32
                                            : Scalar::float32;
     if (values.count > 0 && values.each != kVector && values.each != size_of(type))
-      fail(*bytes, "", "has " + std::to_string(values.each) + " bytes a particle, wanted 2, 4, 8 "
-                                                              "or 12");
+      fail(*bytes, "",
+           "has " + std::to_string(values.each) +
+               " bytes a particle, wanted 2, 4, 8 "
+               "or 12");
     arrays.push_back(array(name, bytes, values, type));
     return true;
   };

@@ -1,6 +1,7 @@
-// HDF5 files: a reader of our own of what h5py and PySPH write by default, from the HDF5 File Format
-// Specification (version 3). It knows groups of both kinds but those of very many links, numbers in
-// contiguous, compact and chunked data sets, and the filters deflate, shuffle and fletcher32.
+// HDF5 files: a reader of our own of what h5py and PySPH write by default, from the HDF5 File
+// Format Specification (version 3). It knows groups of both kinds but those of very many links,
+// numbers in contiguous, compact and chunked data sets, and the filters deflate, shuffle and
+// fletcher32.
 #include <algorithm>
 #include <cstring>
 #include <map>
@@ -109,15 +110,15 @@ class Reader {
   void check_sizes() const {
     for (const std::uint64_t size : {offsets_, lengths_})
       if (size != 4 && size != 8)
-        fail(*file_, "superblock", "states numbers of " + std::to_string(size) +
-                                       " bytes, wanted 4 or 8");
+        fail(*file_, "superblock",
+             "states numbers of " + std::to_string(size) + " bytes, wanted 4 or 8");
   }
   std::uint64_t place(std::uint64_t address) const {
     std::uint64_t at = 0;
-    if (address == kUndefined || __builtin_add_overflow(address, base_, &at) ||
-        at >= file_->size())
-      fail(*file_, "", "an address leads to byte " + std::to_string(address) +
-                           ", beyond the file's end (truncated?)");
+    if (address == kUndefined || __builtin_add_overflow(address, base_, &at) || at >= file_->size())
+      fail(*file_, "",
+           "an address leads to byte " + std::to_string(address) +
+               ", beyond the file's end (truncated?)");
     return at;
   }
 
@@ -166,8 +167,7 @@ class Reader {
       for (std::size_t p = 0; p + head <= block.size();) {
         Message message;
         message.type = static_cast<unsigned>(number_in(block, p, second ? 1 : 2));
-        const auto size =
-            static_cast<std::size_t>(number_in(block, p + (second ? 1 : 2), 2));
+        const auto size = static_cast<std::size_t>(number_in(block, p + (second ? 1 : 2), 2));
         const auto flags = number_in(block, p + (second ? 3 : 4), 1);
         if (size > block.size() - p - head) break;  // a gap
         message.data = block.substr(p + head, size);
@@ -228,8 +228,9 @@ class Reader {
         case 0x02: {
           const bool tracked = number_in(d, 1, 1) & 1;
           if (number_in(d, tracked ? 10 : 2, offsets_) != kUndefined)
-            object.unknown = "keeps its links in a heap, which is not read (save it with "
-                             "h5py's default libver)";
+            object.unknown =
+                "keeps its links in a heap, which is not read (save it with "
+                "h5py's default libver)";
           break;
         }
         default:
@@ -303,8 +304,9 @@ class Reader {
       for (std::size_t k = 0; k + 1 < rank; ++k)
         data.chunk.push_back(number_in(d, 3 + offsets_ + 4 * k, 4));
     } else {
-      data.unknown = "keeps its chunks in a way of later versions (save it with h5py's default "
-                     "libver)";
+      data.unknown =
+          "keeps its chunks in a way of later versions (save it with h5py's default "
+          "libver)";
     }
   }
 
@@ -336,8 +338,8 @@ class Reader {
     if (flags & 4) at += 8;
     if (flags & 16) ++at;
     const std::size_t width = std::size_t{1} << (flags & 3);
-    const auto length = static_cast<std::size_t>(
-        std::min<std::uint64_t>(number_in(d, at, width), d.size()));
+    const auto length =
+        static_cast<std::size_t>(std::min<std::uint64_t>(number_in(d, at, width), d.size()));
     at += width;
     if (kind != 0 || at > d.size() || length > d.size() - at) return;  // no hard link
     links.push_back({d.substr(at, length), number_in(d, at + length, offsets_)});
@@ -347,8 +349,8 @@ class Reader {
   void read_symbols(std::uint64_t tree, std::uint64_t heap_address, std::vector<Link>& links) {
     const std::uint64_t heap = place(heap_address);
     if (text_or_nothing(heap, 4) != "HEAP") fail(*file_, "", "a group has no heap of names");
-    const std::string names = text(place(number(heap + 8 + 2 * lengths_, offsets_)),
-                                   number(heap + 8, lengths_));
+    const std::string names =
+        text(place(number(heap + 8 + 2 * lengths_, offsets_)), number(heap + 8, lengths_));
     read_tree(tree, 0, names, links);
   }
 
@@ -360,8 +362,7 @@ class Reader {
     if (mark == "TREE") {
       const auto level = number(at + 5, 1), count = number(at + 6, 2);
       // Keys and children in turn; only a child of a lower level is followed.
-      const std::string entries =
-          text(at + 8 + 2 * offsets_, count * (lengths_ + offsets_));
+      const std::string entries = text(at + 8 + 2 * offsets_, count * (lengths_ + offsets_));
       for (std::size_t k = 0; k < count; ++k) {
         const std::uint64_t child =
             place(number_in(entries, k * (lengths_ + offsets_) + lengths_, offsets_));
@@ -411,15 +412,15 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   if (across > kMostAcross) fail(*file, place, "has rows that are too long");
   BagArray array;
   array.rows = data.shape.empty() ? 1 : data.shape[0];
-  array.data = {found.path.substr(folder_of(found.path).empty() ? 0
-                                                                : folder_of(found.path).size() + 1),
-                static_cast<std::size_t>(across) * data.components,
-                *data.type,
-                data.order,
-                nullptr,
-                0,
-                across * data.element,
-                size_of(*data.type)};
+  array.data = {
+      found.path.substr(folder_of(found.path).empty() ? 0 : folder_of(found.path).size() + 1),
+      static_cast<std::size_t>(across) * data.components,
+      *data.type,
+      data.order,
+      nullptr,
+      0,
+      across * data.element,
+      size_of(*data.type)};
   std::uint64_t bytes = 0;
   if (__builtin_mul_overflow(array.rows, array.data.stride, &bytes))
     fail(*file, place, "is too large");
@@ -458,8 +459,8 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
     const std::string& group = entry.first;
     const std::vector<const Reader::Found*>& sets = entry.second;
     const auto is_in = [&](const std::string& wanted) {
-      return group == wanted || group == wanted + "/arrays" ||
-             group.ends_with("/" + wanted) || group.ends_with("/" + wanted + "/arrays");
+      return group == wanted || group == wanted + "/arrays" || group.ends_with("/" + wanted) ||
+             group.ends_with("/" + wanted + "/arrays");
     };
     const bool named = !asked.empty() && is_in(asked);
     bool holds = false;
@@ -470,8 +471,8 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
         candidates = {group};
       }
       const std::size_t rank = found->data.shape.size();
-      holds |= (rank == 2 || found->data.components == 3) ? is_position(name)
-                                                          : lower_case(name) == "x";
+      holds |=
+          (rank == 2 || found->data.components == 3) ? is_position(name) : lower_case(name) == "x";
     }
     if (!dataset.empty()) break;
     if (asked.empty() ? holds : named) candidates.push_back(group);
@@ -505,6 +506,8 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
   for (const Reader::Found* found : groups[candidates[0]]) {
     const DataSet& data = found->data;
     if (!data.unknown.empty()) {
+      if (has_use(found->path.substr(candidates[0].empty() ? 0 : candidates[0].size() + 1)))
+        fail(*file, "", shown(found->path) + " " + data.unknown);
       flaw = shown(found->path) + " " + data.unknown;
       continue;
     }

@@ -94,16 +94,15 @@ class Chunks : public Bytes {
     if (depth > kDeepest || level >= above)
       fail(*this, place_, "the tree of its chunks leads back into itself");
     const std::size_t rank = shape_.size(), key = 8 + 8 * (rank + 1), entry = key + offsets_;
-    const std::string entries = text_at(*file_, at + 8 + 2 * offsets_,
-                                        static_cast<std::size_t>(count) * entry);
+    const std::string entries =
+        text_at(*file_, at + 8 + 2 * offsets_, static_cast<std::size_t>(count) * entry);
     for (std::size_t k = 0; k < count; ++k) {
       const char* from = entries.data() + k * entry;
       const std::uint64_t child = offsets_ == 8
                                       ? load<std::uint64_t>(from + key, std::endian::little)
                                       : load<std::uint32_t>(from + key, std::endian::little);
       if (level > 0) {
-        if (++nodes_ > file_->size() / 16)
-          fail(*this, place_, "the tree of its chunks never ends");
+        if (++nodes_ > file_->size() / 16) fail(*this, place_, "the tree of its chunks never ends");
         walk(child, depth + 1, level);
         continue;
       }
@@ -189,8 +188,9 @@ class Chunks : public Bytes {
       }
     }
     if (values.size() != whole)
-      fail(*this, place_, "a chunk has " + std::to_string(values.size()) + " bytes, wanted " +
-                              std::to_string(whole));
+      fail(*this, place_,
+           "a chunk has " + std::to_string(values.size()) + " bytes, wanted " +
+               std::to_string(whole));
   }
 
   std::shared_ptr<const Bytes> file_;
@@ -199,9 +199,9 @@ class Chunks : public Bytes {
   std::size_t offsets_ = 8, element_ = 1;
   std::vector<int> filters_;
   std::vector<std::uint64_t> shape_, chunk_;
-  std::uint64_t across_ = 1, row_ = 1, rows_ = 1;  // elements, bytes; rows of a chunk
-  std::uint64_t size_ = 0, unpacked_ = 0;          // bytes of all, and of a chunk
-  std::size_t nodes_ = 0;                          // of the tree
+  std::uint64_t across_ = 1, row_ = 1, rows_ = 1;       // elements, bytes; rows of a chunk
+  std::uint64_t size_ = 0, unpacked_ = 0;               // bytes of all, and of a chunk
+  std::size_t nodes_ = 0;                               // of the tree
   std::map<std::vector<std::uint64_t>, Chunk> chunks_;  // by their first element
 };
 

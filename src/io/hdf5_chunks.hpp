@@ -12,7 +12,8 @@ namespace meniscus {
 /// The values as one row after the other.
 ///
 ///   place    what the data set is called in messages
-///   base     what is added to addresses; `tree` leads to the index of chunks, a number of `offsets`
+///   base     what is added to addresses; `tree` leads to the index of chunks, a number of
+///   `offsets`
 ///            bytes
 ///   shape    of the data set, and of a chunk
 ///   element  bytes

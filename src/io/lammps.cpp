@@ -81,8 +81,8 @@ class Reader {
   std::string_view needed(const char* what) {
     const auto line = next();
     if (!line)
-      fail(file_, cursor_.place(), std::string("the file ends here, wanted ") + what +
-                                       " (truncated?)");
+      fail(file_, cursor_.place(),
+           std::string("the file ends here, wanted ") + what + " (truncated?)");
     return *line;
   }
   std::string_view only_word(const char* what) {
@@ -212,8 +212,8 @@ class Reader {
         }
       }
       for (std::size_t k = 0; k < picks.size(); ++k)
-        particles.attributes[k].values[i] = static_cast<float>(
-            real(words[picks[k].array], names[picks[k].array].c_str()));
+        particles.attributes[k].values[i] =
+            static_cast<float>(real(words[picks[k].array], names[picks[k].array].c_str()));
     }
     return particles;
   }

@@ -191,8 +191,8 @@ void check_room(const Bytes& file, const DataArray& array, std::uint64_t count) 
   const std::uint64_t width = product(array.components - 1, array.component_stride);
   std::uint64_t end = 0;
   if (__builtin_add_overflow(spread, width, &end) ||
-      __builtin_add_overflow(end, array.offset + size_of(array.type), &end) ||
-      end < array.offset || end > array.bytes->size())
+      __builtin_add_overflow(end, array.offset + size_of(array.type), &end) || end < array.offset ||
+      end > array.bytes->size())
     fail(file, "",
          "its data has " + std::to_string(array.bytes->size()) + " bytes, wanted " +
              std::to_string(count) + " x " + std::to_string(array.components) + " values of " +
@@ -274,7 +274,8 @@ Particles read_layout(const Bytes& file, const Layout& layout) {
   };
   ParticleArrays to{at(particles.x),  at(particles.y),  at(particles.z),     at(particles.vx),
                     at(particles.vy), at(particles.vz), at(particles.radius)};
-  for (Attribute& attribute : particles.attributes) to.attributes.push_back(attribute.values.data());
+  for (Attribute& attribute : particles.attributes)
+    to.attributes.push_back(attribute.values.data());
   if (count > 0) {
     constexpr std::size_t kGrain = std::size_t{1} << 19;  // particles that are worth a thread
     parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {

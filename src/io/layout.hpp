@@ -24,8 +24,8 @@ struct DataArray {
   Scalar type = Scalar::float32;
   std::endian order = std::endian::little;
   std::shared_ptr<const Bytes> bytes;
-  std::uint64_t offset = 0;        // of the first particle's first component
-  std::uint64_t stride = 0;        // bytes from a particle to the next
+  std::uint64_t offset = 0;            // of the first particle's first component
+  std::uint64_t stride = 0;            // bytes from a particle to the next
   std::uint64_t component_stride = 0;  // bytes from a component to the next
 };
 

@@ -49,7 +49,10 @@ void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
   const bool moving = !mesh.velocity.empty();
   std::string properties;
   for (const Attribute& attribute : mesh.attributes)
-    properties += "property float " + one_word(free_name(attribute.name, {"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"})) + "\n";
+    properties +=
+        "property float " +
+        one_word(free_name(attribute.name, {"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"})) +
+        "\n";
   file.write(
       "ply\nformat binary_little_endian 1.0\n"
       "comment surface mesh by Meniscus: positions in world units, normals of unit length point "

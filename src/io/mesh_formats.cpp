@@ -63,7 +63,7 @@ std::string tag_of(const Array& array, std::uint64_t& offset) {
 
 std::string free_name(const std::string& attribute, std::initializer_list<std::string_view> taken) {
   return std::find(taken.begin(), taken.end(), attribute) == taken.end() ? attribute
-                                                                        : "particle." + attribute;
+                                                                         : "particle." + attribute;
 }
 
 void write_vtp(OutputFile& file, const Mesh& mesh, const std::string& job) {
@@ -74,8 +74,8 @@ void write_vtp(OutputFile& file, const Mesh& mesh, const std::string& job) {
   std::vector<Array> at_points{vectors("Normals", mesh.normal)};
   if (!mesh.velocity.empty()) at_points.push_back(vectors("velocity", mesh.velocity));
   for (const Attribute& attribute : mesh.attributes)
-    at_points.push_back({free_name(attribute.name, {"Normals", "velocity", "Points"}), "Float32", 1, attribute.values.data(),
-                         attribute.values.size() * sizeof(float)});
+    at_points.push_back({free_name(attribute.name, {"Normals", "velocity", "Points"}), "Float32", 1,
+                         attribute.values.data(), attribute.values.size() * sizeof(float)});
   std::vector<std::int64_t> corners, ends;
   corners.reserve(3 * triangles);
   for (const auto& triangle : mesh.triangle) {
@@ -166,9 +166,8 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
     attributes["NORMAL"] = vectors(mesh.normal);
     if (!mesh.velocity.empty()) attributes["_velocity"] = vectors(mesh.velocity);
     for (const Attribute& attribute : mesh.attributes)
-      attributes[std::string("_").append(as_utf8(free_name(attribute.name, {"velocity"})))] =
-          add(attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR",
-              kVertices);
+      attributes[std::string("_").append(as_utf8(free_name(attribute.name, {"velocity"})))] = add(
+          attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR", kVertices);
     Json primitive{{"attributes", attributes}, {"mode", 4}};
     if (!mesh.triangle.empty())
       primitive["indices"] =
@@ -184,8 +183,7 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
   root["scene"] = 0;
   std::string text = root.dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::uint64_t whole =
-      12 + 8 + text.size() + (size > 0 ? 8 + size : 0);
+  const std::uint64_t whole = 12 + 8 + text.size() + (size > 0 ? 8 + size : 0);
   require(whole <= std::numeric_limits<std::uint32_t>::max(),
           "write_mesh: " + file.path() + " would have " + std::to_string(whole) +
               " bytes, a .glb has 4 GiB at most (write .ply or .vtp)");

@@ -115,8 +115,8 @@ class Header {
     return at_ < text_.size() && text_[at_] == c;
   }
   void take(char c) {
-    if (!is_next(c)) fail_here(std::string("found no ") + c + " at its character " +
-                               std::to_string(at_));
+    if (!is_next(c))
+      fail_here(std::string("found no ") + c + " at its character " + std::to_string(at_));
     ++at_;
   }
   [[noreturn]] void fail_here(const std::string& message) const {
@@ -180,7 +180,8 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
   const std::uint64_t data = at + 8 + length.size() + size;
   const auto product = [&](std::uint64_t a, std::uint64_t b) {
     std::uint64_t result = 0;
-    if (__builtin_mul_overflow(a, b, &result)) fail(file, place + "header", "its shape is too large");
+    if (__builtin_mul_overflow(a, b, &result))
+      fail(file, place + "header", "its shape is too large");
     return result;
   };
   if (header.shape.empty()) return;  // a single number
@@ -204,9 +205,19 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
   }
   const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
   for (const Placed& one : placed) {
+    if (!one.type.scalar && has_use(single ? (item.empty() ? "positions" : item) : one.field.name))
+      fail(file, place + "header",
+           "has type " + in_quotes(one.field.type) + " for " +
+               (single ? "its values" : shown(one.field.name)) +
+               ", wanted numbers of 32 or 64 bits");
     if (!one.type.scalar || one.components == 0 || across == 0) continue;
-    DataArray array{single ? item : one.field.name, static_cast<std::size_t>(one.components),
-                    *one.type.scalar, one.type.order, bytes, data + one.offset, row,
+    DataArray array{single ? item : one.field.name,
+                    static_cast<std::size_t>(one.components),
+                    *one.type.scalar,
+                    one.type.order,
+                    bytes,
+                    data + one.offset,
+                    row,
                     one.type.size};
     if (single) {
       if (across > kMostHeader) fail(file, place + "header", "its rows are too long");
@@ -278,7 +289,8 @@ struct Member {
 std::vector<Member> members_of(const Bytes& file) {
   constexpr std::uint64_t kEnd = 22, kMostComment = 0xffff;
   const std::uint64_t tail_size = std::min(file.size(), kEnd + kMostComment);
-  const std::string tail = text_at(file, file.size() - tail_size, static_cast<std::size_t>(tail_size));
+  const std::string tail =
+      text_at(file, file.size() - tail_size, static_cast<std::size_t>(tail_size));
   const std::size_t end = tail.rfind("PK\x05\x06");
   if (end == std::string::npos || tail.size() - end < kEnd)
     fail(file, "", "has no end of a zip archive, wanted what numpy.savez writes (truncated?)");
@@ -372,8 +384,9 @@ Layout npz_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& o
                                             member.size, member.sum),
                  0, name, arrays);
     } else {
-      fail(*file, shown(name), "is packed by zip method " + std::to_string(member.method) +
-                                   ", wanted 0 (stored) or 8 (deflated)");
+      fail(*file, shown(name),
+           "is packed by zip method " + std::to_string(member.method) +
+               ", wanted 0 (stored) or 8 (deflated)");
     }
   }
   return layout_of_bag(*file, std::move(arrays), options.dataset, options);

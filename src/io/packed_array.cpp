@@ -90,10 +90,9 @@ std::string decoded(const Bytes& file, std::string_view text, std::uint64_t most
     const int pad = (group[3] == 64) + (group[2] == 64);
     if (group[0] == 64 || group[1] == 64 || (group[2] == 64 && group[3] != 64))
       fail(file, place, "has = where base64 has none");
-    const unsigned bits = static_cast<unsigned>(group[0]) << 18 |
-                          static_cast<unsigned>(group[1]) << 12 |
-                          static_cast<unsigned>(group[2] & 63) << 6 |
-                          static_cast<unsigned>(group[3] & 63);
+    const unsigned bits =
+        static_cast<unsigned>(group[0]) << 18 | static_cast<unsigned>(group[1]) << 12 |
+        static_cast<unsigned>(group[2] & 63) << 6 | static_cast<unsigned>(group[3] & 63);
     bytes += static_cast<char>(bits >> 16);
     if (pad < 2) bytes += static_cast<char>(bits >> 8 & 0xff);
     if (pad < 1) bytes += static_cast<char>(bits & 0xff);
@@ -123,16 +122,18 @@ RawPlace values_at(const std::shared_ptr<const Bytes>& bytes, std::uint64_t at,
   std::uint64_t size = 0;
   if (block == 0 || last > block || __builtin_mul_overflow(blocks - (last > 0), block, &size) ||
       __builtin_add_overflow(size, last, &size))
-    fail(file, place, "its blocks have " + std::to_string(block) + " bytes and the last " +
-                          std::to_string(last) + ", wanted 0 <= last <= others > 0");
+    fail(file, place,
+         "its blocks have " + std::to_string(block) + " bytes and the last " +
+             std::to_string(last) + ", wanted 0 <= last <= others > 0");
   check_unpacked(file, size, place);
   std::vector<std::uint64_t> starts{at + (3 + blocks) * unit};
   for (std::uint64_t k = 0; k < blocks; ++k) {
     const std::uint64_t packed = number_at(*bytes, at + (3 + k) * unit, packing);
     if (starts.back() > bytes->size() || packed > bytes->size() - starts.back() ||
         !can_unpack_to(packed, std::min(block, size - k * block)))
-      fail(file, place, "block " + std::to_string(k) + " of " + std::to_string(packed) +
-                            " bytes does not fit (truncated?)");
+      fail(file, place,
+           "block " + std::to_string(k) + " of " + std::to_string(packed) +
+               " bytes does not fit (truncated?)");
     starts.push_back(starts.back() + packed);
   }
   return {std::make_shared<ZlibBlocks>(bytes, place, block, size, std::move(starts)), 0, size};
@@ -191,18 +192,18 @@ std::shared_ptr<const Bytes> unpacked_base64(const std::shared_ptr<const Bytes>&
   // As many digits as the header says: what follows is of other arrays.
   const auto digits = [&](std::uint64_t first, std::uint64_t bytes) {
     const std::uint64_t wanted = bytes / 3 * 4 + 8;
-    return text_at(*file, first,
-                   static_cast<std::size_t>(std::min(wanted, file->size() - first)));
+    return text_at(*file, first, static_cast<std::size_t>(std::min(wanted, file->size() - first)));
   };
   const std::uint64_t unit = packing.wide ? 8 : 4;
   if (!packing.zlib) {
     const auto head = owned_bytes(file->name(), decoded(*file, digits(at, unit), unit, place));
     const std::uint64_t size = number_at(*head, 0, packing);
     if (size > file->size() || size < least)
-      fail(*file, place, "states " + std::to_string(size) + " bytes, wanted " +
-                             std::to_string(least) + " and no more than the file has");
-    const auto bytes = owned_bytes(
-        file->name(), decoded(*file, digits(at, size + unit + 3), size + unit, place));
+      fail(*file, place,
+           "states " + std::to_string(size) + " bytes, wanted " + std::to_string(least) +
+               " and no more than the file has");
+    const auto bytes =
+        owned_bytes(file->name(), decoded(*file, digits(at, size + unit + 3), size + unit, place));
     return alone(values_at(bytes, 0, packing, *file, place));
   }
   // The header's digits end with their own =, the blocks' follow.
@@ -219,17 +220,18 @@ std::shared_ptr<const Bytes> unpacked_base64(const std::shared_ptr<const Bytes>&
     if (__builtin_add_overflow(packed, size, &packed) || packed > file->size())
       fail(*file, place, "states more packed bytes than the file has (truncated?)");
   }
-  const auto bytes = owned_bytes(
-      file->name(), head.substr(0, static_cast<std::size_t>(head_size)) +
-                        decoded(*file, digits(at + used, packed), packed, place));
+  const auto bytes =
+      owned_bytes(file->name(), head.substr(0, static_cast<std::size_t>(head_size)) +
+                                    decoded(*file, digits(at + used, packed), packed, place));
   return alone(values_at(bytes, 0, packing, *file, place));
 }
 
 RawPlace unpacked_raw(const std::shared_ptr<const Bytes>& file, std::uint64_t at,
                       const Packing& packing, const std::string& place) {
   if (at > file->size() || file->size() - at < (packing.wide ? 8 : 4))
-    fail(*file, place, "begins at byte " + std::to_string(at) + ", but the file has " +
-                           std::to_string(file->size()) + " (truncated?)");
+    fail(*file, place,
+         "begins at byte " + std::to_string(at) + ", but the file has " +
+             std::to_string(file->size()) + " (truncated?)");
   return values_at(file, at, packing, *file, place);
 }
 

@@ -243,8 +243,7 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
               load_real<float>(from, property.type, header.order);
         }
         for (const std::size_t k : property.attributes)
-          particles.attributes[k].values[row] =
-              load_real<float>(from, property.type, header.order);
+          particles.attributes[k].values[row] = load_real<float>(from, property.type, header.order);
         at += size;
       }
     }

@@ -15,22 +15,14 @@ struct Format {
 };
 
 constexpr Format kFormats[] = {
-    {".ply", read_ply, nullptr, "vertex"},
-    {".vtk", read_vtk, nullptr, "point"},
-    {".vtp", nullptr, vtk_xml_layout, "point"},
-    {".vtu", nullptr, vtk_xml_layout, "point"},
-    {".npy", nullptr, npy_layout, "particle"},
-    {".npz", nullptr, npz_layout, "particle"},
-    {".h5", nullptr, hdf5_layout, "particle"},
-    {".hdf5", nullptr, hdf5_layout, "particle"},
-    {".bgeo", read_bgeo, nullptr, "point"},
-    {".bgeo.gz", read_bgeo, nullptr, "point"},
-    {".bgeo.sc", read_bgeo, nullptr, "point"},
-    {".bi4", nullptr, bi4_layout, "particle"},
-    {".ffp3", nullptr, ffp3_layout, "particle"},
-    {".lammpstrj", read_lammps, nullptr, "atom"},
-    {".dump", read_lammps, nullptr, "atom"},
-    {".xyz", read_xyz, nullptr, "particle"},
+    {".ply", read_ply, nullptr, "vertex"},       {".vtk", read_vtk, nullptr, "point"},
+    {".vtp", nullptr, vtk_xml_layout, "point"},  {".vtu", nullptr, vtk_xml_layout, "point"},
+    {".npy", nullptr, npy_layout, "particle"},   {".npz", nullptr, npz_layout, "particle"},
+    {".h5", nullptr, hdf5_layout, "particle"},   {".hdf5", nullptr, hdf5_layout, "particle"},
+    {".bgeo", read_bgeo, nullptr, "point"},      {".bgeo.gz", read_bgeo, nullptr, "point"},
+    {".bgeo.sc", read_bgeo, nullptr, "point"},   {".bi4", nullptr, bi4_layout, "particle"},
+    {".ffp3", nullptr, ffp3_layout, "particle"}, {".lammpstrj", read_lammps, nullptr, "atom"},
+    {".dump", read_lammps, nullptr, "atom"},     {".xyz", read_xyz, nullptr, "particle"},
     {".csv", read_csv, nullptr, "particle"},
 };
 
@@ -101,9 +93,9 @@ Particles particles_of(const InputFile& file, double particle_radius) {
 }
 
 Particles read_particles(const std::string& path, const ReadOptions& options) {
-  require(options.particle_radius >= 0,
-          "read_particles: particle_radius is " + shown(options.particle_radius) +
-              ", must be > 0, or 0 for what the file states");
+  require(options.particle_radius >= 0, "read_particles: particle_radius is " +
+                                            shown(options.particle_radius) +
+                                            ", must be > 0, or 0 for what the file states");
   const Format& format = format_of(path);  // before a file of an unknown format is read
   if (!format.layout) return particles_of(read_file(path), options);
   const auto bytes = bytes_of_file(path);

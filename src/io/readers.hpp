@@ -1,6 +1,6 @@
-// One reader a format. Some take the whole file and return its particles; others say where the values
-// lie (layout.hpp), which a file in memory and one on disk share. All throw InputError. Radii are as
-// the file has them: read_particles checks them.
+// One reader a format. Some take the whole file and return its particles; others say where the
+// values lie (layout.hpp), which a file in memory and one on disk share. All throw InputError.
+// Radii are as the file has them: read_particles checks them.
 #pragma once
 
 #include <memory>
@@ -49,8 +49,8 @@ Particles read_bgeo(const InputFile& file, const ReadOptions& options);
 Particles read_xyz(const InputFile& file, const ReadOptions& options);
 
 /// A table with a row of names, or of x, y, z (and vx, vy, vz) without one. Lines before the row of
-/// names are left out where they name no x, y and z. Where ; separates the cells, numbers may have a
-/// decimal comma.
+/// names are left out where they name no x, y and z. Where ; separates the cells, numbers may have
+/// a decimal comma.
 Particles read_csv(const InputFile& file, const ReadOptions& options);
 
 /// LAMMPS' text dumps: x y z, or scaled (xs), unwrapped (xu) or both (xsu), of one timestep.

@@ -29,7 +29,7 @@ struct RowLayout {
   std::endian order = std::endian::little;
   std::vector<Column> columns;
   std::vector<std::string> attributes{};  // names
-  double particle_radius = 0;  // as the header states it; 0: it does not
+  double particle_radius = 0;             // as the header states it; 0: it does not
 };
 
 /// The rows of a PLY file of `file_size` bytes that begins with `head`; none where it has no such

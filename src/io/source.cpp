@@ -18,7 +18,7 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kHead = std::size_t{1} << 16;   // a longer header is read as a whole
+constexpr std::size_t kHead = std::size_t{1} << 16;  // a longer header is read as a whole
 
 class MemorySource : public ParticleSource {
  public:
@@ -113,8 +113,9 @@ std::unique_ptr<ParticleSource> open_rows(const std::string& path, const ReadOpt
   }
   try {
     const auto bytes = bytes_of_file(path);
-    const InputFile head{path, text_at(*bytes, 0, static_cast<std::size_t>(std::min<std::uint64_t>(
-                                                      kHead, bytes->size())))};
+    const InputFile head{
+        path, text_at(*bytes, 0,
+                      static_cast<std::size_t>(std::min<std::uint64_t>(kHead, bytes->size())))};
     const auto rows = ply_rows(head, bytes->size(), options);
     if (!rows || !(rows->particle_radius >= 0) || !std::isfinite(rows->particle_radius))
       return nullptr;
@@ -148,9 +149,9 @@ std::unique_ptr<ParticleSource> open_file(const std::string& path, const ReadOpt
 
 std::unique_ptr<ParticleSource> open_particles(const std::string& path,
                                                const ReadOptions& options) {
-  require(options.particle_radius >= 0,
-          "open_particles: particle_radius is " + shown(options.particle_radius) +
-              ", must be > 0, or 0 for what the file states");
+  require(options.particle_radius >= 0, "open_particles: particle_radius is " +
+                                            shown(options.particle_radius) +
+                                            ", must be > 0, or 0 for what the file states");
   return open_parts(path, options, alone());
 }
 

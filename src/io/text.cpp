@@ -101,8 +101,9 @@ std::vector<std::string> default_names(std::size_t columns) {
 
 Particles read_xyz(const InputFile& file, const ReadOptions& options) {
   if (!options.attributes.empty())
-    fail(file, "", "has no attribute " + in_quotes(options.attributes[0]) +
-                       ": columns of .xyz have no names (save it as .csv)");
+    fail(file, "",
+         "has no attribute " + in_quotes(options.attributes[0]) +
+             ": columns of .xyz have no names (save it as .csv)");
   TextCursor cursor(file);
   Particles particles;
   Words words;
@@ -185,13 +186,12 @@ Particles read_csv(const InputFile& file, const ReadOptions& options) {
     if (const std::string flaw = split_cells(*line, separator, cells); !flaw.empty())
       fail(file, cursor.place(), flaw);
     if (is_first) {
-      const bool has_header =
-          !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
-            std::string with_point(cell);
-            if (separator == ';' && cell.find(',') != std::string_view::npos)
-              with_point[cell.find(',')] = '.';
-            return parse_real(with_point).has_value();
-          });
+      const bool has_header = !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+        std::string with_point(cell);
+        if (separator == ';' && cell.find(',') != std::string_view::npos)
+          with_point[cell.find(',')] = '.';
+        return parse_real(with_point).has_value();
+      });
       if (has_header)
         names.assign(cells.begin(), cells.end());
       else
@@ -242,8 +242,8 @@ Particles read_csv(const InputFile& file, const ReadOptions& options) {
       }
     }
     for (std::size_t a = 0; a < picks.size(); ++a)
-      particles.attributes[a].values.push_back(static_cast<float>(real_at(
-          file, cursor, cells[picks[a].array], names[picks[a].array], separator == ';')));
+      particles.attributes[a].values.push_back(static_cast<float>(
+          real_at(file, cursor, cells[picks[a].array], names[picks[a].array], separator == ';')));
   }
   if (names.empty() && before > 0) fail_without_names(missing_first);
   if (names.empty()) fail(file, "", "has no rows, wanted columns x, y, z");

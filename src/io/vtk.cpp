@@ -40,8 +40,7 @@ class VtkReader {
     for (std::string key; !(key = lower_case(cursor_.next_token())).empty();) read_part(key);
     if (!has_points_) fail(file_, "", "has no POINTS (truncated?)");
     // In the order asked for; throws where one is not there.
-    for (const AttributePick& pick :
-         pick_attributes(file_.name, arrays_, options_.attributes)) {
+    for (const AttributePick& pick : pick_attributes(file_.name, arrays_, options_.attributes)) {
       const std::vector<float>& values = found_[pick.array];
       const std::size_t components = arrays_[pick.array].components;
       Attribute attribute{pick.name, std::vector<float>(particles_.size())};

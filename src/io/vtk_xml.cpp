@@ -53,9 +53,9 @@ Head read_head(const Bytes& file) {
 
 Scalar scalar_named(const Bytes& file, const std::string& name, const std::string& of) {
   static const std::pair<const char*, Scalar> kNames[] = {
-      {"int8", Scalar::int8},       {"uint8", Scalar::uint8},     {"int16", Scalar::int16},
-      {"uint16", Scalar::uint16},   {"int32", Scalar::int32},     {"uint32", Scalar::uint32},
-      {"int64", Scalar::int64},     {"uint64", Scalar::uint64},   {"float32", Scalar::float32},
+      {"int8", Scalar::int8},      {"uint8", Scalar::uint8},   {"int16", Scalar::int16},
+      {"uint16", Scalar::uint16},  {"int32", Scalar::int32},   {"uint32", Scalar::uint32},
+      {"int64", Scalar::int64},    {"uint64", Scalar::uint64}, {"float32", Scalar::float32},
       {"float64", Scalar::float64}};
   for (const auto& [known, type] : kNames)
     if (lower_case(name) == known) return type;
@@ -96,8 +96,9 @@ class Reader {
     for (const Piece& piece : pieces_)
       if (piece.points > 0) full.push_back(&piece);
     if (full.size() > 1)
-      fail(*file_, "", "holds " + std::to_string(full.size()) +
-                           " pieces with points, wanted one (save it as one piece)");
+      fail(*file_, "",
+           "holds " + std::to_string(full.size()) +
+               " pieces with points, wanted one (save it as one piece)");
     if (pieces_.empty()) fail(*file_, "", "has no Piece (truncated?)");
     Layout layout = full.empty() ? layout_of(pieces_.front()) : layout_of(*full.front());
     layout.time = time_;
@@ -133,8 +134,8 @@ class Reader {
         fail(*file_, byte_place(tag->at), "found <" + shown(name) + ">, wanted <VTKFile>");
       } else if (name == "Piece") {
         Piece piece;
-        piece.points = whole_number(*file_, tag->attribute("NumberOfPoints", "0"),
-                                    "NumberOfPoints");
+        piece.points =
+            whole_number(*file_, tag->attribute("NumberOfPoints", "0"), "NumberOfPoints");
         pieces_.push_back(piece);
       } else if (name == "DataArray") {
         array = stated(*tag);
@@ -157,8 +158,9 @@ class Reader {
   void read_file_tag(const XmlTag& tag) {
     const std::string type = lower_case(tag.attribute("type", ""));
     if (type != "polydata" && type != "unstructuredgrid")
-      fail(*file_, "", "is a VTKFile of type " + in_quotes(tag.attribute("type", "")) +
-                           ", wanted PolyData or UnstructuredGrid");
+      fail(*file_, "",
+           "is a VTKFile of type " + in_quotes(tag.attribute("type", "")) +
+               ", wanted PolyData or UnstructuredGrid");
     packing_.order = lower_case(tag.attribute("byte_order", "LittleEndian")) == "bigendian"
                          ? std::endian::big
                          : std::endian::little;
@@ -169,8 +171,9 @@ class Reader {
     const std::string compressor = tag.attribute("compressor", "");
     packing_.zlib = lower_case(compressor) == "vtkzlibdatacompressor";
     if (!compressor.empty() && !packing_.zlib)
-      fail(*file_, "", "is packed by " + in_quotes(compressor) +
-                           ", wanted vtkZLibDataCompressor (save it with that, or unpacked)");
+      fail(*file_, "",
+           "is packed by " + in_quotes(compressor) +
+               ", wanted vtkZLibDataCompressor (save it with that, or unpacked)");
   }
 
   Stated stated(const XmlTag& tag) {
@@ -219,8 +222,8 @@ class Reader {
   }
 
   DataArray data_of(const Stated& array, std::uint64_t tuples) {
-    DataArray data{array.name, array.components, array.type, packing_.order, nullptr, 0, 0,
-                   size_of(array.type)};
+    DataArray data{array.name, array.components,   array.type, packing_.order, nullptr, 0,
+                   0,          size_of(array.type)};
     data.stride = array.components * size_of(array.type);
     const std::string place = "array " + shown(array.name);
     if (array.format == "ascii") {
@@ -238,8 +241,9 @@ class Reader {
       data.bytes = raw.bytes;
       data.offset = raw.offset;
       if (raw.size / data.stride < tuples)
-        fail(*file_, place, "has " + std::to_string(raw.size) + " bytes, wanted " +
-                                std::to_string(tuples) + " x " + std::to_string(data.stride));
+        fail(*file_, place,
+             "has " + std::to_string(raw.size) + " bytes, wanted " + std::to_string(tuples) +
+                 " x " + std::to_string(data.stride));
     }
     return data;
   }
@@ -254,8 +258,9 @@ class Reader {
       return none;
     }
     if (piece.positions->components != 3)
-      fail(*file_, "", "its Points have " + std::to_string(piece.positions->components) +
-                           " components, wanted 3");
+      fail(*file_, "",
+           "its Points have " + std::to_string(piece.positions->components) +
+               " components, wanted 3");
     // Data is fetched of those arrays alone that have a use.
     std::vector<DataArray> arrays{data_of(*piece.positions, piece.points)};
     arrays[0].name = "Points";

@@ -13,8 +13,8 @@ namespace meniscus {
 
 struct XmlTag {
   std::string name;
-  bool closes = false;    // </name>
-  bool is_empty = false;  // <name ... />
+  bool closes = false;          // </name>
+  bool is_empty = false;        // <name ... />
   std::size_t at = 0, end = 0;  // of the tag in the text
   std::vector<std::pair<std::string, std::string>> attributes;
 

@@ -11,10 +11,10 @@ namespace meniscus {
 
 /// World positions in canonical order, ready for the device.
 struct WorldParticles {
-  std::vector<float> x, y, z;  // [n] world units, finite
-  std::vector<float> scale;    // [n] own radius over the common radius; empty: all 1
-  bool moving = false;         // whether they carry velocities
-  std::vector<Vec3> velocity;  // [n] where moving: world units per second, or kNoVelocity
+  std::vector<float> x, y, z;           // [n] world units, finite
+  std::vector<float> scale;             // [n] own radius over the common radius; empty: all 1
+  bool moving = false;                  // whether they carry velocities
+  std::vector<Vec3> velocity;           // [n] where moving: world units per second, or kNoVelocity
   std::vector<Attribute> attributes{};  // [n] each; NaN: not known
 };
 

@@ -31,8 +31,8 @@ namespace {
 constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 
 std::vector<std::vector<float>*> arrays_of(Particles& particles) {
-  std::vector<std::vector<float>*> arrays{&particles.x,  &particles.y,  &particles.z,
-                                          &particles.vx, &particles.vy, &particles.vz,
+  std::vector<std::vector<float>*> arrays{&particles.x,     &particles.y,  &particles.z,
+                                          &particles.vx,    &particles.vy, &particles.vz,
                                           &particles.radius};
   for (Attribute& attribute : particles.attributes) arrays.push_back(&attribute.values);
   return arrays;
@@ -149,9 +149,8 @@ void report(Team& team, const VelocityCheck& seen, const Parameters& params,
   all.report("particles near what is seen", params, warnings);
 }
 
-void report(Team& team, const std::vector<std::string>& names,
-            const std::vector<ValueCheck>& seen, const Parameters& params,
-            std::vector<std::string>& warnings) {
+void report(Team& team, const std::vector<std::string>& names, const std::vector<ValueCheck>& seen,
+            const Parameters& params, std::vector<std::string>& warnings) {
   for (std::size_t a = 0; a < seen.size(); ++a) {
     ValueCheck all;
     for (const ValueCheck& one : team.joined<ValueCheck>({seen[a]})) all.add(one);
@@ -246,8 +245,8 @@ NearFront find_near_front(Device& device, const View& view, const ParticleSource
 VoxelGrid empty_voxels(const View& view, bool moving) {
   const double side = 2 * view.radius, step = 1024 * side;
   const auto snapped = [&](double x) { return std::floor(x / step + 0.5) * step; };
-  return VoxelGrid(
-      side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)}, moving);
+  return VoxelGrid(side, {snapped(view.origin.x), snapped(view.origin.y), snapped(view.origin.z)},
+                   moving);
 }
 
 // In the first process those of all.
@@ -298,16 +297,16 @@ VoxelGrid fill_voxels_with(std::size_t attribute, Device& device, const View& vi
   for (const float one : source.team().joined<float>({largest})) largest = std::max(largest, one);
   VoxelGrid grid = empty_voxels(view, true);
   constexpr int kBits = 16;  // a voxel's sum holds 2^18 sides for each particle
-  scale = largest > 0 ? std::ldexp(1.0f, std::clamp(kBits + std::ilogb(grid.side()) -
-                                                        std::ilogb(largest),
-                                                    -120, 120))
-                      : 1.0f;
+  scale = largest > 0
+              ? std::ldexp(1.0f, std::clamp(kBits + std::ilogb(grid.side()) - std::ilogb(largest),
+                                            -120, 120))
+              : 1.0f;
   select_near(device, view, source, near.chunk, near.map, {.attributes = true},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
                 for (const cl_uint place : places) {
                   const std::size_t i = place & ~kIsSeen;
-                  const float value =
-                      values[attribute].checked(now.attributes[attribute][i], place_in_frame(now, i));
+                  const float value = values[attribute].checked(now.attributes[attribute][i],
+                                                                place_in_frame(now, i));
                   grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0,
                            std::isnan(value) ? kNoVelocity : Vec3{value * scale, 0, 0});
                 }
@@ -363,8 +362,7 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
   if (factor > 1) {
     const View coarse = team.from_first(make_view(camera, factor * radius, origin));
     clock.start("fronts");
-    const NearFront near =
-        find_near_front(device, coarse, source, radius, params, memory, screen);
+    const NearFront near = find_near_front(device, coarse, source, radius, params, memory, screen);
     clock.start("select");
     const VoxelGrid grid = fill_voxels(device, coarse, source, near, params, surface.warnings);
     const Vec3d eye = world_from_eye(coarse, {0, 0, coarse.orthographic ? 1e5 : 0});
@@ -373,8 +371,8 @@ Surface extract(Device& device, const ParticleSource& source, const Camera& came
     std::vector<std::vector<float>> of_the_spray;  // of each attribute
     for (std::size_t a = 0; a < source.attributes().size(); ++a) {
       float scale = 1;
-      const VoxelGrid values = fill_voxels_with(a, device, coarse, source, near, params, scale,
-                                                surface.warnings);
+      const VoxelGrid values =
+          fill_voxels_with(a, device, coarse, source, near, params, scale, surface.warnings);
       if (!team.leads()) continue;
       const Thinned thinned = thin_particles(device, values, radius, eye, params.fit.offset);
       Attribute& attribute = carried.emplace_back(Attribute{source.attributes()[a], {}});

@@ -19,8 +19,8 @@ struct ParticleChunk {
   std::size_t count = 0;
   std::vector<float> x, y, z;  // [stride] world units
   // Empty where the source has none or none was asked for:
-  std::vector<float> vx, vy, vz;  // [stride] world units per second
-  std::vector<float> radius;      // [stride] world units
+  std::vector<float> vx, vy, vz;               // [stride] world units per second
+  std::vector<float> radius;                   // [stride] world units
   std::vector<std::vector<float>> attributes;  // [stride] each
   std::size_t stride() const { return x.size(); }
 };

@@ -139,6 +139,29 @@ TEST(Exr, MapsThatAreNotThereAreLeftOut) {
   EXPECT_TRUE(read.residual.empty());
 }
 
+TEST(Exr, AttributesAreChannelsOf32Bits) {
+  const TemporaryFolder folder;
+  Surface surface = sample_surface(sample_camera());
+  const std::vector<float> values(surface.depth.size(), 12345.678f);
+  surface.attributes = {{"heat", values}, {"force.X", surface.depth}, {"id", values}};
+  for (float& value : surface.attributes[1].values)
+    if (!std::isfinite(value)) value = 0;
+  write_exr(folder / "a.exr", surface, {}, Compression::zip, true);  // half does not touch them
+  Imf::InputFile file((folder / "a.exr").c_str());
+  EXPECT_EQ(read_channel<float>(file, "heat", Imf::FLOAT), values);
+  EXPECT_EQ(read_channel<float>(file, "force.X", Imf::FLOAT), surface.attributes[1].values);
+  EXPECT_EQ(read_channel<float>(file, "particle.id", Imf::FLOAT), values);
+  EXPECT_EQ(read_channel<std::uint32_t>(file, "id", Imf::UINT), surface.group);
+  const Surface read = read_exr(folder / "a.exr");
+  ASSERT_EQ(read.attributes.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(read.attributes[k].name, surface.attributes[k].name);
+    EXPECT_EQ(read.attributes[k].values, surface.attributes[k].values);
+  }
+  surface.attributes[0].values.pop_back();
+  EXPECT_THROW(write_exr(folder / "b.exr", surface, {}), InvalidArgument);
+}
+
 TEST(Exr, MotionIsAddedAndChangesNothingElse) {
   const TemporaryFolder folder;
   const Surface moving = moving_surface();

@@ -129,6 +129,72 @@ TEST(MeshFile, AnEmptyMeshIsAValidFile) {
   expect_same(parse_obj(file_bytes(folder / "a.obj")), {});
 }
 
+Mesh carrying_mesh() {
+  Mesh mesh = hard_mesh();
+  for (std::size_t k = 0; k < mesh.position.size(); ++k) {
+    mesh.velocity.push_back({0.1f, -1.0f / 3, static_cast<float>(k)});
+    for (const char* name : {"heat", "vx", "<a & \"b\">"}) {
+      if (k == 0) mesh.attributes.push_back({name, {}});
+      for (Attribute& attribute : mesh.attributes)
+        if (attribute.name == name) attribute.values.push_back(0.3f * static_cast<float>(k));
+    }
+  }
+  return mesh;
+}
+
+TEST(MeshFile, VtpReadsBackWithAllThatItCarries) {
+  const TemporaryFolder folder;
+  const Mesh mesh = carrying_mesh();
+  write_mesh(folder / "a.vtp", mesh);
+  const Particles p = read_particles(
+      folder / "a.vtp", ReadOptions{.attributes = {"heat", "vx", "<a & \"b\">", "normals"}});
+  ASSERT_EQ(p.size(), mesh.position.size());
+  ASSERT_EQ(p.attributes.size(), 6u);
+  for (std::size_t k = 0; k < p.size(); ++k) {
+    EXPECT_TRUE(same_bits(std::vector<Vec3>{{p.x[k], p.y[k], p.z[k]}}, {mesh.position[k]}));
+    EXPECT_EQ((Vec3{p.vx[k], p.vy[k], p.vz[k]}), mesh.velocity[k]);
+    EXPECT_EQ(
+        (Vec3{p.attributes[3].values[k], p.attributes[4].values[k], p.attributes[5].values[k]}),
+        mesh.normal[k]);
+    for (std::size_t a = 0; a < 3; ++a)
+      EXPECT_EQ(p.attributes[a].values[k], mesh.attributes[a].values[k]);
+  }
+}
+
+TEST(MeshFile, PlyReadsBackWithAllThatItCarries) {
+  const TemporaryFolder folder;
+  const Mesh mesh = carrying_mesh();
+  write_mesh(folder / "a.ply", mesh);
+  const Particles p =
+      read_particles(folder / "a.ply", ReadOptions{.attributes = {"heat", "particle.vx"}});
+  EXPECT_TRUE(same_bits(p.attributes[0].values, mesh.attributes[0].values));
+  EXPECT_TRUE(same_bits(p.attributes[1].values, mesh.attributes[1].values));
+  for (std::size_t k = 0; k < p.size(); ++k) EXPECT_EQ(p.vy[k], mesh.velocity[k].y);
+}
+
+TEST(MeshFile, GlbAndStlAreAsLongAsTheySay) {
+  const TemporaryFolder folder;
+  for (const Mesh& mesh : {carrying_mesh(), Mesh{}}) {
+    write_mesh(folder / "a.glb", mesh);
+    const std::string glb = file_bytes(folder / "a.glb");
+    const auto word = [&](std::size_t at) {
+      std::uint32_t value = 0;
+      std::memcpy(&value, glb.data() + at, 4);
+      return value;
+    };
+    ASSERT_GE(glb.size(), 20u);
+    EXPECT_EQ(glb.substr(0, 4), "glTF");
+    EXPECT_EQ(word(8), glb.size());
+    EXPECT_EQ(word(12) % 4, 0u);
+    EXPECT_EQ(glb[20], '{');
+    const std::size_t values =
+        mesh.position.size() * (9 + mesh.attributes.size()) * 4 + mesh.triangle.size() * 12;
+    EXPECT_EQ(glb.size(), 20 + word(12) + (mesh.position.empty() ? 0 : 8 + values));
+    write_mesh(folder / "a.stl", mesh);
+    EXPECT_EQ(file_bytes(folder / "a.stl").size(), 84 + 50 * mesh.triangle.size());
+  }
+}
+
 TEST(MeshFile, RefusesWhatIsNotAMesh) {
   const TemporaryFolder folder;
   Mesh mesh = hard_mesh();
@@ -139,6 +205,10 @@ TEST(MeshFile, RefusesWhatIsNotAMesh) {
   mesh = hard_mesh();
   mesh.normal.pop_back();
   EXPECT_THROW(write_mesh(folder / "a.obj", mesh), InvalidArgument);
+  mesh = carrying_mesh();
+  mesh.attributes[1].values.pop_back();
+  for (const char* name : {"a.ply", "a.vtp", "a.glb", "a.stl"})
+    EXPECT_THROW(write_mesh(folder / name, mesh), InvalidArgument);
   EXPECT_THAT(folder.entries(), testing::IsEmpty());
 }
 

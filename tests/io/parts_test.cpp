@@ -56,7 +56,8 @@ class Parts : public InputTest {
     return (std::filesystem::path(file).parent_path() / name).string();
   }
   static std::string error_of(const std::string& path, int ranks = 1) {
-    const TeamOutcome outcome = as_team(ranks, [&](Team& team) { open_parts(path, ReadOptions{}, team); });
+    const TeamOutcome outcome =
+        as_team(ranks, [&](Team& team) { open_parts(path, ReadOptions{}, team); });
     EXPECT_THAT(outcome.errors, Each(outcome.errors[0]));
     return outcome.errors[0];
   }
@@ -96,19 +97,21 @@ TEST_F(Parts, AreReadOnceByWhateverRanks) {
     std::vector<int> times(kAll);
     std::mutex mutex;
     const TeamOutcome outcome = as_team(ranks, [&](Team& team) {
-      const auto source = open_parts(pattern, ReadOptions{}, team);
+      const auto source = open_parts(pattern, ReadOptions{.attributes = {"x"}}, team);
       EXPECT_EQ(source->size(), kAll);
+      EXPECT_THAT(source->attributes(), ElementsAre("x"));
       EXPECT_FALSE(source->has_radius());
       EXPECT_FALSE(source->in_memory());
       EXPECT_EQ(source->name(4), "particle 4 of " + in_folder(file, "a1.csv"));
       EXPECT_EQ(source->name(5), "particle 0 of " + in_folder(file, "a3.ply"));
       EXPECT_EQ(source->name(kAll - 1), "particle 2 of " + in_folder(file, "a4.csv"));
-      for_each_chunk(*source, 100000, {}, [&](const ParticleChunk& chunk) {
+      for_each_chunk(*source, 100000, {.attributes = true}, [&](const ParticleChunk& chunk) {
         const std::lock_guard lock(mutex);
         for (std::size_t k = 0; k < chunk.count; ++k) {
           const std::int64_t particle = chunk.first + static_cast<std::int64_t>(k);
           ASSERT_LT(particle, kAll);
           EXPECT_EQ(chunk.x[k], static_cast<float>(particle));
+          EXPECT_EQ(chunk.attributes.at(0)[k], chunk.x[k]);
           ++times[static_cast<std::size_t>(particle)];
         }
       });

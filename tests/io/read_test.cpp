@@ -23,7 +23,8 @@ TEST_F(Read, ListsTheEndingsItKnows) {
       error_of("wave.abc", "ply\n"),
       HasSubstr(
           "wave.abc: unknown format, the name must end in one of .ply, .vtk, .vtp, .vtu, .npy, "
-          ".npz, .h5, .hdf5, .bgeo, .bgeo.gz, .bgeo.sc, .bi4, .ffp3, .lammpstrj, .dump, .xyz, .csv"));
+          ".npz, .h5, .hdf5, .bgeo, .bgeo.gz, .bgeo.sc, .bi4, .ffp3, .lammpstrj, .dump, .xyz, "
+          ".csv"));
   EXPECT_THAT(error_of("ply", "ply\n"), HasSubstr("unknown format"));
 }
 

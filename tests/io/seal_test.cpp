@@ -145,7 +145,8 @@ TEST_P(Seal, RefusesAJobThatIsNoShortWord) {
   EXPECT_THAT(folder.entries(), testing::IsEmpty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, Seal, testing::Values("exr", "ply", "obj", "vtp", "glb", "stl", "png"),
+INSTANTIATE_TEST_SUITE_P(Formats, Seal,
+                         testing::Values("exr", "ply", "obj", "vtp", "glb", "stl", "png"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

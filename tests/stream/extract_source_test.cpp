@@ -190,8 +190,9 @@ TEST_F(ExtractSource, ThinningKeepsTheMotion) {
     expect(surface.mesh.velocity[k], surface.mesh.position[k]);
 }
 
-// An attribute takes the way of velocities, in sums of its own: scaled to its largest value in steps
-// of 2^-36 of it, so that the two differ by the rounding of floats and of the velocities' steps.
+// An attribute takes the way of velocities, in sums of its own: scaled to its largest value in
+// steps of 2^-36 of it, so that the two differ by the rounding of floats and of the velocities'
+// steps.
 TEST_F(ExtractSource, ThinningCarriesAttributesAsVelocities) {
   Particles particles = frame();
   particles.attributes = {{"vy", particles.vy}, {"tiny", particles.vx}};
@@ -202,8 +203,7 @@ TEST_F(ExtractSource, ThinningCarriesAttributesAsVelocities) {
   ASSERT_GT(count_of(surface, "representatives"), 1000);
   ASSERT_EQ(surface.attributes.size(), 2u);
   float most = 0;
-  for (const Vec3& v : surface.velocity)
-    most = std::max({most, std::abs(v.x), std::abs(v.y)});
+  for (const Vec3& v : surface.velocity) most = std::max({most, std::abs(v.x), std::abs(v.y)});
   ASSERT_GT(most, 0);
   const float step = most * 1e-5f;
   for (std::size_t s = 0; s < surface.depth.size(); ++s) {
