@@ -322,13 +322,13 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   write_sequence(5);
   auto gone = block(4);
   for (std::size_t k = 0; k < 10; ++k) gone[k][0] -= 100;
-  write_particles("d.0002.ply", gone);  // neither the first nor the middle nor the last
+  write_particles("d.0001.ply", gone);  // neither the first nor the middle nor the last
   const Outcome outcome = run(words({"--log", "log.jsonl", "--report", "page.html"}));
   const std::string what = "more than a twentieth of the particles is outside the image";
-  EXPECT_THAT(outcome.err, HasSubstr("frame 2: d.0002.ply: " + what));
+  EXPECT_THAT(outcome.err, HasSubstr("frame 1: d.0001.ply: " + what));
   EXPECT_THAT(read("page.html"), HasSubstr(what));
   for (const nlohmann::json& record : log("log.jsonl"))
-    EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 2) << record;
+    EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 1) << record;
   EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, Not(HasSubstr("outside the image")));
 }
 
