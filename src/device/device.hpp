@@ -33,8 +33,8 @@ struct Buffer {
 /// device's tuning (tuning.hpp).
 inline constexpr std::size_t kRowGroup = 64;
 
-/// Work-items in up to two dimensions and the work-group they are cut into, whose sides are powers of
-/// two; they are halved, the height first, until the device and the kernel allow the group. The
+/// Work-items in up to two dimensions and the work-group they are cut into, whose sides are powers
+/// of two; they are halved, the height first, until the device and the kernel allow the group. The
 /// range is rounded up to whole work-groups.
 struct Range {
   std::size_t nx = 1, ny = 1;
@@ -128,7 +128,7 @@ struct Device::State {
   bool compiles_at_launch = false;
   /// Is called before a program is built that no cache has, with how many there were, this one too.
   std::function<void(int programs)> on_building;
-  std::string stage;           // named in error messages
+  std::string stage;                   // named in error messages
   LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
   LaunchGuard* guard = nullptr;
   /// When set, what it makes of a kernel file's text is built instead: faults on purpose.
@@ -154,7 +154,7 @@ struct Device::State {
   Range launched_range(const Range& wanted, std::size_t most) const;
   /// What kernels take that keep vectors of 16 floats busy, where the device has them.
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
-  std::size_t most_bytes() const;  // that allocate_bytes can give
+  std::size_t most_bytes() const;                                 // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes, bool zeroed = false);  // beyond `bytes` it always is
   /// Whether the device reads and writes the host's memory where it lies.
   bool is_in_place() const { return !staging; }
@@ -177,7 +177,8 @@ struct Device::State {
   /// What was enqueued is begun while the host does something else.
   void flush();
 
-  /// Throws what a failed call comes to: `doing` says what the program was about, "filling 12 bytes".
+  /// Throws what a failed call comes to: `doing` says what the program was about, "filling 12
+  /// bytes".
   [[noreturn]] void fail(const std::string& doing, const cl::Error& error) const;
 
   /// Waits for all work and returns the milliseconds each kernel took since the last call, while
@@ -191,12 +192,13 @@ struct Device::State {
 
  private:
   std::size_t padded(std::size_t bytes) const;  // of a buffer; throws where it would be too large
-  std::string place() const;  // " on "the device" in stage fit"
+  std::string place() const;                    // " on "the device" in stage fit"
   cl::Program build(const std::string& file, const std::string& source, const std::string& options);
   cl::Program build_kept(const std::string& binary, const std::string& options);
 
   /// From now on the context is never released. After a build that failed, or a kernel that cannot
-  /// be made, PoCL 3.0 aborts the process when the context goes, and nobody would learn what failed.
+  /// be made, PoCL 3.0 aborts the process when the context goes, and nobody would learn what
+  /// failed.
   void keep_context();
   bool context_is_kept_ = false;
 
@@ -224,7 +226,8 @@ Buffer<T> allocate(Device& device, std::size_t size) {
   return {device.state().allocate_bytes(size * sizeof(T)), size};
 }
 
-/// The most values of T that a buffer of the device can hold. What grows beyond is cut by its stage.
+/// The most values of T that a buffer of the device can hold. What grows beyond is cut by its
+/// stage.
 template <class T>
 std::size_t most_values(Device& device) {
   return device.state().most_bytes() / sizeof(T);
@@ -356,9 +359,9 @@ KernelLaunch::Argument seen_argument(const T& value) {
   return {nullptr, 0, false, &value, sizeof value};
 }
 
-/// Builds (once) and launches a kernel: the only place that sets arguments. `file` names the kernel's
-/// file, after those whose functions it uses: "field.cl settle.cl". `options` go to the compiler,
-/// e.g. width_option(8). Does not wait.
+/// Builds (once) and launches a kernel: the only place that sets arguments. `file` names the
+/// kernel's file, after those whose functions it uses: "field.cl settle.cl". `options` go to the
+/// compiler, e.g. width_option(8). Does not wait.
 template <class... Arguments>
 void launch(Device& device, const std::string& file, const std::string& name, const Range& range,
             const std::string& options, const Arguments&... arguments) {

@@ -310,7 +310,8 @@ TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   write_particles("d.0003.ply", block(8), 0);
   const Outcome outcome = run(words());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply, d.0000.ply, d.0003.ply,"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("framed around the particles of d.0002.ply, d.0000.ply, d.0003.ply,"));
   EXPECT_THAT(outcome.err, HasSubstr("d.0002.ply, for all frames: no particle radius"));
   // A small block has much surface, which the estimate takes for thinner fluid.
   EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.1, 0.02);
