@@ -221,10 +221,11 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
 
   if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling)
     // Of those that do not tell, what the cubes hold: 16 at most.
-    warnings.push_back("the particles lie about " +
-                       times(std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)))) +
-                       " times as close together as their radius, " + printed("%.6g", radius) +
-                       ", says, which is half the spacing (check --particle-radius)");
+    warnings.push_back(
+        "the particles lie about " +
+        times(std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)))) +
+        " times as close together as their radius, " + printed("%.6g", radius) +
+        ", says, which is half the spacing (check --particle-radius)");
   if (dropped > 0)
     warnings.push_back(
         printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "

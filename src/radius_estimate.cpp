@@ -19,8 +19,8 @@ constexpr std::size_t kTaken = 1;                   // of these
 constexpr double kThinnest = 2, kDense = 1.4;  // s over the distance
 
 double percentile(std::vector<double>& values, double share) {
-  const auto place = values.begin() +
-                     static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }

@@ -241,9 +241,13 @@ TEST(Camera, FramesAllSourcesWithTheirUpAndFieldOfView) {
     }
     EXPECT_GT(std::abs(bottom.v - top.v), 40);
   }
-  EXPECT_THAT(error_of([&] { frame_sources({low.get()}, {{0, 0, 0}, 40, 10, 10}); }),
+  EXPECT_THAT(error_of([&] {
+                frame_sources({low.get()}, {{0, 0, 0}, 40, 10, 10});
+              }),
               HasSubstr("up must be"));
-  EXPECT_THAT(error_of([&] { frame_sources({low.get()}, {{0, 1, 0}, 180, 10, 10}); }),
+  EXPECT_THAT(error_of([&] {
+                frame_sources({low.get()}, {{0, 1, 0}, 180, 10, 10});
+              }),
               HasSubstr("field of view is 180"));
 }
 

@@ -136,12 +136,13 @@ TEST_F(Crowds, TellThatTheRadiusIsWrong) {
 TEST_F(Crowds, TellHowWrongTheRadiusIs) {
   add_block(16, 0.025);
   left();
-  EXPECT_THAT(warnings_, testing::Contains(testing::ContainsRegex("about 4[01] times as close together")));
+  EXPECT_THAT(warnings_,
+              testing::Contains(testing::ContainsRegex("about 4[01] times as close together")));
   for (Point& point : points_)
     for (float& x : point) x /= 100;
   left();
-  EXPECT_THAT(warnings_,
-              testing::Contains(testing::ContainsRegex("about (39|40|41)[0-9][0-9] times as close")));
+  EXPECT_THAT(warnings_, testing::Contains(
+                             testing::ContainsRegex("about (39|40|41)[0-9][0-9] times as close")));
 }
 
 // Half the true radius: loose balls.

@@ -92,7 +92,8 @@ const char* verdict_in_words(const Verdict& v) {
 std::string verdict_table(const BenchRun& run) {
   std::string text = printed(
       "At the roofline: at least %.0f%% of it. As native: at least %.1f of the native version's "
-      "speed, on one thread and on all.\nSlower: neither. Noise: how far the fastest quarter of the "
+      "speed, on one thread and on all.\nSlower: neither. Noise: how far the fastest quarter of "
+      "the "
       "launches reaches above the fastest one.\n\n",
       100 * kGoodShare, kGoodAgainstNative);
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
@@ -105,13 +106,12 @@ std::string verdict_table(const BenchRun& run) {
                     "noise", "of roofline", "limit", "of native, 1", "of native, n", "verdict");
     for (const Verdict& v : verdicts)
       if (v.session == &session)
-        text +=
-            printed("%-20s %10s %9s %5.0f%% %11.0f%% %10s %12s %12s  %s\n",
-                    v.result->kernel.c_str(), grouped(v.result->particles).c_str(),
-                    three_digits(v.result->best_ms()).c_str(),
-                    100 * v.result->noise_ms() / v.result->best_ms(), 100 * v.share.value,
-                    v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
-                    ratio_text(v.against_all).c_str(), verdict_in_words(v));
+        text += printed("%-20s %10s %9s %5.0f%% %11.0f%% %10s %12s %12s  %s\n",
+                        v.result->kernel.c_str(), grouped(v.result->particles).c_str(),
+                        three_digits(v.result->best_ms()).c_str(),
+                        100 * v.result->noise_ms() / v.result->best_ms(), 100 * v.share.value,
+                        v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
+                        ratio_text(v.against_all).c_str(), verdict_in_words(v));
     text += "\n";
   }
   return text;
@@ -140,9 +140,10 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
                   three_digits(d.before.best_ms()).c_str(), three_digits(d.after.best_ms()).c_str(),
                   d.ratio(), 100 * d.noise(), verdict_on(d));
     }
-    text += printed("\n%zu of %zu differences are news: they exceed the noise, and the native version "
-                    "has not moved.\n\n",
-                    beyond, differences.size());
+    text += printed(
+        "\n%zu of %zu differences are news: they exceed the noise, and the native version "
+        "has not moved.\n\n",
+        beyond, differences.size());
   }
   return text;
 }

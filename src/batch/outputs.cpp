@@ -37,8 +37,7 @@ OutputKind kind_of(const std::string& path) {
   for (const char* picture : {".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"})
     if (ending == picture)
       throw InvalidArgument("output " + path + ": pictures are written as .png (name it " +
-                            fs::path(path).replace_extension(".png").string() +
-                            "), maps as .exr");
+                            fs::path(path).replace_extension(".png").string() + "), maps as .exr");
   throw InvalidArgument("output " + path +
                         ": its ending says nothing, must be .exr (maps), .ply, .vtp, .glb, "
                         ".obj or .stl (mesh) or .png (picture)");

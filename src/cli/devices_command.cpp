@@ -85,8 +85,8 @@ void show_devices(bool json) {
 }  // namespace
 
 void add_devices_command(CLI::App& program) {
-  CLI::App& command =
-      *program.add_subcommand("devices", "List the OpenCL devices and say which one is the default");
+  CLI::App& command = *program.add_subcommand(
+      "devices", "List the OpenCL devices and say which one is the default");
   const auto json = std::make_shared<bool>(false);
   command.add_flag("--json", *json, "as JSON, for programs");
   command.callback([json] { show_devices(*json); });

@@ -99,8 +99,8 @@ void run_frame(const ExtractOptions& options) {
   say("particles",
       options.input + ": " + grouped(particles.size()) +
           (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
-  const auto [camera, origin] = given ? ChosenCamera{*given, options.camera_file}
-                                      : aimed_camera(options, {&particles});
+  const auto [camera, origin] =
+      given ? ChosenCamera{*given, options.camera_file} : aimed_camera(options, {&particles});
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
   if (team.leads()) keep_camera(options, camera);
   say("device", info.name + ": " + why);
@@ -185,8 +185,7 @@ void add_extract_command(CLI::App& program, int& exit_code) {
       "extract", "Extract the surface that a camera sees, from a frame or a sequence");
   const auto options = std::make_shared<ExtractOptions>();
   add_extract_options(command, *options);
-  command.callback(
-      [options, &exit_code, &command] { exit_code = run_extract(*options, command); });
+  command.callback([options, &exit_code, &command] { exit_code = run_extract(*options, command); });
 }
 
 }  // namespace meniscus::cli

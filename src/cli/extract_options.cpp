@@ -95,9 +95,7 @@ ChosenCamera aimed_camera(const ExtractOptions& options,
   });
 }
 
-void check_aim(const ExtractOptions& options) {
-  check(aimed_camera(options, {}).camera);
-}
+void check_aim(const ExtractOptions& options) { check(aimed_camera(options, {}).camera); }
 
 void keep_camera(const ExtractOptions& options, const Camera& camera) {
   if (options.written_camera.empty()) return;

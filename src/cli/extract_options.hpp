@@ -53,7 +53,8 @@ struct ChosenCamera {
 ChosenCamera aimed_camera(const ExtractOptions& options,
                           const std::vector<const ParticleSource*>& particles);
 
-/// Throws usage_error where --eye, --up, --fov or --size are of no camera, before particles are read.
+/// Throws usage_error where --eye, --up, --fov or --size are of no camera, before particles are
+/// read.
 void check_aim(const ExtractOptions& options);
 
 /// Writes the camera as the JSON that --camera takes, where --write-camera names a file.

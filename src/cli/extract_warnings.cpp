@@ -63,10 +63,11 @@ std::vector<std::string> warnings_of(const Camera& camera, const std::string& or
                down = std::hypot(p[4], p[5]) * camera.height;
   constexpr double kSquare = 0.02;
   if (!(across > 0 && down > 0) || std::abs(across / down - 1) < kSquare) return {};
-  return {printed("%s: the projection is of an image %.3g times as wide as high, but width and "
-                  "height are %d and %d: pixels are not square",
-                  origin.c_str(), std::hypot(p[4], p[5]) / std::hypot(p[0], p[1]), camera.width,
-                  camera.height)};
+  return {
+      printed("%s: the projection is of an image %.3g times as wide as high, but width and "
+              "height are %d and %d: pixels are not square",
+              origin.c_str(), std::hypot(p[4], p[5]) / std::hypot(p[0], p[1]), camera.width,
+              camera.height)};
 }
 
 std::vector<std::string> warnings_of_parts(const std::string& input) {

@@ -75,9 +75,10 @@ int run(int argc, char** argv) {
     program.add_subcommand(name, "Not in this program: build it with -DMENISCUS_TOOLS=ON")
         ->allow_extras()
         ->callback([name] {
-          throw meniscus::Error(std::string(name) +
-                                " is not in this program, which scripts/demo.sh may have built: run "
-                                "cmake --preset release && cmake --build --preset release");
+          throw meniscus::Error(
+              std::string(name) +
+              " is not in this program, which scripts/demo.sh may have built: run "
+              "cmake --preset release && cmake --build --preset release");
         });
 #endif
   std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);

@@ -69,7 +69,7 @@ Working::Working(std::size_t programs, bool quiet)
   thread_ = std::jthread([this] {
     std::unique_lock lock(mutex_);
     while (!ended_.wait_for(lock, kRedrawn, [this] { return over_; }))
-      if (!phase_.empty() && Clock::now() - start_ > kPatience) draw();
+      if ((!phase_.empty() || begun_ > 0) && Clock::now() - start_ > kPatience) draw();
   });
 }
 

@@ -336,12 +336,10 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
     Device first(settings.devices.front());
     const std::vector<ProgramName> programs = programs_of(settings.parameters, first.state());
     Working working(programs.size(), options.quiet);
-    working.phase("extracting");
     settings.on_building = [&](int begun) { working.building(begun); };
     const BuildAhead ahead(first, programs);
     const auto over = [&](FrameRecord record) {
-      working.built();
-      working.phase("");
+      working.built();  // the line is the batch's from now on
       if (framed && leaves_image(record))
         record.warnings.push_back(
             "more than a twentieth of the particles is outside the image, whose camera was framed "

@@ -36,10 +36,9 @@ void tune_device(const DeviceInfo& info, const TuneOptions& options) {
       note += "  does not run: " + trial.error;
     else if (!trial.same_bits)
       note += "  other bits: not used";
-    const std::string time = std::isfinite(trial.ms)
-                                 ? printed("%8.1f ms + %.0f %%", trial.ms,
-                                           100 * trial.spread_ms / trial.ms)
-                                 : "";
+    const std::string time = std::isfinite(trial.ms) ? printed("%8.1f ms + %.0f %%", trial.ms,
+                                                               100 * trial.spread_ms / trial.ms)
+                                                     : "";
     print_line(stdout, printed("  %-24s %18s%s", to_string(trial.tuning).c_str(), time.c_str(),
                                note.c_str()));
   }
@@ -47,17 +46,18 @@ void tune_device(const DeviceInfo& info, const TuneOptions& options) {
     throw Error(
         "tune: the choice cannot be kept: set MENISCUS_CACHE_DIR to a folder that can be written");
   const bool is_default = run.best == default_tuning(info);
-  print_line(stdout, "  kept: " + to_string(run.best) +
-                         (is_default ? ", since no way is faster by 3 % and by more than the frames "
-                                       "spread"
-                                     : ""));
+  print_line(stdout,
+             "  kept: " + to_string(run.best) +
+                 (is_default ? ", since no way is faster by 3 % and by more than the frames "
+                               "spread"
+                             : ""));
 }
 
 }  // namespace
 
 void add_tune_command(CLI::App& program) {
-  CLI::App& command = *program.add_subcommand(
-      "tune", "Measure once how a device's kernels are launched fastest");
+  CLI::App& command =
+      *program.add_subcommand("tune", "Measure once how a device's kernels are launched fastest");
   const auto options = std::make_shared<TuneOptions>();
   TuneOptions& o = *options;
   add_device_option(command, o.device, ", or all (default: the one that extract takes)");

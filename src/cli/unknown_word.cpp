@@ -30,7 +30,8 @@ std::string question(const std::string& nearest) {
 
 std::string nearest_name(const std::string& word, const std::vector<std::string>& names) {
   std::string best;
-  const std::size_t letters_in_word = word.size() - std::min(word.size(), word.find_first_not_of('-'));
+  const std::size_t letters_in_word =
+      word.size() - std::min(word.size(), word.find_first_not_of('-'));
   std::size_t least = std::max<std::size_t>(1, letters_in_word / 3) + 1;
   for (const std::string& name : names)
     if (const std::size_t letters = distance(word, name); letters < least) {

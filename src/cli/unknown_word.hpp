@@ -7,8 +7,9 @@
 
 namespace meniscus::cli {
 
-/// The first of the words typed that neither `program` nor the command chosen knows, with the nearest
-/// that it does know: "there is no command exract, did you mean extract?". Empty: all are known.
+/// The first of the words typed that neither `program` nor the command chosen knows, with the
+/// nearest that it does know: "there is no command exract, did you mean extract?". Empty: all are
+/// known.
 std::string unknown_word(const CLI::App& program, const std::vector<std::string>& typed);
 
 /// The name that differs least from `word`, where few letters do; else empty.

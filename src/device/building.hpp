@@ -11,8 +11,8 @@
 
 namespace meniscus {
 
-/// What a program is built from, as launch() takes it: the kernel's file after those whose functions
-/// it uses, and what the compiler is told.
+/// What a program is built from, as launch() takes it: the kernel's file after those whose
+/// functions it uses, and what the compiler is told.
 struct ProgramName {
   std::string file, options;
   bool operator==(const ProgramName&) const = default;
@@ -39,8 +39,9 @@ class BuildTurn {
 bool was_built_here(const std::string& key);
 
 /// Builds programs for a device on threads of its own, in contexts of its own, so that they lie in
-/// the runtime's cache when they are wanted. It does so for PoCL alone, where it was measured, and not for
-/// programs that were built before. A build that fails is left for whoever wants the program.
+/// the runtime's cache when they are wanted. It does so for PoCL alone, where it was measured, and
+/// not for programs that were built before. A build that fails is left for whoever wants the
+/// program.
 class BuildAhead {
  public:
   BuildAhead(Device& device, std::vector<ProgramName> programs);

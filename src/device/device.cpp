@@ -43,9 +43,9 @@ std::string_view text_of(const std::string& file) {
 
 constexpr const char* kPocl = "Portable Computing Language";
 
-// Binaries where the platform has no cache of its own. PoCL would compile every kernel a second time
-// to give a binary away, for groups of any size, which it does not launch. Nothing where kernels are
-// run to be looked at.
+// Binaries where the platform has no cache of its own. PoCL would compile every kernel a second
+// time to give a binary away, for groups of any size, which it does not launch. Nothing where
+// kernels are run to be looked at.
 Keeps kept_of(const DeviceInfo& info) {
   if (info.platform == "Oclgrind") return Keeps::nothing;
   constexpr std::array kOwnCache{kPocl, "rusticl", "NVIDIA CUDA"};

@@ -13,7 +13,8 @@
 
 namespace meniscus {
 
-/// Calls work(row) for each row, on as many threads as there are. Rows must not depend on each other.
+/// Calls work(row) for each row, on as many threads as there are. Rows must not depend on each
+/// other.
 template <class Work>
 void parallel_rows(int rows, const Work& work) {
   constexpr std::size_t kGrain = 8;

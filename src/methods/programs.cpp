@@ -14,21 +14,21 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
                                     {"bins.cl", width},
                                     {"bins.cl", ""}};
   if (device.is_in_place()) programs.push_back({"fill.cl", ""});
-  for (const ProgramName& program : std::vector<ProgramName>{
-           {"fit.cl particle_fit.cl roundness.cl", wide},
-           {"fit.cl particle_fit.cl", wide},
-           {"cells.cl sheet.cl", width},
-           {"region.cl", ""},
-           {"region.cl", width},
-           {"list_samples.cl", ""},
-           {"samples.cl hits.cl blend.cl", wide},
-           {settle, width},
-           {"list_samples.cl", width},
-           {settle, wide},
-           {"interpolate.cl", width},
-           {"samples.cl behind.cl", ""},
-           {"samples.cl behind.cl", width},
-           {"specks.cl", width}})
+  for (const ProgramName& program :
+       std::vector<ProgramName>{{"fit.cl particle_fit.cl roundness.cl", wide},
+                                {"fit.cl particle_fit.cl", wide},
+                                {"cells.cl sheet.cl", width},
+                                {"region.cl", ""},
+                                {"region.cl", width},
+                                {"list_samples.cl", ""},
+                                {"samples.cl hits.cl blend.cl", wide},
+                                {settle, width},
+                                {"list_samples.cl", width},
+                                {settle, wide},
+                                {"interpolate.cl", width},
+                                {"samples.cl behind.cl", ""},
+                                {"samples.cl behind.cl", width},
+                                {"specks.cl", width}})
     programs.push_back(program);
   if (params.aovs.group || params.aovs.residual)
     programs.push_back({"hits.cl choose_groups.cl", wide});

@@ -9,8 +9,8 @@
 
 namespace meniscus {
 
-/// What method `fit` builds on a device, in the order in which it needs them, for BuildAhead and for
-/// bars; of other methods nothing is listed. Large frames need `stream.cl` besides, and
+/// What method `fit` builds on a device, in the order in which it needs them, for BuildAhead and
+/// for bars; of other methods nothing is listed. Large frames need `stream.cl` besides, and
 /// particles with velocities `motion.cl`.
 std::vector<ProgramName> programs_of(const Parameters& params, const Device::State& device);
 

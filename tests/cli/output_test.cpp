@@ -78,9 +78,9 @@ TEST_F(ProgramOutput, SaysWhereTheRadiusIsFrom) {
 TEST_F(ProgramOutput, TimingsListStagesAndCounts) {
   write_particles("in.ply", block(4));
   const Outcome outcome = extract_all("in.ply", {"--size", "64x48", "-q", "--timings"});
-  for (const char* part : {"host ms", "device ms", "project", "blend", "all stages", "particles",
-                           "visible", "triangles", "fits", "pixels", "read ", "build kernels ",
-                           "write "})
+  for (const char* part :
+       {"host ms", "device ms", "project", "blend", "all stages", "particles", "visible",
+        "triangles", "fits", "pixels", "read ", "build kernels ", "write "})
     EXPECT_THAT(outcome.out, HasSubstr(part));
 }
 
@@ -94,18 +94,19 @@ TEST_F(ProgramOutput, TheFirstStartSaysThatKernelsAreBuiltOnce) {
 
 TEST_F(ProgramOutput, WritesTheCameraThatItChose) {
   write_particles("in.ply", block(4));
-  const Outcome chosen = run({"extract", "in.ply", "--size", "64x48", "--up", "0,0,1", "--fov", "25",
-                              "--write-camera", "camera.json", "-o", "a.ply"});
+  const Outcome chosen = run({"extract", "in.ply", "--size", "64x48", "--up", "0,0,1", "--fov",
+                              "25", "--write-camera", "camera.json", "-o", "a.ply"});
   ASSERT_EQ(chosen.exit_code, 0) << chosen.err;
   ASSERT_EQ(run({"extract", "in.ply", "--camera", "camera.json", "-o", "b.ply"}).exit_code, 0);
   EXPECT_EQ(read("a.ply"), read("b.ply"));
-  expect_error(run({"extract", "in.ply", "--write-camera", "in.ply", "-o", "c.ply"}), 2, {"in.ply"});
+  expect_error(run({"extract", "in.ply", "--write-camera", "in.ply", "-o", "c.ply"}), 2,
+               {"in.ply"});
 }
 
 TEST_F(ProgramOutput, WarnsOfOptionsWithoutEffect) {
   write_particles("in.ply", block(3));
-  const Outcome outcome = run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-q", "--half",
-                               "--cell", "3", "--ssm-sigma", "2", "--preview", "normal"});
+  const Outcome outcome = run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-q",
+                               "--half", "--cell", "3", "--ssm-sigma", "2", "--preview", "normal"});
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err,
             "meniscus: warning: --half has no effect: no output is an .exr\n"
@@ -122,7 +123,8 @@ TEST_F(ProgramOutput, AsksWhetherNumberedPartsAreASequence) {
     words.insert(words.end(), more.begin(), more.end());
     return run(words).err;
   };
-  EXPECT_THAT(warned("d.*.ply"), HasSubstr("2 numbered files; did you mean the sequence d.####.ply?"));
+  EXPECT_THAT(warned("d.*.ply"),
+              HasSubstr("2 numbered files; did you mean the sequence d.####.ply?"));
   EXPECT_THAT(warned("rank*.ply"), testing::Not(HasSubstr("did you mean")));
 }
 

@@ -310,7 +310,8 @@ TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   write_particles("d.0003.ply", block(8), 0);
   const Outcome outcome = run(words());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply, d.0000.ply, d.0003.ply,"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("framed around the particles of d.0002.ply, d.0000.ply, d.0003.ply,"));
   EXPECT_THAT(outcome.err, HasSubstr("d.0002.ply, for all frames: no particle radius"));
   // A small block has much surface, which the estimate takes for thinner fluid.
   EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.1, 0.02);
@@ -322,13 +323,13 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   write_sequence(5);
   auto gone = block(4);
   for (std::size_t k = 0; k < 10; ++k) gone[k][0] -= 100;
-  write_particles("d.0002.ply", gone);  // neither the first nor the middle nor the last
+  write_particles("d.0001.ply", gone);  // neither the first nor the middle nor the last
   const Outcome outcome = run(words({"--log", "log.jsonl", "--report", "page.html"}));
   const std::string what = "more than a twentieth of the particles is outside the image";
-  EXPECT_THAT(outcome.err, HasSubstr("frame 2: d.0002.ply: " + what));
+  EXPECT_THAT(outcome.err, HasSubstr("frame 1: d.0001.ply: " + what));
   EXPECT_THAT(read("page.html"), HasSubstr(what));
   for (const nlohmann::json& record : log("log.jsonl"))
-    EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 2) << record;
+    EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 1) << record;
   EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, Not(HasSubstr("outside the image")));
 }
 
@@ -357,8 +358,11 @@ TEST_F(Sequence, TheBarFitsTheTerminal) {
   EXPECT_EQ(outcome.exit_code, 0);
   const std::vector<std::string> bars = bars_in(outcome.err);
   EXPECT_GE(bars.size(), 2u) << outcome.err;
-  EXPECT_THAT(bars, testing::Each(testing::AllOf(testing::StartsWith("["),
-                                                 testing::SizeIs(testing::Lt(50)))));
+  // The first start says that it builds kernels.
+  EXPECT_THAT(bars, testing::Each(testing::AllOf(
+                        testing::AnyOf(testing::StartsWith("["),
+                                       testing::StartsWith("building kernels, once per device")),
+                        testing::SizeIs(testing::Lt(50)))));
 }
 
 TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {

@@ -139,7 +139,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"FirstUnknownOption",
                    {"extract", "--sizes", "3x3", "--polish"},
                    {"no option --sizes, did you mean --size?"}},
-        WrongUsage{"NearlyACommand", {"exract", "in.ply"}, {"no command exract, did you mean extract?"}},
+        WrongUsage{
+            "NearlyACommand", {"exract", "in.ply"}, {"no command exract, did you mean extract?"}},
         WrongUsage{"Jpeg", {"extract", "in.ply", "-o", "a.jpg"}, {"written as .png", "a.png"}},
         WrongUsage{"StandardOutput", {"extract", "in.ply", "-o", "-"}, {"standard output"}},
         WrongUsage{"FovOfNoCamera", extract_with({"--fov", "200"}), {"field of view is 200"}},

@@ -27,9 +27,9 @@ class FaultyBatch : public FaultyRuntime {
   }
 
   static std::vector<std::string> words(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> all{"extract",    "d.####.ply", "--size",     "64x48",
-                                 "-o",         "o.####.exr", "-o",         "o.####.ply",
-                                 "--eye",      "1,1,3",      "--target",   "0,0,0"};
+    std::vector<std::string> all{"extract", "d.####.ply", "--size",   "64x48",
+                                 "-o",      "o.####.exr", "-o",       "o.####.ply",
+                                 "--eye",   "1,1,3",      "--target", "0,0,0"};
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
@@ -44,7 +44,8 @@ class FaultyBatch : public FaultyRuntime {
 
   int warned(const std::string& what) const {
     int records = 0;
-    for (const nlohmann::json& record : log()) records += count(record["warnings"].dump(), what) > 0;
+    for (const nlohmann::json& record : log())
+      records += count(record["warnings"].dump(), what) > 0;
     return records;
   }
 };

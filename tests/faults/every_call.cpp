@@ -1,5 +1,5 @@
-// Lets one OpenCL call of a whole extraction fail, then the next one, and so on: each must come back
-// as one DeviceError that names the call, the device and the stage, or change nothing; and the
+// Lets one OpenCL call of a whole extraction fail, then the next one, and so on: each must come
+// back as one DeviceError that names the call, the device and the stage, or change nothing; and the
 // device must then extract as before. Under the address sanitizer nothing may leak either.
 //   every_call [STEP]   every STEP-th call, default all
 #include <algorithm>
@@ -40,7 +40,8 @@ struct Outcome {
   bool in_stages = false;  // the device was open when the call failed
 };
 
-// An extraction on `device`, or on one that is opened for it, with programs from disk or built anew.
+// An extraction on `device`, or on one that is opened for it, with programs from disk or built
+// anew.
 Outcome run(Device* device, bool from_disk, const Particles& particles, const Camera& camera) {
   Outcome outcome;
   try {
@@ -104,7 +105,8 @@ int main(int argc, char** argv) try {
   for (const bool from_disk : {true, false}) {
     const std::vector<std::string> anew = calls_of(nullptr, from_disk);
     for (std::size_t k = 0; k < anew.size(); ++k)
-      if (std::find(again.begin(), again.end(), anew[k]) == again.end() && first_frame++ % step == 0)
+      if (std::find(again.begin(), again.end(), anew[k]) == again.end() &&
+          first_frame++ % step == 0)
         try_call(k, nullptr, from_disk);
   }
   test::fail_call("");
@@ -112,8 +114,9 @@ int main(int argc, char** argv) try {
     std::printf("after all failures the device gives another result\n");
     ++wrong;
   }
-  std::printf("%zu calls of a frame, %zu of opening and building: %ld tried, %ld errors, %ld wrong\n",
-              again.size(), first_frame, tried, errors, wrong);
+  std::printf(
+      "%zu calls of a frame, %zu of opening and building: %ld tried, %ld errors, %ld wrong\n",
+      again.size(), first_frame, tried, errors, wrong);
   return wrong == 0 ? 0 : 1;
 } catch (const std::exception& error) {
   std::printf("%s\n", error.what());
