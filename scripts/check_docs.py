@@ -25,7 +25,7 @@ MOST_WORDS = 30
 OTHERS = {"cmake", "ctest", "mpirun", "srun", "parallel", "mkdir", "git", "make", "./host", "oclgrind", "pip", "python3",
           "sudo", "apt-get", "dpkg", "docker", "spack", "man", "cd", "export", "pytest", "nano", "cp", "c++", "g++",
           "clang++", "pkg-config", "blender", "jupyter", "for", "do", "done", "python", "apt", "source", ".", "kernprof",
-          "ulimit", "if", "fi", "echo", "tar"}
+          "ulimit", "if", "fi", "echo", "tar", "cpack", "python3.11"}
 
 
 def documents():

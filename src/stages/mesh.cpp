@@ -406,11 +406,31 @@ Mesh Mesher::unprojected() const {
     for (const int vertex : t)
       if (dot(Vec3d(vertices_[vertex].normal), normal) < 0) bridging[vertex] = 1;
   }
+  std::vector<Vec3d> normals;
   for (std::size_t k = 0; k < vertices_.size(); ++k) {
     const Vec3d known(vertices_[k].normal);
-    const Vec3d normal = normalized(length(known) > 0.5 && !bridging[k] ? known : area[k]);
+    normals.push_back(normalized(length(known) > 0.5 && !bridging[k] ? known : area[k]));
+  }
+  // Where large triangles outvote such a steep one, what points behind it is taken out, which may
+  // turn a normal behind another triangle again. All others agree with their vertices.
+  std::vector<std::array<std::uint32_t, 3>> steep;
+  for (const auto& triangle : mesh.triangle)
+    if (bridging[triangle[0]] || bridging[triangle[1]] || bridging[triangle[2]])
+      steep.push_back(triangle);
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round)
+    for (const auto& triangle : steep) {
+      const auto& [a, b, c] = triangle;
+      const Vec3d facing = normalized(cross(eye[b] - eye[a], eye[c] - eye[a]), {0, 0, 0});
+      for (const std::uint32_t vertex : triangle) {
+        const double behind = dot(normals[vertex], facing);
+        const Vec3d turned = normals[vertex] - behind * facing;
+        if (behind < 0 && length(turned) > 0) normals[vertex] = normalized(turned);
+      }
+    }
+  for (std::size_t k = 0; k < vertices_.size(); ++k) {
     mesh.position.push_back(Vec3(world_from_eye(view_, eye[k])));
-    mesh.normal.push_back(Vec3(world_direction(view_, normal)));
+    mesh.normal.push_back(Vec3(world_direction(view_, normals[k])));
   }
   return mesh;
 }

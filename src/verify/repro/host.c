@@ -148,11 +148,10 @@ static int differs(struct argument* a, unsigned char* wanted, const char* run) {
 }
 
 int main(int argc, char** argv) {
-  const int most = argc > 2 ? atoi(argv[2]) : 0;
   const time_t end = time(NULL) + 10;
   static char text[MOST_TEXT];
   char* source = (char*)zeros(MOST_SOURCE);
-  int k, run, different = 0;
+  int k, run, different = 0, most = argc > 2 ? atoi(argv[2]) : 0;
   cl_int code;
   read_launch();
   cl_device_id device = find_device(argc > 1 && *argv[1] ? argv[1] : NULL);
