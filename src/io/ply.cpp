@@ -113,7 +113,7 @@ Header read_header(const InputFile& file, const ReadOptions& options) {
   Header header;
   TextCursor cursor(file);
   if (const auto first = cursor.next_line(); first != "ply")
-    fail(file, "line 1", "found " + in_quotes(*first) + ", wanted \"ply\"");
+    fail(file, "line 1", "found " + (first ? in_quotes(*first) : "nothing") + ", wanted \"ply\"");
   // Where lines end in a lone \r, a \n after the header already belongs to the data.
   const bool lone_return = file.bytes[cursor.offset() - 1] == '\r';
   bool has_format = false;
