@@ -49,7 +49,7 @@ TEST_F(Misuse, OfParameters) {
   expect_refused("--particle-radius is -2, must be > 0");
   params_ = {};
   params_.method = static_cast<Method>(77);
-  expect_refused("--method is number 77, must be one of the 9 of method_list()");
+  expect_refused("--method is number 77, must be one of the 10 of method_list()");
 }
 
 }  // namespace
