@@ -144,7 +144,7 @@ def read_particles(path: str | PathLike[str], particle_radius: float = 0, *,
         else NAME.0, NAME.1 ...
     dataset
         Where a file holds several: the HDF5 group or dataset with the particles, or the array of
-        positions of an .npz. Empty: what is found.
+        positions of an .npz, or OpenVDB's grid. Empty: what is found.
     timestep
         The TIMESTEP of a LAMMPS dump that holds several; None: the only one.
 
