@@ -27,10 +27,14 @@ install(FILES ${PROJECT_BINARY_DIR}/MeniscusConfig.cmake
               ${PROJECT_BINARY_DIR}/MeniscusConfigVersion.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindBlosc.cmake
               ${PROJECT_SOURCE_DIR}/cmake/FindLibdeflate.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindOpenVDB.cmake
   DESTINATION ${package_folder} COMPONENT development)
 
 # Whoever links the static library also links what it uses.
 set(link_privately "-lOpenEXR -lOpenEXRCore -lIlmThread -lIex -lImath -lpng -lblosc -ldeflate -lz -ltbb")
+if(MENISCUS_OPENVDB)
+  string(PREPEND link_privately "-lopenvdb ")
+endif()
 set(link_privately "${link_privately} -lgmp -ldl -pthread -lstdc++ -lm")
 if(MENISCUS_SHARED)
   set(pc_cflags "")

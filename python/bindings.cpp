@@ -2,9 +2,9 @@
 // see, with its defaults and checks of types, is Python (meniscus/__init__.py).
 #include "bindings.hpp"
 
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
@@ -14,6 +14,7 @@
 #include <mutex>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "meniscus/device.hpp"
 #include "meniscus/named_parameters.hpp"
@@ -36,8 +37,11 @@ Column column(const Place& place, int component) {
   return Column(reinterpret_cast<const float*>(first), size, step);
 }
 
+using NamedPlace = std::pair<std::string, Place>;
+
 BorrowedParticles borrow(const Place& points, const std::optional<Place>& velocities,
-                         const std::optional<Place>& radii, double particle_radius) {
+                         const std::optional<Place>& radii, double particle_radius,
+                         const std::vector<NamedPlace>& attributes) {
   BorrowedParticles borrowed;
   borrowed.x = column(points, 0);
   borrowed.y = column(points, 1);
@@ -49,6 +53,8 @@ BorrowedParticles borrow(const Place& points, const std::optional<Place>& veloci
   }
   if (radii) borrowed.radius = column(*radii, 0);
   borrowed.particle_radius = particle_radius;
+  for (const auto& [name, place] : attributes)
+    borrowed.attributes.push_back({name, column(place, 0)});
   return borrowed;
 }
 
@@ -57,6 +63,11 @@ struct Frame {
   std::unique_ptr<Particles> own;
   std::unique_ptr<ParticleSource> source;
 };
+
+ReadOptions reading(double particle_radius, const std::vector<std::string>& attributes,
+                    const std::string& dataset, std::int64_t timestep) {
+  return {particle_radius, attributes, dataset, timestep};
+}
 
 /// One thread works with a device at a time; the others wait.
 struct OpenDevice {
@@ -227,24 +238,43 @@ void bind_particles(nb::module_& module) {
                                                              self)
         .cast();
   });
+  frame.def_prop_ro("attribute_names", [](const Frame& f) { return f.source->attributes(); });
+  frame.def_prop_ro("attributes", [](nb::handle self) {
+    Frame& f = nb::cast<Frame&>(self);
+    return f.own ? dict_of(self, f.own->attributes, {f.own->size()}) : nb::dict();
+  });
   module.def(
       "borrow",
       [](const Place& points, const std::optional<Place>& velocities,
-         const std::optional<Place>& radii, double particle_radius) {
-        return Frame{nullptr, source_of(borrow(points, velocities, radii, particle_radius))};
+         const std::optional<Place>& radii, double particle_radius,
+         const std::vector<NamedPlace>& attributes) {
+        return Frame{nullptr,
+                     source_of(borrow(points, velocities, radii, particle_radius, attributes))};
       },
-      "points"_a, "velocities"_a.none(), "radii"_a.none(), "particle_radius"_a);
-  module.def("read_particles", [](const std::string& path, double particle_radius) {
-    const nb::gil_scoped_release released;
-    Frame read;
-    read.own = std::make_unique<Particles>(read_particles(path, particle_radius));
-    read.source = source_of(*read.own);
-    return read;
-  });
-  module.def("open_particles", [](const std::string& path, double particle_radius) {
-    const nb::gil_scoped_release released;
-    return Frame{nullptr, open_particles(path, particle_radius)};
-  });
+      "points"_a, "velocities"_a.none(), "radii"_a.none(), "particle_radius"_a, "attributes"_a);
+  module.def(
+      "read_particles",
+      [](const std::string& path, double particle_radius,
+         const std::vector<std::string>& attributes, const std::string& dataset,
+         std::int64_t timestep) {
+        const nb::gil_scoped_release released;
+        Frame read;
+        read.own = std::make_unique<Particles>(
+            read_particles(path, reading(particle_radius, attributes, dataset, timestep)));
+        read.source = source_of(*read.own);
+        return read;
+      },
+      "path"_a, "particle_radius"_a, "attributes"_a, "dataset"_a, "timestep"_a);
+  module.def(
+      "open_particles",
+      [](const std::string& path, double particle_radius,
+         const std::vector<std::string>& attributes, const std::string& dataset,
+         std::int64_t timestep) {
+        const nb::gil_scoped_release released;
+        return Frame{nullptr,
+                     open_particles(path, reading(particle_radius, attributes, dataset, timestep))};
+      },
+      "path"_a, "particle_radius"_a, "attributes"_a, "dataset"_a, "timestep"_a);
 }
 
 void bind_devices(nb::module_& module) {

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include <cstddef>
+#include <vector>
 
 #include "meniscus/meniscus.hpp"
 
@@ -13,6 +17,18 @@ struct Made {
   Parameters parameters;
   std::vector<StageTime> timings;  // empty unless asked for
 };
+
+/// A dictionary of the attributes by name, each as an array of this shape that shares its memory
+/// and keeps `owner` alive.
+inline nanobind::dict dict_of(nanobind::handle owner, std::vector<Attribute>& attributes,
+                              const std::vector<std::size_t>& shape) {
+  nanobind::dict all;
+  for (Attribute& attribute : attributes)
+    all[attribute.name.c_str()] = nanobind::ndarray<nanobind::numpy, float>(
+                                      attribute.values.data(), shape.size(), shape.data(), owner)
+                                      .cast();
+  return all;
+}
 
 void bind_surface(nanobind::module_& module);
 

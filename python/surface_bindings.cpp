@@ -1,5 +1,4 @@
 // Surfaces: their maps and mesh as arrays that share their memory, and files of them.
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -98,6 +97,18 @@ void bind_surface(nb::module_& module) {
                    [](nb::handle self) {
                      return rows_of<std::uint32_t>(self,
                                                    nb::cast<Made&>(self).surface.mesh.triangle);
+                   })
+      .def_prop_ro("attributes",
+                   [](nb::handle self) {
+                     Surface& made = nb::cast<Made&>(self).surface;
+                     return dict_of(self, made.attributes,
+                                    {static_cast<std::size_t>(made.camera.height),
+                                     static_cast<std::size_t>(made.camera.width)});
+                   })
+      .def_prop_ro("mesh_attributes",
+                   [](nb::handle self) {
+                     Mesh& mesh = nb::cast<Made&>(self).surface.mesh;
+                     return dict_of(self, mesh.attributes, {mesh.position.size()});
                    })
       .def_prop_ro("camera", [](const Made& made) { return made.surface.camera; })
       .def_prop_ro("particle_radius", [](const Made& made) { return made.surface.particle_radius; })

@@ -42,6 +42,7 @@ class StageClock {
       times_->push_back(time);
     } else {
       device_.state().events.clear();
+      device_.state().take_building_ms();  // so that no later frame counts it
     }
     device_.state().stage.clear();
   }

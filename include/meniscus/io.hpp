@@ -22,7 +22,7 @@ struct ReadOptions {
   std::vector<std::string> attributes{};
 
   /// Where a file holds several: the HDF5 group or dataset with the particles, or the array of
-  /// positions of an .npz. Empty: what is found.
+  /// positions of an .npz, or OpenVDB's grid. Empty: what is found.
   std::string dataset{};
 
   /// The TIMESTEP of a LAMMPS dump that holds several; below 0: the only one.
@@ -31,7 +31,7 @@ struct ReadOptions {
 
 /// Reads one frame of particles. The format follows from the ending (docs/formats.md): .ply, .vtk,
 /// .vtp, .vtu, .npy, .npz, .h5 and .hdf5, .bgeo, .bgeo.gz and .bgeo.sc, .bi4, .ffp3, .lammpstrj and
-/// .dump, .xyz, .csv. NaN and infinite coordinates are kept: `extract` counts and drops them.
+/// .dump, .xyz, .csv, .vdb (option). NaN and infinite coordinates are kept: `extract` drops them.
 ///
 ///   particle_radius  > 0, world units: replaces every radius that the file states; 0: the file's
 ///

@@ -24,6 +24,7 @@ class Meniscus(CMakePackage):
     depends_on("opencl@1.2:")
     depends_on("opencl-c-headers")
     depends_on("opencl-clhpp")
+    depends_on("c-blosc@1.21:")
     depends_on("cgal@5.4:")
     depends_on("cli11@2.1:", type="build")
     depends_on("eigen@3.4:", type="build")

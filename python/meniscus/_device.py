@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import warnings as _warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -73,7 +73,8 @@ def default_device() -> Device:
 
 def extract(points: ArrayLike | Particles, camera: Camera, *,
             velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
-            particle_radius: float = 0, method: str = "fit", maps: str | None = None,
+            attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
+            method: str = "fit", maps: str | None = None,
             image: bool = True, mesh: bool = True, motion: bool = True, strict: bool = False,
             device: Device | None = None, memory: int = STREAM_MEMORY, timings: bool = False,
             progress: Callable[[str], object] | None = None, **parameters: float) -> Surface:
@@ -88,6 +89,12 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         (n, 3), world units per second: the surface gets velocities, too.
     radii
         (n,), particle radii, world units, > 0.
+    attributes
+        {name: (n,) or (n, components)}, such as {"temperature": t}, in any unit: carried to the
+        surface as velocities are, a weighted mean over the particles around. They become
+        Surface.attributes and Mesh.attributes. The components of a vector are called NAME.X,
+        NAME.Y, NAME.Z where there are three, else NAME.0, NAME.1 ... NaN, infinite values and those
+        above 1e30 are left out with a warning.
     particle_radius
         World units, half the particle spacing. 0: the middle of `radii`, else what the file states,
         else an estimate from the spacing, with a warning.
@@ -126,7 +133,7 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     bare.particle_radius = float(particle_radius)
     for name, value in parameters.items():
         bare.set(name.replace("_", "-"), float(value))
-    frame, keep = frame_of(points, velocities, radii, 0)
+    frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract((device or default_device())._bare, frame, camera._bare(), bare, memory,
                          timings, progress)
     del keep

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from typing import Any
 
@@ -36,6 +37,20 @@ def _place(values: ArrayLike, name: str, dimensions: int) -> tuple[_Place, NDArr
             array.dtype == np.float64), array
 
 
+def _attribute_places(values: ArrayLike, name: str) -> list[tuple[str, _Place, NDArray[Any]]]:
+    """The components of an attribute of (n,) or (n, k) as the program names those of files."""
+    array = values if isinstance(values, np.ndarray) else np.asarray(values)
+    place = f"attribute {name}"
+    if array.ndim == 1:
+        return [(name, *_place(array, place, 1))]
+    if array.ndim != 2 or array.shape[1] == 0:
+        raise InvalidArgument(f"{place} has shape {array.shape}, must be (n,) or (n, components)")
+    components = array.shape[1]
+    endings = {1: [""], 3: [".X", ".Y", ".Z"]}.get(components,
+                                                   [f".{k}" for k in range(components)])
+    return [(name + ending, *_place(array[:, k], place, 1)) for k, ending in enumerate(endings)]
+
+
 class Particles:
     """One frame of particles that read_particles() or open_particles() found in a file.
 
@@ -54,6 +69,11 @@ class Particles:
         (n,) float32: particle radii in world units; density as the file has it.
     id
         (n,) int64, identity over time.
+    attribute_names
+        Names of what is carried to the surface: `attributes` of read_particles(). A vector has
+        several: force.X, force.Y, force.Z.
+    attributes
+        {name: (n,) float32}, in the file's units; NaN: not known. Empty where they are left on disk.
     """
 
     size: int
@@ -70,6 +90,8 @@ class Particles:
     radius: NDArray[np.float32] | None
     density: NDArray[np.float32] | None
     id: NDArray[np.int64] | None
+    attribute_names: list[str]
+    attributes: dict[str, NDArray[np.float32]]
 
     def __init__(self, bare: _core.Frame) -> None:
         self._bare = bare
@@ -82,7 +104,7 @@ class Particles:
 
     def __getattr__(self, name: str) -> Any:
         if name in ("size", "particle_radius", "has_velocity", "has_radius", "time", "x", "y", "z",
-                    "vx", "vy", "vz", "density", "radius", "id"):
+                    "vx", "vy", "vz", "density", "radius", "id", "attribute_names", "attributes"):
             return getattr(self._bare, name)
         raise AttributeError(f"Particles has no attribute {name}")
 
@@ -101,29 +123,55 @@ class Particles:
         return np.stack([self.vx, self.vy, self.vz], axis=1)  # type: ignore[list-item]
 
 
-def read_particles(path: str | PathLike[str], particle_radius: float = 0) -> Particles:
+def _reading(particle_radius: float, attributes: str | Sequence[str], dataset: str,
+             timestep: int | None) -> tuple[float, list[str], str, int]:
+    names = [attributes] if isinstance(attributes, str) else list(attributes)
+    if timestep is not None and timestep < 0:
+        raise InvalidArgument(f"timestep is {timestep}, must be >= 0 or None")
+    return float(particle_radius), names, dataset, -1 if timestep is None else int(timestep)
+
+
+def read_particles(path: str | PathLike[str], particle_radius: float = 0, *,
+                   attributes: str | Sequence[str] = (), dataset: str = "",
+                   timestep: int | None = None) -> Particles:
     """Reads one frame of particles; the format follows from the ending, as for `meniscus extract`.
 
     particle_radius
         > 0, world units: replaces every radius that the file states; 0: the file's.
+    attributes
+        Names of arrays, in any case, that become Particles.attributes, and those of surfaces made
+        of these particles. A vector gives NAME.X, NAME.Y, NAME.Z where it has three components,
+        else NAME.0, NAME.1 ...
+    dataset
+        Where a file holds several: the HDF5 group or dataset with the particles, or the array of
+        positions of an .npz, or OpenVDB's grid. Empty: what is found.
+    timestep
+        The TIMESTEP of a LAMMPS dump that holds several; None: the only one.
 
     Raises InputError: file, place in it, what was found, what was wanted.
     """
-    return Particles(_core.read_particles(fspath(path), float(particle_radius)))
+    return Particles(_core.read_particles(
+        fspath(path), *_reading(particle_radius, attributes, dataset, timestep)))
 
 
-def open_particles(path: str | PathLike[str], particle_radius: float = 0) -> Particles:
-    """The same for frames that need not fit into memory: a large binary .ply is left on disk, and
-    extract() reads it in parts. A * in the path stands for all parts of one frame."""
-    return Particles(_core.open_particles(fspath(path), float(particle_radius)))
+def open_particles(path: str | PathLike[str], particle_radius: float = 0, *,
+                   attributes: str | Sequence[str] = (), dataset: str = "",
+                   timestep: int | None = None) -> Particles:
+    """The same for frames that need not fit into memory: a large file of a format that streams, such
+    as a binary .ply, is left on disk, and extract() reads it in parts. A * in the path stands for
+    all parts of one frame."""
+    return Particles(_core.open_particles(
+        fspath(path), *_reading(particle_radius, attributes, dataset, timestep)))
 
 
 def frame_of(points: ArrayLike | Particles, velocities: ArrayLike | None,
-             radii: ArrayLike | None, particle_radius: float) -> tuple[_core.Frame, object]:
+             radii: ArrayLike | None, particle_radius: float,
+             attributes: Mapping[str, ArrayLike] | None = None) -> tuple[_core.Frame, object]:
     """What the library reads, and what must live while it does."""
     if isinstance(points, Particles):
-        if velocities is not None or radii is not None:
-            raise InvalidArgument("velocities and radii go with arrays; Particles bring their own")
+        if velocities is not None or radii is not None or attributes:
+            raise InvalidArgument("velocities, radii and attributes go with arrays; Particles bring "
+                                  "their own")
         return points._bare, points
     place, keep = _place(points, "points", 2)
     others: list[_Place | None] = []
@@ -137,4 +185,11 @@ def frame_of(points: ArrayLike | Particles, velocities: ArrayLike | None,
             raise InvalidArgument(f"{name} has {other[1]} rows for {place[1]} points")
         others.append(other)
         kept.append(array)
-    return _core.borrow(place, others[0], others[1], float(particle_radius)), kept
+    carried: list[tuple[str, _Place]] = []
+    for given, values in (attributes or {}).items():
+        for name, other, array in _attribute_places(values, given):
+            if other[1] != place[1]:
+                raise InvalidArgument(f"attribute {given} has {other[1]} rows for {place[1]} points")
+            carried.append((name, other))
+            kept.append(array)
+    return _core.borrow(place, others[0], others[1], float(particle_radius), carried), kept

@@ -27,6 +27,8 @@ class Mesh:
         (vertices, 3) float32, world units per second; None where the particles carry none.
     triangles
         (triangles, 3) uint32, counter-clockwise seen from outside.
+    attributes
+        {name: (vertices,) float32}, those of the particles, in their units.
 
     The arrays share memory with the surface.
     """
@@ -35,6 +37,7 @@ class Mesh:
     normals: NDArray[np.float32]
     velocities: NDArray[np.float32] | None
     triangles: NDArray[np.uint32]
+    attributes: dict[str, NDArray[np.float32]]
 
 
 class Surface:
@@ -58,6 +61,9 @@ class Surface:
         (h, w, 3) float32, world units per second; None where the particles carry none.
     forward
         (h, w, 2) float32, pixels to the right and down until the next frame; after set_forward().
+    attributes
+        {name: (h, w) float32}, those of the particles, in their units; 0: no surface. Empty where the
+        particles carry none.
     camera
         The Camera.
     particle_radius
@@ -80,6 +86,7 @@ class Surface:
     residual: NDArray[np.float32]
     velocity: NDArray[np.float32] | None
     forward: NDArray[np.float32] | None
+    attributes: dict[str, NDArray[np.float32]]
     particle_radius: float
     warnings: list[str]
     parameters: str
@@ -92,7 +99,7 @@ class Surface:
 
     def __getattr__(self, name: str) -> Any:
         if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
-                    "forward", "particle_radius", "warnings", "parameters", "timings"):
+                    "forward", "attributes", "particle_radius", "warnings", "parameters", "timings"):
             return getattr(self._bare, name)
         raise AttributeError(f"Surface has no attribute {name}")
 
@@ -105,7 +112,7 @@ class Surface:
         """The mesh of what the camera sees; without triangles where it was not asked for."""
         bare = self._bare
         return Mesh(bare.mesh_positions, bare.mesh_normals, bare.mesh_velocities,
-                    bare.mesh_triangles)
+                    bare.mesh_triangles, bare.mesh_attributes)
 
     def set_forward(self, next_camera: Camera | None = None, frames_per_second: float = 24) -> None:
         """Makes the map `forward`: where each pixel's point goes within 1 / frames_per_second seconds,
@@ -115,7 +122,8 @@ class Surface:
 
     def write(self, path: str | PathLike[str], *, compression: str = "zip", half: bool = False,
               preview: str = "lit") -> None:
-        """Writes the maps (.exr), a picture (.png) or the mesh (.ply, .obj), by the ending.
+        """Writes the maps (.exr), a picture (.png) or the mesh (.ply, .vtp, .glb, .obj, .stl), by the
+        ending. Attributes go into .exr, .ply, .vtp and .glb.
 
         compression, half
             .exr: none, rle, zips, zip, piz or pxr24; normals and motion as 16-bit floats.
@@ -140,7 +148,7 @@ def read_exr(path: str | PathLike[str]) -> Surface:
 
 
 def write(path: str | PathLike[str], surface: Surface, **options: Any) -> None:
-    """The same as surface.write(path, **options)."""
+    """The same as surface.write(path, **options): .exr, .png, .ply, .vtp, .glb, .obj or .stl."""
     if not isinstance(surface, Surface):
         raise InvalidArgument(f"write: found {type(surface).__name__}, wanted a Surface")
     surface.write(path, **options)

@@ -173,6 +173,51 @@ def test_parameters_are_those_of_the_program(points, camera):
         assert np.isfinite(extract(points, camera, method=method).depth).any(), method
 
 
+def test_attributes_reach_maps_and_mesh(points, camera):
+    # A linear one: the weighted mean over particles around is close to it at the surface.
+    temperature = 300 + 100 * points[:, 0]
+    force = np.stack([np.full(len(points), k) for k in (1, 2, 3)], axis=1)
+    pair = force[:, :2].astype(np.float32)
+    surface = extract(points, camera, attributes={"temperature": temperature,
+                                                  "force": force, "pair": pair})
+    names = ["temperature", "force.X", "force.Y", "force.Z", "pair.0", "pair.1"]
+    assert list(surface.attributes) == list(surface.mesh.attributes) == names
+    seen = np.isfinite(surface.depth)
+    warm = surface.attributes["temperature"]
+    assert warm.shape == surface.depth.shape and warm.dtype == np.float32
+    assert not warm.flags.owndata
+    error = warm[seen] - (300 + 100 * surface.position[seen][:, 0])
+    assert np.abs(error).max() < 100 * 4 * RADIUS  # of the support, two spacings
+    assert np.corrcoef(warm[seen], surface.position[seen][:, 0])[0, 1] > .99
+    assert (warm[~seen] == 0).all() and seen.any() and not seen.all()
+    mesh = surface.mesh
+    at_vertices = mesh.attributes["temperature"]
+    assert at_vertices.shape == (len(mesh.positions),)
+    assert np.abs(at_vertices - (300 + 100 * mesh.positions[:, 0])).max() < 100 * 4 * RADIUS
+    for name, value in zip(names[1:], (1, 2, 3, 1, 2)):
+        assert np.allclose(surface.attributes[name][seen], value, rtol=1e-6), name  # rounding
+        assert np.allclose(mesh.attributes[name], value, rtol=1e-6), name
+    assert same(extract(points, camera), surface)
+    assert extract(points, camera).attributes == {}
+    del surface, mesh
+    assert np.abs(at_vertices - 300).max() < 100  # lives on
+
+
+def test_attributes_are_checked(points, camera):
+    for given, what in ((np.zeros(3), "attribute heat has 3 rows"),
+                        (np.zeros((len(points), 2, 2)), "heat has shape"),
+                        (np.array(["a"] * len(points)), "heat has dtype"),
+                        (np.ma.masked_array(points, points > 0), "heat is a masked array")):
+        with pytest.raises(meniscus.InvalidArgument, match=what):
+            extract(points, camera, attributes={"heat": given})
+    with pytest.raises(meniscus.InvalidArgument, match="two attributes are named force.X"):
+        extract(points, camera, attributes={"force": points, "force.X": points[:, 0]})
+    unknown = np.zeros(len(points))
+    unknown[5] = np.nan
+    with pytest.warns(meniscus.MeniscusWarning, match="heat is NaN, infinite or absurd in 1 of"):
+        surface = extract(points, camera, attributes={"heat": unknown})
+    assert (surface.attributes["heat"] == 0).all()
+
 def test_maps_share_the_surfaces_memory(points, camera):
     surface = extract(points, camera)
     assert surface.depth.ctypes.data == surface.depth.ctypes.data

@@ -80,6 +80,57 @@ def test_files_of_particles_are_read(dam, tmp_path):
         few.colour
 
 
+def test_attributes_of_files_are_read_and_written(points, camera, tmp_path):
+    rng = np.random.default_rng(3)
+    heat = rng.random(len(points)).astype(np.float32)
+    force = rng.random((len(points), 3)).astype(np.float32)
+    at = points.astype(np.float32)
+    np.savez(tmp_path / "frame.npz", mine=at, other=2 * at, heat=heat, force=force)
+    read = meniscus.read_particles(tmp_path / "frame.npz", .025, attributes=["HEAT", "force"],
+                                   dataset="mine")
+    assert read.attribute_names == list(read.attributes) == ["HEAT", "force.X", "force.Y", "force.Z"]
+    assert np.array_equal(read.attributes["HEAT"], heat)
+    assert np.array_equal(read.attributes["force.Z"], force[:, 2])
+    assert np.array_equal(read.points, at)
+    other = meniscus.read_particles(tmp_path / "frame.npz", .025, dataset="other")
+    assert np.array_equal(other.points, 2 * at) and other.attributes == {}
+    with pytest.raises(meniscus.InputError, match="no attribute .cold., it has"):
+        meniscus.read_particles(tmp_path / "frame.npz", attributes="cold", dataset="mine")
+
+    surface = meniscus.extract(read, camera)
+    arrays = meniscus.extract(at, camera, particle_radius=.025,
+                              attributes={"HEAT": heat, "force": force})
+    opened = meniscus.open_particles(tmp_path / "frame.npz", .025, attributes=["HEAT", "force"],
+                                     dataset="mine")
+    assert opened.attribute_names == read.attribute_names
+    for again in (arrays, meniscus.extract(opened, camera)):
+        assert list(again.attributes) == read.attribute_names
+        for name, values in surface.attributes.items():
+            assert np.array_equal(again.attributes[name], values), name
+            assert np.array_equal(again.mesh.attributes[name], surface.mesh.attributes[name]), name
+    with pytest.raises(meniscus.InvalidArgument, match="bring their own"):
+        meniscus.extract(read, camera, attributes={"heat": heat})
+
+    surface.write(tmp_path / "s.exr")
+    for name, values in meniscus.read_exr(tmp_path / "s.exr").attributes.items():
+        assert np.array_equal(values, surface.attributes[name]), name
+    for ending in ("ply", "vtp", "glb", "obj", "stl"):
+        surface.write(tmp_path / f"s.{ending}")
+        held = b"HEAT" in (tmp_path / f"s.{ending}").read_bytes()
+        assert held == (ending in ("ply", "vtp", "glb")), ending
+
+
+def test_a_timestep_of_a_dump_is_chosen(tmp_path):
+    step = ("ITEM: TIMESTEP\n{}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS pp pp pp\n0 9\n0 9\n"
+            "0 9\nITEM: ATOMS id x y z\n1 {} 2 3\n")
+    (tmp_path / "two.dump").write_text(step.format(0, 1) + step.format(50, 4))
+    assert meniscus.read_particles(tmp_path / "two.dump", timestep=50).points.tolist() == [[4, 2, 3]]
+    assert meniscus.read_particles(tmp_path / "two.dump", timestep=0).points.tolist() == [[1, 2, 3]]
+    with pytest.raises(meniscus.InputError, match="two.dump"):
+        meniscus.read_particles(tmp_path / "two.dump")
+    with pytest.raises(meniscus.InvalidArgument, match="timestep is -1"):
+        meniscus.read_particles(tmp_path / "two.dump", timestep=-1)
+
 def test_a_frame_is_the_same_from_a_file_an_array_and_the_program(dam, tmp_path):
     camera = meniscus.Camera.read(DATA / "dam" / "camera.json")
     particles = meniscus.open_particles(dam)

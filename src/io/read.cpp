@@ -24,6 +24,9 @@ constexpr Format kFormats[] = {
     {".ffp3", nullptr, ffp3_layout, "particle"}, {".lammpstrj", read_lammps, nullptr, "atom"},
     {".dump", read_lammps, nullptr, "atom"},     {".xyz", read_xyz, nullptr, "particle"},
     {".csv", read_csv, nullptr, "particle"},
+#ifdef MENISCUS_OPENVDB
+    {".vdb", read_vdb, nullptr, "point"},
+#endif
 };
 
 const Format& format_of(const std::string& path) {
@@ -37,6 +40,10 @@ const Format& format_of(const std::string& path) {
     if (name.ends_with(format.ending)) return format;
     known += std::string(known.empty() ? "" : ", ") + format.ending;
   }
+  if (name.ends_with(".vdb"))
+    throw InputError(path +
+                     ": this build reads no OpenVDB (build Meniscus with -DMENISCUS_OPENVDB=ON, or "
+                     "write the points as .bgeo, .ply or .npy)");
   throw InputError(path + ": unknown format, the name must end in one of " + known);
 }
 

@@ -76,6 +76,10 @@ Layout bi4_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& o
 /// FLIP Fluids' fluidparticles000001.ffp3; velocities and attributes from the files beside it.
 Layout ffp3_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options);
 
+/// OpenVDB: the only grid of points, or the one that ReadOptions::dataset names. Only where
+/// MENISCUS_OPENVDB is defined.
+Particles read_vdb(const InputFile& file, const ReadOptions& options);
+
 /// A frame of a .pvd.
 struct SeriesFrame {
   std::string file;  // as it is written, beside the .pvd where it is relative

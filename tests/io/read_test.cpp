@@ -25,6 +25,11 @@ TEST_F(Read, ListsTheEndingsItKnows) {
           "wave.abc: unknown format, the name must end in one of .ply, .vtk, .vtp, .vtu, .npy, "
           ".npz, .h5, .hdf5, .bgeo, .bgeo.gz, .bgeo.sc, .bi4, .ffp3, .lammpstrj, .dump, .xyz, "
           ".csv"));
+#ifndef MENISCUS_OPENVDB
+  EXPECT_THAT(error_of("wave.vdb", " BDV"),
+              HasSubstr("wave.vdb: this build reads no OpenVDB (build "
+                        "Meniscus with -DMENISCUS_OPENVDB=ON"));
+#endif
   EXPECT_THAT(error_of("ply", "ply\n"), HasSubstr("unknown format"));
 }
 
