@@ -181,6 +181,9 @@ CODE(clGetProgramBuildInfo, CL_OUT_OF_HOST_MEMORY, nullptr,
      (program, device, what, size, value, written))
 OBJECT(cl_kernel, clCreateKernel, CL_INVALID_KERNEL_NAME, nullptr,
        (cl_program program, const char* name, cl_int* errcode), (program, name, errcode))
+CODE(clGetMemObjectInfo, CL_OUT_OF_HOST_MEMORY, nullptr,
+     (cl_mem memory, cl_mem_info name, size_t size, void* value, size_t* returned),
+     (memory, name, size, value, returned))
 CODE(clGetKernelInfo, CL_OUT_OF_HOST_MEMORY, nullptr,
      (cl_kernel kernel, cl_kernel_info what, size_t size, void* value, size_t* written),
      (kernel, what, size, value, written))
