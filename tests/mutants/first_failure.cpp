@@ -77,7 +77,9 @@ std::vector<Planned> plan(const std::set<std::string>& groups,
       if (!groups.count(item.group) || !done.insert(name).second) continue;
       if (!kernels.empty() && !wanted.count(item.name)) continue;
       const bool other_groups = item.variant.find("groups of") != std::string::npos;
-      planned.push_back({item, name, full, (full && !all ? 3 : all ? 1 : 0) + other_groups * 2});
+      const bool of_stage = item.name.find("kernels of stage") == 0;  // few kernels are built
+      planned.push_back(
+          {item, name, full, (full && !all ? 5 : all ? 2 : of_stage ? 0 : 1) + other_groups * 3});
     }
   }
   std::stable_sort(planned.begin(), planned.end(),
