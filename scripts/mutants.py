@@ -278,7 +278,7 @@ def make_mutants(seed, only):
 
 # --- Runs ------------------------------------------------------------------------------------------
 
-SILENCE = 60  # seconds of processor time without a word: it is taken to hang
+SILENCE = 25  # seconds of processor time without a word: it is taken to hang
 MOST = 1800  # seconds, whatever the machine is busy with
 
 

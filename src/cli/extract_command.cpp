@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "batch/room.hpp"
 #include "cli/commands.hpp"
 #include "cli/extract_options.hpp"
 #include "cli/extract_warnings.hpp"
@@ -102,6 +103,9 @@ void run_frame(const ExtractOptions& options) {
   const auto [camera, origin] =
       given ? ChosenCamera{*given, options.camera_file} : aimed_camera(options, {&particles});
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  if (team.size() == 1)
+    require_room_for_frame(static_cast<std::size_t>(camera.width) *
+                           static_cast<std::size_t>(camera.height));
   if (team.leads()) keep_camera(options, camera);
   say("device", info.name + ": " + why);
   if (options.verbose && team.leads()) {

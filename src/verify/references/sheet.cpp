@@ -21,6 +21,12 @@ ReferenceErrors sheet_case(Device& device, int size) {
     share.push_back(i % 5 == 4 ? 0 : static_cast<float>(random(0.1, 1)));
     for (std::vector<float>& value : values) value.push_back(static_cast<float>(random(0.5, 2)));
   }
+  if (n > 2) {  // two alone, all but as far from each other as one reaches
+    position[0] = {-100, 0, -30};
+    position[1] = position[0] + Vec3d{5 - 0x1p-16, 0, 0};
+    normal[1] = normal[0];
+    share[0] = share[1] = 1;
+  }
   Worst first("average_on_sheets", "first mean"), second("average_on_sheets", "second mean");
   // As trust and roundness take them (docs/method.md), and a narrow one.
   for (const SheetWeights weights : {SheetWeights{5, 0.4f, 0.6f}, SheetWeights{2.5f, 0.8f, 0.9f}}) {
