@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -117,23 +116,6 @@ int run(int argc, char** argv) {
   }
 }
 
-// PoCL's threads let go of a command a moment after they have said that it is done. Where they are
-// slow, that is while the process ends: what runs at exit takes PoCL, LLVM and oneTBB apart under
-// them. All that the program has is written and closed by then, so nothing runs at exit. (The
-// sanitizers look for leaks there.)
-int end(int code) {
-  std::fflush(nullptr);
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-  return code;
-#endif
-#endif
-  std::_Exit(code);
-#endif
-  return code;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -149,5 +131,5 @@ int main(int argc, char** argv) {
     code = fail(kFailed, error.what());
   }
   meniscus::leave_team();
-  return end(code);
+  return meniscus::cli::end_with(code);
 }
