@@ -22,6 +22,7 @@ import os
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -59,12 +60,14 @@ def blocks(document, language):
 
 def run(command, expected):
     begin, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    process = subprocess.Popen(["bash", "-e", "-o", "pipefail", "-c", command], stdin=subprocess.DEVNULL,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+                               start_new_session=True)
     try:
-        done = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", command], stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, errors="replace", timeout=SECONDS)
-        code, said = done.returncode, done.stdout + done.stderr
-    except subprocess.TimeoutExpired as late:
-        code, said = 124, f"took more than {SECONDS} s\n" + (late.stderr or b"").decode("utf-8", "replace")
+        said, code = process.communicate(timeout=SECONDS)[0], process.returncode
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        said, code = process.communicate()[0] + f"\ntook more than {SECONDS} s", 124
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return {"command": command, "good": code == expected, "code": code, "expected": expected, "said": said,
             "seconds": time.monotonic() - begin,
@@ -148,7 +151,9 @@ def main():
     faults, begin = [], time.monotonic()
     jobs, elsewhere, never = plan(documents, faults)
 
-    name_space = ["unshare", "--mount"] if os.geteuid() == 0 else ["unshare", "--map-root-user", "--mount"]
+    # With processes of its own, too, so that none outlives its document.
+    name_space = ["unshare", *([] if os.geteuid() == 0 else ["--map-root-user"]), "--mount", "--pid", "--fork",
+                  "--mount-proc", "--kill-child"]
     if shutil.which("unshare") is None or subprocess.run([*name_space, "true"], capture_output=True).returncode:
         sys.exit("run_docs: no mount name space can be made here: run it as root, or where users may have name spaces")
     home, work = tools(build), build / "docs" / "overlay"

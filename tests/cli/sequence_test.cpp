@@ -330,7 +330,10 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   EXPECT_THAT(read("page.html"), HasSubstr(what));
   for (const nlohmann::json& record : log("log.jsonl"))
     EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 1) << record;
-  EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, Not(HasSubstr("outside the image")));
+  // A camera that was given is looked at, too.
+  const std::string given = what + " of the camera that was given";
+  EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, HasSubstr("frame 1: d.0001.ply: " + given));
+  EXPECT_THAT(run(words({"--eye", "0,0,5", "--frames", "2-4"})).err, Not(HasSubstr(what)));
 }
 
 TEST_F(Sequence, LargeFramesHaveOneRadius) {
