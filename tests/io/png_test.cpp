@@ -4,6 +4,7 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -12,6 +13,7 @@
 #include "io/preview.hpp"
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 #include "parallel.hpp"
@@ -71,6 +73,21 @@ TEST(Png, OfManyStripsDecodesToThePicture) {
   EXPECT_TRUE(decode(folder / "a.png", image.width, image.height) == image.bytes);
   EXPECT_LT(encoded.size(), image.bytes.size() / 3);
   EXPECT_TRUE(on_threads(1, [&] { return encode_png(image); }) == encoded);
+}
+
+TEST(Png, SaysHowFarItIs) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera());
+  for (const Preview preview : kPreviews) {
+    std::vector<double> shares;
+    OutputFile file(folder / "a.png");
+    write_png(file, surface, preview, "", [&](double share) { shares.push_back(share); });
+    file.commit();
+    EXPECT_GE(shares.size(), 4u);
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    EXPECT_GT(shares.front(), 0);
+    EXPECT_EQ(shares.back(), 1);
+  }
 }
 
 TEST(Png, IsReadBackAndNeverWhenCutOff) {
