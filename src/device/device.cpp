@@ -7,7 +7,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "device/building.hpp"
 #include "device/installation.hpp"
 #include "device/kernel_sources.hpp"
@@ -425,8 +425,7 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
     if (pattern_bytes == 4)
       enqueue_fill(buffer, words.s[0], whole, bytes - whole);
     else
-      enqueue_fill(buffer, static_cast<cl_uchar>(words.s[0] & 255), whole,
-                              bytes - whole);
+      enqueue_fill(buffer, static_cast<cl_uchar>(words.s[0] & 255), whole, bytes - whole);
   } catch (const cl::Error& error) {
     fail("filling " + std::to_string(bytes) + " bytes", error);
   }
