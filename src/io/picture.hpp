@@ -8,8 +8,8 @@
 #include <functional>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "meniscus/types.hpp"
-#include "parallel.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {

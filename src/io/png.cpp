@@ -9,7 +9,8 @@
 #include <new>
 #include <utility>
 
-#include "grouped.hpp"
+#include "base/grouped.hpp"
+#include "base/parallel.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "io/preview.hpp"
@@ -18,7 +19,6 @@
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {

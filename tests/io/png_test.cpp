@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 
+#include "base/parallel.hpp"
 #include "io/picture.hpp"
 #include "io/preview.hpp"
 #include "io/sample_surface.hpp"
@@ -16,7 +17,6 @@
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {
