@@ -25,6 +25,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -161,7 +162,7 @@ def main():
                   "--mount-proc", "--kill-child"]
     if shutil.which("unshare") is None or subprocess.run([*name_space, "true"], capture_output=True).returncode:
         sys.exit("run_docs: no mount name space can be made here: run it as root, or where users may have name spaces")
-    home, work = tools(build), build / "docs" / "overlay"
+    home, work = tools(build), Path(tempfile.mkdtemp())
     environment = dict(os.environ, PATH=f"{build}:{home}/bin:{os.environ['PATH']}", BUILD=str(build),
                        MENISCUS_CACHE_DIR=f"{ROOT}/build/docs-cache",  # tune writes there
                        OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
