@@ -39,7 +39,7 @@ frames=(examples/data/dam/frame_015.ply examples/data/cube_drop/frame_007.ply)
 if [[ $quick == --try ]]; then
   methods=fit,ssm
   main=(--seeds 1001 --scene sphere)
-  violent=(--seeds 1001 --scene jet)
+  violent=(--seeds 1001 --scene sphere)
   series=(--series jitter --scene sphere)
   mesh=(--scene sphere)
   frames=(examples/data/dam_sequence/dam.0010.ply)

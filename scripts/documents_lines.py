@@ -119,9 +119,6 @@ SMALLER = {
     "meniscus verify --repro DIR": ("meniscus verify --repro DIR --kernel project_particles --size small", 2, "time"),
     "make && ./host": ("cd reproducers/* && make && ./host", 2, "the folder"),
     "./host GPU 100": ("cd reproducers/* && ./host pthread 10", 2, "no GPU here"),
-    "oclgrind --data-races": (
-        "oclgrind --data-races meniscus verify --device Oclgrind --program examples/kernels/chain_sums.cl "
-        "--manifest examples/kernels/chain_sums.json", 5, "an option, shown by a program"),
     "meniscus extract --timings": ("meniscus extract frame.ply -o timed.png --timings", 1, "an option"),
     "scripts/portability.sh": (
         "RUNTIMES=pocl METHODS=ssm OPTIONS='--size small --kernel project_particles' scripts/portability.sh", 10,
@@ -175,6 +172,8 @@ NEVER = {
     "benchmarks/peers/run.sh": "needs VTK with EGL",
     "scripts/format_samples.py": "needs VTK, meshio, h5py and blosc; tests/data/formats has what it writes",
     "pip install '.[cpu]'": "800 MB",
+    "oclgrind --data-races": "an option; ctest's Kernels.AreCleanUnderOclgrind runs every kernel with it",
+    "scripts/python_wheel.sh": "without a build folder it builds the library anew, minutes; the line with one runs",
     "scripts/mutants.py run --build build/release --out build/mutants":
         "begins with all cases of verify, which takes minutes, before the first mutant",
     "scripts/mutants.py run --build build/release --out build/mutants --quick --file settle.cl blend.cl":
