@@ -144,6 +144,7 @@ WHERE_THERE_IS = {
 # line: (script, what stands in it). The script is part of .ci/run.
 ELSEWHERE = {
     "scripts/test.sh": (".ci/run", "part scripts/test.sh"),
+    "scripts/run_docs.py": (".ci/run", "part scripts/run_docs.py"),
     "scripts/sanitized.sh": (".ci/run", "part scripts/sanitized.sh"),
     "scripts/fuzz.sh build/asan": (".ci/run", "part scripts/fuzz.sh build/asan"),
     "scripts/fuzz.sh": (".ci/run", "part scripts/fuzz.sh"),
