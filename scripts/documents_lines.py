@@ -120,9 +120,6 @@ SMALLER = {
     "make && ./host": ("cd reproducers/* && make && ./host", 2, "the folder"),
     "./host GPU 100": ("cd reproducers/* && ./host pthread 10", 2, "no GPU here"),
     "meniscus extract --timings": ("meniscus extract frame.ply -o timed.png --timings", 1, "an option"),
-    "scripts/portability.sh": (
-        "RUNTIMES=pocl METHODS=ssm OPTIONS='--size small --kernel project_particles' scripts/portability.sh", 10,
-        "the other runtimes are 1 GB, and a whole verify takes minutes"),
     # Reliability.
     "scripts/mutants.py": ("scripts/mutants.py list", 1, "needs arguments"),
     # Python.
@@ -173,6 +170,7 @@ NEVER = {
     "benchmarks/peers/run.sh": "needs VTK with EGL",
     "scripts/format_samples.py": "needs VTK, meshio, h5py and blosc; tests/data/formats has what it writes",
     "pip install '.[cpu]'": "800 MB",
+    "scripts/portability.sh": "builds all kernels anew for each runtime, minutes, and downloads 1 GB of them",
     "oclgrind --data-races": "an option; ctest's Kernels.AreCleanUnderOclgrind runs every kernel with it",
     "scripts/python_wheel.sh": "without a build folder it builds the library anew, minutes; the line with one runs",
     "scripts/mutants.py run --build build/release --out build/mutants":
