@@ -80,6 +80,10 @@ SMALLER = {
         "mpirun -n 2 --bind-to none meniscus extract 'dam.rank*.ply' -o dam.exr", 2, "one machine"),
     "benchmarks/scaling.py": ("benchmarks/scaling.py --largest 1e4 --runs 1 --sizes 320x240", 2, "10^8 particles"),
     # Building: all is built already.
+    "g++ -std=c++20 your_program.cpp $(pkg-config --cflags --libs meniscus)": (
+        "export PKG_CONFIG_PATH=$(dirname $(find $PWD/installed -name meniscus.pc)) && "
+        "g++ -std=c++20 your_program.cpp $(pkg-config --cflags --libs meniscus) && "
+        "LD_LIBRARY_PATH=$(dirname $PKG_CONFIG_PATH) ./a.out", 5, "installed in a folder of its own"),
     "cmake --install build/release --prefix PREFIX": (
         "cmake --install build/release --prefix prefix --component program", 1, "names to fill in"),
     "ctest --preset release -L fast": ("ctest --preset release -L fast -R '^CameraJson'", 2, "scripts/test.sh runs all"),
