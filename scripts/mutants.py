@@ -448,7 +448,8 @@ def run(arguments):
     todo, number = [], {}
     for mutant in make_mutants(arguments.seed, arguments.file):
         number[mutant.file] = number.get(mutant.file, 0) + 1
-        if mutant.place() in arguments.at if arguments.at else mutant.key() not in done:
+        wanted = mutant.place() in arguments.at if arguments.at else mutant.key() not in done
+        if wanted and not 0 < arguments.first < number[mutant.file]:
             todo.append((number[mutant.file], mutant.file, mutant))
     # Files in the order of --file; without it in turn, so that each is begun.
     place = {file: k for k, file in enumerate(arguments.file)}
@@ -562,6 +563,8 @@ def main():
             command.add_argument("--nice", type=int, default=19)
             command.add_argument("--at", nargs="*", default=[], metavar="kernels/FILE:LINE",
                                  help="the mutants of these lines alone, done before or not")
+            command.add_argument("--first", type=int, default=0,
+                                 help="run the first so many of each file alone (default: all)")
             command.add_argument("--quick", action="store_true",
                                  help="ask references and tests only where verify notices nothing")
     arguments = parser.parse_args()

@@ -3,10 +3,10 @@
 // around each group of merged particles.
 #include <utility>
 
+#include "base/order_statistics.hpp"
+#include "base/parallel.hpp"
+#include "base/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "order_statistics.hpp"
-#include "parallel.hpp"
-#include "stage_clock.hpp"
 #include "stages/behind.hpp"
 #include "stages/blend.hpp"
 #include "stages/density.hpp"
@@ -189,7 +189,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
           const HostView gradients(device, field);
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
-        rim = with_rim(projected, fitted, found);
+        rim = with_rim(projected, fitted, found, merges ? kRimReachGroups : kRimReach);
         if (!merges)
           neighbours =
               find_neighbours(device, projected, rim.index, found.index, params.fit.support);

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
+#include "prepare/velocities.hpp"
 #include "stages/surface_buffers.hpp"
-#include "velocities.hpp"
 
 namespace meniscus {
 namespace {

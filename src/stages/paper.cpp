@@ -4,7 +4,7 @@
 #include <climits>
 #include <map>
 
-#include "exact_math.hpp"
+#include "base/exact_math.hpp"
 #include "stages/cells.hpp"
 
 namespace meniscus {

@@ -5,7 +5,7 @@
 #include <initializer_list>
 #include <span>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace meniscus {
 namespace {

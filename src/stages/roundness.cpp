@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "exact_math.hpp"
+#include "base/exact_math.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 #include "stages/surface_buffers.hpp"

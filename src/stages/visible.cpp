@@ -9,8 +9,8 @@
 #include <string>
 #include <tuple>
 
-#include "order_statistics.hpp"
-#include "parallel.hpp"
+#include "base/order_statistics.hpp"
+#include "base/parallel.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 
