@@ -1,6 +1,8 @@
 // settle.cl: what each sample of a layer shows, the blend or the density field's level (paper 2.4.1
 // and, for the splash, the end of 3: particles too few for a fit are rendered directly).
 // A work-item takes TAKES samples of a tile's list (samples.cl) at a time.
+//
+// uses: field.cl samples.cl
 
 // Rays are followed in windows of this depth, so that one search serves several steps.
 #define WINDOW 8.0f  // particle radii

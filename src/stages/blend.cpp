@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "device/kernels.hpp"
 #include "parallel.hpp"
 
 namespace meniscus {
@@ -126,9 +127,6 @@ bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k,
     }
   return false;
 }
-
-// The files with the functions that the kernels use.
-constexpr char kBlend[] = "samples.cl hits.cl blend.cl";
 
 // Where gradients are the same sheet, and how far sheets lie apart that meet, as kernels take it.
 cl_float4 sheets_of(const BlendParams& params) {
@@ -266,12 +264,11 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
                   const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
-         lists.count, reference, records.record, records.foot, tiles.met.start, tiles.met.fit,
-         tiles.met.place, tiles.rim.start, tiles.rim.fit, tiles.rim.place, strides_of(tiles),
-         surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
-         sheets_of(params));
+  launch(device, kernels::blend_groups, width, range_of(lists, width), lists.sample, lists.count,
+         reference, records.record, records.foot, tiles.met.start, tiles.met.fit, tiles.met.place,
+         tiles.rim.start, tiles.rim.fit, tiles.rim.place, strides_of(tiles), surface.depth,
+         surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}}, grid.first,
+         grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 
 Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuffers& surface,
@@ -283,10 +280,9 @@ Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuff
   const auto across = static_cast<std::size_t>((grid.nx + width - 1) / width);
   const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
   const auto group = allocate<cl_int>(device, grid.size());
-  launch(device, "hits.cl choose_groups.cl", "choose_groups", {across, down, 16, 1},
-         width_option(width), surface.depth, surface.group, records.record, records.foot, group,
-         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         static_cast<cl_float>(params.d_max), cl_int{every});
+  launch(device, kernels::choose_groups, width, {across, down, 16, 1}, surface.depth, surface.group,
+         records.record, records.foot, group, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
+         kernel_rays(view), static_cast<cl_float>(params.d_max), cl_int{every});
   return group;
 }
 
@@ -295,12 +291,12 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record,
-         records.foot, tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start,
-         tiles.rim.fit, tiles.rim.place, strides_of(tiles), surface.depth, surface.normal,
-         surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
-         grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
-         static_cast<cl_float>(params.d_max), sheets_of(params));
+  launch(device, kernels::blend_points, 1, {n}, reference, points, records.record, records.foot,
+         tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start, tiles.rim.fit,
+         tiles.rim.place, strides_of(tiles), surface.depth, surface.normal, surface.group,
+         surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}}, grid.first,
+         1.0f / (grid.step * kTile), kernel_rays(view), static_cast<cl_float>(params.d_max),
+         sheets_of(params));
 }
 
 }  // namespace meniscus

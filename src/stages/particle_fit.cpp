@@ -5,13 +5,12 @@
 #include <initializer_list>
 #include <span>
 
+#include "device/kernels.hpp"
 #include "parallel.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
-
-constexpr char kFiles[] = "fit.cl particle_fit.cl";
 
 // The most slots that 32-bit indices reach.
 constexpr std::size_t kMostSlots = std::size_t{1} << 28;
@@ -349,11 +348,11 @@ void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const FitParams& params) {
   const cl_float2 heights{{kHeight, kHeightGrowth}};
   const FitNeighbours::Part& part = *lanes.part;
-  launch(device, kFiles, "fit_particles", range_of_lanes(device, lanes),
-         width_option(device.state().wide_width()), surface.place, from, part.particle,
-         part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.residual,
-         lanes.weight, turned, static_cast<cl_int>(lanes.residual.size), surface.nobody,
-         cl_int{pass.done}, cl_int{pass.left}, model_of(params), heights);
+  launch(device, kernels::fit_particles, device.state().wide_width(), range_of_lanes(device, lanes),
+         surface.place, from, part.particle, part.neighbour, part.first, part.length, lanes.support,
+         lanes.quadric, lanes.residual, lanes.weight, turned,
+         static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{pass.done},
+         cl_int{pass.left}, model_of(params), heights);
 }
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
@@ -403,11 +402,10 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
     rows.push_back(allocate<float>(device, 4 * lanes.residual.size));
-    launch(device, kFiles, "measure_edges", range_of_lanes(device, lanes),
-           width_option(device.state().wide_width()), surface.place, normals, part.particle,
-           part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.weight,
-           lanes.residual, rows.back(), static_cast<cl_int>(lanes.residual.size), model_of(params),
-           kEdgeReach);
+    launch(device, kernels::measure_edges, device.state().wide_width(),
+           range_of_lanes(device, lanes), surface.place, normals, part.particle, part.neighbour,
+           part.first, part.length, lanes.support, lanes.quadric, lanes.weight, lanes.residual,
+           rows.back(), static_cast<cl_int>(lanes.residual.size), model_of(params), kEdgeReach);
   }
   fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "device/kernels.hpp"
 #include "parallel.hpp"
 
 namespace meniscus {
@@ -46,9 +47,9 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     const auto eye = allocate<float>(device, 3 * stride);
     const auto screen = allocate<float>(device, 4 * stride);
     const int width = device.state().vector_width;
-    launch(device, "project.cl", "project_particles", {stride / static_cast<std::size_t>(width)},
-           width_option(width), x, y, z, scale, eye, screen, static_cast<cl_int>(stride),
-           from_world, row(view.u_row), row(view.v_row), row(view.w_row), extent, size);
+    launch(device, kernels::project_particles, width, {stride / static_cast<std::size_t>(width)}, x,
+           y, z, scale, eye, screen, static_cast<cl_int>(stride), from_world, row(view.u_row),
+           row(view.v_row), row(view.w_row), extent, size);
     const HostView e(device, eye), on_screen(device, screen);
     const float *u = on_screen.data(), *v = u + stride, *ku = v + stride, *kv = ku + stride;
     const std::size_t had = kept.index.size();

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "device/kernels.hpp"
 #include "exact_math.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
 
-constexpr char kFiles[] = "fit.cl particle_fit.cl roundness.cl";
 constexpr std::size_t kModel = 16;      // floats of a trial fit, as in roundness.cl
 constexpr float kEvidenceReach = 4.5f;  // particle radii; whose fits tell of a particle
 
@@ -37,8 +37,8 @@ Buffer<float> place_models(Device& device, const FitSurface& surface, std::vecto
   }
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
-    launch(device, kFiles, "place_models", range_of_lanes(device, lanes),
-           width_option(device.state().wide_width()), surface.place, surface.turned, part.particle,
+    launch(device, kernels::place_models, device.state().wide_width(),
+           range_of_lanes(device, lanes), surface.place, surface.turned, part.particle,
            part.neighbour, part.first, part.length, lanes.quadric, lanes.residual, model,
            static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{wide ? 0 : 1},
            kEdgeReach);
@@ -68,8 +68,8 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
     rows.push_back(allocate<float>(device, 3 * lanes.residual.size));
-    launch(device, kFiles, "measure_evidence", range_of_lanes(device, lanes),
-           width_option(device.state().wide_width()), surface.place, narrow, wide, part.particle,
+    launch(device, kernels::measure_evidence, device.state().wide_width(),
+           range_of_lanes(device, lanes), surface.place, narrow, wide, part.particle,
            part.neighbour, part.first, part.length, rows.back(),
            static_cast<cl_int>(lanes.residual.size), surface.nobody, kEvidenceReach, sheets);
   }

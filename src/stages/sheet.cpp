@@ -1,5 +1,6 @@
 #include "stages/sheet.hpp"
 
+#include "device/kernels.hpp"
 #include "stages/density.hpp"
 
 namespace meniscus {
@@ -34,11 +35,11 @@ std::array<std::vector<float>, 2> average_in_cells(Device& device, const Cells& 
   }
   const auto mean = allocate<float>(device, 2 * n);
   const int width = device.state().vector_width;
-  launch(device, "cells.cl sheet.cl", "average_on_sheets", range_of_blocks(n, width),
-         width_option(width), mean, upload(device, cells.x), upload(device, cells.y),
-         upload(device, cells.z), upload(device, cells.tag), upload(device, cells.start),
-         cells.inverse_cell, cells.mask, static_cast<cl_int>(n), normals.done(), shares.done(),
-         both.done(), weights.reach, weights.low, weights.high);
+  launch(device, kernels::average_on_sheets, width, range_of_blocks(n, width), mean,
+         upload(device, cells.x), upload(device, cells.y), upload(device, cells.z),
+         upload(device, cells.tag), upload(device, cells.start), cells.inverse_cell, cells.mask,
+         static_cast<cl_int>(n), normals.done(), shares.done(), both.done(), weights.reach,
+         weights.low, weights.high);
   const std::vector<float> found = download(device, mean);
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "device/kernels.hpp"
 #include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
 
@@ -463,14 +464,13 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   const auto follow = filled<float>(device_, n_, kNoSurface);
   const cl_float4 limits{{static_cast<float>(kParams.contour_density),
                           static_cast<float>(kParams.blob_density), 3, 2}};
-  const std::string files = "cells.cl field.cl samples.cl settle.cl";
-  launch(device_, files, "settle_samples", range_of(lists, 1), "", lists.sample, lists.count,
+  launch(device_, kernels::settle_samples, 1, range_of(lists, 1), lists.sample, lists.count,
          upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
          cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
          cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_),
          limits, cl_int{0});
   const SampleLists rest = keep_samples(device_, lists, follow);
-  launch(device_, files, "follow_field", range_of(rest, 1), "", rest.sample, rest.count, reference,
+  launch(device_, kernels::follow_field, 1, range_of(rest, 1), rest.sample, rest.count, reference,
          samples.trust, samples.depth, samples.normal, samples.group, samples.kind, behind,
          cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
          cells_.weight, levelled_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step,
