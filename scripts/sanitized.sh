@@ -8,7 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=$PWD/build/asan
 cmake --preset asan -DCMAKE_CXX_FLAGS_SANITIZE=-O0
 cmake --build --preset asan --target \
-  meniscus_program library_test batch_test io_test verify_test meniscus_fuzz
+  meniscus_program library_test application_test io_test verify_test meniscus_fuzz
 ctest --preset asan -j2 -L fast
 ctest --preset asan -j2 -R '^(VerifyRun|VerifyRow|CanonicalFile|ArgumentNames)\.'
 

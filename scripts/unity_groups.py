@@ -20,7 +20,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LIST = ROOT / "cmake" / "unity_groups.txt"
-FOLDERS = ("src", "src/verify", "benchmarks", "benchmarks/kernels", "tests")
+FOLDERS = ("src", "src/program", "src/verify", "benchmarks", "benchmarks/kernels", "tests")
 INCLUDED = ("src", "include", "benchmarks", "tests")
 ALONE = {"src/stages/delaunay.cpp"}  # CGAL takes seven seconds and a gigabyte
 TARGETS_ALONE = {"meniscus_native_kernels", "meniscus_program", "every_call", "failing_call",
@@ -169,7 +169,8 @@ def targets():
 def folder(file):
     """Of small folders of the library, one for two."""
     name = file.rsplit("/", 1)[0]
-    return {"src/page": "src/batch", "src/device": "src", "src/stream": "src/methods",
+    return {"src/api": "src/prepare", "src/output": "src/prepare", "src/device": "src/base",
+            "src/program/page": "src/program", "src/program/batch": "src/program",
             "benchmarks/accuracy/figures": "benchmarks/accuracy"}.get(name, name)
 
 

@@ -2,9 +2,9 @@
 
 #include <charconv>
 
+#include "api/parameter_list.hpp"
 #include "io/png.hpp"
 #include "io/preview.hpp"
-#include "parameter_list.hpp"
 
 namespace meniscus::accuracy {
 namespace {

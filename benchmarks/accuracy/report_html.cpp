@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "accuracy/report.hpp"
-#include "page/page.hpp"
+#include "program/page/page.hpp"
 
 namespace meniscus::accuracy {
 namespace {

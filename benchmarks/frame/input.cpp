@@ -1,10 +1,10 @@
 #include "frame/input.hpp"
 
-#include "dam_break.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/source.hpp"
+#include "program/dam_break.hpp"
 
 namespace meniscus {
 FrameInput dam_frame() {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "grouped.hpp"
+#include "base/grouped.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
@@ -29,12 +29,10 @@ struct CommandKind {
   const char* name;
   std::int64_t CommandCounts::*count;
 };
-constexpr CommandKind kCommandKinds[]{{"launches", &CommandCounts::launches},
-                                      {"arguments", &CommandCounts::arguments},
-                                      {"fills", &CommandCounts::fills},
-                                      {"uploads", &CommandCounts::uploads},
-                                      {"reads", &CommandCounts::reads},
-                                      {"waits", &CommandCounts::waits}};
+constexpr CommandKind kCommandKinds[]{
+    {"launches", &CommandCounts::launches}, {"arguments", &CommandCounts::arguments},
+    {"fills", &CommandCounts::fills},       {"uploads", &CommandCounts::uploads},
+    {"reads", &CommandCounts::reads},       {"waits", &CommandCounts::waits}};
 
 ordered_json json_of(const FrameFigures& f) {
   ordered_json stages = ordered_json::object(), device = stages, kernels = stages;
@@ -164,8 +162,8 @@ std::string frames_table(const std::vector<FrameFigures>& frames) {
                       mebibytes(f.host_bytes)});
     }
     if (first > 0) text += '\n';
-    text += heading(frames[first]) + "\n\n" + aligned(rows) + "\n" + stage_table(methods) +
-            "\n" + command_table(methods);
+    text += heading(frames[first]) + "\n\n" + aligned(rows) + "\n" + stage_table(methods) + "\n" +
+            command_table(methods);
     first = last;
   }
   return text;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "device/device.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"

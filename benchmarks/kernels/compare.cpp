@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "grouped.hpp"
+#include "base/grouped.hpp"
 
 namespace meniscus::bench {
 

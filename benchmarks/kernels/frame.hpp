@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "api/pipeline.hpp"
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
-#include "pipeline.hpp"
 #include "stages/cells.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/project.hpp"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/printed.hpp"
 #include "kernels/table.hpp"
-#include "page/page.hpp"
-#include "printed.hpp"
+#include "program/page/page.hpp"
 
 namespace meniscus::bench {
 namespace {

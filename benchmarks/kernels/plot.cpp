@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/printed.hpp"
 #include "kernels/page.hpp"
 #include "kernels/table.hpp"
-#include "page/page.hpp"
-#include "page/svg.hpp"
-#include "printed.hpp"
+#include "program/page/page.hpp"
+#include "program/page/svg.hpp"
 
 namespace meniscus::bench {
 namespace {

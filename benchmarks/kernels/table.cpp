@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "printed.hpp"
+#include "base/printed.hpp"
 
 namespace meniscus::bench {
 

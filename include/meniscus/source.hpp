@@ -61,7 +61,7 @@ class ParticleSource {
   /// The particles where they are all in memory anyway, else null.
   virtual const BorrowedParticles* in_memory() const { return nullptr; }
 
-  /// The processes that read the frame together (src/stream/team.hpp); by default this one alone.
+  /// The processes that read the frame together (src/base/team.hpp); by default this one alone.
   virtual Team& team() const;
   /// What this process reads, ascending. Each particle is in one process's share.
   virtual std::vector<ParticleRange> share() const { return {{0, size()}}; }

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "device/building.hpp"
 #include "device/installation.hpp"
 #include "device/kernel_sources.hpp"

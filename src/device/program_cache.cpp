@@ -10,7 +10,7 @@
 #include <system_error>
 #include <vector>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "io/output_file.hpp"
 
 namespace meniscus {

@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/grouped.hpp"
 #include "device/host_signals.hpp"
 #include "device/installation.hpp"
 #include "device/opencl_error.hpp"
-#include "grouped.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 

@@ -18,6 +18,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "io/exr_channels.hpp"
 #include "io/exr_zip.hpp"
 #include "io/output_file.hpp"
@@ -26,7 +27,6 @@
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/meniscus.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {

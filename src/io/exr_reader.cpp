@@ -17,7 +17,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grouped.hpp"
+#include "base/grouped.hpp"
 #include "io/exr_channels.hpp"
 #include "io/input_file.hpp"
 #include "io/scalar.hpp"

@@ -11,14 +11,14 @@
 #include <memory>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "meniscus/error.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "OpenEXR files are little-endian");
-constexpr int kLevel = 4;          // of libdeflate: what zlib's own level 4 packs to, or less
+constexpr int kLevel = 4;  // of libdeflate: what zlib's own level 4 packs to, or less
 
 struct FreeCompressor {
   void operator()(libdeflate_compressor* c) const { libdeflate_free_compressor(c); }

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "printable.hpp"
+#include "base/printable.hpp"
 
 namespace meniscus {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cstring>
 
+#include "base/parallel.hpp"
 #include "io/attribute_names.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {

@@ -18,7 +18,7 @@
 #include <optional>
 #include <system_error>
 
-#include "host_name.hpp"
+#include "base/host_name.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {

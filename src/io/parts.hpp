@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "base/team.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/source.hpp"
-#include "stream/team.hpp"
 
 namespace meniscus {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "meniscus/types.hpp"
-#include "parallel.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "grouped.hpp"
+#include "base/grouped.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "io/preview.hpp"

@@ -15,7 +15,7 @@
 #include <system_error>
 #include <vector>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "io/input_file.hpp"
 #include "meniscus/error.hpp"
 

@@ -6,14 +6,14 @@
 #include <cmath>
 #include <utility>
 
-#include "attributes.hpp"
+#include "base/team.hpp"
 #include "io/layout.hpp"
 #include "io/parts.hpp"
 #include "io/readers.hpp"
 #include "io/rows.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
-#include "stream/team.hpp"
+#include "prepare/attributes.hpp"
 
 namespace meniscus {
 namespace {

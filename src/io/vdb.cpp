@@ -14,11 +14,11 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/printable.hpp"
 #include "io/array_bag.hpp"
 #include "io/attribute_names.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
-#include "printable.hpp"
 
 namespace meniscus {
 namespace {

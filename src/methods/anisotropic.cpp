@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stage_clock.hpp"
 #include "stages/mesh.hpp"
 #include "stages/silhouettes.hpp"
 #include "stages/spheres.hpp"

@@ -3,10 +3,10 @@
 // around each group of merged particles.
 #include <utility>
 
+#include "base/order_statistics.hpp"
+#include "base/parallel.hpp"
+#include "base/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "order_statistics.hpp"
-#include "parallel.hpp"
-#include "stage_clock.hpp"
 #include "stages/behind.hpp"
 #include "stages/blend.hpp"
 #include "stages/density.hpp"

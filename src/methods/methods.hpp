@@ -3,8 +3,8 @@
 
 #include <functional>
 
+#include "api/pipeline.hpp"
 #include "device/device.hpp"
-#include "pipeline.hpp"
 #include "stages/spheres.hpp"
 #include "stages/splash.hpp"
 #include "stages/triangulate.hpp"

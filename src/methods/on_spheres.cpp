@@ -1,6 +1,6 @@
 // What every method shares that smooths the depth map of the particles' spheres.
+#include "base/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stage_clock.hpp"
 #include "stages/mesh.hpp"
 #include "stages/ssm.hpp"
 #include "stages/surface_buffers.hpp"

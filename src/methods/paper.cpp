@@ -1,8 +1,8 @@
 // Method paper: the paper as printed, to reproduce its figures.
 #include "stages/paper.hpp"
 
+#include "base/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stage_clock.hpp"
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"
 #include "stages/splash.hpp"

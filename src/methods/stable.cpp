@@ -2,8 +2,8 @@
 // abruptly from frame to frame.
 #include "stages/stable.hpp"
 
+#include "base/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stage_clock.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "device/kernels.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {

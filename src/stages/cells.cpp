@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <immintrin.h>

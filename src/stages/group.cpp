@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace meniscus {
 namespace {

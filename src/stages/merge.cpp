@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 #include "stages/cells.hpp"
 
 namespace meniscus {

@@ -4,10 +4,10 @@
 #include <atomic>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "device/kernels.hpp"
-#include "parallel.hpp"
+#include "prepare/velocities.hpp"
 #include "stages/surface_buffers.hpp"
-#include "velocities.hpp"
 
 namespace meniscus {
 namespace {

@@ -4,8 +4,8 @@
 #include <climits>
 #include <map>
 
+#include "base/exact_math.hpp"
 #include "device/kernels.hpp"
-#include "exact_math.hpp"
 #include "stages/cells.hpp"
 
 namespace meniscus {

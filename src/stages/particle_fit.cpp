@@ -5,8 +5,8 @@
 #include <initializer_list>
 #include <span>
 
+#include "base/parallel.hpp"
 #include "device/kernels.hpp"
-#include "parallel.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {

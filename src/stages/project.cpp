@@ -4,8 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "device/kernels.hpp"
-#include "parallel.hpp"
 
 namespace meniscus {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "base/exact_math.hpp"
 #include "device/kernels.hpp"
-#include "exact_math.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {

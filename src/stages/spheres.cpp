@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "device/kernels.hpp"
-#include "parallel.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 #include "stages/surface_buffers.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace meniscus {
 namespace {

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace meniscus {
 namespace {

@@ -1,6 +1,6 @@
 #include "stages/surface_buffers.hpp"
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 
 namespace meniscus {
 

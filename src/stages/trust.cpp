@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "parallel.hpp"
+#include "base/parallel.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {

@@ -9,9 +9,9 @@
 #include <string>
 #include <tuple>
 
+#include "base/order_statistics.hpp"
+#include "base/parallel.hpp"
 #include "device/kernels.hpp"
-#include "order_statistics.hpp"
-#include "parallel.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 

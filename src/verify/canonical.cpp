@@ -6,8 +6,8 @@
 #include <bit>
 #include <cstring>
 
+#include "base/printed.hpp"
 #include "meniscus/error.hpp"
-#include "printed.hpp"
 
 namespace meniscus::verify {
 namespace {

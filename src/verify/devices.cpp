@@ -15,10 +15,10 @@
 #include <set>
 #include <tuple>
 
-#include "child_process.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
+#include "program/child_process.hpp"
 #include "verify/program.hpp"
 
 namespace meniscus::verify {

@@ -10,8 +10,8 @@
 #include <fstream>
 #include <numeric>
 
+#include "base/printed.hpp"
 #include "device/probe.hpp"
-#include "printed.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/probe.hpp"
 

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "grouped.hpp"
+#include "base/grouped.hpp"
+#include "base/printed.hpp"
 #include "io/json_number.hpp"
 #include "io/json_text.hpp"
-#include "printed.hpp"
 #include "verify/program.hpp"
 
 namespace meniscus::verify {

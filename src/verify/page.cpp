@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "page/page.hpp"
-#include "printed.hpp"
+#include "base/printed.hpp"
+#include "program/page/page.hpp"
 
 namespace meniscus::verify {
 namespace {

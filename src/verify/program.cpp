@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/grouped.hpp"
+#include "base/printed.hpp"
 #include "device/opencl_error.hpp"
-#include "grouped.hpp"
-#include "printed.hpp"
 #include "verify/bits.hpp"
 
 namespace meniscus::verify {

@@ -7,11 +7,11 @@
 #include <fstream>
 #include <optional>
 
+#include "base/printed.hpp"
 #include "device/installation.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/meniscus.hpp"
-#include "printed.hpp"
 
 namespace meniscus::verify {
 namespace {

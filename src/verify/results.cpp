@@ -7,13 +7,13 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "base/printable.hpp"
+#include "base/printed.hpp"
 #include "io/input_file.hpp"
 #include "io/json_number.hpp"
 #include "io/json_text.hpp"
 #include "meniscus/error.hpp"
-#include "page/page.hpp"
-#include "printable.hpp"
-#include "printed.hpp"
+#include "program/page/page.hpp"
 
 namespace meniscus::verify {
 namespace {

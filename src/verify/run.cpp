@@ -6,13 +6,13 @@
 #include <numeric>
 #include <set>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
+#include "base/printed.hpp"
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
-#include "printed.hpp"
+#include "prepare/gather.hpp"
 #include "stages/project.hpp"
 #include "stages/visible.hpp"
-#include "stream/gather.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/flaws.hpp"
 #include "verify/limits.hpp"

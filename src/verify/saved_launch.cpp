@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "content_hash.hpp"
-#include "grouped.hpp"
+#include "base/content_hash.hpp"
+#include "base/grouped.hpp"
 #include "verify/bits.hpp"
 
 namespace meniscus::verify {

@@ -3,10 +3,10 @@
 #include <cfloat>
 #include <cmath>
 
-#include "dam_break.hpp"
+#include "base/printed.hpp"
 #include "frame/input.hpp"
 #include "meniscus/camera.hpp"
-#include "printed.hpp"
+#include "program/dam_break.hpp"
 #include "verify/random.hpp"
 
 namespace meniscus::verify {

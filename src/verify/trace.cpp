@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <regex>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "device/kernel_sources.hpp"
 
 namespace meniscus::verify {

@@ -6,10 +6,10 @@
 
 #include <regex>
 
+#include "base/printed.hpp"
 #include "bench/made_up.hpp"
 #include "kernels/table.hpp"
-#include "page/tags.hpp"
-#include "printed.hpp"
+#include "program/page/tags.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "device/device.hpp"
 #include "frame/tune.hpp"
 #include "io/temporary_folder.hpp"

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "device/device.hpp"
 #include "faults/failing_call.hpp"
 #include "meniscus/meniscus.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "cli/program.hpp"
+#include "program/cli/program.hpp"
 
 namespace meniscus::test {
 

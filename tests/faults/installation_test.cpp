@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "cli/program.hpp"
+#include "program/cli/program.hpp"
 
 namespace meniscus::test {
 namespace {
@@ -40,18 +40,17 @@ TEST_F(BrokenInstallation, NoFolder) {
 
 TEST_F(BrokenInstallation, AVendorWhoseLibraryIsNotThere) {
   write("vendors/gone.icd", "/opt/gone/libgone.so\n");
-  expect_no_platform(path("vendors"),
-                     {path("vendors/gone.icd") + ": /opt/gone/libgone.so: cannot open shared object "
-                      "file: No such file or directory"});
+  expect_no_platform(path("vendors"), {path("vendors/gone.icd") +
+                                       ": /opt/gone/libgone.so: cannot open shared object "
+                                       "file: No such file or directory"});
 }
 
 TEST_F(BrokenInstallation, AVendorWhoseLibraryIsNone) {
   write("text.so", "this is no library, however long this file may be made");
   write("vendors/text.icd", path("text.so") + "\n");
   write("vendors/nothing.icd", "");
-  expect_no_platform(path("vendors"),
-                     {path("vendors/nothing.icd") + ": names no library",
-                      path("vendors/text.icd") + ": " + path("text.so") + ": "});
+  expect_no_platform(path("vendors"), {path("vendors/nothing.icd") + ": names no library",
+                                       path("vendors/text.icd") + ": " + path("text.so") + ": "});
   expect_no_platform(path("text.so"), {"OCL_ICD_VENDORS: " + path("text.so") + ": "});
 }
 
@@ -82,8 +81,9 @@ TEST_F(BrokenInstallation, ANewerTbbThatCannotBeLoadedIsTriedOnce) {
   write("libtbb.so.12", "oneTBB: INTERFACE VERSION\t999999\n");
   write("vendors/vendor.icd", path("libvendor.so") + "\n");
   const Outcome outcome = run({"devices"}, vendors(path("vendors")));
-  expect_error(outcome, 1, {path("vendors/vendor.icd") + ": " + path("libvendor.so") + ": cannot",
-                            "start the program with LD_PRELOAD=" + path("libtbb.so.12")});
+  expect_error(outcome, 1,
+               {path("vendors/vendor.icd") + ": " + path("libvendor.so") + ": cannot",
+                "start the program with LD_PRELOAD=" + path("libtbb.so.12")});
 }
 
 TEST_F(BrokenInstallation, UnwritableCachesAreNoError) {

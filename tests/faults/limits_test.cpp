@@ -4,7 +4,7 @@
 
 #include <tuple>
 
-#include "cli/program.hpp"
+#include "program/cli/program.hpp"
 
 namespace meniscus::test {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <array>
 
-#include "dam_break.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
+#include "program/dam_break.hpp"
 
 namespace meniscus {
 namespace {

@@ -12,8 +12,6 @@
 #include <cstring>
 #include <string_view>
 
-#include "batch/contact_sheet.hpp"
-#include "batch/report.hpp"
 #include "fuzz/mutate.hpp"
 #include "fuzz/particle_entries.hpp"
 #include "io/preview.hpp"
@@ -22,6 +20,8 @@
 #include "kernels/page.hpp"
 #include "kernels/table.hpp"
 #include "meniscus/io.hpp"
+#include "program/batch/contact_sheet.hpp"
+#include "program/batch/report.hpp"
 #include "verify/page.hpp"
 #include "verify/results.hpp"
 

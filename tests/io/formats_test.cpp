@@ -6,11 +6,11 @@
 #include <filesystem>
 #include <set>
 
-#include "batch/pattern.hpp"
 #include "io/io_test_support.hpp"
 #include "io/readers.hpp"
 #include "io/rows.hpp"
 #include "meniscus/source.hpp"
+#include "program/batch/pattern.hpp"
 
 namespace meniscus {
 namespace {

@@ -8,9 +8,9 @@
 #include <mutex>
 #include <set>
 
+#include "base/thread_team.hpp"
 #include "io/io_test_support.hpp"
-#include "stream/survey.hpp"
-#include "stream/thread_team.hpp"
+#include "prepare/survey.hpp"
 
 namespace meniscus {
 namespace {

@@ -13,9 +13,9 @@
 #include "device/kernel_sources.hpp"
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
+#include "prepare/gather.hpp"
 #include "same_bits.hpp"
 #include "stages/bins.hpp"
-#include "stream/gather.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/scenes.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "content_hash.hpp"
+#include "base/content_hash.hpp"
 #include "meniscus/meniscus.hpp"
 #include "same_bits.hpp"
 #include "stages/stage_test_support.hpp"

@@ -3,8 +3,8 @@
 
 #include <cstring>
 
+#include "prepare/velocities.hpp"
 #include "stages/stage_test_support.hpp"
-#include "velocities.hpp"
 #include "verify/reference/motion.hpp"
 
 namespace meniscus {

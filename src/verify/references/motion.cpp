@@ -1,7 +1,7 @@
 // The kernels of motion.cl: points and samples among scattered particles that move.
 #include "stages/motion.hpp"
 
-#include "velocities.hpp"
+#include "prepare/velocities.hpp"
 #include "verify/reference/motion.hpp"
 #include "verify/references/cases.hpp"
 #include "verify/references/inputs.hpp"

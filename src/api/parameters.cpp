@@ -1,0 +1,119 @@
+#include "meniscus/parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <sstream>
+
+#include "api/parameter_list.hpp"
+#include "base/printed.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+struct AovEntry {
+  const char* name;  // its channels in EXR files
+  bool Aovs::*made;
+};
+
+constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::position},
+                              {"id", &Aovs::group},          {"kind", &Aovs::kind},
+                              {"residual", &Aovs::residual}, {"V", &Aovs::velocity}};
+
+}  // namespace
+
+const std::vector<MethodEntry>& method_list() {
+  static const std::vector<MethodEntry> all{
+      {Method::fit, "fit", "a fit around every particle of the surface, sharp creases"},
+      {Method::groups, "groups",
+       "a fit around each group of particles, merged by normals and places"},
+      {Method::stable, "stable", "fits of the seen particles alone"},
+      {Method::paper, "paper", "the paper as printed"},
+      {Method::ssm, "ssm", "Screen Space Meshes"},
+      {Method::spheres, "spheres", "the particles as spheres"},
+      {Method::bilateral, "bilateral", "bilateral filter on the spheres' depth"},
+      {Method::narrow_range, "narrow-range", "narrow-range filter on the spheres' depth"},
+      {Method::curvature_flow, "curvature-flow", "mean curvature flow of the spheres' depth"},
+      {Method::anisotropic, "anisotropic", "level set of anisotropic kernels"},
+  };
+  return all;
+}
+
+std::string to_string(Method method) {
+  for (const MethodEntry& entry : method_list())
+    if (entry.method == method) return entry.name;
+  return "unknown";
+}
+
+Method method_named(const std::string& name) {
+  std::string names;
+  for (const MethodEntry& entry : method_list()) {
+    if (entry.name == name) return entry.method;
+    names += (names.empty() ? "" : ", ") + entry.name;
+  }
+  throw InvalidArgument("--method is " + name + ", must be one of " + names);
+}
+
+Aovs aovs_named(const std::string& list) {
+  Aovs aovs;
+  std::string names;
+  for (const AovEntry& entry : kAovs) {
+    aovs.*entry.made = false;
+    names += std::string(", ") + entry.name;
+  }
+  std::istringstream words(list);
+  for (std::string word; std::getline(words, word, ',');) {
+    const auto* const entry =
+        std::find_if(std::begin(kAovs), std::end(kAovs),
+                     [&](const AovEntry& candidate) { return candidate.name == word; });
+    if (entry == std::end(kAovs)) {
+      names.erase(0, 2);
+      throw InvalidArgument("--aov has \"" + word + "\", must be a list of " + names +
+                            ", e.g. --aov N,id");
+    }
+    aovs.*entry->made = true;
+  }
+  return aovs;
+}
+
+std::string to_string(const Aovs& aovs) {
+  std::string names;
+  for (const AovEntry& entry : kAovs) {
+    if (!(aovs.*entry.made)) continue;
+    if (!names.empty()) names += ',';
+    names += entry.name;
+  }
+  return names;
+}
+
+std::string describe(const Parameters& parameters) {
+  std::string text = "method=" + to_string(parameters.method) + "\n";
+  const std::string aovs = to_string(parameters.aovs);
+  if (aovs != to_string(Aovs{})) text += "aov=" + aovs + "\n";
+  Parameters copy = parameters;
+  for (const ParameterEntry& entry : parameter_list(copy))
+    text += printed("%s=%.9g\n", entry.name.c_str(), entry.get());
+  return text;
+}
+
+void check(const Parameters& parameters) {
+  const auto& methods = method_list();
+  require(std::any_of(methods.begin(), methods.end(),
+                      [&](const MethodEntry& entry) { return entry.method == parameters.method; }),
+          "--method is number " + std::to_string(static_cast<int>(parameters.method)) +
+              ", must be one of the " + std::to_string(methods.size()) + " of method_list()");
+  Parameters copy = parameters;
+  for (const ParameterEntry& entry : parameter_list(copy)) {
+    const double value = entry.get();
+    require(std::isfinite(value) && (entry.above ? value > entry.least : value >= entry.least) &&
+                value <= entry.most,
+            printed("--%s is %g, must be %s %g and at most %g", entry.name.c_str(), value,
+                    entry.above ? "more than" : "at least", entry.least, entry.most));
+  }
+  require(parameters.particle_radius >= 0 && std::isfinite(parameters.particle_radius),
+          printed("--particle-radius is %g, must be > 0 and finite, or 0 for the file's",
+                  parameters.particle_radius));
+}
+
+}  // namespace meniscus

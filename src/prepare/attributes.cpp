@@ -1,0 +1,82 @@
+#include "prepare/attributes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "meniscus/error.hpp"
+#include "prepare/velocities.hpp"
+
+namespace meniscus {
+
+float ValueCheck::checked(float value, std::int64_t place) {
+  constexpr float kMost = 1e30f;
+  ++seen_;
+  if (std::abs(value) < kMost) return value;
+  ++bad_;
+  first_bad_ = std::min(first_bad_, place);
+  return kNoValue;
+}
+
+void ValueCheck::add(const ValueCheck& other) {
+  seen_ += other.seen_;
+  bad_ += other.bad_;
+  first_bad_ = std::min(first_bad_, other.first_bad_);
+}
+
+void ValueCheck::report(const std::string& attribute, const Parameters& params,
+                        std::vector<std::string>& warnings) const {
+  if (bad_ == 0) return;
+  const std::string what = attribute + " is NaN, infinite or absurd in " + std::to_string(bad_) +
+                           " of " + std::to_string(seen_) + " particles (the first is particle " +
+                           std::to_string(first_bad_) + ")";
+  if (params.strict) throw InputError(what + "; leave --strict away to do without them");
+  warnings.push_back(what + ", which were left out");
+}
+
+void check_names(const std::vector<std::string>& names) {
+  std::set<std::string> seen;
+  for (const std::string& name : names)
+    require(!name.empty() && seen.insert(name).second,
+            name.empty() ? "particles: an attribute has no name"
+                         : "particles: two attributes are named " + name);
+}
+
+std::vector<AttributeTriple> triples_of(const std::vector<Attribute>& attributes) {
+  constexpr std::size_t kMost = 3;
+  const auto is_whole = [](const Attribute& attribute) {
+    return std::none_of(attribute.values.begin(), attribute.values.end(),
+                        [](float value) { return std::isnan(value); });
+  };
+  std::vector<AttributeTriple> triples;
+  for (std::size_t k = 0; k < attributes.size();) {
+    AttributeTriple triple{k, 1, {}};
+    bool whole = is_whole(attributes[k]);
+    while (whole && triple.count < kMost && k + triple.count < attributes.size() &&
+           is_whole(attributes[k + triple.count]))
+      ++triple.count;
+    const auto value = [&](std::size_t a, std::size_t i) {
+      return a < triple.count ? attributes[k + a].values[i] : 0.0f;
+    };
+    for (std::size_t i = 0; i < attributes[k].values.size(); ++i)
+      triple.values.push_back(std::isnan(attributes[k].values[i])
+                                  ? kNoVelocity
+                                  : Vec3{value(0, i), value(1, i), value(2, i)});
+    k += triple.count;
+    triples.push_back(std::move(triple));
+  }
+  return triples;
+}
+
+void add_attributes(const AttributeTriple& triple, const std::vector<Attribute>& attributes,
+                    const std::vector<Vec3>& weighed, std::vector<Attribute>& to) {
+  for (std::size_t a = 0; a < triple.count; ++a) {
+    Attribute attribute{attributes[triple.first + a].name, {}};
+    attribute.values.reserve(weighed.size());
+    for (const Vec3& value : weighed)
+      attribute.values.push_back(a == 0 ? value.x : a == 1 ? value.y : value.z);
+    to.push_back(std::move(attribute));
+  }
+}
+
+}  // namespace meniscus

@@ -1,0 +1,236 @@
+#include "prepare/crowds.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <compare>
+#include <cstdint>
+#include <cstdlib>
+#include <numeric>
+
+#include "base/position_hash.hpp"
+#include "base/printed.hpp"
+#include "prepare/canonical_order.hpp"
+#include "prepare/radius_estimate.hpp"
+#include "stages/cells.hpp"
+
+namespace meniscus {
+namespace {
+
+// Where particles lie as they should a cube holds up to 4 of them, 1.2 on average; where the radius
+// is twice too large, up to 15, and 7.
+constexpr std::uint32_t kOrdinary = 4, kCrowd = 16;
+
+// Fewer particles than that may be one drop, and do not tell whether the radius is right.
+constexpr std::size_t kTelling = 256;
+
+struct Cube {
+  std::int32_t x, y, z;
+  auto operator<=>(const Cube&) const = default;
+};
+
+// Whether it stands for all of space behind it, too, where particles may be far from each other.
+bool is_beyond(const Cube& cube) {
+  return std::max({std::abs(cube.x), std::abs(cube.y), std::abs(cube.z)}) == kFarthestCell;
+}
+
+Cube cube_of(const BorrowedParticles& p, std::size_t i, float inverse) {
+  return {cell_of(p.x[i], inverse), cell_of(p.y[i], inverse), cell_of(p.z[i], inverse)};
+}
+
+// A particle that may be in a crowd.
+struct Member {
+  Cube cube;
+  std::uint32_t hash;
+  std::size_t place;  // in the order
+  auto operator<=>(const Member&) const = default;
+};
+
+// How many particles the cubes hold, in buckets that seldom are of several.
+class Census {
+ public:
+  Census(const BorrowedParticles& p, double side)
+      : particles_(p),
+        inverse_(static_cast<float>(1 / side)),
+        held_(std::bit_ceil(2 * p.size() + 1)) {
+    for (std::size_t i = 0; i < p.size(); ++i)
+      if (const Cube cube = cube_of(i); !is_beyond(cube)) ++held_[bucket_at(cube)];
+  }
+
+  Cube cube_of(std::size_t i) const { return meniscus::cube_of(particles_, i, inverse_); }
+  std::uint32_t held_with(const Cube& cube) const { return held_[bucket_at(cube)]; }
+  void leave_out(const Cube& cube) { --held_[bucket_at(cube)]; }
+
+  /// The upper quartile of those that hold any: at a surface they hold fewer than inside.
+  std::uint32_t mostly_held() const {
+    std::vector<std::uint32_t> held = held_;
+    std::erase(held, 0);
+    if (held.empty()) return 0;
+    const auto quartile = held.begin() + static_cast<std::ptrdiff_t>(3 * held.size() / 4);
+    std::nth_element(held.begin(), quartile, held.end());
+    return *quartile;
+  }
+
+ private:
+  std::uint32_t bucket_at(const Cube& cube) const {
+    return bucket_of(cube.x, cube.y, cube.z, static_cast<std::uint32_t>(held_.size() - 1));
+  }
+  const BorrowedParticles& particles_;
+  float inverse_;
+  std::vector<std::uint32_t> held_;
+};
+
+// Whether there is no crowd for certain, and the radius does not seem too large: a census in bytes,
+// a quarter of the memory of the other, and all that most frames need.
+bool is_ordinary(const BorrowedParticles& p, double side) {
+  const float inverse = static_cast<float>(1 / side);
+  std::vector<std::uint8_t> held(std::bit_ceil(2 * p.size() + 1));
+  const auto mask = static_cast<std::uint32_t>(held.size() - 1);
+  std::array<std::size_t, kCrowd + 1> buckets{};  // that hold so many
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const Cube cube = cube_of(p, i, inverse);
+    if (is_beyond(cube)) continue;
+    std::uint8_t& here = held[bucket_of(cube.x, cube.y, cube.z, mask)];
+    if (here == kCrowd) return false;
+    if (here > 0) --buckets[here];
+    ++buckets[++here];
+  }
+  // The upper quartile, as below.
+  const std::size_t all = std::accumulate(buckets.begin(), buckets.end(), std::size_t{0});
+  const std::size_t few =
+      std::accumulate(buckets.begin(), buckets.begin() + kOrdinary + 1, std::size_t{0});
+  return all == 0 || 3 * all / 4 < few;
+}
+
+// Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
+// radii, those that lie far enough from the walls. A quick look, which a large radius passes.
+bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& order, double radius) {
+  constexpr std::size_t kCubes = 8, kLeast = 8;
+  constexpr double kSide = 16, kMargin = 3, kLonely = 2.4;  // radii; neighbours of fluid: up to 2
+  const float inverse = static_cast<float>(1 / (kSide * radius));
+  std::array<Cube, kCubes> cubes{};
+  for (std::size_t k = 0; k < kCubes; ++k)
+    cubes[k] = cube_of(p, order[(2 * k + 1) * order.size() / (2 * kCubes)], inverse);
+  std::array<std::vector<std::size_t>, kCubes> inside;
+  for (const std::size_t i : order) {
+    const Cube cube = cube_of(p, i, inverse);
+    const auto at = std::find(cubes.begin(), cubes.end(), cube);
+    if (at != cubes.end()) inside[static_cast<std::size_t>(at - cubes.begin())].push_back(i);
+  }
+  std::vector<double> nearest;  // radii
+  for (std::size_t k = 0; k < kCubes; ++k) {
+    std::size_t asked = 0;  // particles of this cube
+    for (const std::size_t i : inside[k]) {
+      if (asked == kLeast) break;
+      const auto is_inner = [&](double x, std::int32_t cell) {
+        const double from_wall = x / radius - kSide * cell;
+        return from_wall >= kMargin && from_wall <= kSide - kMargin;
+      };
+      if (!is_inner(p.x[i], cubes[k].x) || !is_inner(p.y[i], cubes[k].y) ||
+          !is_inner(p.z[i], cubes[k].z))
+        continue;
+      double least = kMargin * radius * kMargin * radius;  // squared
+      for (const std::size_t j : inside[k]) {
+        const double dx = double{p.x[i]} - p.x[j], dy = double{p.y[i]} - p.y[j],
+                     dz = double{p.z[i]} - p.z[j];
+        if (j != i) least = std::min(least, dx * dx + dy * dy + dz * dz);
+      }
+      nearest.push_back(std::sqrt(least) / radius);
+      ++asked;
+    }
+  }
+  if (nearest.size() < kLeast) return false;
+  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
+  std::nth_element(nearest.begin(), middle, nearest.end());
+  return *middle > kLonely;
+}
+
+// How much larger the radius is than half the particles' spacing; 1 where they do not tell.
+double times_too_large(const BorrowedParticles& p, const std::vector<std::size_t>& order,
+                       double radius) {
+  constexpr std::size_t kSamples = 128;
+  const RadiusEstimate estimate = estimate_radius(p, order, kSamples);
+  return estimate.is_dense ? radius / estimate.radius : 1;
+}
+
+std::string times(double factor) { return printed(factor < 9.5 ? "%.2g" : "%.0f", factor); }
+
+// The particles of the order in cubes that hold too many, cube by cube. Some are in buckets of
+// several cubes.
+std::vector<Member> members_of_crowds(const BorrowedParticles& p,
+                                      const std::vector<std::size_t>& order, const Census& census) {
+  std::vector<Member> members;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::size_t i = order[k];
+    const Cube cube = census.cube_of(i);
+    if (census.held_with(cube) <= kCrowd || is_beyond(cube)) continue;
+    // The sums with 0 make both zeros one.
+    members.push_back({cube, position_hash(p.x[i] + 0.0f, p.y[i] + 0.0f, p.z[i] + 0.0f), k});
+  }
+  std::sort(members.begin(), members.end());
+  return members;
+}
+
+}  // namespace
+
+std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
+                                        double radius, std::vector<std::string>& warnings) {
+  constexpr double kTooSmall = 1.6;  // by this factor the field falls apart
+  if (is_ordinary(p, 2 * radius)) {
+    const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
+                              ? 1 / times_too_large(p, order, radius)
+                              : 1;
+    if (factor > kTooSmall)
+      warnings.push_back("the particles lie about " + times(factor) +
+                         " times as far apart as their radius, " + printed("%.6g", radius) +
+                         ", says, which is half the spacing: loose balls instead of a surface "
+                         "(check --particle-radius; " +
+                         printed("%.3g", factor * radius) + " would fit)");
+    return order;
+  }
+
+  Census census(p, 2 * radius);
+  const std::size_t had = order.size();
+  const std::vector<std::size_t> all = order;
+  constexpr std::size_t kDropped = ~std::size_t{0};
+  const std::vector<Member> members = members_of_crowds(p, order, census);
+  std::size_t largest = 0;
+  for (auto first = members.begin(), last = first; first != members.end(); first = last) {
+    last =
+        std::find_if(first, members.end(), [&](const Member& m) { return m.cube != first->cube; });
+    const std::size_t count = static_cast<std::size_t>(last - first);
+    if (count <= kCrowd) continue;
+    largest = std::max(largest, count);
+    // From behind, so that of those at one position the last stays, which is the largest.
+    std::vector<Member> apart;
+    for (auto next = last; next != first; --next) {
+      const Member& member = *(next - 1);
+      if (apart.empty() || !at_one_position(p, order[member.place], order[apart.back().place])) {
+        apart.push_back(member);
+        continue;
+      }
+      order[member.place] = kDropped;
+      census.leave_out(member.cube);
+    }
+    if (apart.size() > kCrowd)
+      for (std::size_t k = kOrdinary; k < apart.size(); ++k) order[apart[k].place] = kDropped;
+  }
+  const std::size_t dropped = std::erase(order, kDropped);
+
+  if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling)
+    // Of those that do not tell, what the cubes hold: 16 at most.
+    warnings.push_back(
+        "the particles lie about " +
+        times(std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)))) +
+        " times as close together as their radius, " + printed("%.6g", radius) +
+        ", says, which is half the spacing (check --particle-radius)");
+  if (dropped > 0)
+    warnings.push_back(
+        printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "
+                "%zu of %zu were dropped",
+                largest, 2 * radius, dropped, had));
+  return order;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,266 @@
+#include "prepare/survey.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <future>
+
+#include "base/position_hash.hpp"
+#include "base/printed.hpp"
+#include "base/team.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kChunk = std::size_t{1} << 20;  // particles
+constexpr std::size_t kRun = 1024;                    // particles that are looked at together
+constexpr std::size_t kFew = 64;                      // of which hardly one is of a large sample
+constexpr std::int64_t kNoParticle = std::numeric_limits<std::int64_t>::max();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Adds the particles whose hash is at most `most`. Whether there is one is asked of all at once.
+void add_sample(const ParticleChunk& chunk, std::size_t begin, std::size_t end, std::uint32_t most,
+                std::vector<std::array<float, 3>>& sample) {
+  const float *const x = chunk.x.data(), *const y = chunk.y.data(), *const z = chunk.z.data();
+  std::uint32_t any = 0;
+  for (std::size_t i = begin; i < end; ++i) any |= position_hash(x[i], y[i], z[i]) <= most;
+  if (!any) return;
+  for (std::size_t i = begin; i < end; ++i)
+    if (position_hash(x[i], y[i], z[i]) <= most) sample.push_back({x[i], y[i], z[i]});
+}
+
+// Whole numbers that order as floats do.
+std::int32_t ordered(float value) {
+  const std::int32_t bits = std::bit_cast<std::int32_t>(value);
+  return bits ^ ((bits >> 31) & 0x7fffffff);
+}
+float from_ordered(std::int32_t key) {
+  return std::bit_cast<float>(key ^ ((key >> 31) & 0x7fffffff));
+}
+
+bool finite(float x, float y, float z) {
+  return std::isfinite(x) && std::isfinite(y) && std::isfinite(z);
+}
+
+// The middle of many positive floats, exactly, without keeping them: their bits order like whole
+// numbers, so that the first pass finds its upper half and the second its lower.
+class Middle {
+ public:
+  void add(float value) {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(value);
+    if (upper_ < 0)
+      ++count_[bits >> 16];
+    else if (static_cast<std::int64_t>(bits >> 16) == upper_)
+      ++count_[bits & 0xffff];
+  }
+  /// Ends the first pass, over `total` values of all ranks.
+  void narrow(Team& team, std::int64_t total) {
+    team.sum(count_);
+    rank_ = total / 2;
+    upper_ = static_cast<std::int64_t>(place());
+    count_.assign(count_.size(), 0);
+  }
+  float value(Team& team) {
+    team.sum(count_);
+    return std::bit_cast<float>(
+        static_cast<std::uint32_t>(upper_ << 16 | static_cast<std::int64_t>(place())));
+  }
+
+ private:
+  // Where the value of rank_ lies; rank_ becomes its rank there.
+  std::size_t place() {
+    std::size_t k = 0;
+    while (k + 1 < count_.size() && rank_ >= count_[k]) rank_ -= count_[k++];
+    return k;
+  }
+  std::vector<std::int64_t> count_ = std::vector<std::int64_t>(1 << 16);
+  std::int64_t upper_ = -1, rank_ = 0;
+};
+
+// What each rank found among the particles of its share.
+struct Found {
+  std::int64_t finite = 0, first_bad = kNoParticle, first_bad_radius = kNoParticle;
+  float bad_radius = 0, largest_radius = 0;
+  std::array<float, 3> low{kInfinity, kInfinity, kInfinity};
+  std::array<float, 3> high{-kInfinity, -kInfinity, -kInfinity};
+};
+
+Found merged(const std::vector<Found>& ranks) {
+  Found all;
+  for (const Found& one : ranks) {
+    all.finite += one.finite;
+    all.first_bad = std::min(all.first_bad, one.first_bad);
+    if (one.first_bad_radius < all.first_bad_radius) {
+      all.first_bad_radius = one.first_bad_radius;
+      all.bad_radius = one.bad_radius;
+    }
+    all.largest_radius = std::max(all.largest_radius, one.largest_radius);
+    for (std::size_t a = 0; a < 3; ++a) {
+      all.low[a] = std::min(all.low[a], one.low[a]);
+      all.high[a] = std::max(all.high[a], one.high[a]);
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
+                    const std::function<void(ParticleChunk&)>& work) {
+  const bool radius = also.radius && source.has_radius();
+  const bool velocity = also.velocity && source.has_velocity();
+  const std::size_t attributes = also.attributes ? source.attributes().size() : 0;
+  const auto read = [&](ParticleChunk& chunk, const ParticleRange& range) {
+    chunk.first = range.first;
+    chunk.count = static_cast<std::size_t>(range.count);
+    const std::size_t stride = (chunk.count + 63) / 64 * 64;
+    for (std::vector<float>* values : {&chunk.x, &chunk.y, &chunk.z}) {
+      values->resize(stride);
+      std::fill(values->begin() + static_cast<std::ptrdiff_t>(chunk.count), values->end(), 0.0f);
+    }
+    ParticleArrays to{.x = chunk.x.data(), .y = chunk.y.data(), .z = chunk.z.data()};
+    const auto add = [&](std::vector<float>& values, float*& array) {
+      values.resize(stride);
+      array = values.data();
+    };
+    if (velocity) add(chunk.vx, to.vx), add(chunk.vy, to.vy), add(chunk.vz, to.vz);
+    if (radius) add(chunk.radius, to.radius);
+    chunk.attributes.resize(attributes);
+    for (std::vector<float>& values : chunk.attributes) add(values, to.attributes.emplace_back());
+    source.read(chunk.first, chunk.count, to);
+  };
+  const std::vector<ParticleRange> share = source.share();
+  std::size_t place = 0;  // in the share
+  std::int64_t done = 0;  // of the range there
+  const auto following = [&]() -> ParticleRange {
+    while (place < share.size() && done == share[place].count) {
+      ++place;
+      done = 0;
+    }
+    if (place == share.size()) return {};
+    const std::int64_t first = share[place].first + done;
+    const std::int64_t count = std::min(static_cast<std::int64_t>(size), share[place].count - done);
+    done += count;
+    return {first, count};
+  };
+  ParticleRange range = following();
+  if (range.count == 0) return;
+  ParticleChunk now, next;
+  read(now, range);
+  for (;;) {
+    range = following();
+    std::future<void> ahead;  // its destructor waits
+    if (range.count > 0) ahead = std::async(std::launch::async, [&] { read(next, range); });
+    work(now);
+    if (!ahead.valid()) return;
+    ahead.get();
+    std::swap(now, next);
+  }
+}
+
+const Survey& survey_of(const ParticleSource& source) {
+  if (!source.survey_) source.survey_ = std::make_shared<const Survey>(survey_particles(source));
+  return *source.survey_;
+}
+
+Survey survey_particles(const ParticleSource& source) {
+  Team& team = source.team();
+  const double stated = source.particle_radius();
+  if (!(stated >= 0) || !std::isfinite(stated))
+    throw InputError("particles: particle_radius is " + printed("%g", stated) +
+                     ", must be > 0 and finite, or 0 where it is not known");
+  Survey survey;
+  survey.size = source.size();
+  Found found;
+  const double share =
+      static_cast<double>(kSample) / static_cast<double>(std::max<std::int64_t>(1, survey.size));
+  const std::uint32_t most =
+      share >= 1 ? UINT32_MAX : static_cast<std::uint32_t>(share * 4294967296.0);
+  Middle middle;
+  for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
+    for (std::size_t begin = 0; begin < chunk.count; begin += kRun) {
+      const std::size_t end = std::min(begin + kRun, chunk.count);
+      // Straight loops over whole numbers, which the compiler turns into vectors; a run with a bad
+      // particle is rare.
+      const std::vector<float>* const axes[3] = {&chunk.x, &chunk.y, &chunk.z};
+      bool good = true;
+      std::array<std::int32_t, 3> least{}, largest{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const float* const values = axes[a]->data();
+        std::int32_t bad = 0, lower = INT32_MAX, upper = INT32_MIN;
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::int32_t key = ordered(values[i]);
+          bad |= (std::bit_cast<std::int32_t>(values[i]) & 0x7f800000) == 0x7f800000;
+          lower = key < lower ? key : lower;
+          upper = key > upper ? key : upper;
+        }
+        good = good && bad == 0;
+        least[a] = lower;
+        largest[a] = upper;
+      }
+      if (good)
+        for (std::size_t a = 0; a < 3; ++a) {
+          found.low[a] = std::min(found.low[a], from_ordered(least[a]));
+          found.high[a] = std::max(found.high[a], from_ordered(largest[a]));
+        }
+      if (good && chunk.radius.empty()) {
+        found.finite += static_cast<std::int64_t>(end - begin);
+        for (std::size_t from = begin; from < end; from += kFew)
+          add_sample(chunk, from, std::min(from + kFew, end), most, survey.sample);
+        continue;
+      }
+      for (std::size_t i = begin; i < end; ++i) {
+        const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
+        const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);
+        if (!chunk.radius.empty()) {
+          const float own = chunk.radius[i];
+          if ((!(own > 0) || !std::isfinite(own)) && found.first_bad_radius == kNoParticle) {
+            found.first_bad_radius = particle;
+            found.bad_radius = own;
+          }
+        }
+        if (!good && !finite(x, y, z)) {
+          found.first_bad = std::min(found.first_bad, particle);
+          continue;
+        }
+        if (!good)
+          for (std::size_t a = 0; a < 3; ++a) {
+            found.low[a] = std::min(found.low[a], (*axes[a])[i]);
+            found.high[a] = std::max(found.high[a], (*axes[a])[i]);
+          }
+        ++found.finite;
+        if (!chunk.radius.empty()) {
+          middle.add(chunk.radius[i]);
+          found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
+        }
+        if (position_hash(x, y, z) <= most) survey.sample.push_back({x, y, z});
+      }
+    }
+  });
+  found = merged(team.joined(std::vector<Found>{found}));
+  if (found.first_bad_radius != kNoParticle) {
+    throw InputError(source.name(found.first_bad_radius) + ": radius is " +
+                     printed("%g", static_cast<double>(found.bad_radius)) +
+                     ", must be > 0 and finite (give --particle-radius to override)");
+  }
+  survey.sample = team.joined(std::move(survey.sample));
+  survey.finite = found.finite;
+  if (found.first_bad != kNoParticle) survey.first_bad = found.first_bad;
+  survey.largest_radius = found.largest_radius;
+  if (survey.finite > 0) {
+    survey.low = found.low;
+    survey.high = found.high;
+  }
+  if (source.has_radius() && survey.finite > 0) {
+    middle.narrow(team, survey.finite);
+    for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
+      for (std::size_t i = 0; i < chunk.count; ++i)
+        if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
+    });
+    survey.middle_radius = middle.value(team);
+  }
+  return survey;
+}
+
+}  // namespace meniscus

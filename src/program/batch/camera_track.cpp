@@ -1,0 +1,38 @@
+#include "program/batch/camera_track.hpp"
+
+#include "meniscus/error.hpp"
+#include "meniscus/io.hpp"
+
+namespace meniscus {
+
+CameraTrack::CameraTrack(const std::string& path) : origin_(path) {
+  if (const auto pattern = FramePattern::in(path)) {
+    files_ = pattern->existing();
+    if (files_.empty()) throw InputError(pattern->absence());
+    return;
+  }
+  listed_ = read_cameras(path);
+  const auto single = listed_.find(kEveryFrame);
+  if (single != listed_.end()) fixed_ = single->second;
+}
+
+bool CameraTrack::has(std::int64_t frame) const {
+  return fixed_ || listed_.contains(frame) || files_.contains(frame);
+}
+
+std::vector<std::string> CameraTrack::files() const {
+  std::vector<std::string> names;
+  for (const auto& [frame, file] : files_) names.push_back(file.path);
+  if (names.empty() && !origin_.empty()) names.push_back(origin_);
+  return names;
+}
+
+Camera CameraTrack::at(std::int64_t frame) const {
+  if (fixed_) return *fixed_;
+  if (const auto listed = listed_.find(frame); listed != listed_.end()) return listed->second;
+  if (const auto file = files_.find(frame); file != files_.end())
+    return read_camera(file->second.path);
+  throw InputError(origin_ + ": has no camera for frame " + std::to_string(frame));
+}
+
+}  // namespace meniscus

@@ -1,0 +1,101 @@
+#include "program/batch/outputs.hpp"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "io/output_file.hpp"
+#include "io/parts.hpp"
+#include "io/writers.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A file's one name, whether it is there or not.
+fs::path canonical(const std::string& path) {
+  std::error_code error;
+  return fs::weakly_canonical(fs::absolute(path), error);
+}
+
+}  // namespace
+
+OutputKind kind_of(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (ending == ".exr") return OutputKind::exr;
+  for (const char* mesh : {".ply", ".vtp", ".glb", ".obj", ".stl"})
+    if (ending == mesh) return OutputKind::mesh;
+  if (ending == ".png") return OutputKind::png;
+  if (path == "-")
+    throw InvalidArgument(
+        "output -: standard output takes no files: a file gets its name when it is whole (give a "
+        "name, e.g. surface.exr)");
+  for (const char* picture : {".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"})
+    if (ending == picture)
+      throw InvalidArgument("output " + path + ": pictures are written as .png (name it " +
+                            fs::path(path).replace_extension(".png").string() + "), maps as .exr");
+  throw InvalidArgument("output " + path +
+                        ": its ending says nothing, must be .exr (maps), .ply, .vtp, .glb, "
+                        ".obj or .stl (mesh) or .png (picture)");
+}
+
+void check_outputs(const InputNames& read, const std::vector<std::string>& outputs,
+                   const std::vector<std::string>& others) {
+  for (const std::string& path : outputs) {
+    kind_of(path);
+    if (path.find('*') != std::string::npos)
+      throw InvalidArgument(
+          "output " + path +
+          ": has a *, which stands for the parts of one frame, in inputs alone; of "
+          "a sequence write #### in both, e.g. name.####" +
+          fs::path(path).extension().string());
+  }
+  std::map<fs::path, std::string> taken;  // and what by
+  for (const std::string& input : read.inputs) {
+    if (input.empty()) continue;
+    for (const std::string& part : part_files(input))
+      taken[canonical(part)] =
+          "is the input" + (part == input ? "" : " " + input + ", too") + ", give another name";
+  }
+  for (const std::string& camera : read.cameras)
+    if (!camera.empty()) taken[canonical(camera)] = "is the camera's file, give another name";
+  for (const auto* paths : {&outputs, &others})
+    for (const std::string& path : *paths) {
+      if (path.empty()) continue;
+      const auto [at, is_new] =
+          taken.try_emplace(canonical(path), "is named twice, give each output its own name");
+      if (!is_new) throw InvalidArgument("output " + path + ": " + at->second);
+    }
+}
+
+std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface& surface,
+                            const Parameters& parameters, const WriteOptions& options) {
+  std::vector<std::unique_ptr<OutputFile>> files;
+  std::uint64_t bytes = 0;
+  for (const std::string& path : paths) {
+    OutputFile& file = *files.emplace_back(std::make_unique<OutputFile>(path));
+    switch (kind_of(path)) {
+      case OutputKind::exr:
+        write_exr(file, surface, parameters, options.compression, options.half, options.job);
+        break;
+      case OutputKind::mesh:
+        write_mesh(file, surface.mesh, options.job);
+        break;
+      case OutputKind::png:
+        write_png(file, surface, options.preview, options.job);
+        break;
+    }
+    file.finish();
+  }
+  for (const auto& file : files) {
+    file->publish();
+    bytes += fs::file_size(file->path());
+  }
+  return bytes;
+}
+
+}  // namespace meniscus

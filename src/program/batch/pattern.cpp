@@ -1,0 +1,320 @@
+#include "program/batch/pattern.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "io/input_file.hpp"
+#include "io/parts.hpp"
+#include "io/readers.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFrameDigits = 18;  // of kLastFrame
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// A place at the start of `text`: how many characters it takes, 0: there is none.
+std::size_t place_at(const std::string& text, std::size_t at, int& width) {
+  const auto digits_from = [&](std::size_t from) {
+    std::size_t end = from;
+    while (end < text.size() && is_digit(text[end]) && end - from < 3) ++end;
+    return end;
+  };
+  const auto number = [&](std::size_t from, std::size_t end) {
+    int value = 0;
+    std::from_chars(text.data() + from, text.data() + end, value);
+    return value;
+  };
+  switch (text[at]) {
+    case '#': {
+      std::size_t end = at;
+      while (end < text.size() && text[end] == '#') ++end;
+      width = static_cast<int>(end - at);
+      return end - at;
+    }
+    case '%': {  // %d, %04d; not %4d, which pads with spaces
+      const std::size_t end = digits_from(at + 1);
+      if (end == text.size() || text[end] != 'd' || (end > at + 1 && text[at + 1] != '0')) return 0;
+      width = number(at + 1, end);
+      return end + 1 - at;
+    }
+    case '$': {
+      if (at + 1 == text.size() || text[at + 1] != 'F') return 0;
+      const std::size_t end = digits_from(at + 2);
+      width = number(at + 2, end);
+      return end - at;
+    }
+    case '{': {
+      if (at + 1 < text.size() && text[at + 1] == '}') {
+        width = -1;
+        return 2;
+      }
+      if (at + 2 >= text.size() || text[at + 1] != ':' || text[at + 2] != '0') return 0;
+      std::size_t end = digits_from(at + 2);
+      width = number(at + 2, end);
+      if (end < text.size() && text[end] == 'd') ++end;
+      return end < text.size() && text[end] == '}' ? end + 1 - at : 0;
+    }
+    default:
+      return 0;
+  }
+}
+
+std::string padded(std::int64_t frame, int width) {
+  const std::string digits = std::to_string(frame);
+  const std::size_t wanted = static_cast<std::size_t>(std::max(0, width));
+  return std::string(wanted > digits.size() ? wanted - digits.size() : 0, '0') + digits;
+}
+
+}  // namespace
+
+// What the places matched so far hold.
+struct FramePattern::Match {
+  std::int64_t frame = -1;
+  std::string digits;  // of a {}
+  std::string path;    // so far, * as it is
+};
+
+bool FramePattern::is_in_name(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
+  int width = 0;
+  for (std::size_t at = 0; at < name.size();) {
+    const std::size_t length = place_at(name, at, width);
+    if (length > (name[at] == '#' ? 1 : 0)) return true;
+    at += std::max<std::size_t>(length, 1);
+  }
+  return false;
+}
+
+namespace {
+
+// Whether a file is a mesh that this program wrote: it bears a seal.
+bool is_output(const fs::path& path) {
+  constexpr std::size_t kHead = 4096;  // bytes
+  std::string head(kHead, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(kHead));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head.find("meniscus.hash") != std::string::npos;
+}
+
+}  // namespace
+
+std::string sequence_in_folder(const std::string& path) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) return path;
+  std::set<std::string> patterns, plain;  // with a number in the name, and without
+  for (fs::directory_iterator entry(path, ignored), end; entry != end; entry.increment(ignored)) {
+    if (ignored) break;
+    const std::string name = entry->path().filename().string();
+    if (!entry->is_regular_file(ignored) || name.starts_with(".") || !is_particle_file(name))
+      continue;
+    const std::string whole = (fs::path(path) / name).string();
+    const std::string ending = particle_ending(name);
+    const std::string stem = name.substr(0, name.size() - ending.size());
+    const std::size_t last = stem.find_last_of("0123456789");
+    if (last == std::string::npos) {
+      if (!is_output(entry->path())) plain.insert(whole);
+      continue;
+    }
+    std::size_t first = last;
+    while (first > 0 && is_digit(stem[first - 1])) --first;
+    const std::string start = stem.substr(0, first);
+    // FLIP Fluids keeps velocities and others beside the positions.
+    if (lower_case(ending) == ".ffp3" && lower_case(start) != "fluidparticles") continue;
+    const std::string pattern =
+        (fs::path(path) / (start + "{}" + stem.substr(last + 1) + ending)).string();
+    if (patterns.contains(pattern) || is_output(entry->path())) continue;
+    patterns.insert(pattern);
+  }
+  std::set<std::string> all = patterns;
+  all.insert(plain.begin(), plain.end());
+  if (all.empty())
+    throw InputError(path + ": is a folder without files of particles, wanted one sequence");
+  if (patterns.size() == 1) return *patterns.begin();
+  if (patterns.empty() && plain.size() == 1) return *plain.begin();
+  std::string list;
+  for (const std::string& one : all) list += (list.empty() ? "" : ", ") + one;
+  throw InputError(path + ": is a folder with several sequences, say which: " + list);
+}
+
+std::optional<FramePattern> FramePattern::in(const std::string& path) {
+  std::error_code ignored;
+  FramePattern pattern;
+  pattern.text_ = path;
+  if (fs::is_regular_file(path, ignored) && lower_case(path).ends_with(".pvd")) {
+    std::vector<SeriesFrame> frames = read_pvd(read_file(path));
+    std::stable_sort(frames.begin(), frames.end(),
+                     [](const SeriesFrame& a, const SeriesFrame& b) { return a.time < b.time; });
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      if (k > 0 && frames[k].time == frames[k - 1].time)
+        throw InputError(path + ": " + frames[k - 1].file + " and " + frames[k].file +
+                         " are both of time " + shown(frames[k].time) +
+                         ": give the parts of one frame with a *, e.g. name_*.vtp");
+      const fs::path file(frames[k].file);
+      pattern.listed_[static_cast<std::int64_t>(k)] = {
+          file.is_absolute() ? file.string() : (fs::path(path).parent_path() / file).string(), ""};
+    }
+    return pattern;
+  }
+  if (fs::exists(path, ignored)) return std::nullopt;
+  Piece piece;
+  for (std::size_t at = 0; at < path.size();) {
+    const std::size_t length = place_at(path, at, piece.width);
+    if (length == 0) {
+      piece.literal += path[at++];
+      continue;
+    }
+    piece.place = true;
+    pattern.pieces_.push_back(piece);
+    piece = {};
+    at += length;
+  }
+  if (pattern.pieces_.empty()) return std::nullopt;
+  pattern.pieces_.push_back(piece);
+  return pattern;
+}
+
+std::string FramePattern::spell(const std::vector<Piece>& pieces, std::int64_t frame,
+                                const std::string& digits) {
+  std::string name;
+  for (const Piece& piece : pieces) {
+    name += piece.literal;
+    if (piece.place)
+      name += piece.width < 0 && !digits.empty() ? digits : padded(frame, piece.width);
+  }
+  return name;
+}
+
+void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::size_t depth,
+                        const std::string& folder, const Match& before,
+                        std::map<std::int64_t, Found>& found) const {
+  const std::vector<Piece>& pieces = folders[depth];
+  const bool last = depth + 1 == folders.size();
+  const auto matched = [&](const std::string& entry, const Match& match) {
+    const std::string path = folder + entry;
+    if (!last) return walk(folders, depth + 1, path + "/", match, found);
+    const Found file{match.path, match.digits};
+    const auto [place, is_new] = found.try_emplace(match.frame, file);
+    if (!is_new && place->second.path != file.path)
+      throw InputError(place->second.path + " and " + file.path + " are both frame " +
+                       std::to_string(match.frame) + " of " + text_ +
+                       ": rename one, or say how wide the number is, e.g. ####");
+  };
+  const bool literal = pieces.size() == 1 && pieces[0].literal.find('*') == std::string::npos;
+  if (literal) {
+    const std::string& name = pieces[0].literal;
+    std::error_code ignored;
+    if (last ? fs::exists(folder + name, ignored) : true) {
+      Match match = before;
+      match.path += name + (last ? "" : "/");
+      matched(name, match);
+    }
+    return;
+  }
+  // All ways in which the entry's name fits: piece by piece, character by character. From a * there
+  // are many; those that lead nowhere are not gone again.
+  using Way = std::tuple<std::size_t, std::size_t, std::size_t, std::int64_t, std::string>;
+  std::set<Way> dead;
+  const auto fit = [&](const std::string& name, const auto& self, std::size_t piece,
+                       std::size_t within, std::size_t at, const Match& match) -> bool {
+    const std::string& text = pieces[piece].literal;
+    if (within < text.size()) {
+      if (text[within] != '*')
+        return at < name.size() && name[at] == text[within] &&
+               self(name, self, piece, within + 1, at + 1, match);
+      Way way{piece, within, at, match.frame, match.digits};
+      if (dead.contains(way)) return false;
+      for (std::size_t end = at; end <= name.size(); ++end)
+        if (self(name, self, piece, within + 1, end, match)) return true;
+      dead.insert(std::move(way));
+      return false;
+    }
+    if (!pieces[piece].place) {
+      if (at != name.size()) return false;
+      Match whole = match;
+      whole.path += spell(pieces, match.frame, match.digits) + (last ? "" : "/");
+      matched(name, whole);
+      return true;
+    }
+    std::size_t end = at;
+    while (end < name.size() && is_digit(name[end]) && end - at < kFrameDigits) ++end;
+    for (; end > at; --end) {  // digits may be followed by literal digits
+      const std::string digits = name.substr(at, end - at);
+      std::int64_t frame = 0;
+      std::from_chars(digits.data(), digits.data() + digits.size(), frame);
+      Match now = match;
+      if (match.frame >= 0 && match.frame != frame) continue;
+      now.frame = frame;
+      if (pieces[piece].width < 0) {
+        if (!match.digits.empty() && match.digits != digits) continue;
+        now.digits = digits;
+      } else if (digits != padded(frame, pieces[piece].width)) {
+        continue;
+      }
+      if (self(name, self, piece + 1, 0, end, now)) return true;
+    }
+    return false;
+  };
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, ignored), end; entry != end;
+       entry.increment(ignored)) {
+    const std::string name = entry->path().filename().string();
+    dead.clear();
+    fit(name, fit, 0, 0, 0, before);
+    if (ignored) break;
+  }
+}
+
+std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {
+  if (!listed_.empty()) return listed_;
+  // The pieces, folder by folder.
+  std::vector<std::vector<Piece>> folders(1);
+  for (const Piece& piece : pieces_) {
+    std::size_t begin = 0;
+    for (std::size_t slash; (slash = piece.literal.find('/', begin)) != std::string::npos;
+         begin = slash + 1) {
+      folders.back().push_back({piece.literal.substr(begin, slash - begin), 0, false});
+      folders.emplace_back();
+    }
+    folders.back().push_back({piece.literal.substr(begin), piece.width, piece.place});
+  }
+  // A place at the end of a folder's or file's name is followed by nothing.
+  for (std::vector<Piece>& pieces : folders)
+    if (pieces.back().place) pieces.push_back({});
+  std::map<std::int64_t, Found> found;
+  walk(folders, 0, "", {}, found);
+  return found;
+}
+
+std::string FramePattern::absence() const {
+  if (pieces_.empty()) return text_ + ": lists no file";
+  const std::string& start = pieces_.front().literal;
+  const std::string folder = start.substr(0, start.rfind('/') + 1);
+  std::error_code ignored;
+  if (!folder.empty() && folder.find('*') == std::string::npos &&
+      !fs::is_directory(folder, ignored))
+    return text_ + ": there is no folder " + folder;
+  std::string line = text_ + ": there is no file of such a name";
+  FramePattern loose = *this;
+  for (Piece& piece : loose.pieces_) piece.width = -1;
+  try {
+    const auto found = loose.existing();
+    if (!found.empty())
+      line += ", but " + found.begin()->second.path +
+              " (write {} for numbers however they are padded, or as many # as they have digits)";
+  } catch (const InputError&) {  // several files of one frame, none of which was asked for
+  }
+  return line;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,92 @@
+#include "program/batch/plan.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+// Two frames that would write one file.
+void check_outputs(const std::vector<FrameJob>& jobs, const std::vector<std::string>& asked) {
+  std::map<std::string, const FrameJob*> writer;
+  for (const FrameJob& job : jobs)
+    for (std::size_t k = 0; k < job.outputs.size(); ++k) {
+      const auto [place, is_new] = writer.try_emplace(job.outputs[k], &job);
+      if (is_new) continue;
+      throw InvalidArgument("output " + asked[k] + ": frames " +
+                            std::to_string(place->second->frame) + " and " +
+                            std::to_string(job.frame) + " would both write " + job.outputs[k] +
+                            "; give it a place for the frame's number, e.g. " + "name.####" +
+                            asked[k].substr(std::min(asked[k].rfind('.'), asked[k].size())));
+    }
+}
+
+}  // namespace
+
+std::string named_frames(const std::vector<std::int64_t>& frames) {
+  constexpr std::size_t kLongest = 200;  // characters
+  std::string list = frame_list(frames);
+  if (list.size() > kLongest) list = list.substr(0, list.rfind(',', kLongest)) + ",...";
+  return (frames.size() == 1 ? "frame " : std::to_string(frames.size()) + " frames ") + list;
+}
+
+std::vector<std::int64_t> Plan::frames() const {
+  std::vector<std::int64_t> frames;
+  for (const FrameJob& job : jobs) frames.push_back(job.frame);
+  return frames;
+}
+
+Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
+  const auto existing = request.input.existing();
+  if (existing.empty()) throw InputError(request.input.absence());
+  Plan plan;
+  for (const auto& [frame, file] : existing) plan.inputs.push_back(file.path);
+
+  std::vector<std::int64_t> wanted;
+  if (request.frames.empty()) {
+    for (const auto& [frame, file] : existing) wanted.push_back(frame);
+  } else {
+    const std::int64_t last = existing.rbegin()->first;
+    std::vector<std::int64_t> beyond;
+    for (const std::int64_t frame : parse_frames(request.frames))
+      (existing.contains(frame) ? wanted : frame > last ? beyond : plan.missing).push_back(frame);
+    if (!beyond.empty())
+      plan.warnings.push_back(request.input.text() + ": " + named_frames(beyond) +
+                              " left out: the sequence ends with frame " + std::to_string(last));
+  }
+  const auto miss = [&](const std::string& where, const std::vector<std::int64_t>& frames) {
+    if (frames.empty()) return;
+    const std::string what = where + ": " + named_frames(frames) + " missing";
+    if (!request.skip_missing) throw InputError(what + " (give --missing skip to go on without)");
+    plan.warnings.push_back(what + " and skipped");
+  };
+  miss(request.input.text(), plan.missing);
+  if (cameras) {
+    std::vector<std::int64_t> blind;
+    for (const std::int64_t frame : wanted)
+      if (!cameras->has(frame)) blind.push_back(frame);
+    miss(cameras->origin(), blind);
+    std::erase_if(wanted, [&](std::int64_t frame) { return !cameras->has(frame); });
+    plan.missing.insert(plan.missing.end(), blind.begin(), blind.end());
+  }
+
+  std::vector<std::optional<FramePattern>> outputs;
+  for (const std::string& output : request.outputs) outputs.push_back(FramePattern::in(output));
+  std::vector<FrameJob> jobs;
+  for (const std::int64_t frame : wanted) {
+    const FramePattern::Found& file = existing.at(frame);
+    FrameJob job{frame, file.path, {}};
+    for (std::size_t k = 0; k < outputs.size(); ++k)
+      job.outputs.push_back(outputs[k] ? outputs[k]->name(frame, file.digits) : request.outputs[k]);
+    jobs.push_back(std::move(job));
+  }
+  check_outputs(jobs, request.outputs);
+  plan.all_shards = jobs.size();
+  plan.jobs = items_of(request.shard, jobs);
+  return plan;
+}
+
+}  // namespace meniscus

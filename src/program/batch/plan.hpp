@@ -1,0 +1,52 @@
+// Which files of a sequence are read and written, settled before work begins.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "program/batch/camera_track.hpp"
+#include "program/batch/frames.hpp"
+#include "program/batch/pattern.hpp"
+
+namespace meniscus {
+
+/// One frame's files.
+struct FrameJob {
+  std::int64_t frame = 0;
+  std::string input;
+  std::vector<std::string> outputs;
+};
+
+/// What the user asks for.
+struct SequenceRequest {
+  FramePattern input;
+  std::vector<std::string> outputs;  // with places for the number when there are several frames
+  std::string frames;                // parse_frames; empty: all there are
+  bool skip_missing = false;         // else a missing frame is an error
+  Shard shard;
+};
+
+struct Plan {
+  std::vector<FrameJob> jobs;         // this shard's, in the order asked for
+  std::vector<std::int64_t> missing;  // of all shards' frames, that are skipped
+  std::vector<std::string> warnings;
+  std::size_t all_shards = 0;       // frames of all shards
+  std::vector<std::string> inputs;  // of all frames there are, asked for or not
+
+  std::vector<std::int64_t> frames() const;  // of the jobs
+};
+
+/// "frame 7" or "24 frames 0-23", cut where it gets long: for messages.
+std::string named_frames(const std::vector<std::int64_t>& frames);
+
+/// Resolves the frames to files. Frames beyond the last one there is are left out with a warning,
+/// as farms hand in chunks that end past the sequence. `cameras`, when given, must have one for
+/// each.
+///
+/// Throws InputError when there are no files at all, or missing frames unless they are to be
+/// skipped, naming them; InvalidArgument when the list of frames is wrong or two frames would write
+/// one output.
+Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras = nullptr);
+
+}  // namespace meniscus

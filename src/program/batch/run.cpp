@@ -1,0 +1,389 @@
+#include "program/batch/run.hpp"
+
+#include <tbb/concurrent_queue.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <shared_mutex>
+#include <thread>
+#include <utility>
+
+#include "api/extract_sparingly.hpp"
+#include "base/content_hash.hpp"
+#include "device/device.hpp"
+#include "io/input_file.hpp"
+#include "io/parts.hpp"
+#include "io/seal.hpp"
+
+namespace meniscus {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since_1970() {
+  return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+double ms_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+// A frame on its way through the batch.
+struct Frame {
+  const FrameJob* job = nullptr;
+  FrameRecord record;
+  std::string seal;  // the job that its outputs carry
+  Camera camera, next_camera;
+  std::unique_ptr<ParticleSource> particles;
+  Surface surface;
+};
+
+// A thread's device.
+struct Worker {
+  Device device;
+  std::size_t which = 0;  // of the batch's devices
+  int failures = 0;       // frames in a row that it could not do
+};
+
+// A device that fails so many frames in a row gets no more.
+constexpr int kPatience = 3;
+
+// What tells a file from another of its name: size, time, and a hash of its content, of which as
+// much is read as is cheap beside extracting it: all of up to 16 MiB, else pieces from its begin to
+// its end.
+std::string trace_of(const std::string& path) {
+  constexpr std::uintmax_t kPieces = 16;
+  std::vector<char> piece(std::size_t{1} << 20);
+  const OpenFile file = open_input(path);
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+  const std::uintmax_t step = std::max<std::uintmax_t>(
+      piece.size(), size > piece.size() ? (size - piece.size()) / (kPieces - 1) : 0);
+  std::string trace =
+      fs::path(path).filename().string() + '\n' + std::to_string(size) + ' ' + std::to_string(time);
+  for (std::uintmax_t k = 0; k < kPieces; ++k) {
+    std::fseek(file.get(), static_cast<long>(k * step), SEEK_SET);
+    const std::size_t count = std::fread(piece.data(), 1, piece.size(), file.get());
+    if (count == 0) break;
+    trace += ' ' + hex_digits(content_hash(piece.data(), count));
+  }
+  return trace + '\n';
+}
+
+// Frames waiting for the next step. The end is a null pointer for each thread that waits. The
+// steps block on files and devices, so that they are threads and no tasks of oneTBB's, whose own
+// threads would be held up.
+using Queue = tbb::concurrent_bounded_queue<std::unique_ptr<Frame>>;
+
+std::optional<double> mean_residual(const Surface& surface) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const float residual : surface.residual)
+    if (residual > 0) {
+      sum += residual;
+      ++count;
+    }
+  if (count == 0) return std::nullopt;
+  return sum / static_cast<double>(count);
+}
+
+class Batch {
+ public:
+  Batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
+        const BatchSettings& settings, const std::atomic<int>& stop,
+        const std::function<void(const FrameRecord&)>& finished)
+      : jobs_(jobs), cameras_(cameras), settings_(settings), stop_(stop), finished_(finished) {}
+
+  BatchOutcome run() {
+    // PoCL and drivers take their time to open a device, so all open at once.
+    const int in_flight = static_cast<int>(std::min(static_cast<std::size_t>(settings_.in_flight),
+                                                    std::max<std::size_t>(1, jobs_.size())));
+    std::vector<std::future<Worker>> opening;
+    for (std::size_t which = 0; which < settings_.devices.size(); ++which)
+      for (DeviceInfo& part : divided(settings_.devices[which], in_flight))
+        opening.push_back(std::async(std::launch::async, [part = std::move(part), which] {
+          return Worker{Device(part), which};
+        }));
+    for (std::future<Worker>& worker : opening) workers_.push_back(worker.get());
+    for (Worker& worker : workers_) worker.device.state().on_building = settings_.on_building;
+
+    const std::size_t writers = static_cast<std::size_t>(settings_.writers);
+    readers_ = writers;  // reading is cheap, but checking outputs that may be whole is not
+    extractors_ = workers_.size();
+    read_.set_capacity(static_cast<std::ptrdiff_t>(workers_.size()));
+    extracted_.set_capacity(static_cast<std::ptrdiff_t>(writers));
+    {
+      std::vector<std::jthread> threads;
+      for (std::size_t k = 0; k < writers; ++k) {
+        threads.emplace_back([&] {
+          read_all();
+          if (--readers_ == 0)
+            for (std::size_t i = 0; i < workers_.size(); ++i) read_.push(nullptr);
+        });
+        threads.emplace_back([&] { write_all(); });
+      }
+      for (Worker& worker : workers_)
+        threads.emplace_back([&] {
+          extract_all(worker);
+          if (--extractors_ == 0)
+            for (std::size_t i = 0; i < writers; ++i) extracted_.push(nullptr);
+        });
+    }
+    if (failure_) std::rethrow_exception(failure_);
+    return outcome_;
+  }
+
+ private:
+  void read_all() {
+    for (std::size_t k; !halted_ && stop_ == 0 && (k = next_++) < jobs_.size();) {
+      auto frame = std::make_unique<Frame>();
+      frame->job = &jobs_[k];
+      FrameRecord& record = frame->record;
+      record.frame = frame->job->frame;
+      record.input = frame->job->input;
+      record.outputs = frame->job->outputs;
+      record.method = to_string(settings_.parameters.method);
+      record.host = settings_.host;
+      record.shard = settings_.shard;
+      record.start = seconds_since_1970();
+      if (!attempt(*frame, record.read_ms, [&] { read(*frame); })) continue;
+      if (record.status == FrameStatus::skipped)
+        over(record);
+      else
+        read_.push(std::move(frame));
+    }
+  }
+
+  void read(Frame& frame) {
+    frame.camera = cameras_.at(frame.job->frame);
+    frame.next_camera = cameras_.after(frame.job->frame);
+    frame.seal = job_of(*frame.job, frame.camera, frame.next_camera, settings_);
+    if (settings_.resume && whole(frame)) {
+      frame.record.status = FrameStatus::skipped;
+      return;
+    }
+    ReadOptions reading = settings_.reading;
+    reading.particle_radius = settings_.particle_radius;
+    frame.particles = open_particles(frame.job->input, reading);
+  }
+
+  // Whether all outputs are there, complete and of the same job.
+  static bool whole(const Frame& frame) {
+    const std::vector<std::string>& outputs = frame.job->outputs;
+    return std::all_of(outputs.begin(), outputs.end(),
+                       [&](const std::string& path) { return flaw_of(path, frame.seal).empty(); });
+  }
+
+  void extract_all(Worker& worker) {
+    for (std::unique_ptr<Frame> frame; read_.pop(frame), frame;) {
+      if (halted_ || stop_ != 0) continue;  // not begun, so that --resume does it
+      FrameRecord& record = frame->record;
+      if (attempt(*frame, record.extract_ms, [&] { extract_one(worker, *frame); }))
+        extracted_.push(std::move(frame));
+    }
+  }
+
+  void extract_one(Worker& worker, Frame& frame) {
+    std::vector<StageTime> stages;
+    try {
+      frame.surface = extract_somehow(worker, frame, stages);
+    } catch (const InputError& error) {
+      throw InputError(frame.job->input + ": " + error.what());
+    }
+    frame.particles.reset();
+    if (!frame.surface.velocity.empty())
+      frame.surface.forward =
+          screen_motion(frame.surface, frame.next_camera, settings_.frames_per_second);
+    FrameRecord& record = frame.record;
+    for (const StageTime& stage : stages) {  // of which some run several times
+      const auto same = [&](const auto& entry) { return entry.first == stage.stage; };
+      auto sum = std::find_if(record.stages.begin(), record.stages.end(), same);
+      if (sum == record.stages.end()) sum = record.stages.insert(sum, {stage.stage, 0.0});
+      sum->second += stage.host_ms;
+    }
+    record.counts = frame.surface.counts;
+    record.warnings = frame.surface.warnings;
+    record.residual = mean_residual(frame.surface);
+    record.hash = hex_digits(content_hash(frame.surface));
+  }
+
+  // What did not work is tried again while all other threads wait: where memory ran out with as
+  // little of it as can be, and then, or where the device failed, on another one.
+  Surface extract_somehow(Worker& worker, Frame& frame, std::vector<StageTime>& stages) {
+    std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
+    const auto extract_on = [&](Device& device) {
+      frame.record.device = device.info().name;
+      return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
+                     settings_.memory);
+    };
+    std::string failure;
+    std::optional<OutOfDeviceMemory> no_memory;
+    try {
+      { const std::lock_guard turn(gate_); }  // behind one that wants to be alone
+      const std::shared_lock with_others(extracting_);
+      Surface surface = extract_on(worker.device);
+      worker.failures = 0;
+      return surface;
+    } catch (const OutOfDeviceMemory& error) {
+      no_memory = error;
+    } catch (const DeviceError& error) {
+      failure = error.what();
+    }
+    const std::lock_guard turn(gate_);
+    const std::unique_lock alone(extracting_);
+    if (no_memory) try {
+        for (Worker& other : workers_) other.device.state().pool->drop_idle();
+        Surface surface =
+            extract_sparingly(worker.device, *frame.particles, frame.camera, settings_.parameters,
+                              times, settings_.memory, *no_memory);
+        worker.failures = 0;
+        return surface;
+      } catch (const DeviceError& error) {
+        failure = error.what();
+      }
+    if (settings_.devices.size() == 1) throw DeviceError(failure);
+    ++worker.failures;
+    stages.clear();
+    const std::size_t which = (worker.which + 1) % settings_.devices.size();
+    std::optional<Worker> other;
+    Surface surface;
+    try {
+      other = Worker{Device(settings_.devices[which]), which};
+      surface = extract_on(other->device);
+    } catch (const DeviceError& error) {
+      throw DeviceError(failure + "; then " + error.what());
+    }
+    surface.warnings.push_back("extracted on another device after: " + failure);
+    if (worker.failures == kPatience) {
+      surface.warnings.push_back("a device that failed " + std::to_string(kPatience) +
+                                 " frames in a row gets no more: \"" + worker.device.info().name +
+                                 '"');
+      worker = std::move(*other);
+    }
+    return surface;
+  }
+
+  void write_all() {
+    for (std::unique_ptr<Frame> frame; extracted_.pop(frame), frame;) {
+      if (halted_) continue;
+      FrameRecord& record = frame->record;
+      WriteOptions options = settings_.writing;
+      options.job = frame->seal;
+      if (attempt(*frame, record.write_ms, [&] {
+            record.bytes =
+                write_outputs(frame->job->outputs, frame->surface, settings_.parameters, options);
+          }))
+        over(record);
+    }
+  }
+
+  // Runs one step of a frame. Returns whether it went well; else the frame is over.
+  template <class Step>
+  bool attempt(Frame& frame, double& ms, const Step& step) {
+    const auto begin = Clock::now();
+    FrameRecord& record = frame.record;
+    try {
+      step();
+      ms = ms_since(begin);
+      return true;
+    } catch (const OutputError& error) {  // the next would meet the same disk
+      const std::scoped_lock lock(one_at_a_time_);
+      break_off(error);
+      return false;
+    } catch (const std::bad_alloc&) {
+      record.error =
+          frame.job->input + ": out of memory: lower --in-flight, or use a smaller image";
+    } catch (const std::exception& error) {
+      record.error = error.what();
+    }
+    ms = ms_since(begin);
+    record.status = FrameStatus::failed;
+    over(record);
+    return false;
+  }
+
+  // Under the lock.
+  void break_off(const OutputError& error) {
+    if (outcome_.broken.empty()) outcome_.broken = error.what();
+    halted_ = true;
+  }
+
+  void over(FrameRecord& record) {
+    record.end = seconds_since_1970();
+    const std::scoped_lock lock(one_at_a_time_);
+    ++(record.status == FrameStatus::done     ? outcome_.done
+       : record.status == FrameStatus::failed ? outcome_.failed
+                                              : outcome_.skipped);
+    if (settings_.fail_fast && record.status == FrameStatus::failed) halted_ = true;
+    try {
+      finished_(record);
+    } catch (const OutputError& error) {  // the log's
+      break_off(error);
+    } catch (...) {
+      failure_ = std::current_exception();
+      halted_ = true;
+    }
+  }
+
+  const std::vector<FrameJob>& jobs_;
+  const CameraTrack& cameras_;
+  const BatchSettings& settings_;
+  const std::atomic<int>& stop_;
+  const std::function<void(const FrameRecord&)>& finished_;
+
+  Queue read_, extracted_;
+  std::atomic<std::size_t> next_{0}, readers_{0}, extractors_{0};
+  std::atomic<bool> halted_{false};  // by an error: frames under way are dropped
+  std::vector<Worker> workers_;
+  std::mutex gate_;               // passed by each frame before `extracting_`
+  std::shared_mutex extracting_;  // by one frame alone when it is extracted again
+  std::mutex one_at_a_time_;
+  BatchOutcome outcome_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cameras,
+                       const BatchSettings& settings, const std::atomic<int>& stop,
+                       const std::function<void(const FrameRecord&)>& finished) {
+  require(!settings.devices.empty() && settings.in_flight > 0 && settings.writers > 0,
+          "run_batch: wants at least one device, frame in flight and writer");
+  return Batch(jobs, cameras, settings, stop, finished).run();
+}
+
+std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
+                   const BatchSettings& settings) {
+  std::string text = settings.program + "\n" + describe(settings.parameters);
+  for (const std::string& part : part_files(job.input)) text += trace_of(part);
+  text += std::to_string(camera.width) + " " + std::to_string(camera.height) + "\n";
+  const auto add = [&](double value) {
+    char number[32];
+    std::snprintf(number, sizeof number, "%a ", value);
+    text += number;
+  };
+  add(settings.particle_radius);
+  add(settings.parameters.particle_radius);
+  for (const double value : camera.view) add(value);
+  for (const double value : camera.projection) add(value);
+  add(settings.parameters.motion);
+  add(settings.frames_per_second);
+  for (const double value : next_camera.view) add(value);
+  for (const double value : next_camera.projection) add(value);
+  add(static_cast<double>(settings.writing.compression));
+  add(settings.writing.half);
+  add(static_cast<double>(settings.writing.preview));
+  for (const std::string& name : settings.reading.attributes) text += name + '\n';
+  text += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
+  return hex_digits(content_hash(text));
+}
+
+}  // namespace meniscus

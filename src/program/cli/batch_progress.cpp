@@ -1,0 +1,90 @@
+#include "program/cli/batch_progress.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "base/printed.hpp"
+#include "program/batch/plan.hpp"
+#include "program/cli/progress.hpp"
+#include "program/cli/terminal.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+constexpr std::size_t kShortBar = 8, kLongBar = 24;  // characters
+constexpr std::size_t kNarrow = 96;  // terminals below it have the short one, columns
+
+}  // namespace
+
+BatchProgress::BatchProgress(std::size_t frames, bool quiet)
+    : frames_(frames), quiet_(quiet), bar_(!quiet && isatty(STDERR_FILENO) == 1) {
+  if (bar_) draw();
+}
+
+BatchProgress::~BatchProgress() {
+  clear();
+  for (const FrameWarning& warning : warnings_.kinds())
+    if (warning.frames.size() > 1)
+      print_line(stderr,
+                 "meniscus: warning: " + named_frames(warning.frames) + ": " + warning.message());
+}
+
+double BatchProgress::seconds() const {
+  return std::chrono::duration<double>(Clock::now() - begin_).count();
+}
+
+void BatchProgress::over(const FrameRecord& record) {
+  ++over_;
+  const long long frame = record.frame;
+  for (const std::string& warning : record.warnings) {
+    if (!warnings_.add(record.frame, warning)) continue;
+    clear();
+    print_line(stderr, printed("meniscus: warning: frame %lld: %s: %s", frame, record.input.c_str(),
+                               warning.c_str()));
+  }
+  if (record.status == FrameStatus::failed) {
+    clear();
+    print_line(stderr, printed("meniscus: frame %lld failed: %s", frame, record.error.c_str()));
+  }
+  const std::array<double, 3> ms{record.read_ms, record.extract_ms, record.write_ms};
+  if (record.status != FrameStatus::skipped) {
+    ++worked_;
+    for (std::size_t k = 0; k < ms.size(); ++k) ms_[k] += ms[k];
+  }
+  if (!quiet_ && !bar_ && record.status == FrameStatus::done)
+    print_line(stderr,
+               printed("frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write",
+                       frame, over_, frames_, ms[0], ms[1], ms[2]));
+  if (bar_ && (over_ == frames_ || Clock::now() >= next_)) draw();
+}
+
+void BatchProgress::draw() {
+  next_ = Clock::now() + kRedrawn;
+  const double share =
+      frames_ > 0 ? static_cast<double>(over_) / static_cast<double>(frames_) : 1.0;
+  std::string words = grouped(over_) + " of " + grouped(frames_);
+  // A line that is longer than the terminal is wide would stay there at every turn.
+  const std::size_t width = columns() < kNarrow ? kShortBar : kLongBar;
+  const std::size_t room = columns() - width - std::string("[] ").size() - 1;
+  const double all_ms = ms_[0] + ms_[1] + ms_[2];
+  if (worked_ > 0 && all_ms > 0) {
+    const double per_second = static_cast<double>(worked_) / seconds();
+    for (const std::string& more :
+         {", " + frame_rate(per_second) + ", " +
+              duration(static_cast<double>(frames_ - over_) / per_second) + " left",
+          printed("; read %.0f, extract %.0f, write %.0f %%", 100 * ms_[0] / all_ms,
+                  100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms)})
+      if (words.size() + more.size() <= room) words += more;
+  }
+  const std::string bar(static_cast<std::size_t>(share * static_cast<double>(width)), '#');
+  draw_over(printed("[%-*s] %s", static_cast<int>(width), bar.c_str(), words.c_str()));
+}
+
+void BatchProgress::clear() {
+  if (bar_) std::fputs("\r\x1b[K", stderr);
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,125 @@
+// `bench`: measures, and writes tables, JSON and the page.
+#include <cstdio>
+#include <optional>
+
+#include "io/input_file.hpp"
+#include "io/output_file.hpp"
+#include "kernels/compare.hpp"
+#include "kernels/measure.hpp"
+#include "kernels/page.hpp"
+#include "kernels/table.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+#include "program/batch/outputs.hpp"
+#include "program/child_process.hpp"
+#include "program/cli/bench_command.hpp"
+#include "program/cli/options.hpp"
+#include "program/cli/terminal.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+bench::MeasureOptions measure_options(const BenchOptions& options) {
+  bench::MeasureOptions measure;
+  measure.kernels = options.kernels;
+  measure.particles = options.particles;
+  measure.width = options.size[0];
+  measure.height = options.size[1];
+  measure.repetitions = options.repetitions;
+  return measure;
+}
+
+// OpenCL runtimes read their number of threads once, so that another number needs another process.
+bench::Session measure_with_one_thread(const BenchOptions& options, const DeviceInfo& device) {
+  std::string particles;
+  for (const long long count : options.particles)
+    particles += (particles.empty() ? "" : ",") + std::to_string(count);
+  std::vector<std::string> words{
+      "bench",
+      "--threads",
+      "1",
+      "--json",
+      "-",
+      "--device",
+      std::to_string(device.index),
+      "--particles",
+      particles,
+      "--size",
+      std::to_string(options.size[0]) + "x" + std::to_string(options.size[1]),
+      "--repetitions",
+      std::to_string(options.repetitions)};
+  for (const std::string& kernel : options.kernels) {
+    words.push_back("--kernel");
+    words.push_back(kernel);
+  }
+  if (options.quiet) words.push_back("--quiet");
+  ChildProcess child(words, false);
+  const std::string json = child.read_all();
+  if (!child.wait().empty())
+    throw Error("bench: the run with one thread failed; its reason is above");
+  const bench::BenchRun run = bench::from_json(json, "the run with one thread");
+  require(run.sessions.size() == 1, "bench: the run with one thread has no results");
+  return run.sessions.front();
+}
+
+bench::BenchRun measure(const BenchOptions& options) {
+  bench::BenchRun run;
+  run.version = version();
+  for (const DeviceInfo& info : chosen_devices(options.device)) {
+    const bool cpu = info.kind == DeviceKind::cpu;
+    const int threads = !cpu                  ? 0
+                        : options.threads > 0 ? options.threads
+                                              : static_cast<int>(info.compute_units);
+    Device device(info);
+    const auto say = [&](const std::string& what) {
+      if (options.quiet) return;
+      const std::string on = cpu ? ", threads: " + std::to_string(threads) : "";
+      print_line(stderr, "measuring  " + what + " on " + info.name + on);
+    };
+    run.sessions.push_back(bench::measure(device, threads, measure_options(options), say));
+    // Intel's keeps to --threads, too, but counts all processors as compute units nevertheless.
+    const bool intel = info.platform.find("Intel") != std::string::npos;
+    if (cpu && !intel && static_cast<int>(info.compute_units) != threads)
+      print_line(stderr, "meniscus: warning: " + info.name + " uses " +
+                             std::to_string(info.compute_units) +
+                             " threads whatever --threads says");
+    if (cpu && options.threads == 0 && threads > 1)
+      run.sessions.push_back(measure_with_one_thread(options, info));
+  }
+  return run;
+}
+
+}  // namespace
+
+void bench_kernels(const BenchOptions& options) {
+  check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
+  use_threads(options.threads);
+  // Files that cannot be read or written are better known now than later.
+  as_usage([&] { check_outputs({{options.compare}, {}}, {}, {options.json, options.html}); });
+  std::optional<bench::BenchRun> old;
+  if (!options.compare.empty())
+    old = bench::from_json(read_file(options.compare).bytes, options.compare);
+  const bool to_output = options.json == "-";
+  std::optional<OutputFile> json, html;
+  if (!options.json.empty() && !to_output) json.emplace(options.json);
+  if (!options.html.empty()) html.emplace(options.html);
+
+  const bench::BenchRun run = measure(options);
+  const std::vector<bench::SessionPair> pairs = bench::pair_sessions(old ? &*old : nullptr, run);
+  if (json) {
+    json->write(bench::to_json(run));
+    json->commit();
+  }
+  if (html) {
+    html->write(bench::to_html(run, pairs));
+    html->commit();
+  }
+  if (to_output) {
+    std::fputs(bench::to_json(run).c_str(), stdout);
+    return;
+  }
+  print_lines(stdout, bench::results_table(run) + bench::verdict_table(run));
+  print_lines(stdout, bench::comparison_table(pairs));
+}
+
+}  // namespace meniscus::cli

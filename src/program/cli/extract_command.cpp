@@ -1,0 +1,191 @@
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/extract_sparingly.hpp"
+#include "device/building.hpp"
+#include "device/device.hpp"
+#include "frame/process.hpp"
+#include "io/output_file.hpp"
+#include "io/parts.hpp"
+#include "methods/programs.hpp"
+#include "program/cli/commands.hpp"
+#include "program/cli/extract_options.hpp"
+#include "program/cli/extract_warnings.hpp"
+#include "program/cli/options.hpp"
+#include "program/cli/progress.hpp"
+#include "program/cli/report.hpp"
+#include "program/cli/sequence.hpp"
+#include "program/cli/terminal.hpp"
+#include "program/mpi/launch.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+// In the order in which extract() chooses.
+std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
+                        double used) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", used);
+  const char* origin = options.particle_radius           ? "given"
+                       : particles.has_radius()          ? "the middle of the file's radii"
+                       : particles.particle_radius() > 0 ? "from the file"
+                                                         : "see the warning";
+  return std::string(text) + ", " + origin;
+}
+
+/// extract(), with the file's name before what it finds wrong with the particles.
+Surface extract_from(const ExtractOptions& options, Device& device, const ParticleSource& particles,
+                     const Camera& camera, std::vector<StageTime>& stages) {
+  try {
+    return extract(device, particles, camera, options.parameters, &stages, options.memory);
+  } catch (const OutOfDeviceMemory& error) {
+    if (launched_team().size() > 1) throw;  // the others go on without this process
+    return extract_sparingly(device, particles, camera, options.parameters, &stages, options.memory,
+                             error);
+  } catch (const InputError& error) {
+    throw InputError(options.input + ": " + error.what());
+  }
+}
+
+void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+void run_frame(const ExtractOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  as_usage([&] {
+    check_outputs({{options.input}, {options.camera_file}}, options.outputs,
+                  {options.written_camera});
+  });
+  // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
+  Team& team = launched_team();
+  if (team.leads()) {
+    for (const std::string& path : options.outputs)
+      OutputFile probe(path);  // better now than later
+    for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
+  }
+
+  // Camera and device before the particles, which may take long to read.
+  std::optional<Camera> given;
+  if (options.camera_file.empty()) {
+    check_aim(options);
+  } else {
+    given = read_camera(options.camera_file);
+    if (team.leads())
+      for (const std::string& warning : warnings_of(*given, options.camera_file)) warn(warning);
+  }
+  std::string why;
+  const DeviceInfo info = select_device(options.device, &why);
+  Device device(info);
+  const std::vector<ProgramName> programs = programs_of(options.parameters, device.state());
+  Working working(programs.size(), options.quiet || !team.leads());
+  device.state().on_building = [&](int begun) { working.building(begun); };
+  const BuildAhead ahead(device, programs);
+
+  const Talk say(options.quiet || !team.leads());
+  working.phase("reading " + options.input);
+  const auto source = open_parts(options.input, reading_of(options), team);
+  const ParticleSource& particles = *source;
+  const double read_ms = milliseconds_since(start);
+  const std::size_t parts = part_files(options.input).size();
+  working.phase("");
+  say("particles",
+      options.input + ": " + grouped(particles.size()) +
+          (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
+  const auto [camera, origin] =
+      given ? ChosenCamera{*given, options.camera_file} : aimed_camera(options, {&particles});
+  say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  if (team.leads()) keep_camera(options, camera);
+  say("device", info.name + ": " + why);
+  if (options.verbose && team.leads()) {
+    say("", info.platform + ", driver " + info.driver + ", " + info.version);
+    say("parameters", "");
+    print_lines(stderr, describe(options.parameters));
+  }
+
+  std::vector<StageTime> stages{{kReading, read_ms, 0, {}}};
+  working.phase("extracting " + options.input);
+  Surface surface = extract_from(options, device, particles, camera, stages);
+  working.built();
+  working.phase("");
+  std::vector<RankReport> ranks;
+  if (options.timings)
+    ranks = team.joined<RankReport>(
+        {report_of(stages, team.waited_ms(), device.state().memory->peak())});
+  if (!team.leads()) return;
+  if (!surface.velocity.empty())
+    surface.forward = screen_motion(surface, camera, options.frames_per_second);
+  for (const std::string& warning : surface.warnings) warn(options.input + ": " + warning);
+  say("radius", radius_line(options, particles, surface.particle_radius));
+  say("method", to_string(options.parameters.method));
+  say("found", counts_line(surface.counts));
+
+  const auto writing = std::chrono::steady_clock::now();
+  std::string names;
+  for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
+  working.phase("writing " + names);
+  write_outputs(options.outputs, surface, options.parameters, options.writing);
+  working.phase("");
+  stages.push_back({kWriting, milliseconds_since(writing), 0, {}});
+  for (const std::string& path : options.outputs) say("wrote", path);
+  if (!options.written_camera.empty()) say("wrote", options.written_camera);
+  say("total", printed("%.0f ms", milliseconds_since(start)));
+  if (options.timings) {
+    print_timings(stages, surface.counts);
+    print_memory(device.state().memory->peak(), peak_memory());
+    if (team.size() > 1) print_ranks(ranks);
+  }
+}
+
+int run_extract(ExtractOptions options, const CLI::App& command) {
+  if (options.particle_radius) options.parameters.particle_radius = *options.particle_radius;
+  options.parameters.image = options.parameters.mesh = false;
+  as_usage([&] {
+    check(options.parameters);
+    for (const std::string& path : options.outputs) {
+      const OutputKind kind = kind_of(path);
+      (kind == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
+      if (kind != OutputKind::png) continue;
+      Aovs& aovs = options.parameters.aovs;
+      aovs.normal = true;
+      if (options.writing.preview == Preview::groups) aovs.group = aovs.kind = true;
+    }
+  });
+  use_threads(options.threads);
+  options.input = sequence_in_folder(options.input);
+  const bool is_sequence = FramePattern::in(options.input).has_value();
+  if (launch().rank == 0)
+    for (const std::string& warning : without_effect(command, options, is_sequence)) warn(warning);
+  if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
+  if (const char* const option = sequence_option(options))
+    throw usage_error(std::string(option) + " is for sequences, but " + options.input +
+                      " has no place for the frame's number, e.g. name.####.ply");
+  for (const std::string& path : options.outputs)
+    if (FramePattern::is_in_name(path))
+      throw usage_error(
+          "--output " + path + " has a place for the frame's number, but " + options.input +
+          " is one frame" +
+          (options.input.find('*') == std::string::npos ? "" : " (* stands for its parts)") +
+          "; the name of a sequence has a place, too, e.g. name.####.ply");
+  run_frame(options);
+  return 0;
+}
+
+}  // namespace
+
+void add_extract_command(CLI::App& program, int& exit_code) {
+  CLI::App& command = *program.add_subcommand(
+      "extract", "Extract the surface that a camera sees, from a frame or a sequence");
+  const auto options = std::make_shared<ExtractOptions>();
+  add_extract_options(command, *options);
+  command.callback([options, &exit_code, &command] { exit_code = run_extract(*options, command); });
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,304 @@
+#include "program/cli/extract_options.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "api/framing.hpp"
+#include "api/parameter_list.hpp"
+#include "base/printed.hpp"
+#include "io/output_file.hpp"
+#include "program/cli/options.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+using Triple = ExtractOptions::Triple;
+
+Triple parse_triple(const std::string& name, const std::string& text) {
+  Triple triple{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (int k = 0; k < 3; ++k) {
+    const auto [next, error] = std::from_chars(at, end, triple[k]);
+    const bool last = k == 2;
+    if (error != std::errc() || !std::isfinite(triple[k]) ||
+        (last ? next != end : next == end || *next != ','))
+      throw usage_error(name + " is " + text + ", must be three numbers, e.g. " + name +
+                        " 1,2.5,3");
+    at = next + 1;
+  }
+  return triple;
+}
+
+template <class T>
+using Choices = std::vector<std::pair<std::string, T>>;
+
+/// An option whose value is one of a few words.
+template <class T>
+CLI::Option* add_choice(CLI::App& command, const std::string& name, T& value,
+                        const Choices<T>& choices, const std::string& effect) {
+  const auto set = [&value, choices, name](const std::string& text) {
+    std::string words;
+    for (const auto& [word, choice] : choices) {
+      if (text == word) {
+        value = choice;
+        return;
+      }
+      words += (words.empty() ? "" : ", ") + word;
+    }
+    if (name == "--compression" && (text == "dwaa" || text == "dwab"))
+      throw usage_error("--compression " + text +
+                        " is refused: it takes N.Y and P.Y for luminance and damages them; must "
+                        "be one of " +
+                        words);
+    throw usage_error(name + " is " + text + ", must be one of " + words);
+  };
+  return command.add_option_function<std::string>(name, set, effect)->type_name("WORD");
+}
+
+/// --footprint and all the others of parameter_list.hpp, under their headings.
+void add_parameters(CLI::App& command, Parameters& parameters) {
+  for (const ParameterEntry& entry : parameter_list(parameters)) {
+    char value[32];
+    std::snprintf(value, sizeof value, "%g", entry.get());
+    const std::string unit = entry.unit.empty() ? "" : entry.unit + ", ";
+    const std::string description = entry.effect + " (" + unit + "default " + value + ")";
+    std::visit(
+        [&](auto* number) {
+          command.add_option("--" + entry.name, *number, description)
+              ->type_name(std::is_same_v<decltype(number), int*> ? "COUNT" : "NUMBER")
+              ->group(entry.group);
+        },
+        entry.value);
+  }
+}
+
+}  // namespace
+
+ReadOptions reading_of(const ExtractOptions& options) {
+  ReadOptions reading = options.reading;
+  reading.particle_radius = options.particle_radius.value_or(0);
+  return reading;
+}
+
+ChosenCamera aimed_camera(const ExtractOptions& options,
+                          const std::vector<const ParticleSource*>& particles) {
+  const auto [width, height] = options.size;
+  return as_usage([&, w = width, h = height]() -> ChosenCamera {
+    if (options.eye)
+      return {look_at(*options.eye, options.target, options.up, options.fov, w, h),
+              "from --eye to --target"};
+    return {frame_sources(particles, {options.up, options.fov, w, h}),
+            "framed around the particles"};
+  });
+}
+
+void check_aim(const ExtractOptions& options) { check(aimed_camera(options, {}).camera); }
+
+void keep_camera(const ExtractOptions& options, const Camera& camera) {
+  if (options.written_camera.empty()) return;
+  const auto matrix = [](const std::array<double, 16>& values) {
+    std::string rows;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      rows += printed(k == 0 ? "[[%.17g" : k % 4 == 0 ? "],\n    [%.17g" : ", %.17g", values[k]);
+    return rows + "]]";
+  };
+  OutputFile file(options.written_camera);
+  file.write(printed("{\"width\": %d, \"height\": %d,\n", camera.width, camera.height) +
+             " \"view\": " + matrix(camera.view) +
+             ",\n \"projection\": " + matrix(camera.projection) + "}\n");
+  file.commit();
+}
+
+const char* sequence_option(const ExtractOptions& options) {
+  return !options.frames.empty()   ? "--frames"
+         : !options.shard.empty()  ? "--shard"
+         : options.skip_missing    ? "--missing"
+         : options.resume          ? "--resume"
+         : options.fail_fast       ? "--fail-fast"
+         : !options.log.empty()    ? "--log"
+         : !options.report.empty() ? "--report"
+                                   : nullptr;
+}
+
+void add_extract_options(CLI::App& command, ExtractOptions& o) {
+  command.set_help_all_flag("--help-all", "print this help with all options");
+  command
+      .add_option("INPUT", o.input,
+                  "particles: .ply, .vtk (legacy), .vtp, .vtu, .npy, .npz, .h5, .bgeo (classic, "
+                  "also .gz, and .sc), .bi4, .ffp3, .lammpstrj, .dump, .xyz or .csv; a name "
+                  "with a place for the frame's number is a sequence: dam.####.ply, dam.%04d.ply, "
+                  "dam.$F4.ply or dam.{}.ply, and so are a folder and a .pvd; * stands for the "
+                  "parts of one frame: dam.rank*.ply")
+      ->required()
+      ->type_name("FILE");
+  command
+      .add_option("-o,--output", o.outputs,
+                  "what to write, by its ending: .exr (maps), .ply, .vtp, .glb, .obj or .stl "
+                  "(mesh), .png (picture); give it several times for several files; of a sequence "
+                  "with a place "
+                  "for the number, e.g. -o out.####.exr")
+      ->required()
+      ->allow_extra_args(false)
+      ->type_name("FILE");
+  add_positive_option(
+      command, "-r,--particle-radius", "world units",
+      [&o](double radius) { o.particle_radius = radius; },
+      "radius of the particles in world units, half their spacing (default: the file's, "
+      "else estimated from the spacing)")
+      ->type_name("R");
+  command
+      .add_option("--attribute", o.reading.attributes,
+                  "an array of the particles, by its name in the file, that is carried to the EXR "
+                  "and to the mesh, weighed as velocities are; give it several times for several")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
+      .add_option("--dataset", o.reading.dataset,
+                  "where a file holds several: the group or dataset of an HDF5 file, the array of "
+                  "positions of an .npz")
+      ->type_name("NAME");
+  command
+      .add_option("--timestep", o.reading.timestep,
+                  "which timestep of a LAMMPS dump that holds several")
+      ->check(from_to(0.0, 9e18))
+      ->type_name("N");
+  Choices<Method> choices;
+  std::string explained;
+  for (const MethodEntry& entry : method_list()) {
+    choices.emplace_back(entry.name, entry.method);
+    explained += (explained.empty() ? "" : "; ") + entry.name + ": " + entry.what +
+                 (entry.method == o.parameters.method ? " (default)" : "");
+  }
+  add_choice<Method>(command, "--method", o.parameters.method, choices, explained);
+  add_device_option(
+      command, o.device,
+      " (default: the fastest kind found, see meniscus devices); for sequences also all");
+  command.add_flag("--strict", o.parameters.strict,
+                   "NaN and infinite coordinates and velocities are an error instead of being "
+                   "dropped");
+  add_positive_option(
+      command, "--fps", "frames per second", [&o](double rate) { o.frames_per_second = rate; },
+      "frames per second of the simulation's files, for motion on the screen (default 24)")
+      ->type_name("RATE");
+  command
+      .add_option_function<std::string>(
+          "--aov",
+          [&o](const std::string& list) {
+            o.parameters.aovs = as_usage([&] { return aovs_named(list); });
+          },
+          "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
+          "forward comes with (default: all); what a PNG shows is made, too")
+      ->type_name("LIST");
+  command.add_flag_callback(
+      "--no-motion", [&o] { o.parameters.motion = false; },
+      "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");
+  add_threads_option(command, o.threads);
+  add_memory_option(command, o.memory);
+  command.add_flag("--timings", o.timings,
+                   "print what reading, building kernels, each stage and writing took, counts and "
+                   "memory; of a sequence, add the stages to --log and --report");
+  CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
+  command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
+
+  const std::string sequence = "Sequences";
+  command
+      .add_option("--frames", o.frames,
+                  "which frames: 1-240, 1-240x2, 1,5,10-20, 10-1x-3 (default: all there are)")
+      ->type_name("LIST")
+      ->check([](const std::string& text) {
+        return text.empty() ? "is empty, must name frames, e.g. 1-240" : std::string();
+      })
+      ->group(sequence);
+  add_choice<bool>(command, "--missing", o.skip_missing, {{"fail", false}, {"skip", true}},
+                   "what to do when frames of --frames are missing: fail (default) or skip")
+      ->group(sequence);
+  command
+      .add_option("--shard", o.shard,
+                  "do only part k of N of the frames (default: SLURM_ARRAY_TASK_ID of "
+                  "SLURM_ARRAY_TASK_COUNT where they are set; 1/1: all)")
+      ->type_name("k/N")
+      ->group(sequence);
+  command
+      .add_flag("--resume", o.resume,
+                "skip frames whose outputs are whole, made with the same parameters, and newer "
+                "than the input")
+      ->group(sequence);
+  command.add_flag("--fail-fast", o.fail_fast, "stop at the first frame that fails")
+      ->group(sequence);
+  command
+      .add_option("--in-flight", o.in_flight,
+                  "frames that are extracted at the same time on each device (default 2)")
+      ->check(from_to(1, 64))
+      ->type_name("N")
+      ->group(sequence);
+  command.add_option("--log", o.log, "a file of JSON lines, one a frame; --resume goes on with it")
+      ->type_name("FILE")
+      ->group(sequence);
+  command
+      .add_option("--report", o.report,
+                  "an HTML page about the frames, with pictures and plots (see meniscus report)")
+      ->type_name("FILE")
+      ->group(sequence);
+
+  const std::string camera = "Camera (default: one that frames the particles)";
+  const auto triple = [&command, &camera](const std::string& name, auto set,
+                                          const std::string& effect) {
+    return command
+        .add_option_function<std::string>(
+            name, [name, set](const std::string& text) { set(parse_triple(name, text)); }, effect)
+        ->type_name("X,Y,Z")
+        ->group(camera);
+  };
+  CLI::Option* file = command.add_option(
+      "--camera", o.camera_file,
+      "JSON file with width, height, view and projection (4x4, row-major, OpenGL); of a sequence "
+      "also a file for each frame (camera.####.json), or a list of such objects with their "
+      "\"frame\"");
+  file->type_name("FILE")->group(camera);
+  CLI::Option* eye = triple(
+      "--eye", [&o](const Triple& t) { o.eye = t; }, "where the camera is");
+  CLI::Option* target = triple(
+      "--target", [&o](const Triple& t) { o.target = t; }, "what it looks at");
+  CLI::Option* up = triple(
+      "--up", [&o](const Triple& t) { o.up = t; }, "what is up (default 0,1,0)");
+  CLI::Option* fov = command.add_option("--fov", o.fov, "vertical field of view (default 40)");
+  fov->type_name("DEGREES")->group(camera);
+  CLI::Option* size = command.add_option_function<std::string>(
+      "--size", [&o](const std::string& text) { o.size = parse_size(text); },
+      "image size in pixels (default 1024x768)");
+  size->type_name("WxH")->group(camera);
+  eye->needs(target)->excludes(file);
+  target->needs(eye);
+  for (CLI::Option* option : {up, fov, size}) option->excludes(file);
+  command
+      .add_option("--write-camera", o.written_camera,
+                  "a file for the camera that was chosen, to be given by --camera")
+      ->type_name("FILE")
+      ->group(camera)
+      ->excludes(file);
+
+  add_choice<Compression>(command, "--compression", o.writing.compression,
+                          {{"none", Compression::none},
+                           {"rle", Compression::rle},
+                           {"zips", Compression::zips},
+                           {"zip", Compression::zip},
+                           {"piz", Compression::piz},
+                           {"pxr24", Compression::pxr24}},
+                          "of the EXR: none, rle, zips, zip (default), piz, or pxr24, which rounds "
+                          "floats to 24 bits");
+  command.add_flag("--half", o.writing.half,
+                   "N, residual, V and forward of the EXR as 16-bit floats: half the file; Z and P "
+                   "keep 32 bits");
+  add_choice<Preview>(command, "--preview", o.writing.preview,
+                      {{"lit", Preview::lit},
+                       {"normal", Preview::normal},
+                       {"depth", Preview::depth},
+                       {"groups", Preview::groups}},
+                      "what the PNG shows: lit (default), normal, depth or groups");
+  add_parameters(command, o.parameters);
+}
+
+}  // namespace meniscus::cli

@@ -1,0 +1,69 @@
+// What `extract` is asked to do.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meniscus/meniscus.hpp"
+#include "program/batch/outputs.hpp"
+
+namespace meniscus::cli {
+
+struct ExtractOptions {
+  using Triple = std::array<double, 3>;
+
+  std::string input;
+  std::vector<std::string> outputs;
+  std::string camera_file, written_camera;
+  std::optional<Triple> eye;
+  Triple target{}, up{0, 1, 0};
+  double fov = 40;                        // degrees
+  std::array<int, 2> size{1024, 768};     // pixels
+  std::optional<double> particle_radius;  // world units
+  ReadOptions reading;                    // of the input, but for the radius
+  double frames_per_second = 24;
+  Parameters parameters;
+  std::string device;
+  WriteOptions writing;
+  int threads = 0;  // 0: all
+  std::size_t memory = kStreamMemory;
+  bool timings = false, quiet = false, verbose = false;
+
+  // Of sequences.
+  std::string frames;  // empty: all
+  std::string shard;   // empty: by the environment
+  bool skip_missing = false, resume = false, fail_fast = false;
+  int in_flight = 2;  // frames on each device at once
+  std::string log, report;
+};
+
+/// How the input is read, with the radius.
+ReadOptions reading_of(const ExtractOptions& options);
+
+struct ChosenCamera {
+  Camera camera;
+  std::string origin;  // in words
+};
+
+/// The one of --eye, else one that frames the particles of all sources. --camera is not looked at.
+ChosenCamera aimed_camera(const ExtractOptions& options,
+                          const std::vector<const ParticleSource*>& particles);
+
+/// Throws usage_error where --eye, --up, --fov or --size are of no camera, before particles are
+/// read.
+void check_aim(const ExtractOptions& options);
+
+/// Writes the camera as the JSON that --camera takes, where --write-camera names a file.
+void keep_camera(const ExtractOptions& options, const Camera& camera);
+
+/// The first option that is set though it has a meaning for sequences alone, else null.
+const char* sequence_option(const ExtractOptions& options);
+
+/// Adds all options of `extract`; they are parsed into `options`.
+void add_extract_options(CLI::App& command, ExtractOptions& options);
+
+}  // namespace meniscus::cli

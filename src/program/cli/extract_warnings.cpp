@@ -1,0 +1,96 @@
+#include "program/cli/extract_warnings.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "api/parameter_list.hpp"
+#include "base/printed.hpp"
+#include "io/parts.hpp"
+#include "program/batch/outputs.hpp"
+
+namespace meniscus::cli {
+namespace {
+
+// "Method ssm" and "method paper: ..." say which methods a parameter is of.
+std::string methods_of(const ParameterEntry& entry) {
+  constexpr std::string_view kGroup = "Method ";
+  if (entry.group.starts_with(kGroup)) return entry.group.substr(kGroup.size());
+  if (!entry.effect.starts_with("method")) return "";
+  const std::size_t begin = entry.effect.find(' ') + 1;
+  return entry.effect.substr(begin, entry.effect.find(':') - begin);
+}
+
+bool is_of(const std::string& methods, const std::string& method) {
+  return (" " + methods + " ").find(" " + method + " ") != std::string::npos;
+}
+
+}  // namespace
+
+std::vector<std::string> without_effect(const CLI::App& command, const ExtractOptions& options,
+                                        bool is_sequence) {
+  bool exr = false, mesh = false, png = false;
+  for (const std::string& path : options.outputs) {
+    const OutputKind kind = kind_of(path);
+    exr |= kind == OutputKind::exr;
+    mesh |= kind == OutputKind::mesh;
+    png |= kind == OutputKind::png;
+  }
+  std::vector<std::string> warnings;
+  const auto tell = [&](const std::string& name, bool has_effect, const std::string& why) {
+    const CLI::Option* const option = command.get_option_no_throw("--" + name);
+    if (option && option->count() > 0 && !has_effect)
+      warnings.push_back("--" + name + " has no effect: " + why);
+  };
+  for (const char* name : {"half", "compression", "aov", "fps"})
+    tell(name, exr, "no output is an .exr");
+  tell("preview", png, "no output is a .png");
+  tell("in-flight", is_sequence, "the input is one frame");
+  Parameters parameters = options.parameters;
+  const std::string method = to_string(parameters.method);
+  for (const ParameterEntry& entry : parameter_list(parameters)) {
+    const std::string methods = methods_of(entry);
+    tell(entry.name, methods.empty() || is_of(methods, method),
+         "it is of method " + methods + ", and this is " + method);
+    tell(entry.name, mesh || !entry.group.starts_with("Mesh"), "no output is a mesh");
+  }
+  return warnings;
+}
+
+std::vector<std::string> warnings_of(const Camera& camera, const std::string& origin) {
+  const auto& p = camera.projection;
+  const double across = std::hypot(p[0], p[1]) * camera.width,
+               down = std::hypot(p[4], p[5]) * camera.height;
+  constexpr double kSquare = 0.02;
+  if (!(across > 0 && down > 0) || std::abs(across / down - 1) < kSquare) return {};
+  return {
+      printed("%s: the projection is of an image %.3g times as wide as high, but width and "
+              "height are %d and %d: pixels are not square",
+              origin.c_str(), std::hypot(p[4], p[5]) / std::hypot(p[0], p[1]), camera.width,
+              camera.height)};
+}
+
+std::vector<std::string> warnings_of_parts(const std::string& input) {
+  const std::size_t star = input.find('*');
+  if (star == std::string::npos || input.find('*', star + 1) != std::string::npos) return {};
+  const std::vector<std::string> parts = part_files(input);
+  const std::size_t around = input.size() - 1;
+  std::size_t least = std::string::npos, most = 0;
+  for (const std::string& part : parts) {
+    if (part.size() <= around || !part.starts_with(input.substr(0, star))) return {};
+    const std::string number = part.substr(star, part.size() - around);
+    if (!std::all_of(number.begin(), number.end(),
+                     [](unsigned char c) { return std::isdigit(c) != 0; }))
+      return {};
+    least = std::min(least, number.size());
+    most = std::max(most, number.size());
+  }
+  if (parts.size() < 2 || (star > 0 && std::isalpha(static_cast<unsigned char>(input[star - 1]))))
+    return {};  // dam.rank*.ply
+  const std::string place = least == most ? std::string(least, '#') : "{}";
+  return {"* stands for the parts of one frame, here " + std::to_string(parts.size()) +
+          " numbered files; did you mean the sequence " +
+          std::string(input).replace(star, 1, place) + "?"};
+}
+
+}  // namespace meniscus::cli

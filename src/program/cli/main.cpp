@@ -1,0 +1,135 @@
+// The program meniscus: arguments in, exit code out. All errors end here, as one line.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+#include <thread>
+#include <vector>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "meniscus/meniscus.hpp"
+#include "program/cli/commands.hpp"
+#include "program/cli/help_formatter.hpp"
+#include "program/cli/newer_tbb.hpp"
+#include "program/cli/signals.hpp"
+#include "program/cli/terminal.hpp"
+#include "program/cli/unknown_word.hpp"
+#include "program/mpi/launch.hpp"
+
+namespace {
+
+enum ExitCode { kDone = 0, kFailed = 1, kBadUsage = 2 };  // 3 and more: see extract
+
+int fail(ExitCode code, const std::string& what) {
+  const std::string line = meniscus::end_team(what.empty() ? "unknown error" : what);
+  if (meniscus::launch().rank > 0) {
+    if (meniscus::has_team()) return code;
+    // Most likely all processes have the same to say: mpirun stops the others when one has ended.
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+  }
+  meniscus::cli::print_line(stderr, "meniscus: error: " + line);
+  return code;
+}
+
+/// The end of work that succeeded here; other processes may have failed.
+int done(int code) {
+  const std::string error = meniscus::end_team("");
+  return error.empty() ? code : fail(kFailed, error);
+}
+
+// Frames need much the same memory one after the other. Left alone, glibc returns what a frame
+// frees to the system, and the next frame pays for every page again: a third of the processor time
+// of a fast method. Blocks beyond 64 MB still go back at once.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 64 << 20);
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+#endif
+}
+
+int run(int argc, char** argv) {
+  CLI::App program(
+      "Meniscus turns the particles of a fluid simulation into the surface that a camera sees.",
+      "meniscus");
+  program.formatter(std::make_shared<meniscus::cli::HelpFormatter>());
+  program.set_version_flag("-V,--version", "meniscus " + meniscus::version());
+  program.require_subcommand(1);
+  int exit_code = kDone;
+  meniscus::cli::add_extract_command(program, exit_code);
+  meniscus::cli::add_devices_command(program);
+  meniscus::cli::add_generate_command(program);
+  meniscus::cli::add_report_command(program);
+#ifdef MENISCUS_TOOLS
+  meniscus::cli::add_bench_command(program);
+  meniscus::cli::add_verify_command(program, exit_code);
+  meniscus::cli::add_tune_command(program);
+#else
+  for (const char* name : {"bench", "verify", "tune"})
+    program.add_subcommand(name, "Not in this program: build it with -DMENISCUS_TOOLS=ON")
+        ->allow_extras()
+        ->callback([name] {
+          throw meniscus::Error(
+              std::string(name) +
+              " is not in this program, which scripts/demo.sh may have built: run "
+              "cmake --preset release && cmake --build --preset release");
+        });
+#endif
+  std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
+  if (!typed.empty() && typed.front() == "help") {  // meniscus help extract
+    typed.erase(typed.begin());
+    typed.push_back("--help");
+  }
+  try {
+    program.parse(std::vector<std::string>(typed.rbegin(), typed.rend()));
+    if (std::fflush(stdout) != 0)
+      return fail(kFailed,
+                  std::string("standard output cannot be written: ") + std::strerror(errno));
+    return done(exit_code);
+  } catch (const CLI::Success& help) {  // --help and --version
+    return program.exit(help);
+  } catch (const CLI::ParseError& error) {
+    const auto chosen = program.get_subcommands();
+    const auto unknown = program.remaining(true);
+    std::string command = "meniscus";  // and those below it: "meniscus bench frame"
+    for (const CLI::App* at = &program; !at->get_subcommands().empty();) {
+      at = at->get_subcommands().front();
+      command += " " + at->get_name();
+    }
+    const std::string see = " (see " + command + " --help)";
+    if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
+      return fail(kBadUsage, what + see);
+    // A shell puts all frames in the place of a * without quotes.
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
+        chosen.front()->get_name() == "extract")
+      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
+                                 " more, e.g. " + unknown.front() +
+                                 " (of a sequence give one name in quotes, e.g. "
+                                 "'dam.####.ply', see meniscus extract --help)");
+    return fail(kBadUsage, error.what() + see);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int code = kDone;
+  try {
+    meniscus::cli::start_with_newer_tbb(argv);
+    keep_freed_memory();
+    meniscus::cli::handle_signals();
+    code = run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    code = fail(kFailed, "out of memory: use fewer particles or a smaller image");
+  } catch (const std::exception& error) {
+    code = fail(kFailed, error.what());
+  }
+  meniscus::leave_team();
+  return code;
+}

@@ -1,0 +1,381 @@
+// extract() of frames that stream: the same bytes whatever way they came, and a surface that is
+// where the fluid's is.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "api/extract.hpp"
+#include "base/printed.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+#include "program/dam_break.hpp"
+#include "same_bits.hpp"
+#include "stages/vec.hpp"
+
+namespace meniscus {
+namespace {
+
+// All turns about an axis and drifts.
+const Vec3d kSpin{0.5, -2, 1};
+Vec3d moves_at(const Vec3d& p) { return cross(kSpin, p) + Vec3d{3, 0, -1}; }
+
+Particles dam_particles(const DamBreak& dam) {
+  Particles particles;
+  particles.particle_radius = dam.particle_radius();
+  dam.emit([&](std::span<const float> block) {
+    for (std::size_t k = 0; k < block.size(); k += 3) {
+      particles.x.push_back(block[k]);
+      particles.y.push_back(block[k + 1]);
+      particles.z.push_back(block[k + 2]);
+      const Vec3 v = static_cast<Vec3>(moves_at({block[k], block[k + 1], block[k + 2]}));
+      particles.vx.push_back(v.x);
+      particles.vy.push_back(v.y);
+      particles.vz.push_back(v.z);
+    }
+  });
+  return particles;
+}
+
+const DamBreak& dam() {
+  static const DamBreak made(300000, 1);
+  return made;
+}
+const Particles& frame() {
+  static const Particles made = dam_particles(dam());
+  return made;
+}
+
+// Particles of this frame are some 1.7 pixels apart.
+Camera small_camera() { return look_at({5, 2.2, 3.4}, {1.5, .3, .75}, {0, 1, 0}, 32, 320, 240); }
+
+bool same(const Surface& a, const Surface& b) { return same_bits(a, b) && a.counts == b.counts; }
+
+std::int64_t count_of(const Surface& surface, const std::string& name) {
+  for (const auto& [known, count] : surface.counts)
+    if (known == name) return count;
+  return -1;
+}
+
+class ExtractSource : public testing::Test {
+ protected:
+  Device device_;
+};
+
+TEST_F(ExtractSource, GivesTheSameBytesForAnyMemoryAndOrder) {
+  ASSERT_GE(static_cast<std::int64_t>(frame().size()), kStreamed);
+  const Surface expected = extract(device_, frame(), small_camera());
+  EXPECT_EQ(count_of(expected, "particles"), 300000);
+  EXPECT_GT(count_of(expected, "representatives"), 1000);
+  EXPECT_LT(count_of(expected, "representatives"), 100000);
+  const auto source = source_of(frame());
+  for (const std::size_t memory : {std::size_t{2} << 20, std::size_t{9} << 20})
+    EXPECT_TRUE(same(expected, extract(device_, *source, small_camera(), {}, nullptr, memory)))
+        << memory;
+
+  std::vector<std::size_t> order(frame().size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  Particles shuffled = frame();
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    shuffled.x[i] = frame().x[order[i]];
+    shuffled.y[i] = frame().y[order[i]];
+    shuffled.z[i] = frame().z[order[i]];
+    shuffled.vx[i] = frame().vx[order[i]];
+    shuffled.vy[i] = frame().vy[order[i]];
+    shuffled.vz[i] = frame().vz[order[i]];
+  }
+  EXPECT_TRUE(same(expected, extract(device_, shuffled, small_camera())));
+}
+
+TEST_F(ExtractSource, WarnsOfCoarsePositionsByTheParticlesOwnRadius) {
+  constexpr float kAway = 1 << 19;
+  Particles far = frame();
+  for (float& x : far.x) x += kAway;
+  Camera camera = look_at({5 + kAway, 2.2, 3.4}, {1.5 + kAway, .3, .75}, {0, 1, 0}, 32, 320, 240);
+  const Surface surface = extract(device_, far, camera);
+  EXPECT_GT(count_of(surface, "representatives"), 0);
+  EXPECT_THAT(surface.warnings,
+              testing::Contains(testing::HasSubstr(
+                  printed("their radius is %g: positions are rounded", surface.particle_radius))));
+}
+
+// Not in memory: a source of one's own.
+class OwnSource : public ParticleSource {
+ public:
+  explicit OwnSource(const Particles& particles) : source_(source_of(particles)) {}
+  std::int64_t size() const override { return source_->size(); }
+  std::string name(std::int64_t particle) const override { return source_->name(particle); }
+  bool has_radius() const override { return source_->has_radius(); }
+  bool has_velocity() const override { return source_->has_velocity(); }
+  double particle_radius() const override { return source_->particle_radius(); }
+  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
+    source_->read(first, count, to);
+  }
+
+ private:
+  std::unique_ptr<ParticleSource> source_;
+};
+
+TEST_F(ExtractSource, RefusesBadRadiiAlikeInFramesOfAllSizes) {
+  for (Particles particles : {frame(), dam_particles(DamBreak(1000, 1))}) {
+    particles.radius.assign(particles.size(), 0.01f);
+    particles.radius[5] = -1;
+    EXPECT_THROW(extract(device_, particles, small_camera()), InvalidArgument);
+    EXPECT_THROW(extract(device_, *source_of(particles), small_camera()), InvalidArgument);
+    EXPECT_THROW(extract(device_, OwnSource(particles), small_camera()), InputError);
+  }
+}
+
+TEST_F(ExtractSource, NamesTheLeastMemory) {
+  const auto source = source_of(frame());
+  try {
+    extract(device_, *source, small_camera(), {}, nullptr, 1000);
+    FAIL();
+  } catch (const InvalidArgument& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("--memory is 1000 bytes, must be at least"));
+  }
+}
+
+// The error of the thinned surface, along its normal, in pixels: representatives are 3.4 pixels
+// apart, and docs/performance.md has a median of .1 pixels at 1.5 and at .7 pixels a spacing.
+TEST_F(ExtractSource, ThinningKeepsTheSurface) {
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface surface = extract(device_, frame(), small_camera(), parameters);
+  std::vector<double> errors;
+  int found = 0, open = 0;
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) {
+    const Vec3 p = surface.position[s];
+    if (surface.kind[s] != Kind::surface || p.x < 0.1f || p.x > 1 || p.z < 0.1f || p.z > 1.3f)
+      continue;
+    const double h = dam().height(p.x, p.z), e = 1e-4;
+    const double slope =
+        std::hypot((dam().height(p.x + e, p.z) - h) / e, (dam().height(p.x, p.z + e) - h) / e);
+    const double pixel = 5 * 2 * std::tan(0.2793) / 240;  // world units, 5 units before the eye
+    errors.push_back(std::abs(p.y - h) / std::sqrt(1 + slope * slope) / pixel);
+    ++found;
+  }
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) open += surface.kind[s] == Kind::none;
+  ASSERT_GT(found, 1000);
+  EXPECT_LT(open, 70000);
+  std::nth_element(errors.begin(), errors.begin() + found / 2, errors.end());
+  EXPECT_LT(errors[static_cast<std::size_t>(found / 2)], 0.2);
+  std::nth_element(errors.begin(), errors.begin() + found * 95 / 100, errors.end());
+  EXPECT_LT(errors[static_cast<std::size_t>(found * 95 / 100)], 0.8);
+}
+
+// A representative has the mean velocity of what it stands for, which it lies no farther from than
+// half of the representatives' spacing S; a pixel's is a mean over representatives within 2 S. What
+// turns is linear, so that this is the velocity of a place within 2.5 S: ten pixels, 4 apart each.
+// Sums are of steps of 2^-20 S per second.
+TEST_F(ExtractSource, ThinningKeepsTheMotion) {
+  Parameters parameters;
+  parameters.method = Method::stable;
+  const Surface surface = extract(device_, frame(), small_camera(), parameters);
+  ASSERT_GT(count_of(surface, "representatives"), 1000);
+  const double pixel = 6.2 * 2 * std::tan(0.2793) / 240;  // at the tank's far end
+  const auto expect = [&](const Vec3& velocity, const Vec3& at) {
+    EXPECT_LT(length(Vec3d(velocity) - moves_at(Vec3d(at))), 10 * pixel * length(kSpin));
+  };
+  int covered = 0;
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) {
+    if (surface.kind[s] == Kind::none) continue;
+    ++covered;
+    expect(surface.velocity[s], surface.position[s]);
+  }
+  EXPECT_GT(covered, 10000);
+  for (std::size_t k = 0; k < surface.mesh.position.size(); ++k)
+    expect(surface.mesh.velocity[k], surface.mesh.position[k]);
+}
+
+// An attribute takes the way of velocities, in sums of its own: scaled to its largest value in
+// steps of 2^-36 of it, so that the two differ by the rounding of floats and of the velocities'
+// steps.
+TEST_F(ExtractSource, ThinningCarriesAttributesAsVelocities) {
+  Particles particles = frame();
+  particles.attributes = {{"vy", particles.vy}, {"tiny", particles.vx}};
+  for (float& value : particles.attributes[1].values) value *= 0x1p-60f;
+  Parameters parameters;
+  parameters.method = Method::stable;
+  const Surface surface = extract(device_, particles, small_camera(), parameters);
+  ASSERT_GT(count_of(surface, "representatives"), 1000);
+  ASSERT_EQ(surface.attributes.size(), 2u);
+  float most = 0;
+  for (const Vec3& v : surface.velocity) most = std::max({most, std::abs(v.x), std::abs(v.y)});
+  ASSERT_GT(most, 0);
+  const float step = most * 1e-5f;
+  for (std::size_t s = 0; s < surface.depth.size(); ++s) {
+    ASSERT_NEAR(surface.attributes[0].values[s], surface.velocity[s].y, step);
+    ASSERT_NEAR(surface.attributes[1].values[s] * 0x1p60f, surface.velocity[s].x, step);
+  }
+  for (std::size_t k = 0; k < surface.mesh.position.size(); ++k)
+    ASSERT_NEAR(surface.mesh.attributes[0].values[k], surface.mesh.velocity[k].y, step);
+}
+
+TEST_F(ExtractSource, ReportsVelocitiesThatAreNoneOfWhatIsSeen) {
+  Particles particles = frame();
+  for (std::size_t i = 0; i < particles.size(); i += 2) particles.vy[i] = NAN;
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface surface = extract(device_, particles, small_camera(), parameters);
+  ASSERT_EQ(surface.warnings.size(), 1u);
+  EXPECT_THAT(surface.warnings[0],
+              testing::AllOf(testing::HasSubstr("particles near what is seen have NaN, infinite or "
+                                                "absurd velocities (the first is particle "),
+                             testing::HasSubstr("left out")));
+  for (const Vec3& v : surface.velocity)
+    EXPECT_TRUE(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z));
+  parameters.strict = true;
+  EXPECT_THROW(extract(device_, particles, small_camera(), parameters), InputError);
+  parameters.motion = false;
+  EXPECT_TRUE(extract(device_, particles, small_camera(), parameters).velocity.empty());
+}
+
+// A lone particle far from the rest shows as one pixel, nearer than a particle's size can.
+TEST_F(ExtractSource, LosesNoLoneParticle) {
+  Particles particles = frame();
+  const Vec3 lone{1.5f, 1.1f, 0.75f};
+  particles.x.push_back(lone.x);
+  particles.y.push_back(lone.y);
+  particles.z.push_back(lone.z);
+  particles.vx.push_back(0);
+  particles.vy.push_back(7);
+  particles.vz.push_back(0);
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface without = extract(device_, frame(), small_camera(), parameters);
+  const Surface with = extract(device_, particles, small_camera(), parameters);
+  int more = 0;
+  for (std::size_t s = 0; s < with.depth.size(); ++s) {
+    if (with.kind[s] != Kind::splash || without.kind[s] == Kind::splash) continue;
+    // The particle moves the bounds, and with them which particles stand for others: where blend
+    // and field share a sample by halves, its kind may change. The lone particle lies 1.4 before
+    // all else.
+    if (std::abs(with.depth[s] - without.depth[s]) < 0.1f) continue;
+    ++more;
+    const double apart = std::hypot(with.position[s].x - lone.x, with.position[s].y - lone.y,
+                                    with.position[s].z - lone.z);
+    EXPECT_LT(apart, 0.02);  // a pixel and a particle: .012 and .009
+    EXPECT_NEAR(with.velocity[s].y, 7, 1e-5);
+  }
+  EXPECT_GE(more, 1);
+  EXPECT_LE(more, 4);
+}
+
+// A small dam, and a corner of a box on either side, not so far that it is a stray.
+Particles dam_in_a_box() {
+  Particles particles = dam_particles(DamBreak(20000, 1));
+  for (const float corner : {-20.0f, 20.0f}) {
+    particles.x.push_back(corner);
+    particles.y.push_back(corner);
+    particles.z.push_back(corner);
+    particles.vx.push_back(corner);
+    particles.vy.push_back(0);
+    particles.vz.push_back(0);
+  }
+  return particles;
+}
+
+// The same with so many more, out of view, that it streams.
+Particles streaming(Particles particles) {
+  std::mt19937 random(4);
+  while (static_cast<std::int64_t>(particles.size()) < kStreamed) {
+    particles.x.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    particles.y.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    particles.z.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    particles.vx.push_back(5);
+    particles.vy.push_back(NAN);
+    particles.vz.push_back(5);
+  }
+  return particles;
+}
+
+// What is not thinned is what a smaller frame of the same particles gives: far ones, out of view,
+// make a frame large and change nothing.
+TEST_F(ExtractSource, WithoutThinningNothingChanges) {
+  const Particles particles = dam_in_a_box(), large = streaming(particles);
+  const Camera camera = small_camera();
+  for (const Method method : {Method::fit, Method::ssm, Method::paper}) {
+    Parameters parameters;
+    parameters.method = method;
+    const Surface expected = extract(device_, particles, camera, parameters);
+    Surface found = extract(device_, large, camera, parameters);
+    EXPECT_EQ(count_of(found, "particles"), kStreamed);
+    for (auto& [name, count] : found.counts)
+      if (name == "particles") count = static_cast<std::int64_t>(particles.size());
+    EXPECT_TRUE(same(expected, found)) << to_string(method);
+  }
+}
+
+// A solver that has failed leaves many particles in one place: they show one drop.
+TEST_F(ExtractSource, ACrowdIsADropInFramesOfAnySize) {
+  const auto with_crowd = [](std::size_t count) {
+    Particles particles = dam_in_a_box();
+    for (std::size_t k = 0; k < count; ++k) {
+      particles.x.push_back(1.5f);
+      particles.y.push_back(1);
+      particles.z.push_back(0.75f);
+      particles.vx.push_back(3);
+      particles.vy.push_back(2);
+      particles.vz.push_back(1);
+    }
+    return particles;
+  };
+  const Camera camera = small_camera();
+  const Surface one = extract(device_, with_crowd(1), camera);
+  EXPECT_THAT(one.warnings, testing::IsEmpty());
+  const auto expect_one = [&](Surface many) {
+    EXPECT_THAT(many.warnings,
+                testing::Contains(testing::HasSubstr("up to 1000 particles crowd into a cube")));
+    many.counts = one.counts;
+    EXPECT_TRUE(same(one, many));
+  };
+  expect_one(extract(device_, with_crowd(1000), camera));
+  expect_one(extract(device_, streaming(with_crowd(1000)), camera));
+}
+
+TEST_F(ExtractSource, ACrowdDoesNotTouchTheEstimatedRadius) {
+  Particles particles = dam_in_a_box();
+  particles.particle_radius = 0;
+  std::vector<std::string> warnings;
+  const double alone = choose_radius(*source_of(particles), {}, warnings);
+  for (std::vector<float>* values :
+       {&particles.x, &particles.y, &particles.z, &particles.vx, &particles.vy, &particles.vz})
+    values->resize(50000, values->front());
+  EXPECT_EQ(choose_radius(*source_of(particles), {}, warnings), alone);
+}
+
+TEST_F(ExtractSource, ReportsBadParticlesOnceAndRefusesThemWhenStrict) {
+  Particles particles = frame();
+  particles.x[17] = NAN;
+  particles.y[400] = INFINITY;
+  Parameters parameters;
+  parameters.mesh = false;
+  const Surface surface = extract(device_, particles, small_camera(), parameters);
+  EXPECT_THAT(surface.warnings,
+              testing::ElementsAre("2 of 300000 particles have NaN or infinite coordinates (the "
+                                   "first is particle 17) and were dropped"));
+  parameters.strict = true;
+  EXPECT_THROW(extract(device_, particles, small_camera(), parameters), InputError);
+}
+
+TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
+  Parameters parameters;
+  const Camera away = look_at({5, 2.2, 3.4}, {10, 3, 9}, {0, 1, 0}, 32, 64, 48);
+  const Surface surface = extract(device_, frame(), away, parameters);
+  EXPECT_EQ(count_of(surface, "in view"), 0);
+  EXPECT_THAT(surface.warnings,
+              testing::ElementsAre("no particle is in view: the surface is empty"));
+}
+
+TEST(FrameSource, FramesWhatItsParticlesWould) {
+  const Camera a = frame_particles(frame(), 320, 240);
+  const Camera b = frame_particles(OwnSource(frame()), 320, 240);
+  EXPECT_EQ(a.view, b.view);
+  EXPECT_EQ(a.projection, b.projection);
+}
+
+}  // namespace
+}  // namespace meniscus

@@ -1,0 +1,199 @@
+// What is left of particles that crowd, and what is said of them.
+#include "prepare/crowds.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <set>
+
+namespace meniscus {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+using Point = std::array<float, 3>;
+
+class Crowds : public testing::Test {
+ protected:
+  static constexpr double kRadius = 0.5;  // cubes have side 1
+
+  float between(double least, double most) {
+    return static_cast<float>(std::uniform_real_distribution(least, most)(random_));
+  }
+
+  /// Points of a cube `side` wide with a corner at (at, 0, 0).
+  void add_crowd(int count, double at, double side) {
+    for (int k = 0; k < count; ++k)
+      add({between(at, at + side), between(0, side), between(0, side)});
+  }
+
+  /// A block of fluid, particles `spacing` apart.
+  void add_block(int side, double spacing) {
+    for (int k = 0; k < side * side * side; ++k) {
+      const auto along = [&](int number) {
+        return static_cast<float>(spacing * (number % side)) + between(-.2, .2) * float(spacing);
+      };
+      add({along(k) - 100, along(k / side), along(k / side / side)});
+    }
+  }
+
+  void add(const Point& point) { points_.push_back(point); }
+
+  /// The points that are left, of points in canonical order.
+  std::vector<Point> left() {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (std::isfinite(points_[i][0])) order.push_back(i);
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return points_[a] < points_[b]; });
+    Particles p;
+    for (const auto& [x, y, z] : points_) {
+      p.x.push_back(x);
+      p.y.push_back(y);
+      p.z.push_back(z);
+    }
+    warnings_.clear();
+    std::vector<Point> points;
+    for (const std::size_t i : without_crowds(p, order, kRadius, warnings_))
+      points.push_back(points_[i]);
+    return points;
+  }
+
+  std::mt19937 random_{3};
+  std::vector<Point> points_;
+  std::vector<std::string> warnings_;
+};
+
+TEST_F(Crowds, LeaveFluidAlone) {
+  add_block(12, 1);
+  add_crowd(16, 5, 1);
+  for (int k = 0; k < 15; ++k) add({9.5f, 9.5f, 9.5f});
+  for (int k = 1; k <= 50; ++k)
+    add({1e30f, -1e20f * static_cast<float>(k), 1e25f});  // an explosion
+  std::vector<Point> all = points_;
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(left(), all);
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+TEST_F(Crowds, OfOnePositionAreOneParticle) {
+  for (int k = 0; k < 5000; ++k) add({k % 2 ? 0.0f : -0.0f, 0.25f, 0.75f});
+  add({0.5f, 0.5f, 0.5f});
+  EXPECT_THAT(left(), ElementsAre(Point{0, 0.25f, 0.75f}, Point{0.5f, 0.5f, 0.5f}));
+  EXPECT_THAT(warnings_, ElementsAre("up to 5001 particles crowd into a cube of one particle "
+                                     "spacing, 1: 4999 of 5001 were dropped"));
+}
+
+// The last at one position in canonical order: the largest.
+TEST_F(Crowds, KeepTheLastOfAPosition) {
+  Particles p;
+  p.x = p.y = p.z = std::vector<float>(20, 0.5f);
+  std::vector<std::size_t> order(20);
+  std::iota(order.rbegin(), order.rend(), 0);
+  EXPECT_THAT(without_crowds(p, order, kRadius, warnings_), ElementsAre(0));
+}
+
+TEST_F(Crowds, LeaveFourOfACube) {
+  add_block(12, 1);
+  const std::vector<Point> block = points_;
+  add_crowd(17, 5, 1);
+  add_crowd(3000, 10, 2);  // in eight cubes
+  const std::vector<Point> some = left();
+  EXPECT_EQ(some.size(), block.size() + 9 * 4);
+  EXPECT_TRUE(std::is_sorted(some.begin(), some.end()));
+  const std::set<Point> all(points_.begin(), points_.end()), kept(some.begin(), some.end());
+  EXPECT_EQ(kept.size(), some.size());
+  EXPECT_TRUE(std::includes(all.begin(), all.end(), kept.begin(), kept.end()));
+  for (const Point& point : block) EXPECT_TRUE(kept.count(point));
+  ASSERT_EQ(warnings_.size(), 1u);
+  EXPECT_THAT(warnings_[0], testing::HasSubstr(": 2981 of 4745 were dropped"));
+  for (int round = 0; round < 3; ++round) {
+    std::shuffle(points_.begin(), points_.end(), random_);
+    EXPECT_EQ(left(), some);
+  }
+}
+
+TEST_F(Crowds, TellThatTheRadiusIsWrong) {
+  add_block(16, 0.5);
+  EXPECT_EQ(left().size(), points_.size());
+  EXPECT_THAT(warnings_,
+              ElementsAre(testing::ContainsRegex(
+                  "^the particles lie about 2(\\.[01])? times as close together as their radius, "
+                  "0.5, says, which is half the spacing \\(check --particle-radius\\)$")));
+  points_.clear();
+  add_block(20, 0.2);
+  EXPECT_LT(left().size(), 1000u);
+  EXPECT_THAT(warnings_,
+              ElementsAre(testing::ContainsRegex("lie about 5(\\.1)? times as close together"),
+                          testing::ContainsRegex("crowd into .* of 8000 were dropped$")));
+}
+
+TEST_F(Crowds, TellHowWrongTheRadiusIs) {
+  add_block(16, 0.025);
+  left();
+  EXPECT_THAT(warnings_,
+              testing::Contains(testing::ContainsRegex("about 4[01] times as close together")));
+  for (Point& point : points_)
+    for (float& x : point) x /= 100;
+  left();
+  EXPECT_THAT(warnings_, testing::Contains(
+                             testing::ContainsRegex("about (39|40|41)[0-9][0-9] times as close")));
+}
+
+// Half the true radius: loose balls.
+TEST_F(Crowds, TellThatTheRadiusIsTooSmall) {
+  add_block(16, 2);
+  EXPECT_EQ(left().size(), points_.size());
+  EXPECT_THAT(warnings_, ElementsAre(testing::ContainsRegex(
+                             "about (2|1.9|2.1) times as far apart as their radius, 0.5, .*loose "
+                             "balls.*\\(check --particle-radius; (0.9|1)[0-9.]* would fit\\)")));
+  points_.clear();
+  for (int k = 0; k < 4000; ++k)  // rain
+    add({between(0, 40), between(0, 40), between(0, 40)});
+  left();
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+// A radius up to twice too large: what it says depends neither on particles without a place nor on
+// a crowd elsewhere.
+TEST_F(Crowds, LeaveWhatIsSaidOfTheRadius) {
+  std::set<std::size_t> said;
+  for (const double spacing : {0.5, 0.55, 0.6, 0.65, 0.7, 0.8}) {
+    const auto telling = [&] {
+      left();
+      return std::count_if(warnings_.begin(), warnings_.end(), [](const std::string& warning) {
+        return warning.find("check --particle-radius") != std::string::npos;
+      });
+    };
+    points_.clear();
+    add_block(12, spacing);
+    const auto alone = telling();
+    add_crowd(17, 50, 0.1);
+    EXPECT_EQ(telling(), alone) << spacing;
+    points_.resize(points_.size() - 17);
+    for (int k = 0; k < 20; ++k) points_.push_back({NAN, 0, 0});
+    EXPECT_EQ(telling(), alone) << spacing;
+    said.insert(static_cast<std::size_t>(alone));
+  }
+  EXPECT_EQ(said.size(), 2u);
+}
+
+// A drop of an emitter's first frame.
+TEST_F(Crowds, OfFewTellNothingOfTheRadius) {
+  add_crowd(12, 0, 1);
+  left();
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+TEST_F(Crowds, HaveNothingToSayOfNothing) {
+  EXPECT_THAT(left(), IsEmpty());
+  EXPECT_THAT(warnings_, IsEmpty());
+}
+
+}  // namespace
+}  // namespace meniscus

@@ -1,0 +1,73 @@
+// The estimated particle radius against particles whose spacing is known.
+#include "prepare/radius_estimate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+namespace meniscus {
+namespace {
+
+constexpr double kSpacing = 0.05;
+
+// A lattice of a fluid that has been shaken: every particle up to a fifth of the spacing from its
+// place, in a block of so many particles along each axis.
+Particles shaken(int nx, int ny, int nz) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shift(-0.2, 0.2);
+  Particles p;
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {
+        p.x.push_back(static_cast<float>(kSpacing * (i + shift(random))));
+        p.y.push_back(static_cast<float>(kSpacing * (j + shift(random))));
+        p.z.push_back(static_cast<float>(kSpacing * (k + shift(random))));
+      }
+  return p;
+}
+
+RadiusEstimate estimate(const Particles& p) {
+  std::vector<std::size_t> order(p.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  return estimate_radius(p, order);
+}
+
+TEST(RadiusEstimate, OfABlockIsHalfTheSpacingToAFewPercent) {
+  const RadiusEstimate found = estimate(shaken(20, 20, 20));
+  EXPECT_NEAR(found.radius, kSpacing / 2, 0.03 * kSpacing / 2);
+  EXPECT_LT(found.most, 1.1 * found.least);  // and says that it is sure
+  EXPECT_TRUE(found.is_dense);
+}
+
+// A jet of four by four particles: wider spheres reach beyond it, and hold too few.
+TEST(RadiusEstimate, OfAJetSaysThatItIsUnsure) {
+  const RadiusEstimate found = estimate(shaken(4, 4, 400));
+  EXPECT_NEAR(found.radius, kSpacing / 2, 0.1 * kSpacing / 2);
+  EXPECT_GT(found.most, 1.1 * found.least);
+  EXPECT_LE(found.least, found.radius);
+  EXPECT_GE(found.most, found.radius);
+}
+
+// Rain has no spacing: half its particles would be nearer than any fluid's.
+TEST(RadiusEstimate, OfRainTellsNoFluid) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> place(0, 1);
+  Particles p;
+  for (int k = 0; k < 4000; ++k) {
+    p.x.push_back(place(random));
+    p.y.push_back(place(random));
+    p.z.push_back(place(random));
+  }
+  EXPECT_FALSE(estimate(p).is_dense);
+}
+
+TEST(RadiusEstimate, OfOnePlaceIsNone) {
+  Particles p;
+  p.x = p.y = p.z = std::vector<float>(5, 1.0f);
+  EXPECT_EQ(estimate(p).radius, 0);
+}
+
+}  // namespace
+}  // namespace meniscus

@@ -1,0 +1,144 @@
+// What `meniscus bench` says of the kernels.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "program/cli/program.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+using ProgramBenchKernels = Program;
+
+std::vector<std::string> tiny(std::vector<std::string> more) {
+  std::vector<std::string> words{"bench",    "--particles", "500",           "--size", "64x48",
+                                 "--kernel", "project",     "--repetitions", "2"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+TEST_F(ProgramBenchKernels, HelpFitsATerminalAndNamesEveryOption) {
+  const Outcome outcome = run({"bench", "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  std::istringstream lines(outcome.out);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
+  for (const char* option : {"--device", "--kernel", "--particles", "--size", "--threads",
+                             "--repetitions", "--json", "--html", "--compare", "--quiet"})
+    EXPECT_THAT(outcome.out, HasSubstr(option));
+}
+
+TEST_F(ProgramBenchKernels, WritesTableJsonAndPage) {
+  const Outcome outcome = run(tiny({"--json", "new.json", "--html", "new.html"}));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("project_particles"));
+  EXPECT_THAT(outcome.out, HasSubstr("At the roofline"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("differences")));
+  EXPECT_THAT(outcome.err, HasSubstr("measuring  project_particles, 500 particles"));
+  EXPECT_THAT(read("new.html"), HasSubstr("project_particles"));
+  const auto json = nlohmann::json::parse(read("new.json"));
+  const auto& sessions = json.at("sessions");
+  ASSERT_FALSE(sessions.empty());
+  // A CPU with several cores is measured on one, too, by a second process.
+  if (sessions[0].at("kind") == "CPU" && sessions[0].at("compute_units") > 1) {
+    ASSERT_EQ(sessions.size(), 2u);
+    EXPECT_EQ(sessions[1].at("threads"), 1);
+    EXPECT_EQ(sessions[1].at("results").size(), sessions[0].at("results").size());
+  }
+  for (const auto& session : sessions)
+    for (const auto& result : session.at("results")) {
+      EXPECT_EQ(result.at("kernel"), "project_particles");
+      EXPECT_EQ(result.at("particles"), 500);
+      EXPECT_EQ(result.at("width"), 64);
+      EXPECT_GE(result.at("ms").size(), 2u);
+      EXPECT_FALSE(result.contains("note")) << result.at("note");
+    }
+  EXPECT_THAT(files(), testing::ElementsAre("new.html", "new.json"));
+}
+
+TEST_F(ProgramBenchKernels, JsonGoesToStandardOutputAlone) {
+  const Outcome outcome = run(tiny({"--json", "-", "-q", "--threads", "1"}));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, IsEmpty());
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json.at("sessions").size(), 1u);
+  EXPECT_THAT(files(), IsEmpty());
+}
+
+TEST_F(ProgramBenchKernels, ComparesWithAnEarlierRun) {
+  ASSERT_EQ(run(tiny({"-q", "--threads", "1", "--json", "old.json"})).exit_code, 0);
+  // The same again, but as if the device had been a thousand times as fast, without noise. What the
+  // native version took spreads so far that it has not moved.
+  auto json = nlohmann::json::parse(read("old.json"));
+  const auto compared = [&] {
+    write("old.json", json.dump());
+    const Outcome outcome =
+        run(tiny({"-q", "--threads", "1", "--compare", "old.json", "--html", "page.html"}));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(read("page.html"), HasSubstr("<h2>Comparison"));
+    return outcome.out;
+  };
+  auto& results = json["sessions"][0]["results"];
+  ASSERT_EQ(results.size(), 2u);
+  for (auto& result : results) {
+    const double best = result["best_ms"];
+    if (result["variant"] == "native")
+      result["ms"] = {best, 1000 * best, 1000 * best, 1000 * best};
+    else
+      for (auto& ms : result["ms"]) ms = 1e-3 * best;
+  }
+  std::string out = compared();
+  EXPECT_THAT(out, HasSubstr("slower"));
+  EXPECT_THAT(out, HasSubstr("1 of 2 differences are news"));
+  // Where the native version has moved as far, the machine has.
+  for (auto& result : results)
+    for (auto& ms : result["ms"]) ms = 1e-3 * result["best_ms"].get<double>();
+  out = compared();
+  EXPECT_THAT(out, HasSubstr("undecided"));
+  EXPECT_THAT(out, HasSubstr("0 of 2 differences are news"));
+}
+
+TEST_F(ProgramBenchKernels, KernelsAreAListToo) {
+  const Outcome outcome =
+      run({"bench", "-q", "--threads", "1", "--particles", "500", "--size", "64x48",
+           "--repetitions", "2", "--json", "-", "--kernel", "project_particles,depth_normals"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::set<std::string> kernels;
+  const auto json = nlohmann::json::parse(outcome.out);
+  for (const auto& result : json["sessions"][0]["results"]) kernels.insert(result["kernel"]);
+  EXPECT_THAT(kernels, testing::ElementsAre("depth_normals", "project_particles"));
+}
+
+TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
+  expect_error(run({"bench", "--kernel", "polish"}), 2,
+               {"--kernel is polish", "project_particles"});
+  expect_error(run({"bench", "--kernel", "project,polish"}), 2, {"--kernel is polish"});
+  expect_error(run({"bench", "--particles", "100,many"}), 2, {"--particles is many"});
+  expect_error(run({"bench", "--particles", "5"}), 2, {"--particles is 5"});
+  expect_error(run({"bench", "--particles", ""}), 2, {"--particles"});
+  expect_error(run({"bench", "--size", "64"}), 2, {"--size is 64", "WIDTHxHEIGHT"});
+  expect_error(run({"bench", "--kernel", "project", "frame"}), 2, {"--kernel", "frame"});
+  expect_error(run({"bench", "--repetitions", "0"}), 2, {"--repetitions"});
+  expect_error(run({"bench", "--threads", "0"}), 2, {"--threads"});
+  expect_error(run({"bench", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
+  expect_error(run({"bench", "extra"}), 2, {"extra"});
+}
+
+TEST_F(ProgramBenchKernels, FilesThatCannotBeUsedAreNamedBeforeAnythingIsMeasured) {
+  expect_error(run(tiny({"--compare", "missing.json"})), 1, {"missing.json"});
+  write("wrong.json", "{}");
+  expect_error(run(tiny({"--compare", "wrong.json", "--json", "./wrong.json"})), 2,
+               {"output ./wrong.json: is the input"});
+  expect_error(run(tiny({"--compare", "wrong.json"})), 1, {"wrong.json", "meniscus bench --json"});
+  expect_error(run(tiny({"--json", "nowhere/new.json"})), 1, {"nowhere/new.json"});
+  expect_error(run(tiny({"--html", "nowhere/new.html"})), 1, {"nowhere/new.html"});
+  expect_error(run(tiny({"--device", "no such device"})), 1, {"no such device"});
+  EXPECT_THAT(files(), testing::ElementsAre("wrong.json"));
+}
+
+}  // namespace
+}  // namespace meniscus::test
