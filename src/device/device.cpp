@@ -321,6 +321,19 @@ std::size_t Device::State::padded(std::size_t bytes) const {
   return (bytes + 63) / 64 * 64 + kPadding;
 }
 
+std::size_t Device::State::part_bytes(std::size_t bytes) {
+  // A multiple of what any device asks for where a part begins.
+  return (bytes + kPadding - 1) / kPadding * kPadding + kPadding;
+}
+
+Memory Device::State::part_of(const Memory& whole, std::size_t origin, std::size_t bytes) {
+  try {
+    return MemoryPool::part_of(whole, origin, part_bytes(bytes));
+  } catch (const cl::Error& error) {
+    fail("taking a part of a buffer", error);
+  }
+}
+
 HostMemory Device::State::host_bytes(std::size_t bytes) {
   const std::size_t size = padded(bytes);
   try {

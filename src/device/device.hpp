@@ -190,6 +190,11 @@ struct Device::State {
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;  // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes, bool zeroed = false);
+  /// What a buffer of so many bytes takes as a part of another, padding among it: parts lie one
+  /// behind the other (together.hpp).
+  static std::size_t part_bytes(std::size_t bytes);
+  /// A part of a buffer as one of its own; `origin` is a sum of part_bytes().
+  Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes);
   /// Whether the device reads and writes the host's memory where it lies.
   bool is_in_place() const { return !staging; }
   /// Memory for the host to write, for done_bytes().
@@ -280,6 +285,14 @@ template <class T>
 Buffer<T> filled(Device& device, std::size_t size, const T& value) {
   static_assert(sizeof(T) == 1 || sizeof(T) == 4, "fill patterns are one or four bytes");
   return {device.state().filled_bytes(&value, sizeof(T), size * sizeof(T)), size};
+}
+
+/// Gives every value of a buffer.
+template <class T>
+void fill(Device& device, const Buffer<T>& buffer, const T& value) {
+  static_assert(sizeof(T) == 1 || sizeof(T) == 4, "fill patterns are one or four bytes");
+  if (buffer.size > 0)
+    device.state().fill_bytes(buffer.memory, &value, sizeof(T), buffer.size * sizeof(T));
 }
 
 /// Values that the host writes, all of them, for a buffer that done() makes of them: in place where

@@ -1,6 +1,7 @@
 #include "stages/density.hpp"
 
 #include "device/kernels.hpp"
+#include "device/together.hpp"
 
 namespace meniscus {
 namespace {
@@ -20,10 +21,10 @@ Range range_of_blocks(std::size_t n, int width) {
 }
 
 DeviceCells upload_cells(Device& device, const Cells& cells) {
-  return {upload(device, cells.x),   upload(device, cells.y),
-          upload(device, cells.z),   filled(device, cells.x.size(), 1.0f),
-          upload(device, cells.tag), upload(device, cells.start),
-          cells.inverse_cell,        cells.mask};
+  const auto [x, y, z, tag, start] =
+      upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
+  return {x,         y, z, filled(device, cells.x.size(), 1.0f), tag, start, cells.inverse_cell,
+          cells.mask};
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
@@ -33,9 +34,9 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   const Cells sorted = make_cells(points, 1 / cells.inverse_cell);
   const auto density = allocate<float>(device, n);
   const int width = device.state().wide_width();
-  launch(device, kernels::measure_density, width, items_for(n, width), upload(device, sorted.x),
-         upload(device, sorted.y), upload(device, sorted.z), density, cells.x, cells.y, cells.z,
-         cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+  const auto [x, y, z] = upload_together(device, sorted.x, sorted.y, sorted.z);
+  launch(device, kernels::measure_density, width, items_for(n, width), x, y, z, density, cells.x,
+         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
          static_cast<cl_int>(n));
   const std::vector<float> found = download(device, density);
   std::vector<float> result(n);

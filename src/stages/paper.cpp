@@ -233,8 +233,8 @@ SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion
                              const GroupRecords& records, const BlendParams& params,
                              const PaperParams& paper) {
   const SampleGrid& grid = region.grid;
-  SurfaceBuffers surface = empty_surface(device, grid);
-  surface.normal = filled<float>(device, 3 * grid.size(), 0.0f);  // still unknown
+  const SurfaceBuffers surface = empty_surface(device, grid);
+  fill(device, surface.normal, 0.0f);  // still unknown
   const TileLists tiles = list_tiles(view, records, grid);
   cl_float4 w_row{};
   for (std::size_t k = 0; k < 4; ++k) w_row.s[k] = static_cast<float>(view.w_row[k]);

@@ -64,19 +64,18 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const Buffer<float> narrow = place_models(device, surface, parts, false, count, params);
   const Buffer<float> wide = place_models(device, surface, parts, true, count, params);
   const cl_float2 sheets{{static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)}};
-  std::vector<Buffer<float>> rows;
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
-    rows.push_back(allocate<float>(device, 3 * lanes.residual.size));
     launch(device, kernels::measure_evidence, device.state().wide_width(),
            range_of_lanes(device, lanes), surface.place, narrow, wide, part.particle,
-           part.neighbour, part.first, part.length, rows.back(),
+           part.neighbour, part.first, part.length, lanes.rows,
            static_cast<cl_int>(lanes.residual.size), surface.nobody, kEvidenceReach, sheets);
   }
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   evidence.normal = normals_of(device, surface.turned, place);
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    const HostView row(device, rows[p]), residual(device, parts[p].residual);
+    const ViewTogether found(device, parts[p].found);
+    const float *const residual = found.data<1>(), *const row = found.data<2>();
     const std::vector<std::int32_t>& fit = parts[p].part->lists.fit;
     for (std::size_t l = 0; l < fit.size(); ++l) {
       if (fit[l] < 0) continue;
@@ -103,11 +102,9 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
   for (const std::int32_t i : seen.index)
     position.push_back(projected.eye(static_cast<std::size_t>(i)));
   const Cells near = make_cells(position, kNear.reach);
-  const auto distances = average_in_cells(device, near, evidence.normal, evidence.share,
-                                          {evidence.one, evidence.two}, kNear);
-  const std::vector<float> bend =  // of one value: the second is not needed
-      average_in_cells(device, near, evidence.normal, evidence.share,
-                       {evidence.bend, evidence.bend}, kNear)[0];
+  const auto means = average_in_cells(device, near, evidence.normal, evidence.share,
+                                      {evidence.one, evidence.two, evidence.bend}, kNear);
+  const std::vector<float>&one = means[0], &two = means[1], &bend = means[2];
 
   // Bent places alone have something to say, and to ask.
   std::vector<std::size_t> bent;
@@ -121,12 +118,12 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
     normal.push_back(evidence.normal[k]);
     gate.push_back(static_cast<float>(bends));
     share.push_back(evidence.share[k] * gate.back());
-    score.push_back(static_cast<float>(2 * logarithm(distances[1][k] + kNoise) -
-                                       4 * logarithm(distances[0][k] + kNoise) +
+    score.push_back(static_cast<float>(2 * logarithm(two[k] + kNoise) -
+                                       4 * logarithm(one[k] + kNoise) +
                                        logarithm(bend[k] + kNoise)));
   }
   const std::vector<float> mean =
-      average_on_sheets(device, at, normal, share, {score, score}, kFar)[0];
+      average_in_cells(device, make_cells(at, kFar.reach), normal, share, {score}, kFar)[0];
   std::vector<float> roundness(count, 0.0f);
   for (std::size_t b = 0; b < bent.size(); ++b)
     roundness[bent[b]] = gate[b] * static_cast<float>(smooth_step(kRoundFrom, kRoundTo, mean[b]));
