@@ -201,26 +201,14 @@ kernel void count_finite_depths(global const float* depth,  // [samples]
   occupied[block_of(i0, j0, samples.x)] = number;
 }
 
-// What a front must be deeper than. TILE_ITEMS work-items per tile.
-kernel void ask_behind(global const int* sample,    // [tiles][256] see list_samples.cl
-                       global const int* count,     // [tiles]
-                       global const float* behind,  // [samples] finite where listed
-                       global float* least,         // [samples] out where listed; +infinity before
-                       const float gap) {           // particle radii
-  const int tile = get_global_id(0) / TILE_ITEMS;
-  for (int place = get_global_id(0) % TILE_ITEMS; place < count[tile]; place += TILE_ITEMS) {
-    const int s = sample[tile * TILE_SAMPLES + place];
-    least[s] = behind[s] + gap;
-  }
-}
-
-// The nearest front deeper than `least`.
+// The nearest front deeper than `behind` + gap.
 kernel void lower_discs_behind(global const float* disc, global const int* box,
                                global const float* key, global const float* bound,
-                               global const float* least,  // [samples] of ask_behind
+                               global const float* behind,  // [samples] +infinity: nothing is asked
                                global uint* depth,         // [samples] +infinity before
                                const int n, const int stride, const int bins_x,
-                               const int2 samples, const float2 grid) {
+                               const int2 samples, const float2 grid,
+                               const float gap) {  // particle radii
   const Share share = share_of(box, key, n, stride);
   if (share.p < 0) return;
   const float8 d = vload8(share.p, disc);
@@ -228,7 +216,8 @@ kernel void lower_discs_behind(global const float* disc, global const int* box,
     const int s = j * samples.x + i;
     const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
     lower(depth, s, front,
-          inside_share(share, i) & (front > LOADF(least + s)) & (front < DEPTHS_AT(depth, s)));
+          inside_share(share, i) & (front > LOADF(behind + s) + gap) &
+              (front < DEPTHS_AT(depth, s)));
   }
 }
 

@@ -26,9 +26,8 @@ Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const Sampl
   if (draws_by_minima(device)) {
     const auto depth = filled<float>(device, grid.size(), kNoSurface);
     if (discs.discs.outlines.count == 0) return depth;
-    const Buffer<float> least = ask_behind(device, samples, behind, gap);
     draw_minima(device, kernels::lower_discs_behind, discs.discs.records, discs.discs.outlines,
-                discs.bound, grid, std::tie(least, depth));
+                discs.bound, grid, std::tie(behind, depth), static_cast<cl_float>(gap));
     return depth;
   }
   const auto depth = allocate<float>(device, grid.size());

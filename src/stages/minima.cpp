@@ -19,13 +19,4 @@ void count_finite(Device& device, const SampleGrid& grid, const Buffer<float>& d
          occupied, cl_int2{{grid.nx, grid.ny}});
 }
 
-Buffer<float> ask_behind(Device& device, const SampleLists& samples, const Buffer<float>& behind,
-                         double gap) {
-  const auto least = filled<float>(device, samples.grid.size(), kNoSurface);
-  const int width = device.state().vector_width;
-  launch(device, kernels::ask_behind, width, range_of(samples, width), samples.sample,
-         samples.count, behind, least, static_cast<cl_float>(gap));
-  return least;
-}
-
 }  // namespace meniscus

@@ -58,8 +58,4 @@ void count_owners(Device& device, const Buffer<cl_int>& owner, const Buffer<cl_i
 void count_finite(Device& device, const SampleGrid& grid, const Buffer<float>& depth,
                   const OccupiedBlocks& occupied);
 
-/// behind + gap at the listed samples, kNoSurface at all others. Does not wait.
-Buffer<float> ask_behind(Device& device, const SampleLists& samples, const Buffer<float>& behind,
-                         double gap);
-
 }  // namespace meniscus

@@ -4,6 +4,7 @@
 
 #include "stages/behind.hpp"
 #include "stages/interpolate.hpp"
+#include "stages/minima.hpp"
 #include "stages/region.hpp"
 #include "stages/settle.hpp"
 #include "stages/silhouettes.hpp"
@@ -42,16 +43,16 @@ void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<flo
                  canvas.surface, canvas.open, s.params.region, false);
 }
 
-void show_splash(const Canvas& canvas, const SampleLists& lists) {
+void show_splash(const Canvas& canvas, const SampleLists& lists, const Buffer<float>* open) {
   const Sampler& s = canvas.of;
-  draw_splash(s.device, s.view, lists, s.levelled, canvas.splash, canvas.surface, s.params.region);
+  canvas.clock.start("splash");
+  draw_splash(s.device, s.view, lists, s.levelled, canvas.splash, canvas.surface, s.params.region,
+              open);
 }
 
 void show_front(const Canvas& canvas, const LayerSamples& wanted) {
   show_layer(canvas, wanted.surface, canvas.fronts.depth);
-  canvas.clock.start("splash");
-  show_splash(canvas, keep_samples(canvas.of.device, wanted.splash, canvas.splash.from,
-                                   canvas.surface.depth, canvas.open));
+  show_splash(canvas, wanted.splash, &canvas.open);
 }
 
 // Samples between which others are interpolated: at most 4/3 particle radii apart, or two samples.
@@ -91,7 +92,11 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
   SampleLists lists = gaps;
   for (int layer = 0; layer < kBehind; ++layer) {
     canvas.clock.start("behind");
-    if (layer > 0) lists = keep_samples(s.device, lists, open, depth);
+    // By minima all open samples are asked for, which alone can have a reference.
+    if (draws_by_minima(s.device))
+      lists = gaps;
+    else if (layer > 0)
+      lists = keep_samples(s.device, lists, open, depth);
     const Buffer<float> reference = splat_behind(s.device, discs, lists, open, kLayerGap);
     lists = keep_samples(s.device, lists, reference, depth);
     show_layer(canvas, lists, reference);
@@ -99,8 +104,7 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
   canvas.clock.start("settle");
   settle_samples(s.device, s.view, gaps, s.cells, s.levelled, canvas.triangles, canvas.fronts.depth,
                  canvas.surface, open, s.params.region, true);
-  canvas.clock.start("splash");
-  show_splash(canvas, keep_samples(s.device, gaps, canvas.splash.from, depth));
+  show_splash(canvas, gaps, nullptr);
 }
 
 }  // namespace

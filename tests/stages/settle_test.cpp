@@ -461,16 +461,15 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   const auto reference = upload(device_, before.reference);
   const SampleLists lists = list_samples(device_, grid_, reference);
   const auto behind = allocate<float>(device_, n_);
-  const auto follow = filled<float>(device_, n_, kNoSurface);
+  const auto left = allocate<cl_int>(device_, lists.sample.size);
   const cl_float4 limits{{static_cast<float>(kParams.contour_density),
                           static_cast<float>(kParams.blob_density), 3, 2}};
   launch(device_, kernels::settle_samples, 1, range_of(lists, 1), lists.sample, lists.count,
-         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
+         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, left,
          cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
          cells_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step, kernel_rays(view_),
          limits, cl_int{0});
-  const SampleLists rest = keep_samples(device_, lists, follow);
-  launch(device_, kernels::follow_field, 1, range_of(rest, 1), rest.sample, rest.count, reference,
+  launch(device_, kernels::follow_field, 1, range_of(lists, 1), left, lists.count, reference,
          samples.trust, samples.depth, samples.normal, samples.group, samples.kind, behind,
          cells_.x, cells_.y, cells_.z, cells_.tag, cells_.start, cells_.inverse_cell, cells_.mask,
          cells_.weight, levelled_.weight, cl_int2{{kWidth, kHeight}}, grid_.first, grid_.step,
