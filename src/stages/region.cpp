@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "device/fill_together.hpp"
 #include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
@@ -33,13 +34,14 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
   launch(device, kernels::outline_triangles, 1, {n}, corners.done(), records, outlines.box,
          outlines.key, outlines.count, outlines.stride, samples, grid.first, grid.step,
          perspective);
-  const auto no_bound = filled<float>(device, bins_of(grid).size(), kNoSurface);
   if (draws_by_minima(device)) {
-    const auto depth = filled<float>(device, grid.size(), kNoSurface);
+    const auto [depth, no_bound] =
+        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
     draw_minima(device, kernels::lower_triangles, records, outlines, no_bound, grid,
                 std::tie(depth), perspective, asked);
     return depth;
   }
+  const auto no_bound = filled<float>(device, bins_of(grid).size(), kNoSurface);
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   draw_bins(device, outlines, no_bound, grid, [&](const BinLists& lists) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/exact_math.hpp"
+#include "device/fill_together.hpp"
 #include "device/kernels.hpp"
 #include "stages/sheet.hpp"
 
@@ -23,11 +24,10 @@ constexpr double kNoise = 0.002;
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
 constexpr double kRoundFrom = 2.4, kRoundTo = 2.9;
 
-// Fits each particle once and puts the fits where their particles are.
-Buffer<float> place_models(Device& device, const FitSurface& surface, std::vector<FitLanes>& parts,
-                           bool wide, std::size_t fits, const FitParams& params) {
-  const auto model =
-      filled<float>(device, kModel * (static_cast<std::size_t>(surface.nobody) + 1), 0.0f);
+// Fits each particle once and puts the fits where their particles are: in `model`, which is zero.
+void place_models(Device& device, const FitSurface& surface, std::vector<FitLanes>& parts,
+                  bool wide, std::size_t fits, const FitParams& params,
+                  const Buffer<float>& model) {
   const std::vector<float> rho(fits, static_cast<float>(kTrialReach)),
       roundness(fits, wide ? 1.0f : 0.0f);
   for (FitLanes& lanes : parts) {
@@ -43,7 +43,6 @@ Buffer<float> place_models(Device& device, const FitSurface& surface, std::vecto
            static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{wide ? 0 : 1},
            kEdgeReach);
   }
-  return model;
 }
 
 }  // namespace
@@ -61,8 +60,10 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const FitSurface surface = upload_surface(device, projected, around);
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts) parts.emplace_back(device, part);
-  const Buffer<float> narrow = place_models(device, surface, parts, false, count, params);
-  const Buffer<float> wide = place_models(device, surface, parts, true, count, params);
+  const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
+  const auto [narrow, wide] = filled_together<2>(device, 0.0f, {values, values});
+  place_models(device, surface, parts, false, count, params, narrow);
+  place_models(device, surface, parts, true, count, params, wide);
   const cl_float2 sheets{{static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)}};
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;

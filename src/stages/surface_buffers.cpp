@@ -6,6 +6,16 @@
 
 namespace meniscus {
 
+namespace {
+
+template <class T>
+bool same_memory(const Buffer<T>& a, const Buffer<T>& b) {
+  const cl::Buffer &one = a.memory, &other = b.memory;
+  return one() == other();
+}
+
+}  // namespace
+
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
   const std::size_t n = grid.size();
   const Together<float, float, cl_uchar> shown(device, {n, 3 * n, n});
@@ -24,8 +34,10 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
   std::optional<HostView<cl_uchar>> only_kind;
   const float *depth = nullptr, *normal = nullptr;
   const cl_uchar* kind = nullptr;
-  if (surface.shown.whole.size > 0) {
-    all.emplace(device, surface.shown);
+  const auto& shown = surface.shown;
+  if (shown.whole.size > 0 && same_memory(surface.depth, shown.part<0>()) &&
+      same_memory(surface.normal, shown.part<1>()) && same_memory(surface.kind, shown.part<2>())) {
+    all.emplace(device, shown);
     depth = all->data<0>(), normal = all->data<1>(), kind = all->data<2>();
   } else {
     depth = only_depth.emplace(device, surface.depth).data();

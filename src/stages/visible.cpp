@@ -11,6 +11,7 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
+#include "device/fill_together.hpp"
 #include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
@@ -177,7 +178,11 @@ Fronts splat_fronts(Device& device, const SplatParticles& particles, const Sampl
       outline_discs(device, particles, grid,
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
   if (draws_by_minima(device)) {
-    maps.depth = lower_discs(device, discs, no_bound(device, grid), grid);
+    const auto [depth, bound] =
+        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+    maps.depth = depth;
+    draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
+                std::tie(maps.depth));
     count_finite(device, grid, maps.depth, maps.occupied);
     return maps;
   }
@@ -194,10 +199,12 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
                 no_blocks(device, grid)};
   const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
   if (draws_by_minima(device)) {
-    extent.from = filled<float>(device, grid.size(), kNoSurface);
+    const auto [from, bound] =
+        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+    extent.from = from;
     extent.to = filled<float>(device, grid.size(), 0.0f);
-    draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines,
-                no_bound(device, grid), grid, std::tie(extent.from, extent.to));
+    draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines, bound, grid,
+                std::tie(extent.from, extent.to));
     count_finite(device, grid, extent.from, extent.occupied);
     return extent;
   }
