@@ -447,7 +447,7 @@ def run(arguments):
     todo, number = [], {}
     for mutant in make_mutants(arguments.seed, arguments.file):
         number[mutant.file] = number.get(mutant.file, 0) + 1
-        if mutant.key() not in done:
+        if mutant.key() not in done and not 0 < arguments.first < number[mutant.file]:
             todo.append((number[mutant.file], mutant.file, mutant))
     # Files in the order of --file; without it in turn, so that each is begun.
     place = {file: k for k, file in enumerate(arguments.file)}
@@ -553,6 +553,8 @@ def main():
         if name == "run":
             command.add_argument("--build", default="build/release")
             command.add_argument("--jobs", type=int, default=1)
+            command.add_argument("--first", type=int, default=0,
+                                 help="run the first so many of each file alone (default: all)")
             command.add_argument("--quick", action="store_true",
                                  help="ask references and tests only where verify notices nothing")
     arguments = parser.parse_args()
