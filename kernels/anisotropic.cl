@@ -3,6 +3,8 @@
 // Departures: a kernel is stretched at most 1.25 times as much as a full neighbourhood's, so that a
 // hash grid finds all kernels
 // that reach a point; the authors' k_s is one over the variance of a full neighbourhood times ours.
+//
+// uses: cells.cl
 
 // A hash grid over points (cells.hpp); positions in bucket order.
 typedef struct {
@@ -184,9 +186,11 @@ inline float4 field_at(const Grid grid, global const float* kernels, const int n
             // d spline / dq / q, times G (G (x - c))
             const float8 slope = select(-0.75f * r * r / q, -3.0f + 2.25f * q, core);
             const float8 g = select((float8)(0.0f), scale * slope, counts);
-            gx += g * (xx * vx + xy * vy + xz * vz);
-            gy += g * (xy * vx + yy * vy + yz * vz);
-            gz += g * (xz * vx + yz * vy + zz * vz);
+            // Lanes that do not count may be anything, and a product with zero is not always zero.
+            const float8 none = (float8)(0.0f);
+            gx += select(none, g * (xx * vx + xy * vy + xz * vz), counts);
+            gy += select(none, g * (xy * vx + yy * vy + yz * vz), counts);
+            gz += select(none, g * (xz * vx + yz * vy + zz * vz), counts);
           }
         }
       }

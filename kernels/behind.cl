@@ -1,5 +1,7 @@
 // behind.cl: the nearest front that lies behind what a layer has shown, at the samples that show
 // nothing yet (samples.cl). Particles are those of visible.cl, as outline_discs leaves them.
+//
+// uses: samples.cl
 
 // Minus the least depth that a front in a bin must exceed, so that a disc whose deepest front is not
 // below it is left out; -INFINITY where no front is asked for. One work-item per tile.

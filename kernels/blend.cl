@@ -8,6 +8,8 @@
 // (docs/method.md).
 //
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
+//
+// uses: samples.cl hits.cl
 
 // Fits of a list that are met before any is weighed: whether a fit that is met counts is a branch that
 // nobody foresees, in front of a root and a division. A work-item with one ray has no room for them.

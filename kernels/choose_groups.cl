@@ -1,4 +1,6 @@
 // choose_groups.cl: which fits interpolated samples show (interpolate.cl).
+//
+// uses: hits.cl
 
 // Samples that choose_groups takes together, and how many of the lattice's lie among and around them
 // at most: those from two apart.

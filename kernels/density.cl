@@ -1,5 +1,7 @@
 // density.cl: measures the density field (field.cl), which decides where the surface ends
 // (paper 2.4.1).
+//
+// uses: field.cl
 
 // The density at points of the surface, in the order of cells. One work-item per WIDTH points; the
 // arrays are padded.

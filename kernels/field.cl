@@ -11,6 +11,8 @@
 //
 // Whatever the way, a sum takes its particles in one order: by cell (z, then y, then x), then by
 // place. So every way and every WIDTH gives the same bits.
+//
+// uses: cells.cl
 
 #define NORM 0.318309886f  // 1 / pi
 #define SUPPORT 4.0f       // particle radii; no cell has a smaller side

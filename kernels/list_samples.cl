@@ -9,7 +9,7 @@ inline int row_of(const int k) { return column_of(k >> 1); }
 kernel void list_samples(global const float* wanted,  // [samples]
                          global const int* occupied,  // [blocks] 0: not finite in a block, not read
                          global int* sample,          // [tiles][256] out
-                         global int* count,           // [tiles] out
+                         global int* count,           // [2][tiles] out, see samples.cl
                          global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
                                                       // listed, else as before
                          const int2 samples, const int2 tiles, const int every) {
@@ -43,6 +43,7 @@ kernel void list_samples(global const float* wanted,  // [samples]
     if (used > before) listed[block_of(i1, j1, samples.x)] = 1;
   }
   count[tile] = used;
+  count[tiles.x * tiles.y + tile] = 0;
 }
 
 // Those of a tile's `side` x `side` cells from cell (a, b) on whose bits from `shift` on say so. A cell
@@ -89,6 +90,7 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
   splash_count[tile] = any_splash ? list_wanted(wanted, splash_sample + tile * TILE_SAMPLES, listed,
                                                 samples, stride, every, side, a, b, 3)
                                   : 0;
+  count[tiles.x * tiles.y + tile] = splash_count[tiles.x * tiles.y + tile] = 0;
 }
 
 // Those of a list where `nearer` is less than `depth`, and so where `unwanted` is not finite, or where
@@ -109,7 +111,7 @@ kernel void keep_samples(global const int* sample, global const int* count,
                          global const float* depth,     // [samples], read unless FINITE
                          global const float* unwanted,  // [samples], read where NEARER_UNLESS
                          global int* kept,              // [tiles][256] out
-                         global int* kept_count,        // [tiles] out
+                         global int* kept_count,        // [2][tiles] out
                          const int tiles, const int where) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;
@@ -130,4 +132,5 @@ kernel void keep_samples(global const int* sample, global const int* count,
       if (keep[m]) kept[used++] = at[m];
   }
   kept_count[tile] = used;
+  kept_count[tiles + tile] = 0;
 }

@@ -118,14 +118,15 @@ inline floatv in_front(const floatv depth) {
   return SELECT(depth, (floatv)(1e-6f), depth < 1e-6f);
 }
 
-// A work-item's share of a disc. Maps that are 0 are left alone; where `least` is 0, all fronts count.
+// A work-item's share of a disc. Maps that are 0 are left alone; where `behind` is 0, all fronts count.
 inline void draw_share(global const float* disc,   // [stride][8] of outline_discs
                        global const int* box,      // [4][stride] see bins.cl
                        global const float* key,    // [stride]
                        global const float* bound,  // [bins] none with a larger key is drawn
                        const int n, const int stride, const int bins_x, const int2 samples,
                        const float2 grid,          // first sample and step, pixels
-                       global const float* least,  // [samples] fronts that are not deeper do not count
+                       global const float* behind,  // [samples] only fronts deeper than this + gap
+                       const float gap,             // particle radii
                        global uint* from,          // [samples] lowered by fronts
                        global uint* to,            // [samples] raised by backs
                        global const float* depth,  // [samples] whose front is this owns the sample:
@@ -138,7 +139,7 @@ inline void draw_share(global const float* disc,   // [stride][8] of outline_dis
     const floatv half_depth = half_depth_at(d, i, j, grid), back = d.s0 + half_depth;
     const floatv front = in_front(d.s0 - half_depth);
     intv inside = inside_share(share, i);
-    if (least) inside &= front > LOADF(least + s);
+    if (behind) inside &= front > LOADF(behind + s) + gap;
     if (from) lower(from, s, front, inside);
     if (to) move_to(RAISE, to, s, back, inside & (back > FAR_AT(to, s)));
     if (owner) own(owner, s, share.p, inside & (front == LOADF(depth + s)));
@@ -152,7 +153,7 @@ kernel void lower_discs(global const float* disc, global const int* box, global 
                                              // before
                         const int n, const int stride, const int bins_x, const int2 samples,
                         const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, depth, 0, 0, 0);
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, depth, 0, 0, 0);
 }
 
 // The same and the farthest back.
@@ -162,7 +163,7 @@ kernel void lower_and_raise_discs(global const float* disc, global const int* bo
                                   global uint* to,    // [samples] 0 before
                                   const int n, const int stride, const int bins_x,
                                   const int2 samples, const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, from, to, 0, 0);
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, from, to, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
@@ -172,17 +173,18 @@ kernel void own_discs(global const float* disc, global const int* box, global co
                       global int* owner,          // [samples] INT_MAX before
                       const int n, const int stride, const int bins_x, const int2 samples,
                       const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, 0, depth, owner);
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, 0, 0, depth, owner);
 }
 
-// The nearest front deeper than `least`.
+// The nearest front deeper than `behind` + gap.
 kernel void lower_discs_behind(global const float* disc, global const int* box,
                                global const float* key, global const float* bound,
-                               global const float* least,  // [samples] of ask_behind
-                               global uint* depth,         // [samples] +infinity before
+                               global const float* behind,  // [samples] +infinity: nothing is asked
+                               global uint* depth,          // [samples] +infinity before
                                const int n, const int stride, const int bins_x,
-                               const int2 samples, const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, least, depth, 0, 0, 0);
+                               const int2 samples, const float2 grid,
+                               const float gap) {  // particle radii
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, behind, gap, depth, 0, 0, 0);
 }
 
 // How many samples each disc owns. One work-item per RUN samples, which often have one owner.
@@ -212,19 +214,6 @@ kernel void count_finite_depths(global const float* depth,  // [samples]
   for (int j = j0; j < min(j0 + BIN, samples.y); ++j)
     for (int i = i0; i < min(i0 + BIN, samples.x); ++i) number += depth[j * samples.x + i] < INFINITY;
   occupied[block_of(i0, j0, samples.x)] = number;
-}
-
-// What a front must be deeper than. TILE_ITEMS work-items per tile.
-kernel void ask_behind(global const int* sample,    // [tiles][256] see list_samples.cl
-                       global const int* count,     // [tiles]
-                       global const float* behind,  // [samples] finite where listed
-                       global float* least,         // [samples] out where listed; +infinity before
-                       const float gap) {           // particle radii
-  const int tile = get_global_id(0) / TILE_ITEMS;
-  for (int place = get_global_id(0) % TILE_ITEMS; place < count[tile]; place += TILE_ITEMS) {
-    const int s = sample[tile * TILE_SAMPLES + place];
-    least[s] = behind[s] + gap;
-  }
 }
 
 // Where rays enter a sphere; NaN beside it. As draw_spheres of spheres.cl works it out.

@@ -9,6 +9,8 @@
 // A work-item takes COUNT points that lie close together, so that one search serves them. A sum
 // takes its particles in one order: by cell (z, then y, then x), then by place. What is out of reach
 // has no weight, so that it does not matter who else is looked at: every WIDTH gives the same bits.
+//
+// uses: cells.cl
 
 #define SUPPORT 4.0f  // particle radii; the side of a cell is at least that
 #define FAR 3.0f      // particle radii

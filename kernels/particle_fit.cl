@@ -6,6 +6,8 @@
 // name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
 // batch. Particles are records of four values: x, y, z (particle radii), u; and the unit normal.
 // Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
+//
+// uses: fit.cl
 
 #define BATCH 16  // lanes
 // Neighbours whose weights are computed before any is added: a weight takes long, one step after

@@ -4,6 +4,8 @@
 // Each particle has two trial fits: a narrow one, of the neighbours whose normals are similar, and a
 // wide one, which goes around bends. Where two sheets really meet, the wide fits miss the particles and
 // the narrow ones, in two sheets, do not; on a drop or a rim both follow.
+//
+// uses: particle_fit.cl
 
 #define MODEL 4  // float4 a particle: c0-c3; c4-c7; c8, c9, weight; normal
 

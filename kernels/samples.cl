@@ -2,7 +2,9 @@
 // a work-group have work that lies close together on the screen.
 //
 // A tile is 16 x 16 samples. Its list has room for all of them, in Morton order: neighbours in the
-// list form small blocks on the screen.
+// list form small blocks on the screen. Behind the counts of the tiles' samples there are those of a
+// second list, of the samples that whoever works on the first leaves to another kernel; who makes the
+// first list sets them to 0.
 
 // WIDTH places of a list, as a work-item takes them.
 typedef struct {
@@ -54,6 +56,27 @@ inline int load_lanes(const int tile, const int place,
   const floatv u = first + step * TO_FLOATV(at - row * nx), v = first + step * TO_FLOATV(row);
   lanes->rays = rays_at(rays, u, v);
   return 1;
+}
+
+inline int tiles_of(const int2 samples) {
+  return (samples.x + TILE - 1) / TILE * ((samples.y + TILE - 1) / TILE);
+}
+
+// Adds samples to a tile's second list, where wanted. Where one item goes through the tile, `used` are
+// there so far, and their order stays; else items come in any order. Returns how many are there.
+inline int leave_samples(const int* at, const intv wanted, const int used, global int* list,
+                         global int* left) {
+  int next = used;
+#if TILE_ITEMS == 1
+  if (!ANY(wanted)) return next;
+  int want[WIDTH];
+  STOREI(wanted, want);
+  for (int k = 0; k < WIDTH; ++k)
+    if (want[k]) list[next++] = at[k];
+#else
+  if (wanted) list[atomic_inc(left)] = at[0];
+#endif
+  return next;
 }
 
 // Stores depths and normals at the samples where wanted.

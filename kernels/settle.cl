@@ -1,6 +1,8 @@
 // settle.cl: what each sample of a layer shows, the blend or the density field's level (paper 2.4.1
 // and, for the splash, the end of 3: particles too few for a fit are rendered directly).
 // A work-item takes TAKES samples of a tile's list (samples.cl) at a time.
+//
+// uses: field.cl samples.cl
 
 // Rays are followed in windows of this depth, so that one search serves several steps.
 #define WINDOW 8.0f  // particle radii
@@ -226,17 +228,16 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
 
 // Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
 // behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
-// again (its reference), and infinity elsewhere; `follow` is finite where the field is followed.
+// again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed.
 inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
-                   global float* depth, global float* behind, global float* follow,
-                   const Cells cells, global const float* weight, Around* around) {
+                   global float* depth, global float* behind, const Cells cells,
+                   global const float* weight, Around* around) {
   const floatv nowhere = (floatv)(INFINITY);
   intv gone = v.gone;
   if (ANY(v.doubted))
     gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
   scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed);
-  scatter_float(SELECT(nowhere, v.t0, v.mixed), follow, at, listed);
 }
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
@@ -304,15 +305,16 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   scatter_float(t0, behind, at, gone);
 }
 
+// Leaves the samples where the field is to be followed to follow_field.
 kernel void settle_samples(
     global const int* sample,       // [tiles][256] of samples.cl
-    global const int* count,        // [tiles]
+    global int* count,              // [2][tiles]; of those that are left, out
     global const float* triangle,   // [samples] depth of kept triangles
     global const float* reference,  // [samples] reference depth
     global const float* trust,      // [samples] of the blend (blend.cl)
     global float* depth,            // [samples] in and out
     global float* behind,           // [samples] out
-    global float* follow,           // [samples] out
+    global int* selected,           // [tiles][256] out, those that are left
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
     global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
     const uint mask, global const float* weight, const int2 samples, const float first,
@@ -323,11 +325,13 @@ kernel void settle_samples(
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   Lanes lanes[VECTORS];
   Around around;
+  const int tile = tile_of_group();
+  global int* left = count + tiles_of(samples) + tile;
+  int used = 0;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(tile_of_group(), place, sample, count, samples.x, first, step, rays, lanes,
-                  &around);
-    if (!vectors) return;
+        load_work(tile, place, sample, count, samples.x, first, step, rays, lanes, &around);
+    if (!vectors) break;
     Verdict verdict[VECTORS];
     for (int v = 0; v < vectors; ++v) {
       verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, trust, depth, limits,
@@ -335,14 +339,22 @@ kernel void settle_samples(
       around.wanted[v] = verdict[v].doubted;
       ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
-    for (int v = 0; v < vectors; ++v)
-      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, depth, behind, follow, cells,
-             weight, &around);
+    for (int v = 0; v < vectors; ++v) {
+      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, depth, behind, cells, weight,
+             &around);
+      used = leave_samples(lanes[v].at, verdict[v].mixed, used, selected + tile * TILE_SAMPLES,
+                           left);
+    }
   }
+#if TILE_ITEMS == 1
+  *left = used;
+#endif
 }
 
 kernel void follow_field(
-    global const int* sample, global const int* count, global const float* reference,
+    global const int* selected,  // [tiles][256] that settle_samples has left
+    global const int* count,     // [2][tiles]
+    global const float* reference,
     global const float* trust,  // [samples] of the blend (blend.cl)
     global float* depth,        // [samples] in and out
     global float* normal,       // [3][samples] in and out
@@ -360,8 +372,8 @@ kernel void follow_field(
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors =
-        load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
-                  &around);
+        load_work(dealt_tile(), place, selected, count + tiles_of(samples), samples.x, first, step,
+                  rays, lanes, &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
@@ -380,7 +392,7 @@ kernel void follow_field(
 kernel void settle_points(
     global const float* triangle, global const float* reference, global float* trust,
     global float* depth, global float* normal, global int* group, global uchar* kind,
-    global float* behind, global float* to_follow,
+    global float* behind,
     global const float* points,  // [2][n] u, v, pixels
     global const float* cell_x, global const float* cell_y, global const float* cell_z,
     global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
@@ -394,8 +406,8 @@ kernel void settle_points(
   around.vectors = 1;
   around.count = -1;  // nothing to share: every point searches for itself
   const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, limits, 0);
-  settle(verdict, &p, 1, r, depth, behind, to_follow, cells, weight, &around);
-  if (to_follow[p] < INFINITY)
+  settle(verdict, &p, 1, r, depth, behind, cells, weight, &around);
+  if (verdict.mixed)
     follow(&p, 1, n, r, reference, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, limits, beyond, &around);
 }
@@ -416,7 +428,10 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
                         global const uint* cell_tag, global const int* cell_start,
                         const float inverse_cell, const uint mask,
                         const int2 samples, const float first, const float step,
-                        const float16 rays, const float level) {
+                        const float16 rays, const float level,
+                        global const float* open,  // [samples], read unless over_gaps
+                        const int over_gaps) {     // 0: samples that are open stay (WIDTH 1; others
+                                                   // are not listed)
   const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
   Lanes lanes[VECTORS];
   Around around;
@@ -425,6 +440,10 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
         load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
                   &around);
     if (!vectors) return;
+#if WIDTH == 1
+    if (!over_gaps)
+      for (int v = 0; v < vectors; ++v) lanes[v].used &= !(open[lanes[v].at[0]] < INFINITY);
+#endif
     for (int v = 0; v < vectors; ++v) {
       const floatv start = gather_float(from, lanes[v].at);
       const floatv end = smaller(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));

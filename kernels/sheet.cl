@@ -1,4 +1,6 @@
 // sheet.cl: means over the fits of the same sheet around each fit (docs/method.md, fit and trust).
+//
+// uses: cells.cl
 
 // Fits by cells.
 typedef struct {

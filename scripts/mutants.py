@@ -96,13 +96,17 @@ def nodes_of(file, code):
 
 
 def programs():
-    """The files that are built together, from the host's sources."""
-    found = set()
-    for source in [*ROOT.glob("src/**/*.cpp"), *ROOT.glob("benchmarks/**/*.cpp")]:
-        found.update(re.findall(r'"(\w+\.cl(?: \w+\.cl)*)"', source.read_text()))
-    known = {path.name for path in ROOT.glob("kernels/*.cl")}
-    return [["prelude.cl", *files.split()] for files in sorted(found)
-            if files != "prelude.cl" and known.issuperset(files.split())]
+    """The files that are built together: each with those that its line "// uses:" names, and what
+    these use."""
+    texts = {path.name: path.read_text() for path in sorted(ROOT.glob("kernels/*.cl"))}
+
+    def with_used(name):
+        line = re.search(r"^// uses: (.*)$", texts[name], re.M)
+        files = [used for one in (line[1].split() if line else []) for used in with_used(one)]
+        return list(dict.fromkeys([*files, name]))
+
+    return [["prelude.cl", *with_used(name)] for name, text in texts.items()
+            if re.search(r"\bkernel\s+void\b", text)]
 
 
 def kernels_reached(nodes_by_file):

@@ -19,6 +19,11 @@ Case frame_case(Frame& frame, const char* kernel) {
   return result;
 }
 
+std::size_t tiles_of(const Frame& frame) {
+  return static_cast<std::size_t>((frame.view.width + kTile - 1) / kTile) *
+         static_cast<std::size_t>((frame.view.height + kTile - 1) / kTile);
+}
+
 // A native version goes through all launches in a frame; `work` takes tiles [begin, end) of one.
 template <class Input>
 void add_native(Case& result, Frame& frame, const char* kernel,
@@ -26,8 +31,7 @@ void add_native(Case& result, Frame& frame, const char* kernel,
                 Input (*input_of)(Frame& frame, CapturedLaunch& launch),
                 void (*work)(const Input& input, std::size_t begin, std::size_t end)) {
   result.next_frame_ms = [&frame, kernel] { return frame.next_frame_ms(Method::fit, kernel); };
-  const std::size_t tiles = static_cast<std::size_t>((frame.view.width + kTile - 1) / kTile) *
-                            static_cast<std::size_t>((frame.view.height + kTile - 1) / kTile);
+  const std::size_t tiles = tiles_of(frame);
   add_native(result,
              capture_launches(frame.device, kernel, written,
                               [&] { frame.make_frame(Method::fit, nullptr); }),
@@ -125,7 +129,8 @@ native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
           launch.read<float>(4),
           launch.write<float>(5),
           launch.write<float>(6),
-          launch.write<float>(7),
+          launch.write<std::int32_t>(7),
+          launch.write<std::int32_t>(1) + tiles_of(frame),
           cells_of(frame, launch, 8),
           launch.read<float>(15),
           limits.s[0],
@@ -135,7 +140,9 @@ native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
 
 native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
   const cl_float4 limits = launch.scalar<cl_float4>(22);
-  return {lists_of(frame, launch),
+  native::Lists lists = lists_of(frame, launch);
+  lists.count += tiles_of(frame);  // of the second list
+  return {lists,
           launch.read<float>(2),
           launch.read<float>(3),
           launch.write<float>(4),
@@ -196,10 +203,10 @@ Case prepare_blend(Frame& frame) {
 
 Case prepare_settle(Frame& frame) {
   Case result = frame_case(frame, "settle_samples");
-  // Triangle, reference, trust and depth read, one map written. What is computed depends on where
-  // the density decides, and is not counted.
+  // Triangle, reference, trust and depth read, one map written, and a list. What is computed
+  // depends on where the density decides, and is not counted.
   result.bytes = 20 * result.items;
-  add_native(result, frame, "settle_samples", {5, 6, 7}, settle_input, native::settle_samples);
+  add_native(result, frame, "settle_samples", {1, 5, 6, 7}, settle_input, native::settle_samples);
   return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include "device/building.hpp"
 #include "device/installation.hpp"
 #include "device/kernel_sources.hpp"
+#include "device/kernels.hpp"
 #include "device/opencl_error.hpp"
 #include "device/program_cache.hpp"
 #include "device/tuning.hpp"
@@ -35,9 +37,9 @@ constexpr std::size_t kPadding = 64 * 16;
 // From this many bytes on all processors of a CPU fill: PoCL's command is left to one.
 constexpr std::size_t kManyToFill = std::size_t{1} << 18;
 
-std::string_view text_of(const std::string& file) {
+const KernelSource& embedded(const std::string& file) {
   for (const KernelSource& source : kernel_sources())
-    if (source.file == file) return source.text;
+    if (source.file == file) return source;
   throw DeviceError(file + " is not among the embedded kernels");
 }
 
@@ -201,9 +203,9 @@ cl::Program& Device::State::program(const std::string& file, const std::string& 
 
 std::string Device::State::source_of(const std::string& file) const {
   std::string source;
-  std::istringstream parts("prelude.cl " + file);
+  std::istringstream parts("prelude.cl " + std::string(embedded(file).uses) + " " + file);
   for (std::string part; parts >> part;) {
-    const std::string text(text_of(part));
+    const std::string text(embedded(part).text);
     source += "\n#line 1 \"" + part + "\"\n" + (kernel_text ? kernel_text(part, text) : text);
   }
   return source;
@@ -221,8 +223,8 @@ void Device::State::tell_guard_over() {
   if (guard && (observer || guard->waits())) guard->ended();
 }
 
-cl::Kernel& Device::State::kernel(const std::string& file, const std::string& name,
-                                  const std::string& options) {
+BuiltKernel& Device::State::kernel(const std::string& file, const std::string& name,
+                                   const std::string& options) {
   const std::string program_key = file + " " + options;
   const std::string key = program_key + " " + name;
   if (const auto found = kernels.find(key); found != kernels.end()) return found->second;
@@ -231,15 +233,33 @@ cl::Kernel& Device::State::kernel(const std::string& file, const std::string& na
   tell_guard(name, "building");
   cl::Program& built = program(file, options);
   try {
-    cl::Kernel& made = kernels.emplace(key, cl::Kernel(built, name.c_str())).first->second;
+    BuiltKernel made{cl::Kernel(built, name.c_str()), file, name, options};
+    made.arguments = made.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
+    made.most_items = made.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle);
+    made.compiles = compiles_at_launch && new_programs_.contains(program_key);
     tell_guard_over();
-    if (compiles_at_launch && new_programs_.contains(program_key)) unlaunched_.insert(&made);
     building_ms_ += milliseconds_since(begin);
-    return made;
+    return kernels.emplace(key, std::move(made)).first->second;
   } catch (const cl::Error& error) {
     keep_context();
     fail("creating kernel " + name, error);
   }
+}
+
+BuiltKernel& Device::State::kernel(const char* file, const char* name, int number, int width) {
+  constexpr std::size_t kWidths = 5;  // powers of two up to 16
+  const std::size_t place =
+      kWidths * static_cast<std::size_t>(number) +
+      static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(width)));
+  if (place >= of_handles_.size()) of_handles_.resize(place + 1, nullptr);
+  if (!of_handles_[place]) of_handles_[place] = &kernel(file, name, width_option(width));
+  return *of_handles_[place];
+}
+
+void Device::State::forget_programs() {
+  of_handles_.clear();
+  kernels.clear();
+  programs.clear();
 }
 
 void Device::State::check_unmapped() {
@@ -258,21 +278,21 @@ Range Device::State::launched_range(const Range& wanted, std::size_t most) const
   return range;
 }
 
-void Device::State::enqueue(cl::Kernel& kernel, const std::string& name, const Range& wanted) {
+void Device::State::enqueue(BuiltKernel& kernel, const Range& wanted) {
   if (wanted.nx == 0 || wanted.ny == 0) return;
-  const bool builds = unlaunched_.erase(&kernel) > 0;
+  const std::string& name = kernel.name;
+  const bool builds = std::exchange(kernel.compiles, false);
   const auto begin = std::chrono::steady_clock::now();
   cl::Event event;
   try {
     check_unmapped();
-    const Range range =
-        launched_range(wanted, kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle));
+    const Range range = launched_range(wanted, kernel.most_items);
     const bool plane = range.ny > 1;
     const cl::NDRange global = plane ? cl::NDRange(range.nx, range.ny) : cl::NDRange(range.nx);
     const cl::NDRange local =
         plane ? cl::NDRange(range.group_x, range.group_y) : cl::NDRange(range.group_x);
     tell_guard(name, "running");
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, global, local, nullptr,
+    queue.enqueueNDRangeKernel(kernel.kernel, cl::NullRange, global, local, nullptr,
                                timed ? &event : nullptr);
     ++counts.launches;
     if (timed) events.emplace_back(name, std::move(event));
@@ -299,6 +319,19 @@ std::size_t Device::State::padded(std::size_t bytes) const {
                             info.name + "\" allows " + std::to_string(most_bytes()) +
                             " (use a smaller image or another --device)");
   return (bytes + 63) / 64 * 64 + kPadding;
+}
+
+std::size_t Device::State::part_bytes(std::size_t bytes) {
+  // A multiple of what any device asks for where a part begins.
+  return (bytes + kPadding - 1) / kPadding * kPadding + kPadding;
+}
+
+Memory Device::State::part_of(const Memory& whole, std::size_t origin, std::size_t bytes) {
+  try {
+    return MemoryPool::part_of(whole, origin, part_bytes(bytes));
+  } catch (const cl::Error& error) {
+    fail("taking a part of a buffer", error);
+  }
 }
 
 HostMemory Device::State::host_bytes(std::size_t bytes) {
@@ -408,12 +441,14 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
                   reinterpret_cast<char*>(&words) + k);
     const std::size_t number = bytes / sizeof words, whole = number * sizeof words;
     if (bytes >= kManyToFill) {
-      cl::Kernel& fill_words = kernel("fill.cl", "fill_words", "");
-      fill_words.setArg(0, buffer);
-      fill_words.setArg(1, words.s[0]);
-      fill_words.setArg(2, static_cast<cl_int>(number));
+      BuiltKernel& fill_words =
+          kernel(meniscus::kernels::fill_words.file, meniscus::kernels::fill_words.name,
+                 meniscus::kernels::fill_words.number, 1);
+      fill_words.kernel.setArg(0, buffer);
+      fill_words.kernel.setArg(1, words.s[0]);
+      fill_words.kernel.setArg(2, static_cast<cl_int>(number));
       counts.arguments += 3;
-      enqueue(fill_words, "fill_words", {number});
+      enqueue(fill_words, {number});
     } else if (whole > 0) {
       enqueue_fill(buffer, words, 0, whole);
     }

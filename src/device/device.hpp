@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "device/kernel_handle.hpp"
 #include "device/memory_pool.hpp"
 #include "device/staging.hpp"
 #include "device/tuning.hpp"
@@ -56,6 +57,15 @@ struct KernelLaunch {
   const std::string& options;  // as the stage gives them
   Range range;                 // as the stage asks for it
   std::vector<Argument> arguments;
+};
+
+/// A kernel that was built for a device, and what launches ask of it.
+struct BuiltKernel {
+  cl::Kernel kernel;
+  std::string file, name, options;
+  cl_uint arguments = 0;       // that it takes
+  std::size_t most_items = 1;  // of a work-group
+  bool compiles = false;       // when it is launched first
 };
 
 /// A launch that a guard does not allow.
@@ -104,8 +114,8 @@ class DeviceMemory {
   std::atomic<std::uint64_t> now_{0}, peak_{0};
 };
 
-/// What a device was asked for so far. Each command costs the host its time, on a GPU more than most
-/// kernels take; each wait leaves the device idle until the host has gone on.
+/// What a device was asked for so far. Each command costs the host its time, on a GPU more than
+/// most kernels take; each wait leaves the device idle until the host has gone on.
 struct CommandCounts {
   std::int64_t launches = 0;   // kernels enqueued
   std::int64_t arguments = 0;  // arguments given to kernels
@@ -138,7 +148,7 @@ struct Device::State {
   std::unique_ptr<Staging> staging;  // of devices with memory of their own
 
   std::map<std::string, cl::Program> programs;            // by file and options
-  std::map<std::string, cl::Kernel> kernels;              // by file, kernel and options
+  std::map<std::string, BuiltKernel> kernels;             // by file, kernel and options
   bool timed = true;                                      // whether launches leave events
   std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
   Keeps keeps = Keeps::nothing;
@@ -146,8 +156,8 @@ struct Device::State {
   bool compiles_at_launch = false;
   /// Is called before a program is built that no cache has, with how many there were, this one too.
   std::function<void(int programs)> on_building;
-  std::string stage;           // named in error messages
-  CommandCounts counts;        // since the device was opened
+  std::string stage;                                       // named in error messages
+  CommandCounts counts;                                    // since the device was opened
   std::function<void(const std::string& stage)> on_stage;  // called as each begins
   LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
   LaunchGuard* guard = nullptr;
@@ -159,13 +169,17 @@ struct Device::State {
   State& operator=(const State&) = delete;
   ~State();
 
-  /// The program of these files, built unless it was before.
+  /// The program of this file and those that it uses, built unless it was before.
   cl::Program& program(const std::string& file, const std::string& options);
   /// Whether a cache on disk has the program, or a note of it.
   bool is_kept(const std::string& file, const std::string& options) const;
-  cl::Kernel& kernel(const std::string& file, const std::string& name, const std::string& options);
-  void enqueue(cl::Kernel& kernel, const std::string& name, const Range& range);
-  /// What `file` is built from: the prelude, the files that it names, and `#line` between them.
+  BuiltKernel& kernel(const std::string& file, const std::string& name, const std::string& options);
+  /// The same of a handle, `number` being its own: found without looking for names.
+  BuiltKernel& kernel(const char* file, const char* name, int number, int width);
+  /// From now on no program is built.
+  void forget_programs();
+  void enqueue(BuiltKernel& kernel, const Range& range);
+  /// What `file` is built from: the prelude, the files that it uses, and `#line` between them.
   std::string source_of(const std::string& file) const;
   /// All that the compiler is given where a stage gives `options`.
   std::string build_options(const std::string& options) const;
@@ -174,8 +188,13 @@ struct Device::State {
   Range launched_range(const Range& wanted, std::size_t most) const;
   /// What kernels take that keep vectors of 16 floats busy, where the device has them.
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
-  std::size_t most_bytes() const;                                 // that allocate_bytes can give
+  std::size_t most_bytes() const;  // that allocate_bytes can give
   Memory allocate_bytes(std::size_t bytes, bool zeroed = false);
+  /// What a buffer of so many bytes takes as a part of another, padding among it: parts lie one
+  /// behind the other (together.hpp).
+  static std::size_t part_bytes(std::size_t bytes);
+  /// A part of a buffer as one of its own; `origin` is a sum of part_bytes().
+  Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes);
   /// Whether the device reads and writes the host's memory where it lies.
   bool is_in_place() const { return !staging; }
   /// Memory for the host to write, for done_bytes().
@@ -231,9 +250,9 @@ struct Device::State {
   bool context_is_kept_ = false;
 
   double building_ms_ = 0;
-  int anew_ = 0;                            // programs that no cache had
-  std::set<std::string> new_programs_;      // of these, the keys in `programs`
-  std::set<const cl::Kernel*> unlaunched_;  // their kernels that were not launched yet
+  int anew_ = 0;                          // programs that no cache had
+  std::set<std::string> new_programs_;    // of these, the keys in `programs`
+  std::vector<BuiltKernel*> of_handles_;  // in `kernels`, by a handle's number and width
 
   cl::CommandQueue other_queue_;  // the timed one where launches are not timed, and the reverse
 
@@ -266,6 +285,14 @@ template <class T>
 Buffer<T> filled(Device& device, std::size_t size, const T& value) {
   static_assert(sizeof(T) == 1 || sizeof(T) == 4, "fill patterns are one or four bytes");
   return {device.state().filled_bytes(&value, sizeof(T), size * sizeof(T)), size};
+}
+
+/// Gives every value of a buffer.
+template <class T>
+void fill(Device& device, const Buffer<T>& buffer, const T& value) {
+  static_assert(sizeof(T) == 1 || sizeof(T) == 4, "fill patterns are one or four bytes");
+  if (buffer.size > 0)
+    device.state().fill_bytes(buffer.memory, &value, sizeof(T), buffer.size * sizeof(T));
 }
 
 /// Values that the host writes, all of them, for a buffer that done() makes of them: in place where
@@ -387,37 +414,66 @@ KernelLaunch::Argument seen_argument(const T& value) {
   return {nullptr, 0, false, &value, sizeof value};
 }
 
-/// Builds (once) and launches a kernel: the only place that sets arguments. `file` names the
-/// kernel's file, after those whose functions it uses: "field.cl settle.cl". `options` go to the
-/// compiler, e.g. width_option(8). Does not wait.
+/// Launches a built kernel: the only place that sets arguments. Does not wait.
+template <class... Arguments>
+void launch(Device& device, BuiltKernel& built, const Range& range, const Arguments&... arguments) {
+  Device::State& state = device.state();
+  cl_uint index = 0;
+  try {
+    (built.kernel.setArg(index++, kernel_argument(arguments)), ...);
+    state.counts.arguments += index;
+  } catch (const cl::Error& error) {
+    state.fail("giving " + built.name + " its arguments", error);
+  }
+  if (!state.observer) return state.enqueue(built, range);
+  const KernelLaunch seen{
+      built.file, built.name, built.options, range, {seen_argument(arguments)...}};
+  state.observer->before(seen);
+  state.enqueue(built, range);
+  state.observer->after(seen);
+  if (state.guard) state.guard->ended();
+}
+
+/// Whether the guard, where there is one, does not allow a launch; then the observer is told, or
+/// KernelLeftOut is thrown.
+template <class... Arguments>
+bool left_out(Device& device, const std::string& file, const std::string& name,
+              const std::string& options, const Range& range, const Arguments&... arguments) {
+  Device::State& state = device.state();
+  if (!state.guard || state.guard->allows(name)) return false;
+  if (!state.observer) throw KernelLeftOut(name);
+  const KernelLaunch seen{file, name, options, range, {seen_argument(arguments)...}};
+  state.observer->before(seen);
+  state.observer->left_out(seen);
+  return true;
+}
+
+/// Builds (once) and launches a kernel (device/kernels.hpp) whose work-items take `width` values at
+/// a time: launch(device, kernels::fill_words, 1, {n}, buffer, ...). Does not wait.
+template <class... Parameters, class... Arguments>
+void launch(Device& device, const KernelHandle<Parameters...>& kernel, int width,
+            const Range& range, const Arguments&... arguments) {
+  static_assert(sizeof...(Parameters) == sizeof...(Arguments),
+                "the kernel takes another number of arguments");
+  if constexpr (sizeof...(Parameters) == sizeof...(Arguments))
+    static_assert((takes<Parameters, Arguments> && ...), "the kernel takes another type");
+  if (device.state().guard &&
+      left_out(device, kernel.file, kernel.name, width_option(width), range, arguments...))
+    return;
+  launch(device, device.state().kernel(kernel.file, kernel.name, kernel.number, width), range,
+         arguments...);
+}
+
+/// The same of a kernel by its name and with any options of the compiler, for what probes a device.
 template <class... Arguments>
 void launch(Device& device, const std::string& file, const std::string& name, const Range& range,
             const std::string& options, const Arguments&... arguments) {
-  Device::State& state = device.state();
-  if (state.guard && !state.guard->allows(name)) {
-    if (!state.observer) throw KernelLeftOut(name);
-    const KernelLaunch seen{file, name, options, range, {seen_argument(arguments)...}};
-    state.observer->before(seen);
-    return state.observer->left_out(seen);
-  }
-  cl::Kernel& kernel = state.kernel(file, name, options);
-  cl_uint index = 0;
-  try {
-    const cl_uint expected = kernel.getInfo<CL_KERNEL_NUM_ARGS>();
-    if (expected != sizeof...(arguments))
-      throw DeviceError(file + ": " + name + " takes " + std::to_string(expected) +
-                        " arguments, not " + std::to_string(sizeof...(arguments)));
-    (kernel.setArg(index++, kernel_argument(arguments)), ...);
-    state.counts.arguments += index;
-  } catch (const cl::Error& error) {
-    state.fail("giving " + name + " its arguments", error);
-  }
-  if (!state.observer) return state.enqueue(kernel, name, range);
-  const KernelLaunch seen{file, name, options, range, {seen_argument(arguments)...}};
-  state.observer->before(seen);
-  state.enqueue(kernel, name, range);
-  state.observer->after(seen);
-  if (state.guard) state.guard->ended();
+  if (left_out(device, file, name, options, range, arguments...)) return;
+  BuiltKernel& built = device.state().kernel(file, name, options);
+  if (built.arguments != sizeof...(arguments))
+    throw DeviceError(file + ": " + name + " takes " + std::to_string(built.arguments) +
+                      " arguments, not " + std::to_string(sizeof...(arguments)));
+  launch(device, built, range, arguments...);
 }
 
 }  // namespace meniscus

@@ -75,7 +75,11 @@ struct Memory::Block {
   Block(cl::Buffer&& memory, std::size_t bytes, bool use_again,
         std::shared_ptr<MemoryPool::Shelf> from)
       : buffer(std::move(memory)), size(bytes), again(use_again), shelf(std::move(from)) {}
+  // A part of another one.
+  Block(cl::Buffer&& memory, std::shared_ptr<const Block> of)
+      : whole(std::move(of)), buffer(std::move(memory)), size(0), again(false) {}
   ~Block() {
+    if (whole) return;
     const std::lock_guard lock(shelf->mutex);
     shelf->used -= size;
     if (!shelf->reuse || !again) return;
@@ -90,6 +94,7 @@ struct Memory::Block {
   Block(const Block&) = delete;
   Block& operator=(const Block&) = delete;
 
+  std::shared_ptr<const Block> whole;  // that this one is a part of
   cl::Buffer buffer;
   std::size_t size;  // bytes
   bool again;        // goes back to the shelf
@@ -199,6 +204,18 @@ Memory MemoryPool::share(HostMemory memory) {
   count_while_it_lives(count_, buffer, size,
                        std::make_unique<SharedBytes>(std::move(memory), shelf_));
   return hand_out(std::move(buffer), size, false);
+}
+
+Memory MemoryPool::part_of(const Memory& whole, std::size_t origin, std::size_t bytes) {
+  cl::Buffer all = whole;
+  const cl_buffer_region region{origin, bytes};
+  cl_int error = CL_SUCCESS;
+  cl::Buffer part(
+      clCreateSubBuffer(all(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region, &error));
+  if (error != CL_SUCCESS) throw cl::Error(error, "clCreateSubBuffer");
+  Memory memory;
+  memory.block_ = std::make_shared<Memory::Block>(std::move(part), whole.block_);
+  return memory;
 }
 
 void MemoryPool::reuse(bool on) {

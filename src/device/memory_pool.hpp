@@ -65,6 +65,10 @@ class MemoryPool {
   /// Throws cl::Error.
   Memory share(HostMemory memory);
 
+  /// A part of some memory as a buffer of its own, which keeps the whole. `origin` is a multiple of
+  /// what the device asks for. Throws cl::Error.
+  static Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes);
+
   /// Whether memory is used again (default). When not, what is given back goes to the driver.
   void reuse(bool on);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -29,15 +31,15 @@ double best_seconds(Device& device, const ProbeEffort& effort, const std::functi
   return std::max(best, 1e-9);  // a clock may stand still for what is too short
 }
 
-double arithmetic_rate(Device& device, const char* kernel, int chains, float factor, float addend,
+double arithmetic_rate(Device& device, const auto& kernel, int chains, float factor, float addend,
                        const ProbeEffort& effort) {
   const int width = device.state().vector_width;
   // Enough work-groups for every compute unit, however many of them one holds.
   const std::size_t items = std::size_t{64} * 64 * std::max(1u, device.info().compute_units);
   const auto result = allocate<float>(device, items * static_cast<std::size_t>(width));
   const double seconds = best_seconds(device, effort, [&] {
-    launch(device, "probe.cl", kernel, {items}, width_option(width), result,
-           cl_int{effort.arithmetic_rounds}, factor, addend);
+    launch(device, kernel, width, {items}, result, cl_int{effort.arithmetic_rounds}, factor,
+           addend);
   });
   const double steps = 16.0 * chains * effort.arithmetic_rounds * width;
   return 1e-9 * static_cast<double>(items) * steps / seconds;
@@ -46,7 +48,7 @@ double arithmetic_rate(Device& device, const char* kernel, int chains, float fac
 double atomic_rate(Device& device, cl_uint mask, const ProbeEffort& effort) {
   const auto words = filled<cl_uint>(device, effort.atomics, 0xffffffffu);
   const double seconds = best_seconds(device, effort, [&] {
-    launch(device, "probe.cl", "lower_words", {effort.atomics}, "", words, mask);
+    launch(device, kernels::lower_words, 1, {effort.atomics}, words, mask);
   });
   return 1e-9 * static_cast<double>(effort.atomics) / seconds;
 }
@@ -69,7 +71,7 @@ double Roofline::peak_gflops() const { return std::max(fused_gflops, plain_gflop
 
 LaunchCost measure_launches(Device& device, int tries) {
   const auto one = allocate<float>(device, 64);
-  const auto launch_one = [&] { launch(device, "probe.cl", "write_one", {64}, "", one); };
+  const auto launch_one = [&] { launch(device, kernels::write_one, 1, {64}, one); };
   constexpr int kBatch = 100;
   double single = INFINITY, batched = INFINITY;
   launch_one();
@@ -99,16 +101,17 @@ Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
     const std::size_t values = bytes / 2 / sizeof(float) / 512 * 512;
     const auto from = filled<float>(device, values, 1.0f), to = filled<float>(device, values, 0.0f);
     const double seconds = best_seconds(device, effort, [&] {
-      launch(device, "probe.cl", "copy_values",
-             {values / copied, 1, width == 1 ? std::size_t{128} : kRowGroup}, width_option(width),
-             from, to);
+      launch(device, kernels::copy_values, width,
+             {values / copied, 1, width == 1 ? std::size_t{128} : kRowGroup}, from, to);
     });
     const double moved = 2.0 * sizeof(float) * static_cast<double>(values);
     roofline.copy.push_back({moved, 1e-9 * moved / seconds});
   }
   // Values that stay as they are, so that none becomes infinite or denormal.
-  roofline.fused_gflops = 2 * arithmetic_rate(device, "fuse_multiply_add", 8, 0.5f, 1.0f, effort);
-  roofline.plain_gflops = arithmetic_rate(device, "multiply_and_add", 12, 1.0f, 0.0f, effort);
+  roofline.fused_gflops =
+      2 * arithmetic_rate(device, kernels::fuse_multiply_add, 8, 0.5f, 1.0f, effort);
+  roofline.plain_gflops =
+      arithmetic_rate(device, kernels::multiply_and_add, 12, 1.0f, 0.0f, effort);
   roofline.spread_atomics = atomic_rate(device, static_cast<cl_uint>(effort.atomics - 1), effort);
   roofline.contended_atomics = atomic_rate(device, 0, effort);
 

@@ -1,42 +1,46 @@
 #include "methods/programs.hpp"
 
+#include <algorithm>
+
 namespace meniscus {
 
 std::vector<ProgramName> programs_of(const Parameters& params, const Device::State& device) {
   if (params.method != Method::fit) return {};
   const std::string width = width_option(device.vector_width);
   const std::string wide = width_option(device.wide_width());
-  const std::string settle = "cells.cl field.cl samples.cl settle.cl";
-  std::vector<ProgramName> programs{{"project.cl", width},
-                                    {"cells.cl field.cl density.cl", wide},
-                                    {"cells.cl field.cl density.cl", ""},
-                                    {"visible.cl", width},
-                                    {"bins.cl", width},
-                                    {"bins.cl", ""}};
-  if (device.is_in_place()) programs.push_back({"fill.cl", ""});
-  for (const ProgramName& program :
-       std::vector<ProgramName>{{"fit.cl particle_fit.cl roundness.cl", wide},
-                                {"fit.cl particle_fit.cl", wide},
-                                {"cells.cl sheet.cl", width},
-                                {"region.cl", ""},
-                                {"region.cl", width},
-                                {"list_samples.cl", ""},
-                                {"samples.cl hits.cl blend.cl", wide},
-                                {settle, width},
-                                {"list_samples.cl", width},
-                                {settle, wide},
-                                {"interpolate.cl", width},
-                                {"samples.cl behind.cl", ""},
-                                {"samples.cl behind.cl", width},
-                                {"specks.cl", width}})
-    programs.push_back(program);
-  if (params.aovs.group || params.aovs.residual)
-    programs.push_back({"hits.cl choose_groups.cl", wide});
+  const std::string one = width_option(1);
+  std::vector<ProgramName> programs;
+  const auto add = [&](const char* file, const std::string& options) {
+    const auto same = [&](const ProgramName& p) { return p.file == file && p.options == options; };
+    if (std::none_of(programs.begin(), programs.end(), same)) programs.push_back({file, options});
+  };
+  add("project.cl", width);
+  add("density.cl", wide);
+  add("density.cl", one);
+  add("visible.cl", width);
+  add("bins.cl", width);
+  add("bins.cl", one);
+  if (device.is_in_place()) add("fill.cl", one);
+  add("roundness.cl", wide);
+  add("particle_fit.cl", wide);
+  add("sheet.cl", width);
+  add("region.cl", one);
+  add("region.cl", width);
+  add("list_samples.cl", one);
+  add("blend.cl", wide);
+  add("settle.cl", width);
+  add("list_samples.cl", width);
+  add("settle.cl", wide);
+  add("interpolate.cl", width);
+  add("behind.cl", one);
+  add("behind.cl", width);
+  add("specks.cl", width);
+  if (params.aovs.group || params.aovs.residual) add("choose_groups.cl", wide);
   if (params.mesh) {
-    programs.push_back({"samples.cl hits.cl blend.cl", width_option(1)});
-    programs.push_back({settle, ""});
+    add("blend.cl", one);
+    add("settle.cl", one);
   }
-  if (params.motion) programs.push_back({"cells.cl motion.cl", width});
+  if (params.motion) add("motion.cl", width);
   return programs;
 }
 

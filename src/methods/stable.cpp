@@ -55,8 +55,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
     clock.start("splash");
     const Extent extent = splash_extent(device, splash, grid, no_blocks(device, grid));
     const SampleLists lists = list_samples(device, grid, extent.from, extent.occupied);
-    draw_splash(device, view, keep_samples(device, lists, extent.from, surface.depth), levelled,
-                extent, surface, params.region);
+    draw_splash(device, view, lists, levelled, extent, surface, params.region);
     return surface;
   };
   if (params.image) result.image = make_surface(pixel_grid(view));

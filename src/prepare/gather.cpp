@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/team.hpp"
+#include "device/kernels.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {
@@ -200,8 +201,8 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   for_each_chunk(source, chunk, {}, [&](const ParticleChunk& now) {
     buffers.fill(device, now);
-    launch(device, "stream.cl", "find_fronts", {(now.count + width - 1) / width},
-           width_option(device.state().vector_width), buffers.x, buffers.y, buffers.z, fronts,
+    launch(device, kernels::find_fronts, device.state().vector_width,
+           {(now.count + width - 1) / width}, buffers.x, buffers.y, buffers.z, fronts,
            static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row, p.w_row, p.extent, p.map,
            p.cells);
   });
@@ -245,10 +246,10 @@ void select_near(
   for_each_chunk(source, chunk, also, [&](ParticleChunk& now) {
     buffers.fill(device, now);
     const Buffer<cl_int> count = filled<cl_int>(device, 1, 0);
-    launch(device, "stream.cl", "select_near", {(now.count + width - 1) / width},
-           width_option(device.state().vector_width), buffers.x, buffers.y, buffers.z, map.layer,
-           limit, selected, count, static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row,
-           p.w_row, p.extent, p.map, p.cells, cl_int2{{map.block, map.blocks_x}});
+    launch(device, kernels::select_near, device.state().vector_width,
+           {(now.count + width - 1) / width}, buffers.x, buffers.y, buffers.z, map.layer, limit,
+           selected, count, static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row, p.w_row,
+           p.extent, p.map, p.cells, cl_int2{{map.block, map.blocks_x}});
     device.state().flush();
     if (!places.empty()) take(before, places);
     places.resize(static_cast<std::size_t>(download(device, count)[0]));

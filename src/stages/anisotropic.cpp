@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "device/kernels.hpp"
 #include "stages/cells.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
 namespace {
-
-// The files with the functions that the kernels use.
-constexpr char kAnisotropic[] = "cells.cl anisotropic.cl";
 
 constexpr std::size_t kRows = 11;  // of shapes
 
@@ -28,9 +26,9 @@ AnisotropicKernels shape_kernels(Device& device, const Projected& particles,
   const auto found = allocate<float>(device, kRows * n);
   // The variance along an axis of a full ball of radius 2 h with the weights 1 - (d / 2h)^3.
   const double full = 0.15 * ((2 * params.h) * (2 * params.h));
-  launch(device, kAnisotropic, "shape_kernels", {n}, "", upload(device, near.x),
-         upload(device, near.y), upload(device, near.z), upload(device, near.start), found,
-         static_cast<cl_int>(n), near.inverse_cell, near.mask,
+  launch(device, kernels::shape_kernels, 1, {n}, upload(device, near.x), upload(device, near.y),
+         upload(device, near.z), upload(device, near.start), found, static_cast<cl_int>(n),
+         near.inverse_cell, near.mask,
          cl_float4{{static_cast<float>(params.h), static_cast<float>(params.lambda),
                     static_cast<float>(params.k_s / full),
                     static_cast<float>(kMostStretch * params.k_s)}},
@@ -67,8 +65,8 @@ std::vector<SurfaceSample> cast_field(Device& device, const View& view,
           "cast_field: points, from and to have different sizes");
   const auto depth = allocate<float>(device, n);
   const auto normal = allocate<float>(device, 3 * n);
-  launch(device, kAnisotropic, "cast_field", {n}, "", upload(device, rays.points), rays.from,
-         rays.to, depth, normal, kernels.x, kernels.y, kernels.z, kernels.start, kernels.shapes,
+  launch(device, kernels::cast_field, 1, {n}, upload(device, rays.points), rays.from, rays.to,
+         depth, normal, kernels.x, kernels.y, kernels.z, kernels.start, kernels.shapes,
          kernels.count, kernels.inverse_cell, kernels.mask, static_cast<cl_int>(n),
          kernel_rays(view), static_cast<cl_float>(level));
   const std::vector<float> t = download(device, depth), m = download(device, normal);

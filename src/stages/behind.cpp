@@ -1,21 +1,17 @@
 #include "stages/behind.hpp"
 
+#include "device/kernels.hpp"
 #include "stages/minima.hpp"
 
 namespace meniscus {
-namespace {
-
-constexpr char kBehind[] = "samples.cl behind.cl";
-
-}  // namespace
 
 DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& samples,
                        const Buffer<float>& behind, double gap) {
   const SampleGrid& grid = samples.grid;
   const BinGrid bins = bins_of(grid);
   const auto bound = allocate<float>(device, bins.size());
-  launch(device, kBehind, "bound_behind", {samples.tiles()}, "", samples.sample, samples.count,
-         behind, bound, cl_int2{{grid.nx, grid.ny}}, cl_int2{{samples.nx, samples.ny}},
+  launch(device, kernels::bound_behind, 1, {samples.tiles()}, samples.sample, samples.count, behind,
+         bound, cl_int2{{grid.nx, grid.ny}}, cl_int2{{samples.nx, samples.ny}},
          cl_int2{{bins.nx, bins.ny}}, static_cast<cl_float>(gap));
   DiscsBehind listed{discs, bound, {}};
   if (draws_by_minima(device)) return listed;
@@ -30,17 +26,16 @@ Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const Sampl
   if (draws_by_minima(device)) {
     const auto depth = filled<float>(device, grid.size(), kNoSurface);
     if (discs.discs.outlines.count == 0) return depth;
-    const Buffer<float> least = ask_behind(device, samples, behind, gap);
-    draw_minima(device, "lower_discs_behind", discs.discs.records, discs.discs.outlines,
-                discs.bound, grid, std::tie(least, depth));
+    draw_minima(device, kernels::lower_discs_behind, discs.discs.records, discs.discs.outlines,
+                discs.bound, grid, std::tie(behind, depth), static_cast<cl_float>(gap));
     return depth;
   }
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   for (const BinLists& lists : discs.lists)
-    launch(device, kBehind, "splat_behind", range_of(samples, width), width_option(width),
-           samples.sample, samples.count, discs.discs.records, lists.end, lists.entry, behind,
-           depth, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}},
+    launch(device, kernels::splat_behind, width, range_of(samples, width), samples.sample,
+           samples.count, discs.discs.records, lists.end, lists.entry, behind, depth,
+           cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}},
            cl_float2{{grid.first, grid.step}}, static_cast<cl_float>(gap));
   return depth;
 }

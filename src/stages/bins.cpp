@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -39,7 +41,6 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
   const BinGrid bins = bins_of(grid);
   const cl_int2 cells{{(grid.nx + side - 1) / side, (grid.ny + side - 1) / side}};
   const int width = device.state().vector_width;
-  const std::string options = width_option(width);
   const std::size_t padded = padded_to_vectors(static_cast<std::size_t>(cells.s[0]) *
                                                static_cast<std::size_t>(cells.s[1]));
   const Chunks chunks = chunks_of(static_cast<std::size_t>(covers.count), padded, width);
@@ -47,14 +48,14 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
   const auto cell =
       chunks.own > 0 ? allocate<float>(device, all) : filled<float>(device, all, kNoSurface);
   const auto bound = allocate<float>(device, bins.size());
-  launch(device, "bins.cl", "bound_cells", chunks.range, options, covers.cells, covers.deepest,
-         cell, covers.count, covers.stride, cells.s[0], chunks.size, chunks.own);
+  launch(device, kernels::bound_cells, width, chunks.range, covers.cells, covers.deepest, cell,
+         covers.count, covers.stride, cells.s[0], chunks.size, chunks.own);
   if (chunks.counted > 1)
-    launch(device, "bins.cl", "least_bounds", {padded / static_cast<std::size_t>(width)}, options,
-           cell, cl_int{chunks.counted}, chunks.own);
-  launch(device, "bins.cl", "bound_bins",
-         {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, "", cell,
-         bound, cells, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide / side});
+    launch(device, kernels::least_bounds, width, {padded / static_cast<std::size_t>(width)}, cell,
+           cl_int{chunks.counted}, chunks.own);
+  launch(device, kernels::bound_bins, 1,
+         {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, cell, bound,
+         cells, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide / side});
   return bound;
 }
 
@@ -63,7 +64,6 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
                std::size_t most_entries) {
   const BinGrid bins = bins_of(grid);
   const int width = device.state().vector_width;
-  const std::string options = width_option(width);
   const std::size_t counts = padded_to_vectors(bins.size());
   const Chunks chunks = chunks_of(static_cast<std::size_t>(outlines.count), counts, width);
   const std::size_t all_counts = static_cast<std::size_t>(chunks.counted) * counts;
@@ -71,10 +71,10 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
       chunks.own > 0 ? allocate<cl_int>(device, all_counts) : filled<cl_int>(device, all_counts, 0);
   const auto total = allocate<cl_int>(device, counts);
   const auto shown = allocate<cl_uchar>(device, static_cast<std::size_t>(outlines.stride));
-  launch(device, "bins.cl", "count_bins", chunks.range, options, outlines.box, outlines.key, bound,
-         count, shown, outlines.count, outlines.stride, bins.nx, chunks.size, chunks.own);
-  launch(device, "bins.cl", "sum_counts", {counts / static_cast<std::size_t>(width)}, options,
-         count, total, cl_int{chunks.counted}, static_cast<cl_int>(counts));
+  launch(device, kernels::count_bins, width, chunks.range, outlines.box, outlines.key, bound, count,
+         shown, outlines.count, outlines.stride, bins.nx, chunks.size, chunks.own);
+  launch(device, kernels::sum_counts, width, {counts / static_cast<std::size_t>(width)}, count,
+         total, cl_int{chunks.counted}, static_cast<cl_int>(counts));
   const std::vector<cl_int> totals = download(device, total);
 
   std::vector<cl_int> end(bins.size());
@@ -90,8 +90,8 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
                          allocate<cl_int2>(device, std::max<std::size_t>(entries, 1)),
                          static_cast<int>(first), static_cast<int>(last)};
     if (entries > 0)
-      launch(device, "bins.cl", "fill_bins", chunks.range, options, outlines.box, outlines.key,
-             bound, shown, lists.end, count, lists.entry, outlines.count, outlines.stride, bins.nx,
+      launch(device, kernels::fill_bins, width, chunks.range, outlines.box, outlines.key, bound,
+             shown, lists.end, count, lists.entry, outlines.count, outlines.stride, bins.nx,
              cl_int2{{lists.first, lists.last}}, chunks.size, chunks.own);
     draw(lists);
   }

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "device/kernels.hpp"
+#include "device/together.hpp"
 
 namespace meniscus {
 namespace {
@@ -127,9 +129,6 @@ bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k,
   return false;
 }
 
-// The files with the functions that the kernels use.
-constexpr char kBlend[] = "samples.cl hits.cl blend.cl";
-
 // Where gradients are the same sheet, and how far sheets lie apart that meet, as kernels take it.
 cl_float4 sheets_of(const BlendParams& params) {
   return {{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
@@ -195,7 +194,8 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
 }
 
 DeviceRecords upload_records(Device& device, const BlendRecords& records) {
-  return {upload(device, records.record), upload(device, records.foot)};
+  const auto [record, foot] = upload_together(device, records.record, records.foot);
+  return {record, foot};
 }
 
 TileLists list_tiles(const View& view, const GroupRecords& records, const SampleGrid& grid) {
@@ -225,7 +225,7 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
         std::vector<char>(n), std::vector<Box>(n), std::vector<std::array<float, 8>>(n), rows, {}};
   };
   Fits met = fits_of(8), rim = fits_of(4);
-  const auto put = [&](Fits& fits, std::size_t k, const Slab& slab) {
+  const auto list_slab = [&](Fits& fits, std::size_t k, const Slab& slab) {
     const double place[] = {slab.centre.x, slab.centre.y, slab.centre.z, slab.reach,
                             slab.normal.x, slab.normal.y, slab.normal.z, slab.thick};
     std::ranges::transform(place, fits.place[k].begin(),
@@ -238,26 +238,35 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
       const float *c = &records.record[k * kRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
       const Slopes slopes = slopes_of(c);
-      if (c[11] > 0) put(met, k, slab_of(records, k, slopes, 0));
+      if (c[11] > 0) list_slab(met, k, slab_of(records, k, slopes, 0));
       if (!(c[13] > 0)) continue;
-      put(rim, k, slab_of(records, k, slopes, kRimDepth * (slopes.at_foot + slopes.bend * reach)));
+      list_slab(rim, k,
+                slab_of(records, k, slopes, kRimDepth * (slopes.at_foot + slopes.bend * reach)));
       rim.wanted[k] = may_turn_away(view, records, k, slopes, rim.box[k], grid);
     }
   });
   const auto list = [&](Fits& fits) { fits.lists = list_boxes(fits.box, fits.wanted, grid); };
   parallel_both([&] { list(met); }, [&] { list(rim); });
-  const auto uploaded = [&](const Fits& fits) {
+  const auto put = [&](const Fits& fits, cl_int* start, cl_int* fit, float* place) {
     const std::vector<cl_int>& listed = fits.lists.group;
     const std::size_t stride = listed.size();
-    Upload<float> place(device, fits.rows * stride);
+    std::ranges::copy(fits.lists.start, start);
+    std::ranges::copy(listed, fit);
     parallel_for(stride, 8 * kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         for (std::size_t row = 0; row < fits.rows; ++row)
           place[row * stride + i] = fits.place[static_cast<std::size_t>(listed[i])][row];
     });
-    return FitList{upload(device, fits.lists.start), upload(device, listed), place.done()};
   };
-  return {met.lists.nx, met.lists.ny, uploaded(met), uploaded(rim)};
+  const std::size_t starts = met.lists.start.size(), of_met = met.lists.group.size(),
+                    of_rim = rim.lists.group.size();
+  UploadTogether<cl_int, cl_int, float, cl_int, cl_int, float> arrays(
+      device, {starts, of_met, met.rows * of_met, starts, of_rim, rim.rows * of_rim});
+  put(met, arrays.data<0>(), arrays.data<1>(), arrays.data<2>());
+  put(rim, arrays.data<3>(), arrays.data<4>(), arrays.data<5>());
+  const auto [met_start, met_fit, met_place, rim_start, rim_fit, rim_place] = arrays.done();
+  return {
+      met.lists.nx, met.lists.ny, {met_start, met_fit, met_place}, {rim_start, rim_fit, rim_place}};
 }
 
 void blend_groups(Device& device, const View& view, const SampleLists& lists,
@@ -266,12 +275,11 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
                   const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  launch(device, kBlend, "blend_groups", range_of(lists, width), width_option(width), lists.sample,
-         lists.count, reference, records.record, records.foot, tiles.met.start, tiles.met.fit,
-         tiles.met.place, tiles.rim.start, tiles.rim.fit, tiles.rim.place, strides_of(tiles),
-         surface.depth, surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
-         sheets_of(params));
+  launch(device, kernels::blend_groups, width, range_of(lists, width), lists.sample, lists.count,
+         reference, records.record, records.foot, tiles.met.start, tiles.met.fit, tiles.met.place,
+         tiles.rim.start, tiles.rim.fit, tiles.rim.place, strides_of(tiles), surface.depth,
+         surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}}, grid.first,
+         grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets_of(params));
 }
 
 Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuffers& surface,
@@ -283,10 +291,9 @@ Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuff
   const auto across = static_cast<std::size_t>((grid.nx + width - 1) / width);
   const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
   const auto group = allocate<cl_int>(device, grid.size());
-  launch(device, "hits.cl choose_groups.cl", "choose_groups", {across, down, 16, 1},
-         width_option(width), surface.depth, surface.group, records.record, records.foot, group,
-         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         static_cast<cl_float>(params.d_max), cl_int{every});
+  launch(device, kernels::choose_groups, width, {across, down, 16, 1}, surface.depth, surface.group,
+         records.record, records.foot, group, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
+         kernel_rays(view), static_cast<cl_float>(params.d_max), cl_int{every});
   return group;
 }
 
@@ -295,12 +302,12 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  launch(device, kBlend, "blend_points", {n}, width_option(1), reference, points, records.record,
-         records.foot, tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start,
-         tiles.rim.fit, tiles.rim.place, strides_of(tiles), surface.depth, surface.normal,
-         surface.group, surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}},
-         grid.first, 1.0f / (grid.step * kTile), kernel_rays(view),
-         static_cast<cl_float>(params.d_max), sheets_of(params));
+  launch(device, kernels::blend_points, 1, {n}, reference, points, records.record, records.foot,
+         tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start, tiles.rim.fit,
+         tiles.rim.place, strides_of(tiles), surface.depth, surface.normal, surface.group,
+         surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}}, grid.first,
+         1.0f / (grid.step * kTile), kernel_rays(view), static_cast<cl_float>(params.d_max),
+         sheets_of(params));
 }
 
 }  // namespace meniscus

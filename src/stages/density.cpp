@@ -1,10 +1,10 @@
 #include "stages/density.hpp"
 
+#include "device/kernels.hpp"
+#include "device/together.hpp"
+
 namespace meniscus {
 namespace {
-
-// The files with the functions that the kernels use.
-constexpr char kDensity[] = "cells.cl field.cl density.cl";
 
 // Work-items for n points, WIDTH = `width` each.
 Range items_for(std::size_t n, int width) {
@@ -21,10 +21,10 @@ Range range_of_blocks(std::size_t n, int width) {
 }
 
 DeviceCells upload_cells(Device& device, const Cells& cells) {
-  return {upload(device, cells.x),   upload(device, cells.y),
-          upload(device, cells.z),   filled(device, cells.x.size(), 1.0f),
-          upload(device, cells.tag), upload(device, cells.start),
-          cells.inverse_cell,        cells.mask};
+  const auto [x, y, z, tag, start] =
+      upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
+  return {x,         y, z, filled(device, cells.x.size(), 1.0f), tag, start, cells.inverse_cell,
+          cells.mask};
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
@@ -34,10 +34,10 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
   const Cells sorted = make_cells(points, 1 / cells.inverse_cell);
   const auto density = allocate<float>(device, n);
   const int width = device.state().wide_width();
-  launch(device, kDensity, "measure_density", items_for(n, width), width_option(width),
-         upload(device, sorted.x), upload(device, sorted.y), upload(device, sorted.z), density,
-         cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell,
-         cells.mask, static_cast<cl_int>(n));
+  const auto [x, y, z] = upload_together(device, sorted.x, sorted.y, sorted.z);
+  launch(device, kernels::measure_density, width, items_for(n, width), x, y, z, density, cells.x,
+         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         static_cast<cl_int>(n));
   const std::vector<float> found = download(device, density);
   std::vector<float> result(n);
   for (std::size_t k = 0; k < n; ++k) result[static_cast<std::size_t>(sorted.item[k])] = found[k];
@@ -48,10 +48,9 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measur
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().wide_width();
-  launch(device, kDensity, "measure_gradients", range_of_blocks(n, width), width_option(width),
-         result, cells.x, cells.y, cells.z, cells.weight, cells.tag, cells.start,
-         cells.inverse_cell, cells.mask, static_cast<cl_int>(n),
-         where == Measured::everywhere ? 0 : kFilledCell);
+  launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), result, cells.x,
+         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilledCell);
   return result;
 }
 
@@ -59,7 +58,7 @@ DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<f
                         const RegionParams& params) {
   const std::size_t n = cells.x.size;
   const auto weight = allocate<float>(device, n);
-  launch(device, kDensity, "level_weights", {n}, "", field, weight,
+  launch(device, kernels::level_weights, 1, {n}, field, weight,
          static_cast<cl_float>(params.blob_density), static_cast<cl_int>(n));
   DeviceCells levelled = cells;
   levelled.weight = weight;

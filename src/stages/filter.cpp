@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "device/kernels.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -36,25 +37,23 @@ PaddedMaps pad(Device& device, const Buffer<float>& depth, const SampleGrid& gri
                   filled<float>(device, size, kOutside),
                   filled<float>(device, size, kOutside)};
   for (const Buffer<float>& map : {maps.from, maps.to})
-    launch(device, "filter.cl", "pad_depth", samples_of(grid), "", depth, map, maps.layout);
+    launch(device, kernels::pad_depth, 1, samples_of(grid), depth, map, maps.layout);
   return maps;
 }
 
 Buffer<float> crop(Device& device, const PaddedMaps& maps) {
   auto depth = allocate<float>(device, maps.grid.size());
-  launch(device, "filter.cl", "crop_depth", samples_of(maps.grid), "", maps.from, depth,
-         maps.layout);
+  launch(device, kernels::crop_depth, 1, samples_of(maps.grid), maps.from, depth, maps.layout);
   return depth;
 }
 
 // One pass; the result becomes the input of the next.
 template <class... Arguments>
-void pass(Device& device, PaddedMaps& maps, const std::string& kernel,
-          const Arguments&... arguments) {
+void pass(Device& device, PaddedMaps& maps, const auto& kernel, const Arguments&... arguments) {
   const int width = device.state().vector_width;
   const std::size_t items = static_cast<std::size_t>((maps.grid.nx + width - 1) / width);
-  launch(device, "filter.cl", kernel, {items, static_cast<std::size_t>(maps.grid.ny), 8, 8},
-         width_option(width), maps.from, maps.to, maps.layout, arguments...);
+  launch(device, kernel, width, {items, static_cast<std::size_t>(maps.grid.ny), 8, 8}, maps.from,
+         maps.to, maps.layout, arguments...);
   std::swap(maps.from, maps.to);
 }
 
@@ -91,7 +90,7 @@ constexpr cl_int2 kRows{{1, 0}}, kColumns{{0, 1}}, kBoth{{1, 1}};
 
 // All iterations: along rows and then columns, or over both at once.
 template <class Params, class Argument>
-void passes(Device& device, PaddedMaps& maps, const std::string& kernel, const Params& params,
+void passes(Device& device, PaddedMaps& maps, const auto& kernel, const Params& params,
             const cl_float4& spread, const Argument& argument) {
   for (int k = 0; k < params.iterations; ++k) {
     if (params.separable) {
@@ -113,7 +112,7 @@ Buffer<float> filter_bilateral(Device& device, const View& view, const Buffer<fl
       window_of(view, grid, params.sigma, nearest, params.separable ? kWidestLine : kWidestWindow);
   const cl_float falloff = static_cast<cl_float>(0.5 / (params.range * params.range));
   PaddedMaps maps = pad(device, depth, grid, window.reach);
-  passes(device, maps, "filter_bilateral", params, window.spread, falloff);
+  passes(device, maps, kernels::filter_bilateral, params, window.spread, falloff);
   return crop(device, maps);
 }
 
@@ -127,14 +126,14 @@ Buffer<float> filter_narrow_range(Device& device, const View& view, const Buffer
     const Window window = window_of(view, grid, params.sigma, nearest,
                                     params.separable ? kWidestLine : kWidestWindow);
     maps = pad(device, depth, grid, std::max(window.reach, params.cleanup));
-    passes(device, maps, "filter_narrow_range", params, window.spread, limits);
+    passes(device, maps, kernels::filter_narrow_range, params, window.spread, limits);
   }
   if (params.cleanup > 0) {
     // As wide at every depth: clip w is taken to be 1.
     const double sigma = params.cleanup / kCut;
     const float squared = static_cast<float>(1.0001 * (sigma * sigma));
     const cl_float4 spread{{squared, squared, 1.0f, 0.0f}};
-    pass(device, maps, "filter_narrow_range", kBoth, spread, limits);
+    pass(device, maps, kernels::filter_narrow_range, kBoth, spread, limits);
   }
   return crop(device, maps);
 }
@@ -154,7 +153,7 @@ Buffer<float> flow_curvature(Device& device, const View& view, const Buffer<floa
                           static_cast<float>(std::min(params.time / steps, longest))}};
   PaddedMaps maps = pad(device, depth, grid, 1);
   for (int k = 0; k < static_cast<int>(steps); ++k)
-    pass(device, maps, "flow_step", grid.step, grid.first, limits, kernel_rays(view));
+    pass(device, maps, kernels::flow_step, grid.step, grid.first, limits, kernel_rays(view));
   return crop(device, maps);
 }
 

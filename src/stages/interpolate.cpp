@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -35,14 +37,14 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
                            64, 1};
   const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows);
   const auto shows = allocate<cl_uchar>(device, size), wanted = allocate<cl_uchar>(device, size);
-  launch(device, "interpolate.cl", "compare_corners", range, width_option(width), surface.depth,
-         surface.normal, surface.kind, open, occupied, splash_occupied, shows, samples, cells,
-         stride, grid.first, step, kernel_rays(view), cl_int{every},
-         static_cast<cl_float>(tolerance), agreeing, static_cast<cl_int>(side <= kWidestCell));
-  launch(device, "interpolate.cl", "interpolate_samples", padded_range, width_option(width), shows,
-         reference, splash, occupied, splash_occupied, surface.depth, surface.normal, surface.group,
-         surface.kind, wanted, open, samples, cells, cl_int2{{stride, rows}}, grid.first, step,
-         kernel_rays(view), cl_int{every}, spread, static_cast<cl_int>(!view.orthographic));
+  launch(device, kernels::compare_corners, width, range, surface.depth, surface.normal,
+         surface.kind, open, occupied, splash_occupied, shows, samples, cells, stride, grid.first,
+         step, kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
+         static_cast<cl_int>(side <= kWidestCell));
+  launch(device, kernels::interpolate_samples, width, padded_range, shows, reference, splash,
+         occupied, splash_occupied, surface.depth, surface.normal, surface.group, surface.kind,
+         wanted, open, samples, cells, cl_int2{{stride, rows}}, grid.first, step, kernel_rays(view),
+         cl_int{every}, spread, static_cast<cl_int>(!view.orthographic));
   return list_between(device, grid, wanted, stride, every, blocks);
 }
 

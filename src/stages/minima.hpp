@@ -5,6 +5,7 @@
 
 #include <climits>
 
+#include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/samples.hpp"
 
@@ -26,16 +27,15 @@ inline Range disc_items(int count, int width) {
 ///   maps     what the kernel reads and lowers
 ///   more     what it is told after the grid
 template <class... Maps, class... More>
-void draw_minima(Device& device, const std::string& kernel, const Buffer<float>& records,
+void draw_minima(Device& device, const auto& kernel, const Buffer<float>& records,
                  const Outlines& outlines, const Buffer<float>& bound, const SampleGrid& grid,
                  const std::tuple<Maps&...>& maps, const More&... more) {
   const int width = device.state().vector_width;
   std::apply(
       [&](Maps&... all) {
-        launch(device, "minima.cl", kernel, disc_items(outlines.count, width), width_option(width),
-               records, outlines.box, outlines.key, bound, all..., outlines.count, outlines.stride,
-               bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}},
-               more...);
+        launch(device, kernel, width, disc_items(outlines.count, width), records, outlines.box,
+               outlines.key, bound, all..., outlines.count, outlines.stride, bins_of(grid).nx,
+               cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, more...);
       },
       maps);
 }
@@ -43,7 +43,7 @@ void draw_minima(Device& device, const std::string& kernel, const Buffer<float>&
 /// Whose disc or sphere a sample shows: the lowest index of those whose depth is the map's, INT_MAX
 /// where there is none. The kernel is own_discs or own_spheres. Does not wait.
 template <class... More>
-Buffer<cl_int> own_minima(Device& device, const std::string& kernel, const Buffer<float>& records,
+Buffer<cl_int> own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
                           const Outlines& outlines, const Buffer<float>& bound,
                           const SampleGrid& grid, const Buffer<float>& depth, const More&... more) {
   const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
@@ -57,9 +57,5 @@ void count_owners(Device& device, const Buffer<cl_int>& owner, const Buffer<cl_i
 /// At how many samples of each block a map is finite. Does not wait.
 void count_finite(Device& device, const SampleGrid& grid, const Buffer<float>& depth,
                   const OccupiedBlocks& occupied);
-
-/// behind + gap at the listed samples, kNoSurface at all others. Does not wait.
-Buffer<float> ask_behind(Device& device, const SampleLists& samples, const Buffer<float>& behind,
-                         double gap);
 
 }  // namespace meniscus

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "device/kernels.hpp"
 #include "prepare/velocities.hpp"
 #include "stages/surface_buffers.hpp"
 
@@ -94,9 +95,6 @@ std::vector<Vec3> collect(Device& device, const MovingParticles& moving,
   return result;
 }
 
-// The files with the functions that the kernels use.
-constexpr char kMotion[] = "cells.cl motion.cl";
-
 // Work-items for n samples or points: one takes a bin's (COUNT of motion.cl), or one.
 constexpr std::size_t kBin = 8;
 std::size_t points_of_item(std::size_t width) { return width == 1 ? 1 : kBin * width; }
@@ -147,11 +145,11 @@ std::vector<Vec3> motion_of_samples(Device& device, const View& view, const Movi
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const std::size_t nx = static_cast<std::size_t>(grid.nx), ny = static_cast<std::size_t>(grid.ny);
   const std::size_t bins_x = (nx + kBin - 1) / kBin, bins_y = (ny + kBin - 1) / kBin;
-  launch(device, kMotion, "motion_of_samples",
-         items_of(bins_x * bins_y * kBin * kBin / points_of_item(width), width),
-         width_option(device.state().vector_width), depths, motion, cells.x, cells.y, cells.z,
-         moving.device_velocity, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(moving.velocity.size()), cl_int2{{grid.nx, grid.ny}},
+  launch(device, kernels::motion_of_samples, device.state().vector_width,
+         items_of(bins_x * bins_y * kBin * kBin / points_of_item(width), width), depths, motion,
+         cells.x, cells.y, cells.z, moving.device_velocity, cells.tag, cells.start,
+         cells.inverse_cell, cells.mask, static_cast<cl_int>(moving.velocity.size()),
+         cl_int2{{grid.nx, grid.ny}},
          cl_int2{{static_cast<cl_int>(bins_x), static_cast<cl_int>(bins_y)}}, grid.first, grid.step,
          kernel_rays(view));
   return collect(
@@ -178,10 +176,10 @@ std::vector<Vec3> motion_of_points(Device& device, const MovingParticles& moving
   const DeviceCells& cells = moving.on_device;
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const std::size_t each = points_of_item(width);
-  launch(device, kMotion, "motion_of_points", items_of((n + each - 1) / each, width),
-         width_option(device.state().vector_width), upload(device, order.x),
-         upload(device, order.y), upload(device, order.z), motion, cells.x, cells.y, cells.z,
-         moving.device_velocity, cells.tag, cells.start, cells.inverse_cell, cells.mask,
+  launch(device, kernels::motion_of_points, device.state().vector_width,
+         items_of((n + each - 1) / each, width), upload(device, order.x), upload(device, order.y),
+         upload(device, order.z), motion, cells.x, cells.y, cells.z, moving.device_velocity,
+         cells.tag, cells.start, cells.inverse_cell, cells.mask,
          static_cast<cl_int>(moving.velocity.size()), static_cast<cl_int>(n));
   const std::vector<Vec3> in_order = collect(
       device, moving, motion, n, [](std::size_t) { return true; },

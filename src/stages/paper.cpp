@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/exact_math.hpp"
+#include "device/kernels.hpp"
 #include "stages/cells.hpp"
 
 namespace meniscus {
@@ -146,9 +147,9 @@ Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& gr
     }
   }
   const auto height = allocate<float>(device, 7 * n);
-  launch(device, "paper.cl", "fit_heights", {n}, "", upload(device, points),
-         upload(device, groups.start), height, static_cast<cl_int>(slots), static_cast<cl_int>(n),
-         cl_int{kQuadricPoints}, cl_float2{{kLinearRidge, static_cast<float>(params.ridge)}});
+  launch(device, kernels::fit_heights, 1, {n}, upload(device, points), upload(device, groups.start),
+         height, static_cast<cl_int>(slots), static_cast<cl_int>(n), cl_int{kQuadricPoints},
+         cl_float2{{kLinearRidge, static_cast<float>(params.ridge)}});
   const std::vector<float> h = download(device, height);
   for (std::size_t g = 0; g < n; ++g) {
     std::array<float, 6> a;
@@ -193,11 +194,11 @@ PaperRegion draw_region(Device& device, const View& view, const Triangulation& m
   const auto device_corners = upload(device, corners);
   const cl_int2 samples{{grid.nx, grid.ny}};
   const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
-  launch(device, "paper.cl", "own_samples", {n}, "", device_corners, owner, static_cast<cl_int>(n),
+  launch(device, kernels::own_samples, 1, {n}, device_corners, owner, static_cast<cl_int>(n),
          static_cast<cl_int>(stride), samples, grid.first, grid.step);
   PaperRegion region{grid, allocate<cl_int>(device, grid.size()),
                      allocate<float>(device, grid.size())};
-  launch(device, "paper.cl", "draw_region", samples_of(grid), "", device_corners,
+  launch(device, kernels::draw_region, 1, samples_of(grid), device_corners,
          upload(device, groups.group_of_triangle), owner, region.group, region.depth,
          static_cast<cl_int>(stride), samples, grid.first, grid.step,
          static_cast<cl_int>(!view.orthographic));
@@ -221,7 +222,7 @@ PaperRegion smooth_contour(Device& device, const PaperRegion& region, const Grou
   }
   PaperRegion smoothed{grid, allocate<cl_int>(device, grid.size()),
                        allocate<float>(device, grid.size())};
-  launch(device, "paper.cl", "smooth_contour", samples_of(grid), "", region.group, region.depth,
+  launch(device, kernels::smooth_contour, 1, samples_of(grid), region.group, region.depth,
          upload(device, normal), upload(device, distance_weight), smoothed.group, smoothed.depth,
          static_cast<cl_int>(n), cl_int2{{grid.nx, grid.ny}}, cl_int{reach},
          static_cast<cl_float>(1 / (2 * params.sigma_n * params.sigma_n)));
@@ -232,13 +233,13 @@ SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion
                              const GroupRecords& records, const BlendParams& params,
                              const PaperParams& paper) {
   const SampleGrid& grid = region.grid;
-  SurfaceBuffers surface = empty_surface(device, grid);
-  surface.normal = filled<float>(device, 3 * grid.size(), 0.0f);  // still unknown
+  const SurfaceBuffers surface = empty_surface(device, grid);
+  fill(device, surface.normal, 0.0f);  // still unknown
   const TileLists tiles = list_tiles(view, records, grid);
   cl_float4 w_row{};
   for (std::size_t k = 0; k < 4; ++k) w_row.s[k] = static_cast<float>(view.w_row[k]);
-  launch(device, "paper.cl", "blend_printed",
-         {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), kTile, kTile}, "",
+  launch(device, kernels::blend_printed, 1,
+         {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), kTile, kTile},
          region.group, region.depth, upload(device, records.values), upload(device, tiles.start),
          upload(device, tiles.group), surface.depth, surface.group, cl_int2{{grid.nx, grid.ny}},
          grid.first, grid.step, kernel_rays(view),
@@ -263,9 +264,9 @@ void draw_spheres(Device& device, const View& view, const Projected& projected,
     eye[stride + k] = projected.y[i];
     eye[2 * stride + k] = projected.z[i];
   }
-  launch(device, "paper.cl", "draw_spheres", samples_of(grid), "", depth, owner,
-         upload(device, eye), surface.depth, surface.normal, surface.group, surface.kind,
-         splats.stride, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view));
+  launch(device, kernels::draw_spheres, 1, samples_of(grid), depth, owner, upload(device, eye),
+         surface.depth, surface.normal, surface.group, surface.kind, splats.stride,
+         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view));
 }
 
 }  // namespace meniscus

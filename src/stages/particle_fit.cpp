@@ -6,12 +6,12 @@
 #include <span>
 
 #include "base/parallel.hpp"
+#include "device/kernels.hpp"
+#include "device/together.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
-
-constexpr char kFiles[] = "fit.cl particle_fit.cl";
 
 // The most slots that 32-bit indices reach.
 constexpr std::size_t kMostSlots = std::size_t{1} << 28;
@@ -105,6 +105,12 @@ std::size_t slots_of(Blocks blocks) {
   std::size_t slots = 0;
   for (const Block& block : blocks) slots += block.slots;
   return slots;
+}
+
+std::size_t batches_of(Blocks blocks) {
+  std::size_t batches = 0;
+  for (const Block& block : blocks) batches += block.lists.first.size();
+  return batches;
 }
 
 // Calls make(part) for as many blocks at a time as make at most so many slots, or for one.
@@ -238,8 +244,8 @@ std::vector<float> narrow_supports(Device& device, const Cells& cells,
   const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
-  const std::vector<float> mean =  // of one value: the second is not needed
-      average_in_cells(device, cells, normal, fitted, {residual, residual}, kSheet)[0];
+  const std::vector<float> mean =
+      average_in_cells(device, cells, normal, fitted, {residual}, kSheet)[0];
   for (std::size_t k = 0; k < fits; ++k) {
     if (!(mean[k] > 0)) continue;
     const double share = noise / mean[k];
@@ -289,11 +295,15 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,
             "fit: too many points for 32-bit indices (use a smaller --support)");
-    Upload<cl_int> neighbour(device, slots);
-    FitLists lists = joined(part, static_cast<cl_int>(around.size()), neighbour.data());
-    const auto particle = upload(device, lists.particle), first = upload(device, lists.first),
-               length = upload(device, lists.length);
-    neighbours.parts.push_back({std::move(lists), particle, neighbour.done(), first, length});
+    const std::size_t batches = batches_of(part);
+    UploadTogether<cl_int, cl_int, cl_int, cl_int> arrays(
+        device, {kLanes * batches, slots, batches, batches});
+    FitLists lists = joined(part, static_cast<cl_int>(around.size()), arrays.data<1>());
+    std::copy(lists.particle.begin(), lists.particle.end(), arrays.data<0>());
+    std::copy(lists.first.begin(), lists.first.end(), arrays.data<2>());
+    std::copy(lists.length.begin(), lists.length.end(), arrays.data<3>());
+    auto [particle, neighbour, first, length] = arrays.done();
+    neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
   });
   return neighbours;
 }
@@ -313,15 +323,18 @@ std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
 FitSurface upload_surface(Device& device, const Projected& projected,
                           const SurfaceParticles& around) {
   const std::size_t values = kRecord * (around.index.size() + 1);
-  Upload<float> place(device, values), normal(device, values), turned(device, values);
-  write_records(projected, around, place.data(), {normal.data(), turned.data()});
-  return {place.done(), normal.done(), turned.done(), static_cast<cl_int>(around.index.size())};
+  UploadTogether<float, float, float> records(device, {values, values, values});
+  write_records(projected, around, records.data<0>(), {records.data<1>(), records.data<2>()});
+  const auto [place, normal, turned] = records.done();
+  return {place, normal, turned, static_cast<cl_int>(around.index.size())};
 }
 
 FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of)
     : part(&of),
-      quadric(allocate<float>(device, 10 * of.lists.fit.size())),
-      residual(allocate<float>(device, of.lists.fit.size())),
+      found(device, {10 * of.lists.fit.size(), of.lists.fit.size(), 4 * of.lists.fit.size()}),
+      quadric(found.part<0>()),
+      residual(found.part<1>()),
+      rows(found.part<2>()),
       weight(allocate<float>(device, of.neighbour.size)) {}
 
 void FitLanes::set(Device& device, const std::vector<float>& rho,
@@ -349,11 +362,11 @@ void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const FitParams& params) {
   const cl_float2 heights{{kHeight, kHeightGrowth}};
   const FitNeighbours::Part& part = *lanes.part;
-  launch(device, kFiles, "fit_particles", range_of_lanes(device, lanes),
-         width_option(device.state().wide_width()), surface.place, from, part.particle,
-         part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.residual,
-         lanes.weight, turned, static_cast<cl_int>(lanes.residual.size), surface.nobody,
-         cl_int{pass.done}, cl_int{pass.left}, model_of(params), heights);
+  launch(device, kernels::fit_particles, device.state().wide_width(), range_of_lanes(device, lanes),
+         surface.place, from, part.particle, part.neighbour, part.first, part.length, lanes.support,
+         lanes.quadric, lanes.residual, lanes.weight, turned,
+         static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{pass.done},
+         cl_int{pass.left}, model_of(params), heights);
 }
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
@@ -399,29 +412,29 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     fits.supporters.resize(count);
     fits.quadric.resize(count);
   }
-  std::vector<Buffer<float>> rows;
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
-    rows.push_back(allocate<float>(device, 4 * lanes.residual.size));
-    launch(device, kFiles, "measure_edges", range_of_lanes(device, lanes),
-           width_option(device.state().wide_width()), surface.place, normals, part.particle,
-           part.neighbour, part.first, part.length, lanes.support, lanes.quadric, lanes.weight,
-           lanes.residual, rows.back(), static_cast<cl_int>(lanes.residual.size), model_of(params),
-           kEdgeReach);
+    launch(device, kernels::measure_edges, device.state().wide_width(),
+           range_of_lanes(device, lanes), surface.place, normals, part.particle, part.neighbour,
+           part.first, part.length, lanes.support, lanes.quadric, lanes.weight, lanes.residual,
+           lanes.rows, static_cast<cl_int>(lanes.residual.size), model_of(params), kEdgeReach);
   }
   fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());
   fits.roundness.assign(roundness.begin(), roundness.end());
-  fits.residual = residuals(device, parts, count);
+  fits.residual.resize(count);
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const std::size_t lanes = parts[part].residual.size;
-    const HostView c(device, parts[part].quadric), row(device, rows[part]);
+    const ViewTogether found(device, parts[part].found);
+    const float *const c = found.data<0>(), *const residual = found.data<1>(),
+                       *const row = found.data<2>();
     constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
     parallel_for(lanes, kGrain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t l = begin; l < end; ++l) {
         const std::int32_t fit = parts[part].part->lists.fit[l];
         if (fit < 0) continue;
         const std::size_t k = static_cast<std::size_t>(fit);
+        fits.residual[k] = residual[l];
         fits.edge[k] = row[l];
         fits.firmness[k] = row[lanes + l];
         fits.spread[k] = row[2 * lanes + l];

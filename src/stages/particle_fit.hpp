@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "device/together.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/surface.hpp"
 
@@ -104,10 +105,12 @@ struct FitLanes {
   void set(Device& device, const std::vector<float>& rho, const std::vector<float>& roundness);
 
   const FitNeighbours::Part* part;
-  Buffer<float> support;   // [2][lanes] rho, particle radii; roundness
-  Buffer<float> quadric;   // [10][lanes] through the particles
-  Buffer<float> residual;  // [lanes] particle radii; negative: no fit
-  Buffer<float> weight;    // [slots] of the last pass
+  Buffer<float> support;                // [2][lanes] rho, particle radii; roundness
+  Together<float, float, float> found;  // the next three, to be read by one command
+  Buffer<float> quadric;                // [10][lanes] through the particles
+  Buffer<float> residual;               // [lanes] particle radii; negative: no fit
+  Buffer<float> rows;                   // [4][lanes] what is measured of the fits
+  Buffer<float> weight;                 // [slots] of the last pass
 };
 
 /// Which of how many passes is made.

@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "device/kernels.hpp"
+#include "device/together.hpp"
 
 namespace meniscus {
 namespace {
@@ -35,22 +37,25 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
   for (std::size_t first = 0; first < n; first += kChunk) {
     const std::size_t count = std::min(kChunk, n - first);
     const std::size_t stride = (count + 63) / 64 * 64;
-    const auto chunk = [&](const std::vector<float>& values) {
-      Upload<float> part(device, stride);
-      if (!values.empty()) std::copy_n(values.data() + first, count, part.data());
-      std::fill(part.data() + (values.empty() ? 0 : count), part.data() + stride, 1.0f);
-      return part.done();
+    UploadTogether<float, float, float, float> chunk(device, {stride, stride, stride, stride});
+    const auto put = [&](const std::vector<float>& values, float* to) {
+      if (!values.empty()) std::copy_n(values.data() + first, count, to);
+      std::fill(to + (values.empty() ? 0 : count), to + stride, 1.0f);
     };
-    const auto x = chunk(particles.x), y = chunk(particles.y), z = chunk(particles.z);
-    const auto scale = chunk(particles.scale);
-    const auto eye = allocate<float>(device, 3 * stride);
-    const auto screen = allocate<float>(device, 4 * stride);
+    put(particles.x, chunk.data<0>());
+    put(particles.y, chunk.data<1>());
+    put(particles.z, chunk.data<2>());
+    put(particles.scale, chunk.data<3>());
+    const auto [x, y, z, scale] = chunk.done();
+    const Together<float, float> made(device, {3 * stride, 4 * stride});
+    const auto& [eye, screen] = made.parts;
     const int width = device.state().vector_width;
-    launch(device, "project.cl", "project_particles", {stride / static_cast<std::size_t>(width)},
-           width_option(width), x, y, z, scale, eye, screen, static_cast<cl_int>(stride),
-           from_world, row(view.u_row), row(view.v_row), row(view.w_row), extent, size);
-    const HostView e(device, eye), on_screen(device, screen);
-    const float *u = on_screen.data(), *v = u + stride, *ku = v + stride, *kv = ku + stride;
+    launch(device, kernels::project_particles, width, {stride / static_cast<std::size_t>(width)}, x,
+           y, z, scale, eye, screen, static_cast<cl_int>(stride), from_world, row(view.u_row),
+           row(view.v_row), row(view.w_row), extent, size);
+    const ViewTogether on_host(device, made);
+    const float *const e = on_host.data<0>(), *const u = on_host.data<1>();
+    const float *v = u + stride, *ku = v + stride, *kv = ku + stride;
     const std::size_t had = kept.index.size();
     kept.index.reserve(had + count);
     for (std::size_t i = 0; i < count; ++i)
@@ -58,9 +63,9 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     const float* const scale_of =
         particles.scale.empty() ? nullptr : particles.scale.data() + first;
     const std::array<std::pair<std::vector<float>*, const float*>, 8> rows{
-        {{&kept.x, e.data()},
-         {&kept.y, e.data() + stride},
-         {&kept.z, e.data() + 2 * stride},
+        {{&kept.x, e},
+         {&kept.y, e + stride},
+         {&kept.z, e + 2 * stride},
          {&kept.u, u},
          {&kept.v, v},
          {&kept.ku, ku},

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "device/fill_together.hpp"
+#include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 
@@ -29,22 +31,23 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
   const auto records = allocate<float>(device, 16 * stride);
   const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                           static_cast<int>(n), static_cast<int>(stride)};
-  launch(device, "region.cl", "outline_triangles", {n}, "", corners.done(), records, outlines.box,
+  launch(device, kernels::outline_triangles, 1, {n}, corners.done(), records, outlines.box,
          outlines.key, outlines.count, outlines.stride, samples, grid.first, grid.step,
          perspective);
-  const auto no_bound = filled<float>(device, bins_of(grid).size(), kNoSurface);
   if (draws_by_minima(device)) {
-    const auto depth = filled<float>(device, grid.size(), kNoSurface);
-    draw_minima(device, "lower_triangles", records, outlines, no_bound, grid, std::tie(depth),
-                perspective, asked);
+    const auto [depth, no_bound] =
+        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+    draw_minima(device, kernels::lower_triangles, records, outlines, no_bound, grid,
+                std::tie(depth), perspective, asked);
     return depth;
   }
+  const auto no_bound = filled<float>(device, bins_of(grid).size(), kNoSurface);
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   draw_bins(device, outlines, no_bound, grid, [&](const BinLists& lists) {
-    launch(device, "region.cl", "draw_triangles", bin_items(lists, width), width_option(width),
-           records, lists.end, lists.entry, depth, cl_int2{{lists.first, lists.last}},
-           bins_of(grid).nx, samples, cl_float2{{grid.first, grid.step}}, perspective, asked);
+    launch(device, kernels::draw_triangles, width, bin_items(lists, width), records, lists.end,
+           lists.entry, depth, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, samples,
+           cl_float2{{grid.first, grid.step}}, perspective, asked);
   });
   return depth;
 }

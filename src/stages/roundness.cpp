@@ -3,12 +3,13 @@
 #include <algorithm>
 
 #include "base/exact_math.hpp"
+#include "device/fill_together.hpp"
+#include "device/kernels.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
 
-constexpr char kFiles[] = "fit.cl particle_fit.cl roundness.cl";
 constexpr std::size_t kModel = 16;      // floats of a trial fit, as in roundness.cl
 constexpr float kEvidenceReach = 4.5f;  // particle radii; whose fits tell of a particle
 
@@ -23,11 +24,10 @@ constexpr double kNoise = 0.002;
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
 constexpr double kRoundFrom = 2.4, kRoundTo = 2.9;
 
-// Fits each particle once and puts the fits where their particles are.
-Buffer<float> place_models(Device& device, const FitSurface& surface, std::vector<FitLanes>& parts,
-                           bool wide, std::size_t fits, const FitParams& params) {
-  const auto model =
-      filled<float>(device, kModel * (static_cast<std::size_t>(surface.nobody) + 1), 0.0f);
+// Fits each particle once and puts the fits where their particles are: in `model`, which is zero.
+void place_models(Device& device, const FitSurface& surface, std::vector<FitLanes>& parts,
+                  bool wide, std::size_t fits, const FitParams& params,
+                  const Buffer<float>& model) {
   const std::vector<float> rho(fits, static_cast<float>(kTrialReach)),
       roundness(fits, wide ? 1.0f : 0.0f);
   for (FitLanes& lanes : parts) {
@@ -37,13 +37,12 @@ Buffer<float> place_models(Device& device, const FitSurface& surface, std::vecto
   }
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
-    launch(device, kFiles, "place_models", range_of_lanes(device, lanes),
-           width_option(device.state().wide_width()), surface.place, surface.turned, part.particle,
+    launch(device, kernels::place_models, device.state().wide_width(),
+           range_of_lanes(device, lanes), surface.place, surface.turned, part.particle,
            part.neighbour, part.first, part.length, lanes.quadric, lanes.residual, model,
            static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{wide ? 0 : 1},
            kEdgeReach);
   }
-  return model;
 }
 
 }  // namespace
@@ -61,22 +60,23 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const FitSurface surface = upload_surface(device, projected, around);
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts) parts.emplace_back(device, part);
-  const Buffer<float> narrow = place_models(device, surface, parts, false, count, params);
-  const Buffer<float> wide = place_models(device, surface, parts, true, count, params);
+  const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
+  const auto [narrow, wide] = filled_together<2>(device, 0.0f, {values, values});
+  place_models(device, surface, parts, false, count, params, narrow);
+  place_models(device, surface, parts, true, count, params, wide);
   const cl_float2 sheets{{static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)}};
-  std::vector<Buffer<float>> rows;
   for (const FitLanes& lanes : parts) {
     const FitNeighbours::Part& part = *lanes.part;
-    rows.push_back(allocate<float>(device, 3 * lanes.residual.size));
-    launch(device, kFiles, "measure_evidence", range_of_lanes(device, lanes),
-           width_option(device.state().wide_width()), surface.place, narrow, wide, part.particle,
-           part.neighbour, part.first, part.length, rows.back(),
+    launch(device, kernels::measure_evidence, device.state().wide_width(),
+           range_of_lanes(device, lanes), surface.place, narrow, wide, part.particle,
+           part.neighbour, part.first, part.length, lanes.rows,
            static_cast<cl_int>(lanes.residual.size), surface.nobody, kEvidenceReach, sheets);
   }
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   evidence.normal = normals_of(device, surface.turned, place);
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    const HostView row(device, rows[p]), residual(device, parts[p].residual);
+    const ViewTogether found(device, parts[p].found);
+    const float *const residual = found.data<1>(), *const row = found.data<2>();
     const std::vector<std::int32_t>& fit = parts[p].part->lists.fit;
     for (std::size_t l = 0; l < fit.size(); ++l) {
       if (fit[l] < 0) continue;
@@ -103,11 +103,9 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
   for (const std::int32_t i : seen.index)
     position.push_back(projected.eye(static_cast<std::size_t>(i)));
   const Cells near = make_cells(position, kNear.reach);
-  const auto distances = average_in_cells(device, near, evidence.normal, evidence.share,
-                                          {evidence.one, evidence.two}, kNear);
-  const std::vector<float> bend =  // of one value: the second is not needed
-      average_in_cells(device, near, evidence.normal, evidence.share,
-                       {evidence.bend, evidence.bend}, kNear)[0];
+  const auto means = average_in_cells(device, near, evidence.normal, evidence.share,
+                                      {evidence.one, evidence.two, evidence.bend}, kNear);
+  const std::vector<float>&one = means[0], &two = means[1], &bend = means[2];
 
   // Bent places alone have something to say, and to ask.
   std::vector<std::size_t> bent;
@@ -121,12 +119,12 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
     normal.push_back(evidence.normal[k]);
     gate.push_back(static_cast<float>(bends));
     share.push_back(evidence.share[k] * gate.back());
-    score.push_back(static_cast<float>(2 * logarithm(distances[1][k] + kNoise) -
-                                       4 * logarithm(distances[0][k] + kNoise) +
+    score.push_back(static_cast<float>(2 * logarithm(two[k] + kNoise) -
+                                       4 * logarithm(one[k] + kNoise) +
                                        logarithm(bend[k] + kNoise)));
   }
   const std::vector<float> mean =
-      average_on_sheets(device, at, normal, share, {score, score}, kFar)[0];
+      average_in_cells(device, make_cells(at, kFar.reach), normal, share, {score}, kFar)[0];
   std::vector<float> roundness(count, 0.0f);
   for (std::size_t b = 0; b < bent.size(); ++b)
     roundness[bent[b]] = gate[b] * static_cast<float>(smooth_step(kRoundFrom, kRoundTo, mean[b]));

@@ -1,5 +1,7 @@
 #include "stages/samples.hpp"
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -9,19 +11,19 @@ SampleLists no_samples(const SampleGrid& grid) {
   return {grid, (grid.nx + kTile - 1) / kTile, (grid.ny + kTile - 1) / kTile, {}, {}};
 }
 
-SampleLists no_samples(Device& device, const SampleGrid& grid) {
+SampleLists room_for_samples(Device& device, const SampleGrid& grid) {
   SampleLists lists = no_samples(grid);
   lists.sample = allocate<cl_int>(device, lists.tiles() * kTileSamples);
-  lists.count = allocate<cl_int>(device, lists.tiles());
+  lists.count = allocate<cl_int>(device, 2 * lists.tiles());
   return lists;
 }
 
 SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                  const OccupiedBlocks& occupied, int every, const ListedBlocks& blocks) {
-  const SampleLists lists = no_samples(device, grid);
-  launch(device, "list_samples.cl", "list_samples", {lists.tiles()}, "", wanted, occupied,
-         lists.sample, lists.count, blocks, cl_int2{{grid.nx, grid.ny}},
-         cl_int2{{lists.nx, lists.ny}}, static_cast<cl_int>(every));
+  const SampleLists lists = room_for_samples(device, grid);
+  launch(device, kernels::list_samples, 1, {lists.tiles()}, wanted, occupied, lists.sample,
+         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
+         static_cast<cl_int>(every));
   return lists;
 }
 
@@ -29,11 +31,10 @@ enum class Where : cl_int { nearer, nearer_unless, finite };  // as in list_samp
 
 SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                  const Buffer<float>& depth, const Buffer<float>& unwanted, Where where) {
-  const SampleLists kept = no_samples(device, lists.grid);
-  launch(device, "list_samples.cl", "keep_samples", {lists.tiles()},
-         width_option(device.state().vector_width), lists.sample, lists.count, nearer, depth,
-         unwanted, kept.sample, kept.count, static_cast<cl_int>(lists.tiles()),
-         static_cast<cl_int>(where));
+  const SampleLists kept = room_for_samples(device, lists.grid);
+  launch(device, kernels::keep_samples, device.state().vector_width, {lists.tiles()}, lists.sample,
+         lists.count, nearer, depth, unwanted, kept.sample, kept.count,
+         static_cast<cl_int>(lists.tiles()), static_cast<cl_int>(where));
   return kept;
 }
 
@@ -64,10 +65,10 @@ SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<fl
 
 LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
                           int stride, int every, const ListedBlocks& blocks) {
-  const LayerSamples lists{no_samples(device, grid), no_samples(device, grid)};
+  const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
   const auto& [surface, splash] = lists;
-  launch(device, "list_samples.cl", "list_between", {surface.tiles()}, "", wanted, surface.sample,
-         surface.count, splash.sample, splash.count, blocks, cl_int2{{grid.nx, grid.ny}},
+  launch(device, kernels::list_between, 1, {surface.tiles()}, wanted, surface.sample, surface.count,
+         splash.sample, splash.count, blocks, cl_int2{{grid.nx, grid.ny}},
          cl_int2{{surface.nx, surface.ny}}, cl_int{stride}, cl_int{every});
   return lists;
 }

@@ -14,7 +14,7 @@ struct SampleLists {
   SampleGrid grid;
   int nx = 0, ny = 0;     // tiles
   Buffer<cl_int> sample;  // [tiles][256] indices into the grid, small blocks of the screen in a row
-  Buffer<cl_int> count;   // [tiles] how many are in use
+  Buffer<cl_int> count;   // [2][tiles] how many are in use; of a second list (samples.cl)
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
 

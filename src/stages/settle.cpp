@@ -1,5 +1,7 @@
 #include "stages/settle.hpp"
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -17,9 +19,6 @@ cl_float4 limits_of(const RegionParams& params) {
            kTriangleReach, kSearch}};
 }
 
-// The files with the functions that the kernels use.
-constexpr char kSettle[] = "cells.cl field.cl samples.cl settle.cl";
-
 }  // namespace
 
 void settle_samples(Device& device, const View& view, const SampleLists& lists,
@@ -28,20 +27,18 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const SurfaceBuffers& surface, const Buffer<float>& behind,
                     const RegionParams& params, bool only_gaps) {
   const SampleGrid& grid = surface.grid;
-  const auto follow = allocate<float>(device, grid.size());
+  const auto left = allocate<cl_int>(device, lists.sample.size);
   const int width = device.state().vector_width, wide = device.state().wide_width();
-  launch(device, kSettle, "settle_samples", range_of(lists, width), width_option(width),
-         lists.sample, lists.count, triangle_depth, reference, surface.trust, surface.depth, behind,
-         follow, cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         cells.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         limits_of(params), static_cast<cl_int>(only_gaps));
-  const SampleLists rest = keep_samples(device, lists, follow);
-  launch(device, kSettle, "follow_field", range_of(rest, wide), width_option(wide), rest.sample,
-         rest.count, reference, surface.trust, surface.depth, surface.normal, surface.group,
-         surface.kind, behind, cells.x, cells.y, cells.z, cells.tag, cells.start,
-         cells.inverse_cell, cells.mask, cells.weight, levelled.weight, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), limits_of(params),
-         static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch));
+  launch(device, kernels::settle_samples, width, range_of(lists, width), lists.sample, lists.count,
+         triangle_depth, reference, surface.trust, surface.depth, behind, left, cells.x, cells.y,
+         cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask, cells.weight,
+         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view), limits_of(params),
+         static_cast<cl_int>(only_gaps));
+  launch(device, kernels::follow_field, wide, range_of(lists, wide), left, lists.count, reference,
+         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, cells.x,
+         cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask, cells.weight,
+         levelled.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
+         limits_of(params), static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch));
 }
 
 void settle_points(Device& device, const View& view, const DeviceCells& cells,
@@ -50,12 +47,11 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const RegionParams& params) {
   const std::size_t n = surface.grid.size();
   const auto no_triangle = filled<float>(device, n, kNoSurface);
-  const auto behind = allocate<float>(device, n), follow = allocate<float>(device, n);
-  launch(device, kSettle, "settle_points", {n}, "", no_triangle, reference, surface.trust,
-         surface.depth, surface.normal, surface.group, surface.kind, behind, follow, points,
-         cells.x, cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         cells.weight, levelled.weight, static_cast<cl_int>(n), kernel_rays(view),
-         limits_of(params), kSearch);
+  const auto behind = allocate<float>(device, n);
+  launch(device, kernels::settle_points, 1, {n}, no_triangle, reference, surface.trust,
+         surface.depth, surface.normal, surface.group, surface.kind, behind, points, cells.x,
+         cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask, cells.weight,
+         levelled.weight, static_cast<cl_int>(n), kernel_rays(view), limits_of(params), kSearch);
 }
 
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
@@ -67,14 +63,19 @@ Extent splash_extent(Device& device, const SplatParticles& splash, const SampleG
 
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
-                 const RegionParams& params) {
+                 const RegionParams& params, const Buffer<float>* open) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  launch(device, kSettle, "draw_splash", range_of(lists, width), width_option(width), lists.sample,
-         lists.count, extent.from, extent.to, surface.depth, surface.normal, surface.group,
-         surface.kind, levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag,
-         levelled.start, levelled.inverse_cell, levelled.mask, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.blob_density));
+  // One sample an item sees for itself that it has nothing to do; vectors are to be full.
+  const SampleLists nearer = width == 1 ? lists
+                             : open ? keep_samples(device, lists, extent.from, surface.depth, *open)
+                                    : keep_samples(device, lists, extent.from, surface.depth);
+  launch(device, kernels::draw_splash, width, range_of(nearer, width), nearer.sample, nearer.count,
+         extent.from, extent.to, surface.depth, surface.normal, surface.group, surface.kind,
+         levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag, levelled.start,
+         levelled.inverse_cell, levelled.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
+         kernel_rays(view), static_cast<cl_float>(params.blob_density),
+         open ? *open : surface.depth, cl_int{open == nullptr});
 }
 
 }  // namespace meniscus

@@ -33,10 +33,10 @@ Extent splash_extent(Device& device, const SplatParticles& splash, const SampleG
                      const OccupiedBlocks& asked);
 
 /// Draws the first crossing of the levelled field within `extent` where it lies in front of the
-/// surface, at those of the listed samples whose extent begins before it (keep_samples). Changes
-/// the surface. Does not wait.
+/// surface, at those of the listed samples whose extent begins before it, and where `open`, if
+/// given, is not finite. Changes the surface. Does not wait.
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
-                 const RegionParams& params);
+                 const RegionParams& params, const Buffer<float>* open = nullptr);
 
 }  // namespace meniscus

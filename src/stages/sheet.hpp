@@ -31,11 +31,11 @@ std::array<std::vector<float>, 2> average_on_sheets(Device& device,
                                                     const std::array<std::vector<float>, 2>& values,
                                                     const SheetWeights& weights);
 
-/// The same where positions are in cells of side weights.reach already.
-std::array<std::vector<float>, 2> average_in_cells(Device& device, const Cells& cells,
-                                                   const std::vector<Vec3d>& normal,
-                                                   const std::vector<float>& share,
-                                                   const std::array<std::vector<float>, 2>& values,
-                                                   const SheetWeights& weights);
+/// The same of one to four values, where positions are in cells of side weights.reach already.
+std::vector<std::vector<float>> average_in_cells(Device& device, const Cells& cells,
+                                                 const std::vector<Vec3d>& normal,
+                                                 const std::vector<float>& share,
+                                                 const std::vector<std::vector<float>>& values,
+                                                 const SheetWeights& weights);
 
 }  // namespace meniscus

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 
 void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlocks& listed,
@@ -26,13 +28,13 @@ void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlo
   auto changes = allocate<cl_uchar>(device, static_cast<std::size_t>(stride) * range.ny);
   auto more_changes = allocate<cl_uchar>(device, static_cast<std::size_t>(stride) * range.ny);
   for (int round = 0; round < kRounds; ++round) {
-    launch(device, "specks.cl", "close_specks", range, width_option(width), surface.depth,
-           surface.normal, surface.group, surface.kind, depth, normal, group, kind, change, changed,
-           changes, cl_int2{{grid.nx, grid.ny}}, blocks, stride, round, kJump,
+    launch(device, kernels::close_specks, width, range, surface.depth, surface.normal,
+           surface.group, surface.kind, depth, normal, group, kind, change, changed, changes,
+           cl_int2{{grid.nx, grid.ny}}, blocks, stride, round, kJump,
            cl_int{least_radius >= kLarge * grid.step});
-    launch(device, "specks.cl", "apply_closed", range, width_option(width), depth, normal, group,
-           kind, change, changes, surface.depth, surface.normal, surface.group, surface.kind,
-           cl_int2{{grid.nx, grid.ny}}, blocks, stride);
+    launch(device, kernels::apply_closed, width, range, depth, normal, group, kind, change, changes,
+           surface.depth, surface.normal, surface.group, surface.kind, cl_int2{{grid.nx, grid.ny}},
+           blocks, stride);
     changed = changes;
     std::swap(changes, more_changes);
   }

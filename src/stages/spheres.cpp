@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 #include "stages/surface_buffers.hpp"
@@ -50,24 +51,22 @@ Outlined outline_spheres(Device& device, const View& view, const DeviceSpheres& 
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       spheres.count, spheres.stride};
   const int shift = cover_shift(spheres.pixels / grid.step);
-  launch(device, "spheres.cl", "outline_spheres", {stride / static_cast<std::size_t>(width)},
-         width_option(width), spheres.values, outlined.records, outlined.outlines.box,
-         outlined.outlines.key, covers.cells, covers.deepest, spheres.stride,
-         cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, kernel_rays(view),
-         largest, shift);
+  launch(device, kernels::outline_spheres, width, {stride / static_cast<std::size_t>(width)},
+         spheres.values, outlined.records, outlined.outlines.box, outlined.outlines.key,
+         covers.cells, covers.deepest, spheres.stride, cl_int2{{grid.nx, grid.ny}},
+         cl_float2{{grid.first, grid.step}}, kernel_rays(view), largest, shift);
   outlined.bound = bound_bins(device, covers, grid, shift);
   return outlined;
 }
 
 // Draws all bins with a kernel of spheres.cl.
-void draw(Device& device, const std::string& kernel, const View& view, const Outlined& spheres,
+void draw(Device& device, const auto& kernel, const View& view, const Outlined& spheres,
           const SampleGrid& grid, const Buffer<float>& result) {
   const int width = device.state().vector_width;
   draw_bins(device, spheres.outlines, spheres.bound, grid, [&](const BinLists& lists) {
-    launch(device, "spheres.cl", kernel, bin_items(lists, width), width_option(width),
-           spheres.records, lists.end, lists.entry, result, cl_int2{{lists.first, lists.last}},
-           bins_of(grid).nx, cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}},
-           kernel_rays(view));
+    launch(device, kernel, width, bin_items(lists, width), spheres.records, lists.end, lists.entry,
+           result, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx,
+           cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, kernel_rays(view));
   });
 }
 
@@ -75,23 +74,24 @@ void draw(Device& device, const std::string& kernel, const View& view, const Out
 Buffer<float> lower_spheres(Device& device, const View& view, const Outlined& spheres,
                             const SampleGrid& grid) {
   const auto depth = filled<float>(device, grid.size(), kNoSurface);
-  draw_minima(device, "lower_spheres", spheres.records, spheres.outlines, spheres.bound, grid,
-              std::tie(depth), kernel_rays(view));
+  draw_minima(device, kernels::lower_spheres, spheres.records, spheres.outlines, spheres.bound,
+              grid, std::tie(depth), kernel_rays(view));
   return depth;
 }
 
 Buffer<float> normals_by_minima(Device& device, const View& view, const Outlined& spheres,
                                 const SampleGrid& grid) {
   const Buffer<float> depth = lower_spheres(device, view, spheres, grid);
-  const Buffer<cl_int> owner = own_minima(device, "own_spheres", spheres.records, spheres.outlines,
-                                          spheres.bound, grid, depth, kernel_rays(view));
+  const Buffer<cl_int> owner =
+      own_minima(device, kernels::own_spheres, spheres.records, spheres.outlines, spheres.bound,
+                 grid, depth, kernel_rays(view));
   const auto normal = allocate<float>(device, 3 * grid.size());
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
-  launch(device, "minima.cl", "normals_of_owners",
+  launch(device, kernels::normals_of_owners, static_cast<int>(width),
          {(static_cast<std::size_t>(grid.nx) + width - 1) / width,
           static_cast<std::size_t>(grid.ny), 16, 4},
-         width_option(static_cast<int>(width)), spheres.records, depth, owner, normal,
-         cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, kernel_rays(view));
+         spheres.records, depth, owner, normal, cl_int2{{grid.nx, grid.ny}},
+         cl_float2{{grid.first, grid.step}}, kernel_rays(view));
   return normal;
 }
 
@@ -127,7 +127,7 @@ Buffer<float> cast_spheres(Device& device, const View& view, const DeviceSpheres
   const Outlined outlined = outline_spheres(device, view, spheres, grid);
   if (draws_by_minima(device)) return lower_spheres(device, view, outlined, grid);
   const auto depth = allocate<float>(device, grid.size());
-  draw(device, "cast_spheres", view, outlined, grid, depth);
+  draw(device, kernels::cast_spheres, view, outlined, grid, depth);
   return depth;
 }
 
@@ -137,7 +137,7 @@ Buffer<float> sphere_normals(Device& device, const View& view, const DeviceSpher
   const Outlined outlined = outline_spheres(device, view, spheres, grid);
   if (draws_by_minima(device)) return normals_by_minima(device, view, outlined, grid);
   const auto normal = allocate<float>(device, 3 * grid.size());
-  draw(device, "sphere_normals", view, outlined, grid, normal);
+  draw(device, kernels::sphere_normals, view, outlined, grid, normal);
   return normal;
 }
 

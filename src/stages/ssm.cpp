@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "device/kernels.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -27,7 +28,8 @@ void check_size(const Buffer<float>& depth, const SampleGrid& grid) {
 cl_float4 spread_of(const View& view, double scale, double step, const SsmParams& params,
                     double cell) {
   if (params.filter > 0)
-    return {{static_cast<float>(params.filter * ((cell / step) * (cell / step))), 1.0f, 0.0f, 0.0f}};
+    return {
+        {static_cast<float>(params.filter * ((cell / step) * (cell / step))), 1.0f, 0.0f, 0.0f}};
   const double sigma = params.sigma * scale / step;  // samples, times w
   return {{static_cast<float>(2 * sigma * sigma), static_cast<float>(view.w_row[3]),
            static_cast<float>(-view.w_row[2]), 0.0f}};
@@ -40,21 +42,20 @@ Buffer<float> smooth_depth(Device& device, const View& view, const Buffer<float>
   check_size(depth, grid);
   const int width = device.state().vector_width;
   const Range items = vectors(grid, width);
-  const std::string options = width_option(width);
   const cl_float z_max = static_cast<cl_float>(params.z_max);
   // Rows that lie a power of two apart share few places of a processor's cache, where a column's
   // window would not find room: 64 bytes more than a multiple of 256.
   const int stride = (grid.nx + 63) / 64 * 64 + 16;
   const auto spaced =
       allocate<float>(device, static_cast<std::size_t>(stride) * static_cast<std::size_t>(grid.ny));
-  launch(device, "ssm.cl", "space_rows", items, options, depth, spaced, cl_int{grid.nx},
-         cl_int{grid.ny}, cl_int{stride});
+  launch(device, kernels::space_rows, width, items, depth, spaced, cl_int{grid.nx}, cl_int{grid.ny},
+         cl_int{stride});
   const auto columns = allocate<float>(device, depth.size + static_cast<std::size_t>(width));
   const auto smoothed = allocate<float>(device, depth.size);
-  launch(device, "ssm.cl", "smooth_columns", items, options, spaced, columns, cl_int{grid.nx},
+  launch(device, kernels::smooth_columns, width, items, spaced, columns, cl_int{grid.nx},
          cl_int{grid.ny}, cl_int{stride}, z_max,
          spread_of(view, view.v_scale, grid.step, params, cell));
-  launch(device, "ssm.cl", "smooth_rows", items, options, columns, smoothed, cl_int{grid.nx},
+  launch(device, kernels::smooth_rows, width, items, columns, smoothed, cl_int{grid.nx},
          cl_int{grid.ny}, z_max, spread_of(view, view.u_scale, grid.step, params, cell));
   return smoothed;
 }
@@ -63,8 +64,8 @@ Buffer<float> depth_normals(Device& device, const View& view, const Buffer<float
                             const SampleGrid& grid, double z_max) {
   const auto normals = allocate<float>(device, 3 * grid.size());
   const int width = device.state().vector_width;
-  launch(device, "ssm.cl", "depth_normals", vectors(grid, width), width_option(width), depth,
-         normals, cl_int{grid.nx}, cl_int{grid.ny}, cl_float2{{grid.first, grid.step}},
+  launch(device, kernels::depth_normals, width, vectors(grid, width), depth, normals,
+         cl_int{grid.nx}, cl_int{grid.ny}, cl_float2{{grid.first, grid.step}},
          static_cast<cl_float>(z_max), kernel_rays(view));
   return normals;
 }

@@ -4,6 +4,8 @@
 #include <climits>
 #include <cmath>
 
+#include "device/kernels.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -111,8 +113,8 @@ OwnerMap own_triangles(Device& device, const View& view, const Triangulation& me
   const auto device_corners = upload(device, corners);
   const auto device_particle = upload(device, particle);
   for (const cl_int owner_pass : {0, 1})
-    launch(device, "stable.cl", "own_triangles", {n}, "", device_corners, device_particle,
-           map.depth, map.owner, static_cast<cl_int>(n), static_cast<cl_int>(stride), size_of(grid),
+    launch(device, kernels::own_triangles, 1, {n}, device_corners, device_particle, map.depth,
+           map.owner, static_cast<cl_int>(n), static_cast<cl_int>(stride), size_of(grid),
            grid.first, grid.step, static_cast<cl_int>(!view.orthographic), owner_pass);
   return map;
 }
@@ -138,8 +140,8 @@ OwnerMap own_capsules(Device& device, const View& view, const Triangulation& mes
   const auto device_ends = upload(device, ends);
   const auto device_particle = upload(device, particle);
   for (const cl_int owner_pass : {0, 1})
-    launch(device, "stable.cl", "own_capsules", {n, 1, 8, 1}, "", device_ends, device_particle,
-           records, triangle_depth, map.depth, map.owner, static_cast<cl_int>(n),
+    launch(device, kernels::own_capsules, 1, {n, 1, 8, 1}, device_ends, device_particle, records,
+           triangle_depth, map.depth, map.owner, static_cast<cl_int>(n),
            static_cast<cl_int>(stride), size_of(grid), grid.first, grid.step, kernel_rays(view),
            static_cast<cl_float>(view.u_scale / view.v_scale), static_cast<cl_float>(radius),
            static_cast<cl_float>(apart), owner_pass);
@@ -152,10 +154,10 @@ Buffer<cl_int> nearest_sample(Device& device, const Buffer<cl_int>& map, const S
   const auto column = allocate<cl_int>(device, grid.size());
   const auto nearest = allocate<cl_int>(device, grid.size());
   const cl_int reach = static_cast<cl_int>(std::floor(radius));
-  launch(device, "stable.cl", "find_in_rows", samples_of(grid), "", map, column, size_of(grid),
-         reach, sign);
-  launch(device, "stable.cl", "find_in_columns", samples_of(grid), "", column, nearest,
-         size_of(grid), reach, static_cast<cl_float>(radius * radius));
+  launch(device, kernels::find_in_rows, 1, samples_of(grid), map, column, size_of(grid), reach,
+         sign);
+  launch(device, kernels::find_in_columns, 1, samples_of(grid), column, nearest, size_of(grid),
+         reach, static_cast<cl_float>(radius * radius));
   return nearest;
 }
 
@@ -197,7 +199,7 @@ StableRegion draw_stable_region(Device& device, const View& view, const Triangul
                                          params.stable.capsule, 0.5 * d_max);
   StableRegion region{grid, triangles.depth, allocate<float>(device, grid.size()), triangles.owner};
   const cl_int n = static_cast<cl_int>(grid.size());
-  launch(device, "stable.cl", "join_region", {grid.size()}, "", region.reference, region.owner,
+  launch(device, kernels::join_region, 1, {grid.size()}, region.reference, region.owner,
          region.front, capsules.depth, capsules.owner, n, static_cast<cl_float>(0.5 * d_max),
          static_cast<cl_float>(offset));
   if (mesh.position.empty()) return region;
@@ -208,8 +210,8 @@ StableRegion draw_stable_region(Device& device, const View& view, const Triangul
       params.stable.closing * pixels / static_cast<double>(mesh.position.size()) / grid.step;
   const Buffer<cl_int> covered = nearest_sample(device, region.owner, grid, radius, 0);
   const Buffer<cl_int> far = nearest_sample(device, covered, grid, radius, 1);
-  launch(device, "stable.cl", "fill_gaps", {grid.size()}, "", region.reference, region.owner,
-         region.front, covered, far, n, static_cast<cl_float>(offset));
+  launch(device, kernels::fill_gaps, 1, {grid.size()}, region.reference, region.owner, region.front,
+         covered, far, n, static_cast<cl_float>(offset));
   return region;
 }
 
@@ -221,8 +223,8 @@ SurfaceBuffers blend_particles(Device& device, const View& view, const StableReg
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const Range range{static_cast<std::size_t>(tiles.nx) * kTile / width,
                     static_cast<std::size_t>(tiles.ny) * kTile, kTile / width, kTile};
-  launch(device, "stable.cl", "blend_particles", range, width_option(static_cast<int>(width)),
-         region.reference, region.front, region.owner, records, upload(device, tiles.start),
+  launch(device, kernels::blend_particles, static_cast<int>(width), range, region.reference,
+         region.front, region.owner, records, upload(device, tiles.start),
          upload(device, tiles.group), surface.depth, surface.normal, surface.group, size_of(grid),
          grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
          cl_float4{{static_cast<float>(params.same_low), static_cast<float>(params.same_high),

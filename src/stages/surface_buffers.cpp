@@ -1,24 +1,49 @@
 #include "stages/surface_buffers.hpp"
 
+#include <optional>
+
 #include "base/parallel.hpp"
 
 namespace meniscus {
 
+namespace {
+
+template <class T>
+bool same_memory(const Buffer<T>& a, const Buffer<T>& b) {
+  const cl::Buffer &one = a.memory, &other = b.memory;
+  return one() == other();
+}
+
+}  // namespace
+
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
   const std::size_t n = grid.size();
-  return {grid,
-          filled<float>(device, n, kNoSurface),
-          allocate<float>(device, 3 * n),
-          allocate<cl_int>(device, n),
-          allocate<float>(device, n),
-          filled<cl_uchar>(device, n, static_cast<cl_uchar>(Kind::surface))};
+  const Together<float, float, cl_uchar> shown(device, {n, 3 * n, n});
+  const auto& [depth, normal, kind] = shown.parts;
+  fill(device, depth, kNoSurface);
+  fill(device, kind, static_cast<cl_uchar>(Kind::surface));
+  return {grid, depth, normal, allocate<cl_int>(device, n), allocate<float>(device, n),
+          kind, shown};
 }
 
 SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
   const std::size_t n = surface.grid.size();
-  const HostView depth(device, surface.depth), normal(device, surface.normal);
   const HostView group(device, surface.group);
-  const HostView kind(device, surface.kind);
+  std::optional<ViewTogether<float, float, cl_uchar>> all;
+  std::optional<HostView<float>> only_depth, only_normal;
+  std::optional<HostView<cl_uchar>> only_kind;
+  const float *depth = nullptr, *normal = nullptr;
+  const cl_uchar* kind = nullptr;
+  const auto& shown = surface.shown;
+  if (shown.whole.size > 0 && same_memory(surface.depth, shown.part<0>()) &&
+      same_memory(surface.normal, shown.part<1>()) && same_memory(surface.kind, shown.part<2>())) {
+    all.emplace(device, shown);
+    depth = all->data<0>(), normal = all->data<1>(), kind = all->data<2>();
+  } else {
+    depth = only_depth.emplace(device, surface.depth).data();
+    normal = only_normal.emplace(device, surface.normal).data();
+    kind = only_kind.emplace(device, surface.kind).data();  // null where it is empty
+  }
   SurfaceMap map;
   map.grid = surface.grid;
   parallel_both([&] { map.normal.resize(n); },  // which write all of it
@@ -35,7 +60,7 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
       map.group[s] = there && group.size() > 0 ? group[s] : -1;
       if (!there) continue;  // zero as made
       map.normal[s] = {normal[s], normal[n + s], normal[2 * n + s]};
-      map.kind[s] = kind.size() > 0 ? static_cast<Kind>(kind[s]) : Kind::surface;
+      map.kind[s] = kind ? static_cast<Kind>(kind[s]) : Kind::surface;
     }
   });
   return map;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device/device.hpp"
+#include "device/together.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {
@@ -15,6 +16,8 @@ struct SurfaceBuffers {
   Buffer<float> trust;    // [samples] of the fits that made the sample, 0 .. 1 (trust.hpp), plus
                           // where it lies (blend.cl)
   Buffer<cl_uchar> kind;  // [samples] Kind, as the sample would be if it has a depth
+  /// Depth, normal and kind where one command reads them all; else empty.
+  Together<float, float, cl_uchar> shown{};
 };
 
 /// No surface anywhere; normals, groups and trust are what was in memory.

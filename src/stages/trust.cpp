@@ -30,7 +30,7 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                     spread[k] = static_cast<float>(fits.spread[k]);
                   }
                 });
-  const std::array<std::vector<float>, 2> means = average_in_cells(
+  const std::vector<std::vector<float>> means = average_in_cells(
       device, around, fits.normal, firm, {std::move(density), std::move(spread)}, kSheet);
   std::vector<double> trust(n, 0.0);
   constexpr std::size_t kGrain = 1024;  // fits that are worth a thread

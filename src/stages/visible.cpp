@@ -11,6 +11,8 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
+#include "device/fill_together.hpp"
+#include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 
@@ -21,7 +23,6 @@ cl_int2 nodes_of(const SampleGrid& grid) { return {{grid.nx, grid.ny}}; }
 cl_float2 origin_of(const SampleGrid& grid) { return {{grid.first, 1.0f / grid.step}}; }
 cl_float2 lattice_of(const SampleGrid& grid) { return {{grid.first, grid.step}}; }
 cl_float2 sphere_of(double footprint) { return {{static_cast<float>(footprint), 1.0f}}; }
-std::string options(Device& device) { return width_option(device.state().vector_width); }
 
 Range vectors(Device& device, std::size_t n) {
   return {n / static_cast<std::size_t>(device.state().vector_width)};
@@ -34,7 +35,7 @@ Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, c
   const int shift = cover_shift(double{discs.sphere.s[0]} * particles.pixels / grid.step);
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       particles.count, particles.stride};
-  launch(device, "visible.cl", "cover_discs", vectors(device, stride), options(device),
+  launch(device, kernels::cover_discs, device.state().vector_width, vectors(device, stride),
          particles.values, covers.cells, covers.deepest, particles.stride, nodes_of(grid),
          origin_of(grid), grid.step, discs.sphere, cl_int{shift});
   return bound_bins(device, covers, grid, shift);
@@ -44,14 +45,15 @@ Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, c
 Buffer<float> lower_discs(Device& device, const Discs& discs, const Buffer<float>& bound,
                           const SampleGrid& grid) {
   const auto depth = filled<float>(device, grid.size(), kNoSurface);
-  draw_minima(device, "lower_discs", discs.records, discs.outlines, bound, grid, std::tie(depth));
+  draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
+              std::tie(depth));
   return depth;
 }
 
 // The disc that owns each node, by atomic minima.
 Buffer<cl_int> owners_by_minima(Device& device, const Discs& discs, const Buffer<float>& bound,
                                 const SampleGrid& grid) {
-  return own_minima(device, "own_discs", discs.records, discs.outlines, bound, grid,
+  return own_minima(device, kernels::own_discs, discs.records, discs.outlines, bound, grid,
                     lower_discs(device, discs, bound, grid));
 }
 
@@ -62,26 +64,27 @@ Buffer<float> no_bound(Device& device, const SampleGrid& grid) {
 
 // Draws all bins with a kernel of visible.cl.
 template <class T>
-void draw(Device& device, const std::string& kernel, const Discs& discs, const Buffer<float>& bound,
+void draw(Device& device, const auto& kernel, const Discs& discs, const Buffer<float>& bound,
           const SampleGrid& grid, const Buffer<T>& result) {
   draw_bins(device, discs.outlines, bound, grid, [&](const BinLists& lists) {
-    launch(device, "visible.cl", kernel, bin_items(lists, device.state().vector_width),
-           options(device), discs.records, lists.end, lists.entry, result,
-           cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid), lattice_of(grid));
+    launch(device, kernel, device.state().vector_width,
+           bin_items(lists, device.state().vector_width), discs.records, lists.end, lists.entry,
+           result, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
+           lattice_of(grid));
   });
 }
 
 // The same for several maps of all discs, whatever lies before them.
 template <class... Maps>
-void draw_all(Device& device, const std::string& kernel, const Discs& discs, const SampleGrid& grid,
+void draw_all(Device& device, const auto& kernel, const Discs& discs, const SampleGrid& grid,
               const std::tuple<Maps&...>& maps) {
   draw_bins(device, discs.outlines, no_bound(device, grid), grid, [&](const BinLists& lists) {
     std::apply(
         [&](Maps&... all) {
-          launch(device, "visible.cl", kernel, bin_items(lists, device.state().vector_width),
-                 options(device), discs.records, lists.end, lists.entry, all...,
-                 cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
-                 lattice_of(grid));
+          launch(device, kernel, device.state().vector_width,
+                 bin_items(lists, device.state().vector_width), discs.records, lists.end,
+                 lists.entry, all..., cl_int2{{lists.first, lists.last}}, bins_of(grid).nx,
+                 nodes_of(grid), lattice_of(grid));
         },
         maps);
   });
@@ -110,7 +113,7 @@ Discs outline_discs(Device& device, const SplatParticles& particles, const Sampl
                     sphere,
                     {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                      particles.count, particles.stride}};
-  launch(device, "visible.cl", "outline_discs", vectors(device, stride), options(device),
+  launch(device, kernels::outline_discs, device.state().vector_width, vectors(device, stride),
          particles.values, discs.records, discs.outlines.box, discs.outlines.key, particles.stride,
          nodes_of(grid), origin_of(grid), sphere, static_cast<cl_int>(drawn));
   return discs;
@@ -152,7 +155,7 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
   const Buffer<float> bound = bound_by_covers(device, particles, discs, grid);
   if (draws_by_minima(device)) return lower_discs(device, discs, bound, grid);
   const auto depth = allocate<float>(device, grid.size());
-  draw(device, "splat_depth", discs, bound, grid, depth);
+  draw(device, kernels::splat_depth, discs, bound, grid, depth);
   return depth;
 }
 
@@ -163,7 +166,7 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
   const Buffer<float> bound = bound_by_covers(device, particles, discs, grid);
   if (draws_by_minima(device)) return owners_by_minima(device, discs, bound, grid);
   const auto owner = allocate<cl_int>(device, grid.size());
-  draw(device, "splat_owner", discs, bound, grid, owner);
+  draw(device, kernels::splat_owner, discs, bound, grid, owner);
   return owner;
 }
 
@@ -175,11 +178,15 @@ Fronts splat_fronts(Device& device, const SplatParticles& particles, const Sampl
       outline_discs(device, particles, grid,
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
   if (draws_by_minima(device)) {
-    maps.depth = lower_discs(device, discs, no_bound(device, grid), grid);
+    const auto [depth, bound] =
+        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+    maps.depth = depth;
+    draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
+                std::tie(maps.depth));
     count_finite(device, grid, maps.depth, maps.occupied);
     return maps;
   }
-  draw_all(device, "splat_fronts", discs, grid, std::tie(maps.depth, maps.occupied));
+  draw_all(device, kernels::splat_fronts, discs, grid, std::tie(maps.depth, maps.occupied));
   return maps;
 }
 
@@ -192,14 +199,16 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
                 no_blocks(device, grid)};
   const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
   if (draws_by_minima(device)) {
-    extent.from = filled<float>(device, grid.size(), kNoSurface);
+    const auto [from, bound] =
+        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+    extent.from = from;
     extent.to = filled<float>(device, grid.size(), 0.0f);
-    draw_minima(device, "lower_and_raise_discs", discs.records, discs.outlines,
-                no_bound(device, grid), grid, std::tie(extent.from, extent.to));
+    draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines, bound, grid,
+                std::tie(extent.from, extent.to));
     count_finite(device, grid, extent.from, extent.occupied);
     return extent;
   }
-  draw_all(device, "splat_extent", discs, grid,
+  draw_all(device, kernels::splat_extent, discs, grid,
            std::tie(extent.from, extent.to, extent.occupied, asked));
   return extent;
 }
@@ -217,7 +226,7 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
   if (draws_by_minima(device))
     count_owners(device, owners_by_minima(device, discs, bound, grid), owned);
   else
-    draw(device, "count_owned", discs, bound, grid, owned);
+    draw(device, kernels::count_owned, discs, bound, grid, owned);
 
   const HostView counts(device, owned);
   constexpr std::size_t kGrain = 4096;  // candidates that are worth a thread

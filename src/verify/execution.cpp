@@ -210,9 +210,7 @@ Finding lower_longs(Device& device) {
 
 // CL_KERNEL_WORK_GROUP_SIZE: launches cut their groups down to that.
 std::size_t most_items(Device& device, const char* kernel, const std::string& options) {
-  return device.state()
-      .kernel(kFile, kernel, options)
-      .getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device.info().handle);
+  return device.state().kernel(kFile, kernel, options).most_items;
 }
 
 Finding too_small(std::size_t most) {

@@ -127,7 +127,7 @@ double build_seconds(Device& device, const std::string& option) {
   const auto starts = filled<cl_int>(device, 64, 0);
   device.state().queue.finish();
   return seconds_of([&] {
-    launch(device, "cells.cl field.cl density.cl", "measure_gradients", {64},
+    launch(device, "density.cl", "measure_gradients", {64},
            width_option(device.state().vector_width) + option, floats, floats, floats, floats,
            floats, words, starts, 1.0f, cl_uint{63}, cl_int{0}, cl_int{0});
     device.state().queue.finish();

@@ -32,10 +32,9 @@ Bytes in_order(const Bytes& bytes, std::size_t entry) {
 SavedLaunch saved(Device& device, const KernelLaunch& launch, const std::vector<Bytes>& before,
                   const std::vector<std::string>& names, bool built) {
   Device::State& state = device.state();
-  const std::size_t most = built
-                               ? state.kernel(launch.file, launch.kernel, launch.options)
-                                     .getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(state.info.handle)
-                               : state.info.largest_group;
+  const std::size_t most =
+      built ? state.kernel(launch.file, launch.kernel, launch.options).most_items
+            : state.info.largest_group;
   SavedLaunch saved{launch.file,
                     launch.kernel,
                     launch.options,
@@ -95,7 +94,8 @@ std::string difference(const std::string& argument, bool floats, const Bytes& ex
 
 std::vector<Bytes> run_again(Device& device, const SavedLaunch& launch) {
   Device::State& state = device.state();
-  cl::Kernel& kernel = state.kernel(launch.file, launch.kernel, launch.options);
+  BuiltKernel& built = state.kernel(launch.file, launch.kernel, launch.options);
+  cl::Kernel& kernel = built.kernel;
   std::vector<Memory> memory;
   cl_uint index = 0;
   try {
@@ -113,7 +113,7 @@ std::vector<Bytes> run_again(Device& device, const SavedLaunch& launch) {
   } catch (const cl::Error& error) {
     state.fail("giving " + launch.kernel + " its arguments", error);
   }
-  state.enqueue(kernel, launch.kernel, launch.wanted);
+  state.enqueue(built, launch.wanted);
   std::vector<Bytes> left;
   for (std::size_t k = 0; k < launch.arguments.size(); ++k) {
     left.emplace_back(launch.arguments[k].is_buffer ? launch.arguments[k].before.size() : 0);

@@ -20,9 +20,8 @@ const std::vector<std::string>& argument_names(const std::string& file, const st
   const auto [place, first] = known.try_emplace({file, kernel});
   std::vector<std::string>& names = place->second;
   if (!first) return names;
-  const std::string own = file.substr(file.rfind(' ') + 1);
   for (const KernelSource& source : kernel_sources()) {
-    if (source.file != own) continue;
+    if (source.file != file) continue;
     std::string text = std::regex_replace(std::string(source.text), std::regex("//[^\n]*"), "");
     std::smatch head;
     if (!std::regex_search(text, head,
@@ -165,12 +164,12 @@ void Tracer::give_up_here() {
 void Tracer::run_more(const KernelLaunch& launch, const std::vector<Bytes>& found) {
   if (watching_.repeat < 2) return;
   Device::State& state = device_.state();
-  cl::Kernel& kernel = state.kernel(launch.file, launch.kernel, launch.options);
+  BuiltKernel& kernel = state.kernel(launch.file, launch.kernel, launch.options);
   std::string what;
   std::vector<Bytes> left;
   for (int run = 2; run <= watching_.repeat && what.empty(); ++run) {
     put(launch, contents_);
-    state.enqueue(kernel, launch.kernel, launch.range);
+    state.enqueue(kernel, launch.range);
     left = read(launch);
     for (std::size_t k = 0; k < left.size() && what.empty(); ++k)
       if (left[k] != found[k] && hash_of(left[k], names_[k]) != hash_of(found[k], names_[k]))

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "device/device.hpp"
+#include "device/together.hpp"
 
 namespace meniscus {
 namespace {
@@ -40,7 +41,7 @@ TEST_F(DeviceBuffer, ViewsOfOtherKindsOfDevicesAreCopies) {
   EXPECT_EQ(download(device_, buffer), (std::vector<float>{1, 2, 3}));
 }
 
-TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWroteAndZerosBehind) {
+TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWrote) {
   for (const bool staged : {false, true}) {
     stage(device_, staged);
     for (const std::size_t size : {0u, 1u, 16u, 1000u}) {
@@ -48,11 +49,39 @@ TEST_F(DeviceBuffer, UploadsHoldWhatTheHostWroteAndZerosBehind) {
       for (std::size_t k = 0; k < size; ++k) values[k] = 7 - static_cast<int>(k);
       const auto buffer = values.done();
       ASSERT_EQ(buffer.size, size);
-      std::vector<int> all(size + 16, -1);
-      device_.state().read_bytes(buffer.memory, all.data(), all.size() * sizeof(int));
-      for (std::size_t k = 0; k < all.size(); ++k)
-        ASSERT_EQ(all[k], k < size ? 7 - static_cast<int>(k) : 0) << k << " of " << size;
+      const std::vector<int> all = download(device_, buffer);
+      for (std::size_t k = 0; k < size; ++k)
+        ASSERT_EQ(all[k], 7 - static_cast<int>(k)) << k << " of " << size;
     }
+  }
+}
+
+// Arrays of different types in one piece of memory: each begins where its own values do, whether
+// the host writes them or reads what kernels wrote.
+TEST_F(DeviceBuffer, ArraysAreWrittenAndReadTogether) {
+  for (const bool staged : {false, true}) {
+    stage(device_, staged);
+    const std::vector<float> x{1, 2, 3};
+    const std::vector<cl_uchar> bytes(4099, 7);
+    const std::vector<cl_uint> none;
+    const auto [a, b, c] = upload_together(device_, x, bytes, none);
+    EXPECT_EQ(download(device_, a), x);
+    EXPECT_EQ(download(device_, b), bytes);
+    EXPECT_EQ(c.size, 0u);
+
+    const Together<cl_uint, cl_uchar, cl_uint> both(device_, {128, 5, 64});
+    fill(device_, both.part<0>(), 7u);
+    fill(device_, both.part<1>(), cl_uchar{3});
+    fill(device_, both.part<2>(), 0xffffffffu);
+    launch(device_, "probe.cl", "lower_words", {64}, "", both.part<2>(), cl_uint{63});
+    const CommandCounts before = device_.state().counts;
+    const ViewTogether view(device_, both);
+    EXPECT_EQ(device_.state().counts.since(before).reads, 1);
+    EXPECT_TRUE(
+        std::all_of(view.data<0>(), view.data<0>() + 128, [](cl_uint v) { return v == 7; }));
+    EXPECT_TRUE(std::all_of(view.data<1>(), view.data<1>() + 5, [](cl_uchar v) { return v == 3; }));
+    EXPECT_TRUE(std::all_of(view.data<2>(), view.data<2>() + 64,
+                            [](cl_uint v) { return v < 0xffffffffu; }));
   }
 }
 

@@ -252,3 +252,14 @@ extern "C" cl_mem clCreateBuffer(cl_context context, cl_mem_flags flags, size_t 
   NEXT(clSetMemObjectDestructorCallback)(buffer, forget, nullptr);
   return buffer;
 }
+
+extern "C" cl_mem clCreateSubBuffer(cl_mem buffer, cl_mem_flags flags, cl_buffer_create_type type,
+                                    const void* region, cl_int* errcode) {
+  using namespace meniscus::test;
+  const cl_int error = turn("clCreateSubBuffer", CL_OUT_OF_RESOURCES);
+  if (error != CL_SUCCESS) {
+    if (errcode) *errcode = error;
+    return nullptr;
+  }
+  return NEXT(clCreateSubBuffer)(buffer, flags, type, region, errcode);
+}

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <regex>
 #include <set>
 #include <utility>
@@ -32,6 +33,14 @@ extern "C" cl_mem __wrap_clCreateBuffer(cl_context context, cl_mem_flags flags, 
   const std::vector<unsigned char> bytes(size, nonsense_byte);
   return __real_clCreateBuffer(context, flags | CL_MEM_COPY_HOST_PTR, size,
                                const_cast<unsigned char*>(bytes.data()), error);
+}
+
+// And what the host writes for the device to read where it lies.
+extern "C" void* __real_aligned_alloc(size_t alignment, size_t size);
+extern "C" void* __wrap_aligned_alloc(size_t alignment, size_t size) {
+  void* const bytes = __real_aligned_alloc(alignment, size);
+  if (bytes != nullptr) std::memset(bytes, nonsense_byte, size);
+  return bytes;
 }
 
 namespace {
@@ -111,9 +120,7 @@ int main() try {
       good = false;
     });
     for (const auto& [key, kernel] : device.state().kernels) {
-      // "field.cl settle.cl options settle_samples": the kernel's own file is the last.
-      const std::size_t end = key.rfind(".cl ") + 3, begin = key.rfind(' ', end - 1) + 1;
-      missing.erase(key.substr(begin, end - begin) + key.substr(key.rfind(' ')));
+      missing.erase(kernel.file + " " + kernel.name);
     }
   }
   for (const std::string& name : missing) std::printf("not run: %s\n", name.c_str());

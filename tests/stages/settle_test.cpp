@@ -1,6 +1,8 @@
 // What samples show, against plain loops in double precision, on every device.
 #include "verify/references/settle.hpp"
 
+#include "device/kernels.hpp"
+#include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/references/cases.hpp"
 
@@ -62,18 +64,16 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   const auto reference = upload(device_, before.reference);
   const SampleLists lists = list_samples(device_, scene_.grid, reference);
   const auto behind = allocate<float>(device_, n_);
-  const auto follow = filled<float>(device_, n_, kNoSurface);
+  const auto left = allocate<cl_int>(device_, lists.sample.size);
   const cl_float4 limits{{static_cast<float>(scene_.params.contour_density),
                           static_cast<float>(scene_.params.blob_density), 3, 2}};
-  const std::string files = "cells.cl field.cl samples.cl settle.cl";
-  launch(device_, files, "settle_samples", range_of(lists, 1), "", lists.sample, lists.count,
-         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, follow,
+  launch(device_, kernels::settle_samples, 1, range_of(lists, 1), lists.sample, lists.count,
+         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, left,
          scene_.cells.x, scene_.cells.y, scene_.cells.z, scene_.cells.tag, scene_.cells.start,
          scene_.cells.inverse_cell, scene_.cells.mask, scene_.cells.weight,
          cl_int2{{scene_.grid.nx, scene_.grid.ny}}, scene_.grid.first, scene_.grid.step,
          kernel_rays(scene_.view), limits, cl_int{0});
-  const SampleLists rest = keep_samples(device_, lists, follow);
-  launch(device_, files, "follow_field", range_of(rest, 1), "", rest.sample, rest.count, reference,
+  launch(device_, kernels::follow_field, 1, range_of(lists, 1), left, lists.count, reference,
          samples.trust, samples.depth, samples.normal, samples.group, samples.kind, behind,
          scene_.cells.x, scene_.cells.y, scene_.cells.z, scene_.cells.tag, scene_.cells.start,
          scene_.cells.inverse_cell, scene_.cells.mask, scene_.cells.weight, scene_.levelled.weight,

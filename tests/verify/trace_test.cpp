@@ -15,7 +15,7 @@ using testing::HasSubstr;
 TEST(ArgumentNames, AreThoseOfTheKernel) {
   EXPECT_THAT(argument_names("bins.cl", "bound_bins"),
               ElementsAre("cell", "bound", "cells", "bins", "side"));
-  EXPECT_THAT(argument_names("field.cl density.cl", "level_weights"),
+  EXPECT_THAT(argument_names("density.cl", "level_weights"),
               ElementsAre("field", "weight", "level", "n"));
   EXPECT_TRUE(argument_names("bins.cl", "no_such_kernel").empty());
 }
@@ -57,8 +57,7 @@ TEST_P(Traces, OfTheSameLaunchesAreTheSame) {
 TEST_P(Traces, SayWhatDiffersAndPutItRight) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
   const Trace canonical = traced(device_, values);
-  device_.state().kernels.clear();
-  device_.state().programs.clear();
+  device_.state().forget_programs();
   device_.state().kernel_text = [](const std::string&, const std::string& text) {
     std::string wrong = text;
     if (const auto at = wrong.find("atomic_inc(counts"); at != std::string::npos)
@@ -115,8 +114,7 @@ TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
 TEST_P(Traces, SayWhatDiffersFromRunToRun) {
   std::map<std::uint64_t, std::vector<std::uint8_t>> values;
   const Trace canonical = traced(device_, values);
-  device_.state().kernels.clear();
-  device_.state().programs.clear();
+  device_.state().forget_programs();
   device_.state().kernel_text = [](const std::string&, const std::string& text) {
     const std::string head = "kernel void count_bins(";
     std::string wrong = text;
@@ -180,7 +178,7 @@ TEST_P(Traces, PutCanonicalValuesInThePlaceOfWhatIsLeftOut) {
 }
 
 TEST_P(Traces, AreAnnouncedBeforeTheyRun) {
-  device_.state().kernels.clear();
+  device_.state().forget_programs();
   Without guard("");
   device_.state().guard = &guard;
   {

@@ -156,7 +156,8 @@ void motion_of_samples(const Motion& input, std::size_t begin, std::size_t end);
 struct Settle {
   Lists lists;
   const float *triangle, *reference, *trust;
-  float *depth, *behind, *follow;
+  float *depth, *behind;
+  std::int32_t *left, *left_count;  // [tiles][256] those that follow_field takes; [tiles]
   Cells cells;
   const float* weight;
   float contour, triangle_reach;

@@ -177,7 +177,6 @@ void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& arou
             (density_on(in.cells, in.weight, lanes.rays, v.t, v.doubted, around) < v.contour);
   scatter(all(kNowhere), in.depth, lanes.at, gone);
   scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used);
-  scatter(v.mixed ? v.t0 : all(kNowhere), in.follow, lanes.at, lanes.used);
 }
 
 void follow(const Follow& in, const Lanes& lanes, Around& around) {
@@ -236,7 +235,8 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
 void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
   Lanes lanes[kVectors];
   Around around;
-  for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile)
+  for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile) {
+    std::int32_t* next = in.left + 256 * tile;
     for (int place = 0; place < in.lists.count[tile]; place += kTakes) {
       const int vectors = load_work(in.lists, tile, place, lanes, around);
       Verdict verdict[kVectors];
@@ -245,8 +245,15 @@ void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
         around.wanted[v] = verdict[v].doubted;
         ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, around);
       }
-      for (int v = 0; v < vectors; ++v) settle(in, verdict[v], lanes[v], around);
+      for (int v = 0; v < vectors; ++v) {
+        settle(in, verdict[v], lanes[v], around);
+        if (!any(verdict[v].mixed)) continue;
+        for (int k = 0; k < kWidth; ++k)
+          if (verdict[v].mixed[k]) *next++ = lanes[v].at[k];
+      }
     }
+    in.left_count[tile] = static_cast<std::int32_t>(next - in.left) - 256 * tile;
+  }
 }
 
 void follow_field(const Follow& in, std::size_t begin, std::size_t end) {

@@ -1,0 +1,117 @@
+// Several arrays in one piece of memory: each is a buffer of its own to kernels, and one command
+// writes or reads them all.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "device/device.hpp"
+
+namespace meniscus {
+
+/// Where arrays of so many values lie in the memory that they share.
+template <class... T>
+struct PartLayout {
+  explicit PartLayout(const std::array<std::size_t, sizeof...(T)>& values) : size(values) {
+    constexpr std::array<std::size_t, sizeof...(T)> value_bytes{sizeof(T)...};
+    for (std::size_t k = 0; k < sizeof...(T); ++k) {
+      origin[k] = bytes;
+      bytes += Device::State::part_bytes(size[k] * value_bytes[k]);
+    }
+  }
+  std::array<std::size_t, sizeof...(T)> size;      // values
+  std::array<std::size_t, sizeof...(T)> origin{};  // bytes
+  std::size_t bytes = 0;                           // of all
+};
+
+/// The arrays as buffers: parts of `whole`.
+template <class... T>
+std::tuple<Buffer<T>...> parts_of(Device& device, const Memory& whole,
+                                  const PartLayout<T...>& layout) {
+  return [&]<std::size_t... K>(std::index_sequence<K...>) {
+    return std::tuple<Buffer<T>...>{
+        Buffer<T>{device.state().part_of(whole, layout.origin[K], layout.size[K] * sizeof(T)),
+                  layout.size[K]}...};
+  }
+  (std::index_sequence_for<T...>());
+}
+
+/// Arrays that the host writes, all of them, for buffers that done() makes by one upload.
+template <class... T>
+class UploadTogether {
+ public:
+  UploadTogether(Device& device, const std::array<std::size_t, sizeof...(T)>& sizes)
+      : device_(device), layout_(sizes), memory_(device.state().host_bytes(layout_.bytes)) {}
+  UploadTogether(const UploadTogether&) = delete;
+  UploadTogether& operator=(const UploadTogether&) = delete;
+
+  /// Where array K is to be written.
+  template <std::size_t K>
+  auto* data() {
+    using Value = std::tuple_element_t<K, std::tuple<T...>>;
+    return reinterpret_cast<Value*>(static_cast<char*>(memory_.bytes.get()) + layout_.origin[K]);
+  }
+
+  std::tuple<Buffer<T>...> done() {
+    return parts_of(device_, device_.state().done_bytes(std::move(memory_)), layout_);
+  }
+
+ private:
+  Device& device_;
+  PartLayout<T...> layout_;
+  HostMemory memory_;
+};
+
+/// Copies arrays of the host into new buffers by one upload.
+template <class... T>
+std::tuple<Buffer<T>...> upload_together(Device& device, const std::vector<T>&... values) {
+  UploadTogether<T...> upload(device, {values.size()...});
+  [&]<std::size_t... K>(std::index_sequence<K...>) {
+    (std::copy(values.begin(), values.end(), upload.template data<K>()), ...);
+  }
+  (std::index_sequence_for<T...>());
+  return upload.done();
+}
+
+/// Buffers that kernels write and the host reads by one command.
+template <class... T>
+struct Together {
+  Together() = default;
+  Together(Device& device, const std::array<std::size_t, sizeof...(T)>& sizes)
+      : layout(sizes),
+        whole{device.state().allocate_bytes(layout.bytes), layout.bytes},
+        parts(parts_of(device, whole.memory, layout)) {}
+
+  template <std::size_t K>
+  const auto& part() const {
+    return std::get<K>(parts);
+  }
+
+  PartLayout<T...> layout{{}};
+  Buffer<cl_uchar> whole;
+  std::tuple<Buffer<T>...> parts;
+};
+
+/// Their values on the host, as HostView has those of one.
+template <class... T>
+class ViewTogether {
+ public:
+  ViewTogether(Device& device, const Together<T...>& buffers)
+      : layout_(buffers.layout), bytes_(device, buffers.whole) {}
+
+  template <std::size_t K>
+  const auto* data() const {
+    using Value = std::tuple_element_t<K, std::tuple<T...>>;
+    return reinterpret_cast<const Value*>(bytes_.data() + layout_.origin[K]);
+  }
+
+ private:
+  const PartLayout<T...>& layout_;
+  HostView<cl_uchar> bytes_;
+};
+
+}  // namespace meniscus

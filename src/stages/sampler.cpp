@@ -1,0 +1,184 @@
+#include "stages/sampler.hpp"
+
+#include <utility>
+
+#include "stages/behind.hpp"
+#include "stages/interpolate.hpp"
+#include "stages/minima.hpp"
+#include "stages/region.hpp"
+#include "stages/settle.hpp"
+#include "stages/silhouettes.hpp"
+#include "stages/specks.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr int kBehind = 2;       // layers behind the front one
+constexpr double kLayerGap = 3;  // particle radii between two layers
+// The levelled field lies one radius outside the particles, a little more between two.
+constexpr float kBehindFootprint = 1.4f;  // particle radii
+
+// A grid's samples while they are made.
+struct Canvas {
+  const Sampler& of;
+  const SampleGrid& grid;
+  const Fronts& fronts;
+  StageClock& clock;
+  SurfaceBuffers surface;
+  Buffer<float> triangles;  // depth of the kept ones
+  FitTiles tiles;
+  Extent splash;
+  Buffer<float>
+      open;  // of samples that show nothing in the layers so far, the last reference depth
+};
+
+// A layer at listed samples: what the fits say, or the field where they are not trusted.
+void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<float>& reference) {
+  const Sampler& s = canvas.of;
+  canvas.clock.start("blend");
+  blend_groups(s.device, s.view, lists, s.fits, canvas.tiles, reference, canvas.surface,
+               s.params.blend);
+  canvas.clock.start("settle");
+  settle_samples(s.device, s.view, lists, s.cells, s.levelled, canvas.triangles, reference,
+                 canvas.surface, canvas.open, s.params.region, false);
+}
+
+void show_splash(const Canvas& canvas, const SampleLists& lists, const Buffer<float>* open) {
+  const Sampler& s = canvas.of;
+  canvas.clock.start("splash");
+  draw_splash(s.device, s.view, lists, s.levelled, canvas.splash, canvas.surface, s.params.region,
+              open);
+}
+
+void show_front(const Canvas& canvas, const LayerSamples& wanted) {
+  show_layer(canvas, wanted.surface, canvas.fronts.depth);
+  show_splash(canvas, wanted.splash, &canvas.open);
+}
+
+// Samples between which others are interpolated: at most 4/3 particle radii apart, or two samples.
+int coarsest_lattice(const Sampler& sampler, const SampleGrid& grid) {
+  int every = sampler.params.region.interpolation > 0 ? 2 : 1;
+  while (every > 1 && every < kTile && 2 * every * grid.step <= kWidestCell * sampler.least_radius)
+    every *= 2;
+  return every;
+}
+
+// The front layer: a coarse lattice, then what lies between its samples and is not told by them.
+void sample_front(const Canvas& canvas, int coarsest, const ListedBlocks& listed) {
+  const Sampler& s = canvas.of;
+  const auto& [front, occupied] = canvas.fronts;
+  const Extent& splash = canvas.splash;
+  show_front(canvas, {list_samples(s.device, canvas.grid, front, occupied, coarsest),
+                      list_samples(s.device, canvas.grid, splash.from, splash.occupied, coarsest)});
+  for (int every = coarsest / 2; every > 0; every /= 2) {
+    canvas.clock.start("interpolate");
+    show_front(canvas,
+               interpolate_samples(s.device, s.view, front, occupied, splash.from, splash.occupied,
+                                   canvas.open, canvas.surface, s.params.region.interpolation,
+                                   s.least_radius, listed, every));
+  }
+}
+
+// What lies behind the front layer, at all samples together: few are open.
+void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
+  const Sampler& s = canvas.of;
+  const Buffer<float>&depth = canvas.surface.depth, &open = canvas.open;
+  canvas.clock.start("behind");
+  const SampleLists gaps =
+      list_samples(s.device, canvas.grid, open, canvas.fronts.occupied, listed);
+  const Discs hidden =
+      outline_discs(s.device, s.body, canvas.grid, {{kBehindFootprint, 1.0f}}, Drawn::behind);
+  const DiscsBehind discs = list_discs(s.device, hidden, gaps, open, kLayerGap);
+  SampleLists lists = gaps;
+  for (int layer = 0; layer < kBehind; ++layer) {
+    canvas.clock.start("behind");
+    // By minima all open samples are asked for, which alone can have a reference.
+    if (draws_by_minima(s.device))
+      lists = gaps;
+    else if (layer > 0)
+      lists = keep_samples(s.device, lists, open, depth);
+    const Buffer<float> reference = splat_behind(s.device, discs, lists, open, kLayerGap);
+    lists = keep_samples(s.device, lists, reference, depth);
+    show_layer(canvas, lists, reference);
+  }
+  canvas.clock.start("settle");
+  settle_samples(s.device, s.view, gaps, s.cells, s.levelled, canvas.triangles, canvas.fronts.depth,
+                 canvas.surface, open, s.params.region, true);
+  show_splash(canvas, gaps, nullptr);
+}
+
+}  // namespace
+
+Fronts draw_fronts(Device& device, const SplatParticles& seen, const SampleGrid& grid,
+                   const Parameters& params) {
+  const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
+  return splat_fronts(device, seen, grid, footprint, bulge);
+}
+
+SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const Fronts& fronts,
+                           bool groups, StageClock& clock) {
+  Device& device = sampler.device;
+  const View& view = sampler.view;
+  clock.start("region");
+  // The order in which these are made is the order in which the device is asked.
+  SurfaceBuffers empty = empty_surface(device, grid);
+  const Buffer<float> triangles = draw_triangles(device, view, sampler.mesh, grid, fronts.occupied);
+  const FitTiles tiles = list_fits(device, view, sampler.records, grid);
+  const Extent splash = splash_extent(device, sampler.splash, grid, fronts.occupied);
+  Canvas canvas{sampler,
+                grid,
+                fronts,
+                clock,
+                std::move(empty),
+                triangles,
+                tiles,
+                splash,
+                filled<float>(device, grid.size(), kNoSurface)};
+
+  const int coarsest = coarsest_lattice(sampler, grid);
+  const ListedBlocks listed = blocks_of(device, grid, coarsest == 1);
+  sample_front(canvas, coarsest, listed);
+  sample_behind(canvas, listed);
+  clock.start("specks");
+  close_specks(device, canvas.surface, listed, sampler.least_radius);
+  clock.start("blend");
+  if (!groups)
+    canvas.surface.group = {};
+  else if (coarsest > 1)
+    canvas.surface.group =
+        choose_groups(device, view, canvas.surface, sampler.fits, coarsest, sampler.params.blend);
+  return std::move(canvas.surface);
+}
+
+std::vector<SurfaceSample> sample_points(const Sampler& sampler, const SampleGrid& grid,
+                                         const FitTiles& tiles, const std::vector<float>& points,
+                                         const std::vector<float>& near,
+                                         const std::vector<float>& near_fits) {
+  Device& device = sampler.device;
+  const Buffer<float> at = upload(device, points);
+  const SurfaceBuffers samples =
+      empty_surface(device, {static_cast<int>(near.size()), 1, 0.0f, 1.0f});
+  blend_points(device, sampler.view, sampler.fits, tiles, grid, at, upload(device, near_fits),
+               samples, sampler.params.blend);
+  settle_points(device, sampler.view, sampler.cells, sampler.levelled, at, upload(device, near),
+                samples, sampler.params.region);
+  const SurfaceMap map = download(device, samples);
+  std::vector<SurfaceSample> found;
+  for (std::size_t e = 0; e < near.size(); ++e) found.push_back({map.depth[e], map.normal[e]});
+  return found;
+}
+
+std::vector<SilhouetteEdge> cut_silhouettes(const Sampler& sampler, const SurfaceMap& nodes) {
+  const double z_max = sampler.params.grid.z_max;
+  const std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, z_max);
+  const FitTiles tiles = list_fits(sampler.device, sampler.view, sampler.records, nodes.grid);
+  const auto sample = [&](const std::vector<float>& points, const std::vector<float>& near) {
+    std::vector<float> near_fits = near;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+      if (nodes.kind[edges[e].front] == Kind::splash) near_fits[e] = kNoSurface;
+    return sample_points(sampler, nodes.grid, tiles, points, near, near_fits);
+  };
+  return bisect_silhouettes(nodes, edges, z_max, sample);
+}
+
+}  // namespace meniscus
