@@ -18,6 +18,10 @@
 #else
 #define BLOCK 128
 #endif
+// The sum of firm fits' weights at a sample, 3.5 within a flat face (the integral of (1 - D^2)^3 over
+// 4 square radii a fit): up to the first the blend is not trusted, from the second on it is.
+#define ALONE 0.002f
+#define COMPANY 0.015f
 #define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
@@ -349,10 +353,10 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   const floatv rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
   const intv ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
-  // The mean trust under the weights without it; what only rounding keeps from 1 is 1.
-  // Where a ray meets hardly more than the bevel of a lone edge there is nothing to trust.
+  // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly
+  // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
-              smooth_step(0.001f, 0.005f, firm);
+              smooth_step(ALONE, COMPANY, firm);
   const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
   *blended = out;

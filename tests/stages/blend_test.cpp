@@ -353,6 +353,21 @@ TEST_P(Blend, DepthsOfGrazingRaysCountLess) {
   }
 }
 
+TEST_P(Blend, FitsThatAreNotFirmAreTrustedAsFarAsTheyWeigh) {
+  const View view = frontal_view(37, 21);
+  const std::size_t centre = 10 * 37 + 18;  // its ray is the axis and meets the foot
+  for (const auto& [firmness, trust] :
+       {std::pair{0.002, 0.0}, {0.00525, 0.15625}, {0.0085, 0.5}, {0.015, 1.0}, {1.0, 1.0}}) {
+    Scene scene;
+    scene.add({0, 0, -20}, {0, 0, 1});
+    scene.fits.firmness.back() = firmness;
+    const Samples samples = blended(device_, view, kGrids[0], scene, 20);
+    // Its slope is at most 1.5 / .013, and the firmness takes eight roundings at most.
+    EXPECT_NEAR(samples.trust[centre], trust, 8 * kEpsilon * (1 + 1.5 / 0.013 * firmness))
+        << firmness;
+  }
+}
+
 TEST_P(Blend, TrustIsTheMeanOfTheFitsUnderTheirWeightsWithoutIt) {
   const View view = frontal_view(37, 21);
   Scene scene;

@@ -195,7 +195,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     if (sheet.weight > 0)
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
   // Hardly more than the rim of a weight, or than bevels, is not trusted.
-  out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.001, 0.005, firm);
+  out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
   out.on_edge = near && convex && b.weight > 0.03 * a.weight;
 
   // Sheet R: what faces away near the point, with another normal.
