@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "device/memory_pool.hpp"
+#include "device/opencl.hpp"
 #include "device/staging.hpp"
 #include "device/tuning.hpp"
-#include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -104,8 +104,8 @@ class DeviceMemory {
   std::atomic<std::uint64_t> now_{0}, peak_{0};
 };
 
-/// What a device was asked for so far. Each command costs the host its time, on a GPU more than most
-/// kernels take; each wait leaves the device idle until the host has gone on.
+/// What a device was asked for so far. Each command costs the host its time, on a GPU more than
+/// most kernels take; each wait leaves the device idle until the host has gone on.
 struct CommandCounts {
   std::int64_t launches = 0;   // kernels enqueued
   std::int64_t arguments = 0;  // arguments given to kernels
@@ -146,8 +146,8 @@ struct Device::State {
   bool compiles_at_launch = false;
   /// Is called before a program is built that no cache has, with how many there were, this one too.
   std::function<void(int programs)> on_building;
-  std::string stage;           // named in error messages
-  CommandCounts counts;        // since the device was opened
+  std::string stage;                                       // named in error messages
+  CommandCounts counts;                                    // since the device was opened
   std::function<void(const std::string& stage)> on_stage;  // called as each begins
   LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
   LaunchGuard* guard = nullptr;

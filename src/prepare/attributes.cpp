@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "meniscus/error.hpp"
 #include "prepare/velocities.hpp"
@@ -25,13 +26,20 @@ void ValueCheck::add(const ValueCheck& other) {
 }
 
 void ValueCheck::report(const std::string& attribute, const Parameters& params,
-                        std::vector<std::string>& warnings) const {
+                        std::vector<Notice>& notices) const {
   if (bad_ == 0) return;
-  const std::string what = attribute + " is NaN, infinite or absurd in " + std::to_string(bad_) +
-                           " of " + std::to_string(seen_) + " particles (the first is particle " +
-                           std::to_string(first_bad_) + ")";
-  if (params.strict) throw InputError(what + "; leave --strict away to do without them");
-  warnings.push_back(what + ", which were left out");
+  Notice notice{.code = Code::bad_attribute,
+                .text = attribute + " is NaN, infinite or absurd in " + std::to_string(bad_) +
+                        " of " + std::to_string(seen_) + " particles (the first is particle " +
+                        std::to_string(first_bad_) + ")",
+                .subject = attribute,
+                .place = first_bad_,
+                .count = bad_,
+                .of = seen_};
+  notice.text += params.strict ? "; leave " + setting("strict") + " away to do without them"
+                               : ", which were left out";
+  if (params.strict) throw InputError(notice);
+  notices.push_back(std::move(notice));
 }
 
 void check_names(const std::vector<std::string>& names) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 #include "stages/motion.hpp"
@@ -26,7 +27,7 @@ class ValueCheck {
   void add(const ValueCheck& other);
   /// Warns if there were any. Throws InputError when params.strict.
   void report(const std::string& attribute, const Parameters& params,
-              std::vector<std::string>& warnings) const;
+              std::vector<Notice>& notices) const;
 
  private:
   std::int64_t seen_ = 0, bad_ = 0, first_bad_ = std::numeric_limits<std::int64_t>::max();

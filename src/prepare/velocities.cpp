@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "meniscus/error.hpp"
 
@@ -23,13 +24,19 @@ void VelocityCheck::add(const VelocityCheck& other) {
 }
 
 void VelocityCheck::report(const std::string& among, const Parameters& params,
-                           std::vector<std::string>& warnings) const {
+                           std::vector<Notice>& notices) const {
   if (bad_ == 0) return;
-  const std::string what = std::to_string(bad_) + " of " + std::to_string(seen_) + " " + among +
-                           " have NaN, infinite or absurd velocities (the first is particle " +
-                           std::to_string(first_bad_) + ")";
-  if (params.strict) throw InputError(what + "; leave --strict away to do without them");
-  warnings.push_back(what + ", which were left out");
+  Notice notice{.code = Code::bad_velocities,
+                .text = std::to_string(bad_) + " of " + std::to_string(seen_) + " " + among +
+                        " have NaN, infinite or absurd velocities (the first is particle " +
+                        std::to_string(first_bad_) + ")",
+                .place = first_bad_,
+                .count = bad_,
+                .of = seen_};
+  notice.text += params.strict ? "; leave " + setting("strict") + " away to do without them"
+                               : ", which were left out";
+  if (params.strict) throw InputError(notice);
+  notices.push_back(std::move(notice));
 }
 
 }  // namespace meniscus

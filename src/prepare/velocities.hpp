@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 
@@ -31,7 +32,7 @@ class VelocityCheck {
   ///
   ///   among  whose velocities they are: "particles"
   void report(const std::string& among, const Parameters& params,
-              std::vector<std::string>& warnings) const;
+              std::vector<Notice>& notices) const;
 
  private:
   std::int64_t seen_ = 0, bad_ = 0, first_bad_ = std::numeric_limits<std::int64_t>::max();

@@ -288,7 +288,7 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,
-            "fit: too many points for 32-bit indices (use a smaller --support)");
+            "fit: too many points for 32-bit indices (use a smaller " + setting("support") + ")");
     Upload<cl_int> neighbour(device, slots);
     FitLists lists = joined(part, static_cast<cl_int>(around.size()), neighbour.data());
     const auto particle = upload(device, lists.particle), first = upload(device, lists.first),

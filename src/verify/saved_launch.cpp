@@ -32,10 +32,10 @@ Bytes in_order(const Bytes& bytes, std::size_t entry) {
 SavedLaunch saved(Device& device, const KernelLaunch& launch, const std::vector<Bytes>& before,
                   const std::vector<std::string>& names, bool built) {
   Device::State& state = device.state();
-  const std::size_t most = built
-                               ? state.kernel(launch.file, launch.kernel, launch.options)
-                                     .getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(state.info.handle)
-                               : state.info.largest_group;
+  const std::size_t most =
+      built ? state.kernel(launch.file, launch.kernel, launch.options)
+                  .getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(handle_of(state.info))
+            : state.info.largest_group;
   SavedLaunch saved{launch.file,
                     launch.kernel,
                     launch.options,
