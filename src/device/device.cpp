@@ -304,9 +304,7 @@ std::size_t Device::State::padded(std::size_t bytes) const {
 HostMemory Device::State::host_bytes(std::size_t bytes) {
   const std::size_t size = padded(bytes);
   try {
-    HostMemory memory = is_in_place() ? pool->take_host(size) : staging->take(queue, size);
-    std::memset(static_cast<char*>(memory.bytes.get()) + bytes, 0, size - bytes);
-    return memory;
+    return is_in_place() ? pool->take_host(size) : staging->take(queue, size);
   } catch (const cl::Error& error) {
     fail("waiting for uploads", error);
   }
@@ -330,9 +328,7 @@ Memory Device::State::allocate_bytes(std::size_t bytes, bool zeroed) {
   const std::size_t size = padded(bytes);
   try {
     Memory buffer = pool->take(size);
-    const cl_uint zero = 0;
-    const std::size_t tail = observer || zeroed ? 0 : bytes / 4 * 4;
-    enqueue_fill(buffer, zero, tail, size - tail);
+    if (observer || zeroed) enqueue_fill(buffer, cl_uint{0}, 0, size);
     return buffer;
   } catch (const cl::Error& error) {
     fail("allocating " + std::to_string(bytes) + " bytes", error);

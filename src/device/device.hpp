@@ -22,8 +22,8 @@
 
 namespace meniscus {
 
-/// A device buffer of `size` values of T. Its allocation is rounded up and zeroed at the end, so
-/// that vector loads of the last work-items stay inside.
+/// A device buffer of `size` values of T. Its allocation is rounded up, so that vector loads of the
+/// last work-items stay inside; what lies there is anything, and no result depends on it.
 template <class T>
 struct Buffer {
   Memory memory;
@@ -109,7 +109,7 @@ class DeviceMemory {
 struct CommandCounts {
   std::int64_t launches = 0;   // kernels enqueued
   std::int64_t arguments = 0;  // arguments given to kernels
-  std::int64_t fills = 0;      // of buffers, or of what lies beyond their last value
+  std::int64_t fills = 0;      // of buffers
   std::int64_t uploads = 0;    // to buffers; on devices that share the host's memory, in place
   std::int64_t reads = 0;      // back to the host, each of which waits for all work before it
   std::int64_t waits = 0;      // for the device, with nothing to read
@@ -175,16 +175,15 @@ struct Device::State {
   /// What kernels take that keep vectors of 16 floats busy, where the device has them.
   int wide_width() const { return wide && vector_width == 8 ? 16 : vector_width; }
   std::size_t most_bytes() const;                                 // that allocate_bytes can give
-  Memory allocate_bytes(std::size_t bytes, bool zeroed = false);  // beyond `bytes` it always is
+  Memory allocate_bytes(std::size_t bytes, bool zeroed = false);
   /// Whether the device reads and writes the host's memory where it lies.
   bool is_in_place() const { return !staging; }
-  /// Memory for the host to write, for done_bytes(); zero beyond `bytes`.
+  /// Memory for the host to write, for done_bytes().
   HostMemory host_bytes(std::size_t bytes);
   /// A buffer of what the host wrote: in place, or copied without a wait where the memory allows
   /// it.
   Memory done_bytes(HostMemory memory);
-  /// What allocate_bytes() makes, with every `pattern_bytes` of it as `pattern` says, and zeros
-  /// beyond `bytes`.
+  /// What allocate_bytes() makes, with every `pattern_bytes` of it as `pattern` says.
   Memory filled_bytes(const void* pattern, std::size_t pattern_bytes, std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);

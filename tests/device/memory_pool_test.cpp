@@ -154,22 +154,5 @@ TEST(MemoryPool, HandlesMayOutliveTheDevice) {
   EXPECT_EQ(memory_left(*memory), 0u) << "nothing is left behind";
 }
 
-// What lies beyond a buffer's values is zero in memory that others have used, too.
-TEST(MemoryPool, TailsAreZeroAgain) {
-  Device device;
-  const std::size_t size = 1000;
-  cl_mem memory;
-  {
-    const auto dirty = filled(device, 1024, -1.0f);
-    memory = handle_of(dirty);
-  }
-  const auto clean = allocate<float>(device, size);
-  ASSERT_EQ(handle_of(clean), memory);
-  std::vector<float> tail(24);
-  device.state().queue.enqueueReadBuffer(clean.memory, CL_TRUE, 4 * size, 4 * tail.size(),
-                                         tail.data());
-  EXPECT_EQ(tail, std::vector<float>(tail.size(), 0.0f));
-}
-
 }  // namespace
 }  // namespace meniscus
