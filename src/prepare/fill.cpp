@@ -1,6 +1,5 @@
 #include "prepare/fill.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -79,9 +78,7 @@ double middle_radius(const BorrowedParticles& particles, const std::vector<std::
   if (particles.radius.empty() || order.empty()) return 0;
   std::vector<float> radii;
   for (const std::size_t i : order) radii.push_back(particles.radius[i]);
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
-  return *middle;
+  return median_of(std::move(radii));
 }
 
 FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particles) {
@@ -90,9 +87,9 @@ FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particle
   std::vector<std::size_t> order = canonical_order(particles, filling.params, filling.notices);
   std::function<RadiusEstimate()> estimate;
   if (!order.empty()) estimate = [&] { return estimate_radius(particles, order); };
-  frame.radius =
-      choose_radius(filling.params, {middle_radius(particles, order), particles.particle_radius},
-                    estimate, filling.notices);
+  RadiusClues clues{0, particles.particle_radius};
+  if (!(filling.params.particle_radius > 0)) clues.middle = middle_radius(particles, order);
+  frame.radius = choose_radius(filling.params, clues, estimate, filling.notices);
   order = without_crowds(particles, std::move(order), frame.radius, filling.notices);
   Ordered made =
       in_order(particles, order, frame.radius, filling.params.motion && !particles.vx.empty());

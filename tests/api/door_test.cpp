@@ -156,8 +156,9 @@ class Door : public testing::Test {
       for (std::size_t k = 0; k < expected.surface.notices.size(); ++k) {
         EXPECT_EQ(streamed.surface.notices[k].code, expected.surface.notices[k].code);
         EXPECT_EQ(streamed.surface.notices[k].place, expected.surface.notices[k].place);
-        if (expected.surface.notices[k].code != Code::none_in_view)  // which counts all
+        if (expected.surface.notices[k].code != Code::none_in_view) {  // which counts all
           EXPECT_EQ(streamed.surface.notices[k].count, expected.surface.notices[k].count);
+        }
       }
       EXPECT_TRUE(same(streamed.surface, expected.surface));
       EXPECT_EQ(streamed.surface.camera.width, expected.surface.camera.width);
