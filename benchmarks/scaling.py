@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures how a frame's time grows with the number of particles and with the number of pixels.
 
-    benchmarks/scaling.py [--program build/release/meniscus] [--largest 1e8] [--folder FOLDER]
+    benchmarks/scaling.py [--program build/release/meniscus] [--largest 1e8] [--sizes WxH,...] [--folder FOLDER]
 
 Makes breaking dams of 10^4 particles and more with `meniscus generate` in a folder (12 bytes a
 particle are needed there; each file is removed when it has been measured), extracts each a few
@@ -77,6 +77,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--program", default="build/release/meniscus")
     parser.add_argument("--largest", type=float, default=1e8)
+    parser.add_argument("--sizes", default=",".join(SIZES))
     parser.add_argument("--method", default="fit")
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--folder")
@@ -108,7 +109,7 @@ def main():
         widths = [max(11, len(t)) for t in titles]
         print(f"{particles:,} particles:\n", flush=True)
         table(titles, widths)
-        for size in SIZES:
+        for size in options.sizes.split(","):
             run = fastest([extract(options.program, file, size, options.method)
                            for _ in range(options.runs)])
             width, height = map(int, size.split("x"))

@@ -62,37 +62,40 @@ inline intv inside_share(const Share share, const int i) {
   return (column >= share.i0) & (column <= share.i1);
 }
 
-// Lowers the map at the samples from s on that `better` names.
-inline void lower(global uint* map, const int s, const floatv depth, const intv better) {
+// Lowers the map, or raises it, at the samples from s on that `better` names.
+#define LOWER 0
+#define RAISE 1
+inline void move_to(const int direction, global uint* map, const int s, const floatv depth,
+                    const intv better) {
 #if WIDTH == 1
-  if (better) atomic_min(map + s, as_uint(depth));
+  if (!better) return;
+  if (direction == LOWER)
+    atomic_min(map + s, as_uint(depth));
+  else
+    atomic_max(map + s, as_uint(depth));
 #else
   if (!ANY(better)) return;
   uint bits[WIDTH];
-  int lowered[WIDTH];
-  STOREI(better, lowered);
+  int moved[WIDTH];
+  STOREI(better, moved);
   STOREF(depth, (float*)bits);
-  for (int lane = 0; lane < WIDTH; ++lane)
-    if (lowered[lane]) atomic_min(map + s + lane, bits[lane]);
+  for (int lane = 0; lane < WIDTH; ++lane) {
+    if (!moved[lane]) continue;
+    if (direction == LOWER)
+      atomic_min(map + s + lane, bits[lane]);
+    else
+      atomic_max(map + s + lane, bits[lane]);
+  }
 #endif
 }
 
-inline void raise(global uint* map, const int s, const floatv depth, const intv better) {
-#if WIDTH == 1
-  if (better) atomic_max(map + s, as_uint(depth));
-#else
-  if (!ANY(better)) return;
-  uint bits[WIDTH];
-  int raised[WIDTH];
-  STOREI(better, raised);
-  STOREF(depth, (float*)bits);
-  for (int lane = 0; lane < WIDTH; ++lane)
-    if (raised[lane]) atomic_max(map + s + lane, bits[lane]);
-#endif
+inline void lower(global uint* map, const int s, const floatv depth, const intv better) {
+  move_to(LOWER, map, s, depth, better & (depth < DEPTHS_AT(map, s)));
 }
 
 // The lowest index wins.
-inline void own(global int* owner, const int s, const int p, const intv better) {
+inline void own(global int* owner, const int s, const int p, const intv nearest) {
+  const intv better = nearest & (p < OWNERS_AT(owner, s));
 #if WIDTH == 1
   if (better) atomic_min(owner + s, p);
 #else
@@ -115,23 +118,41 @@ inline floatv in_front(const floatv depth) {
   return SELECT(depth, (floatv)(1e-6f), depth < 1e-6f);
 }
 
-// The nearest front at every sample. SHARES work-items a disc, of this kernel and the next ones.
-kernel void lower_discs(global const float* disc,   // [stride][8] of outline_discs
-                        global const int* box,      // [4][stride] see bins.cl
-                        global const float* key,    // [stride]
-                        global const float* bound,  // [bins] none with a larger key is drawn
-                        global uint* depth,         // [samples] bits of the depth, particle radii;
-                                                    // +infinity before
-                        const int n, const int stride, const int bins_x, const int2 samples,
-                        const float2 grid) {  // first sample and step, pixels
+// A work-item's share of a disc. Maps that are 0 are left alone; where `least` is 0, all fronts count.
+inline void draw_share(global const float* disc,   // [stride][8] of outline_discs
+                       global const int* box,      // [4][stride] see bins.cl
+                       global const float* key,    // [stride]
+                       global const float* bound,  // [bins] none with a larger key is drawn
+                       const int n, const int stride, const int bins_x, const int2 samples,
+                       const float2 grid,          // first sample and step, pixels
+                       global const float* least,  // [samples] fronts that are not deeper do not count
+                       global uint* from,          // [samples] lowered by fronts
+                       global uint* to,            // [samples] raised by backs
+                       global const float* depth,  // [samples] whose front is this owns the sample:
+                       global int* owner) {        // [samples] the lowest of several
   const Share share = share_of(box, key, n, stride);
   if (share.p < 0) return;
   const float8 d = vload8(share.p, disc);
   EACH_SAMPLE(share, bound, bins_x, samples) {
     const int s = j * samples.x + i;
-    const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
-    lower(depth, s, front, inside_share(share, i) & (front < DEPTHS_AT(depth, s)));
+    const floatv half_depth = half_depth_at(d, i, j, grid), back = d.s0 + half_depth;
+    const floatv front = in_front(d.s0 - half_depth);
+    intv inside = inside_share(share, i);
+    if (least) inside &= front > LOADF(least + s);
+    if (from) lower(from, s, front, inside);
+    if (to) move_to(RAISE, to, s, back, inside & (back > FAR_AT(to, s)));
+    if (owner) own(owner, s, share.p, inside & (front == LOADF(depth + s)));
   }
+}
+
+// The nearest front at every sample. SHARES work-items a disc, of this kernel and the next ones.
+kernel void lower_discs(global const float* disc, global const int* box, global const float* key,
+                        global const float* bound,
+                        global uint* depth,  // [samples] bits of the depth, particle radii; +infinity
+                                             // before
+                        const int n, const int stride, const int bins_x, const int2 samples,
+                        const float2 grid) {
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, depth, 0, 0, 0);
 }
 
 // The same and the farthest back.
@@ -141,17 +162,7 @@ kernel void lower_and_raise_discs(global const float* disc, global const int* bo
                                   global uint* to,    // [samples] 0 before
                                   const int n, const int stride, const int bins_x,
                                   const int2 samples, const float2 grid) {
-  const Share share = share_of(box, key, n, stride);
-  if (share.p < 0) return;
-  const float8 d = vload8(share.p, disc);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    const int s = j * samples.x + i;
-    const floatv half_depth = half_depth_at(d, i, j, grid), back = d.s0 + half_depth;
-    const floatv front = in_front(d.s0 - half_depth);
-    const intv inside = inside_share(share, i);
-    lower(from, s, front, inside & (front < DEPTHS_AT(from, s)));
-    raise(to, s, back, inside & (back > FAR_AT(to, s)));
-  }
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, from, to, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
@@ -161,15 +172,17 @@ kernel void own_discs(global const float* disc, global const int* box, global co
                       global int* owner,          // [samples] INT_MAX before
                       const int n, const int stride, const int bins_x, const int2 samples,
                       const float2 grid) {
-  const Share share = share_of(box, key, n, stride);
-  if (share.p < 0) return;
-  const float8 d = vload8(share.p, disc);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    const int s = j * samples.x + i;
-    const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
-    const intv nearest = inside_share(share, i) & (front == LOADF(depth + s));
-    own(owner, s, share.p, nearest & (share.p < OWNERS_AT(owner, s)));
-  }
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, 0, depth, owner);
+}
+
+// The nearest front deeper than `least`.
+kernel void lower_discs_behind(global const float* disc, global const int* box,
+                               global const float* key, global const float* bound,
+                               global const float* least,  // [samples] of ask_behind
+                               global uint* depth,         // [samples] +infinity before
+                               const int n, const int stride, const int bins_x,
+                               const int2 samples, const float2 grid) {
+  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, least, depth, 0, 0, 0);
 }
 
 // How many samples each disc owns. One work-item per RUN samples, which often have one owner.
@@ -214,24 +227,6 @@ kernel void ask_behind(global const int* sample,    // [tiles][256] see list_sam
   }
 }
 
-// The nearest front deeper than `least`.
-kernel void lower_discs_behind(global const float* disc, global const int* box,
-                               global const float* key, global const float* bound,
-                               global const float* least,  // [samples] of ask_behind
-                               global uint* depth,         // [samples] +infinity before
-                               const int n, const int stride, const int bins_x,
-                               const int2 samples, const float2 grid) {
-  const Share share = share_of(box, key, n, stride);
-  if (share.p < 0) return;
-  const float8 d = vload8(share.p, disc);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    const int s = j * samples.x + i;
-    const floatv front = in_front(d.s0 - half_depth_at(d, i, j, grid));
-    lower(depth, s, front,
-          inside_share(share, i) & (front > LOADF(least + s)) & (front < DEPTHS_AT(depth, s)));
-  }
-}
-
 // Where rays enter a sphere; NaN beside it. As draw_spheres of spheres.cl works it out.
 inline floatv entry_of(const float8 sphere, const Rays r) {
   const floatv qx = r.ox + sphere.s2 * r.dx - sphere.s0, qy = r.oy + sphere.s2 * r.dy - sphere.s1;
@@ -245,21 +240,32 @@ inline Rays rays_from(const float16 ray, const float2 grid, const int i, const i
                  (floatv)(grid.x + grid.y * (float)j));
 }
 
-// The nearest entry at every sample.
-kernel void lower_spheres(global const float* sphere,  // [stride][8] of outline_spheres
-                          global const int* box, global const float* key,
-                          global const float* bound,
-                          global uint* depth,  // [samples] +infinity before
-                          const int n, const int stride, const int bins_x, const int2 samples,
-                          const float2 grid, const float16 ray) {
+// A work-item's share of a sphere: as draw_share.
+inline void draw_sphere_share(global const float* sphere,  // [stride][8] of outline_spheres
+                              global const int* box, global const float* key,
+                              global const float* bound, const int n, const int stride,
+                              const int bins_x, const int2 samples, const float2 grid,
+                              const float16 ray, global uint* from, global const float* depth,
+                              global int* owner) {
   const Share share = share_of(box, key, n, stride);
   if (share.p < 0) return;
   const float8 ball = vload8(share.p, sphere);
   EACH_SAMPLE(share, bound, bins_x, samples) {
     const int s = j * samples.x + i;
     const floatv entry = entry_of(ball, rays_from(ray, grid, i, j));
-    lower(depth, s, entry, inside_share(share, i) & (entry < DEPTHS_AT(depth, s)));
+    const intv inside = inside_share(share, i);
+    if (from) lower(from, s, entry, inside);
+    if (owner) own(owner, s, share.p, inside & (entry == LOADF(depth + s)));
   }
+}
+
+// The nearest entry at every sample.
+kernel void lower_spheres(global const float* sphere, global const int* box, global const float* key,
+                          global const float* bound,
+                          global uint* depth,  // [samples] +infinity before
+                          const int n, const int stride, const int bins_x, const int2 samples,
+                          const float2 grid, const float16 ray) {
+  draw_sphere_share(sphere, box, key, bound, n, stride, bins_x, samples, grid, ray, depth, 0, 0);
 }
 
 // The sphere whose entry is the map's, the lowest index of several.
@@ -268,15 +274,7 @@ kernel void own_spheres(global const float* sphere, global const int* box, globa
                         global int* owner,  // [samples] INT_MAX before
                         const int n, const int stride, const int bins_x, const int2 samples,
                         const float2 grid, const float16 ray) {
-  const Share share = share_of(box, key, n, stride);
-  if (share.p < 0) return;
-  const float8 ball = vload8(share.p, sphere);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    const int s = j * samples.x + i;
-    const intv nearest = entry_of(ball, rays_from(ray, grid, i, j)) == LOADF(depth + s);
-    own(owner, s, share.p,
-        inside_share(share, i) & nearest & (share.p < OWNERS_AT(owner, s)));
-  }
+  draw_sphere_share(sphere, box, key, bound, n, stride, bins_x, samples, grid, ray, 0, depth, owner);
 }
 
 // (X - c) / radius where a sample has an owner, as sphere_normals works it out. One work-item per WIDTH
@@ -331,6 +329,6 @@ kernel void lower_triangles(global const float* record,  // [stride][16] of outl
     const intv inside = inside_share(share, i) & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
     floatv d = l0 * r.s7 + l1 * r.s8 + l2 * r.s9;
     if (perspective) d = 1.0f / d;
-    lower(depth, s, d, inside & (d > 0.0f) & (d < DEPTHS_AT(depth, s)));
+    lower(depth, s, d, inside & (d > 0.0f));
   }
 }

@@ -3,15 +3,14 @@
 # series and the real frames, against splashsurf too, and puts the tables into the page.
 #   scripts/accuracy.sh            everything: about twenty minutes on two cores
 #   scripts/accuracy.sh --quick    a few scenes with one seed, the page left as it is: minutes
+#   scripts/accuracy.sh --try      the smallest scene by a few methods: whether all steps work
 # Results are in build/accuracy: main.html, violent.html, series.html and real.html are to be
 # looked at.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-quick=
-if [[ ${1:-} == --quick ]]; then
-  quick=1
-elif (($#)); then
-  sed -n '2,7s/^# //p' "$0" >&2
+quick=${1:-}
+if [[ -n $quick && $quick != --quick && $quick != --try ]]; then
+  sed -n '2,8s/^# //p' "$0" >&2
   exit 2
 fi
 
@@ -37,7 +36,14 @@ violent=(--scene violent --seeds reporting)
 series=(--series noise,lattice,spacing,orthographic,wide,narrow,jitter --scene "$scenes")
 mesh=()
 frames=(examples/data/dam/frame_015.ply examples/data/cube_drop/frame_007.ply)
-if [[ $quick ]]; then
+if [[ $quick == --try ]]; then
+  methods=fit,ssm
+  main=(--seeds 1001 --scene sphere)
+  violent=(--seeds 1001 --scene sphere)
+  series=(--series jitter --scene sphere)
+  mesh=(--scene sphere)
+  frames=(examples/data/dam_sequence/dam.0010.ply)
+elif [[ $quick ]]; then
   main=(--seeds 1001 --scene sphere,boxpool)
   violent=(--seeds 1001 --scene jet,gate)
   series=(--series noise,jitter --scene sphere,box)

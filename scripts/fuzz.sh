@@ -4,7 +4,8 @@
 #   scripts/fuzz.sh BUILD [SECONDS [FOUND [ENTRY ...]]]
 # BUILD is a build of preset asan; SECONDS in all, default 60; what is found goes into the folder
 # FOUND: ENTRY/ inputs that reach new code, and crash-*, timeout-* or oom-* beside them, which end
-# the run with 1. No input may take 10 s, 2 GB, or 400 MB at once.
+# the run with 1. No input may take 10 s, 2 GB, or 400 MB at once. An entry without a kept corpus (vdb,
+# in a build with OpenVDB) starts from the files in FOUND/ENTRY.
 set -euo pipefail
 fuzz=$(realpath "$1")/tests/fuzz/meniscus_fuzz
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -19,11 +20,13 @@ fi
 failed=()
 for entry in "${entries[@]}"; do
   mkdir -p "$found/$entry"
+  kept=(tests/fuzz/corpus/"$entry")
+  [[ -d ${kept[0]} ]] || kept=()
   # Larger files than those of the corpus, too: 1 MB of those that are read fastest.
   case $entry in ply | rows | xyz | csv | vtk | vtp | bgeo | lammps) longest=1048576 ;; *) longest=65536 ;; esac
   "$fuzz" --entry="$entry" -max_total_time=$(((seconds + ${#entries[@]} - 1) / ${#entries[@]})) \
     -max_len=$longest -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=400 -print_final_stats=1 \
-    -artifact_prefix="$found/$entry-" "$found/$entry" "tests/fuzz/corpus/$entry" \
+    -artifact_prefix="$found/$entry-" "$found/$entry" "${kept[@]}" \
     >"$found/$entry.log" 2>&1 || failed+=("$entry")
   awk -v entry="$entry" '/INITED/ { begin = $4 } /cov:/ { for (k = 1; k < NF; ++k) if ($k == "cov:") end = $(k + 1) }
     /number_of_executed_units/ { runs = $2 }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Puts the pictures of scripts/gallery.sh side by side.
 
-    scripts/gallery.py RAW FOLDER    RAW has INPUT_METHOD*_lit.png
+    scripts/gallery.py RAW FOLDER NAME ...    RAW has NAME_METHOD*_lit.png
 """
 import pathlib
 import sys
@@ -38,10 +38,10 @@ def side_by_side(pictures, part):
 
 
 def main():
-    raw, folder = map(pathlib.Path, sys.argv[1:])
-    for name, parts in PARTS.items():
+    raw, folder = map(pathlib.Path, sys.argv[1:3])
+    for name in sys.argv[3:]:
         pictures = [picture(raw, name, method) for method in METHODS]
-        for part, box in parts.items():
+        for part, box in PARTS[name].items():
             path = folder / ("_".join(filter(None, (name, part))) + ".png")
             side_by_side(pictures, box).save(path, optimize=True)
             print(path)

@@ -7,7 +7,8 @@
 
 Mutants are made from the text of kernels/*.cl, seeded: swapped comparisons, off by one, a term, a
 factor or a sum left out, another constant, another order, a lost tie, other functions and
-components. `run` goes on where it was ended, at nice 19. Each mutant runs, until somebody notices, on
+components. `run` goes on where it was ended, at nice 19. With --known it leaves out what other
+runs have done, also those that still go on. Each mutant runs, until somebody notices, on
 
   verify      the items of `meniscus verify` that launch its kernels, whole frames too, small ones
               first; the probes where the kernels are probes
@@ -277,7 +278,7 @@ def make_mutants(seed, only):
 
 # --- Runs ------------------------------------------------------------------------------------------
 
-SILENCE = 60  # seconds of processor time without a word: it is taken to hang
+SILENCE = 25  # seconds of processor time without a word: it is taken to hang
 MOST = 1800  # seconds, whatever the machine is busy with
 
 
@@ -431,19 +432,24 @@ def stages_of(file):
 
 
 def read_results(out):
-    path = out / "results.jsonl"
+    path = pathlib.Path(out) / "results.jsonl"
     return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
 
 def run(arguments):
-    os.nice(19)
+    os.nice(arguments.nice)
     out = pathlib.Path(arguments.out).resolve()
     out.mkdir(parents=True, exist_ok=True)
-    done = {result["key"] for result in read_results(out)}
+
+    def keys_done():
+        return {result["key"] for folder in [out, *arguments.known] for result in read_results(folder)}
+
+    done = keys_done()
     todo, number = [], {}
     for mutant in make_mutants(arguments.seed, arguments.file):
         number[mutant.file] = number.get(mutant.file, 0) + 1
-        if mutant.key() not in done:
+        wanted = mutant.place() in arguments.at if arguments.at else mutant.key() not in done
+        if wanted and not 0 < arguments.first < number[mutant.file]:
             todo.append((number[mutant.file], mutant.file, mutant))
     # Files in the order of --file; without it in turn, so that each is begun.
     place = {file: k for k, file in enumerate(arguments.file)}
@@ -457,6 +463,8 @@ def run(arguments):
         free.append(runner)
 
     def one(mutant):
+        if not arguments.at and mutant.key() in keys_done():
+            return  # by another run meanwhile
         runner = free.pop()
         try:
             result = runner.run(mutant)
@@ -500,7 +508,8 @@ def verdict_of(result):
 
 
 def report(arguments):
-    results = [r for r in read_results(pathlib.Path(arguments.out)) if "invalid" not in r]
+    results = [r for out in [*arguments.known, arguments.out] for r in read_results(out)
+               if "invalid" not in r]
     latest = {result["key"]: result for result in results}  # the last run of each counts
     files = {}
     for result in latest.values():
@@ -546,9 +555,16 @@ def main():
         command.add_argument("--seed", default="1")
         command.add_argument("--file", nargs="*", default=[])
         command.add_argument("--out", default="build/mutants")
+        command.add_argument("--known", nargs="*", default=[],
+                             help="folders of other runs, whose results count as well")
         if name == "run":
             command.add_argument("--build", default="build/release")
             command.add_argument("--jobs", type=int, default=1)
+            command.add_argument("--nice", type=int, default=19)
+            command.add_argument("--at", nargs="*", default=[], metavar="kernels/FILE:LINE",
+                                 help="the mutants of these lines alone, done before or not")
+            command.add_argument("--first", type=int, default=0,
+                                 help="run the first so many of each file alone (default: all)")
             command.add_argument("--quick", action="store_true",
                                  help="ask references and tests only where verify notices nothing")
     arguments = parser.parse_args()

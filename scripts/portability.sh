@@ -2,8 +2,8 @@
 # Installs OpenCL runtimes, each in an environment of its own, verifies every one of them and
 # compares what they make of three real frames.
 #   scripts/portability.sh [PROGRAM]
-# RUNTIMES names those to try (default: all below), FOLDER where environments and results go
-# (default: build/portability). Ends with the matrix: on the terminal, in FOLDER/matrix.md, and as a
+# RUNTIMES names those to try (default: all below), OPTIONS adds to those of verify, METHODS says which
+# draw the frames, FOLDER where environments and results go (default: build/portability). Ends with the matrix: on the terminal, in FOLDER/matrix.md, and as a
 # page, FOLDER/matrix.html. UPDATE=1 puts it into docs/portability_matrix.md, too.
 # Exit code 0 when every runtime that could be installed passed and all hashes are the same.
 set -euo pipefail
@@ -79,7 +79,7 @@ frames=(
   "dam 015|examples/data/dam/frame_015.ply|examples/data/dam/camera.json"
   "cube 007|examples/data/cube_drop/frame_007.ply|examples/data/cube_drop/camera.json"
   "dam 0010|examples/data/dam_sequence/dam.0010.ply|examples/data/dam_sequence/camera.json")
-methods="fit stable paper ssm"
+methods=${METHODS:-fit stable paper ssm}
 
 good=1
 tried=()
@@ -91,7 +91,7 @@ for runtime in $runtimes; do
   fi
   echo "== $runtime"
   rm -f "$folder/$runtime.json" "$folder/oclgrind.log"
-  options=(--timeout 900)
+  options=(--timeout 900 ${OPTIONS:-})
   # A simulator takes its time.
   [[ $runtime != oclgrind ]] || options=(--size small --timeout 3600)
   env "${environment[@]}" "$program" verify --json "$folder/$runtime.json" "${options[@]}" \

@@ -48,6 +48,14 @@ def test_the_documents_example_runs(dam, tmp_path, monkeypatch):
     assert np.isfinite(read.depth).sum() > 10_000 and read.normal.shape == (768, 1024, 3)
 
 
+def test_the_readmes_example_runs(dam):
+    text = (EXAMPLES.parent / "README.md").read_text()
+    (block,) = text.split("```python\n")[1:]
+    names = {"meniscus": meniscus, "points": meniscus.read_particles(dam).points}
+    exec(block.split("```")[0], names)
+    assert np.isfinite(names["surface"].depth).sum() > 10_000
+
+
 @pytest.fixture
 def cache():
     place = EXAMPLES / "blender" / "meniscus_cache" / "cache.py"

@@ -20,8 +20,9 @@ struct Builds {
   std::set<std::string> under_way, built;  // keys
 };
 
+// Stays when the process ends: threads may wait for each other here while a library ends it.
 Builds& builds() {
-  static Builds all;
+  static Builds& all = *new Builds;
   return all;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -69,13 +70,13 @@ struct Relief {
 /// [height*width] the relief on a disc of `radius` particle radii around each pixel.
 std::vector<Relief> measure_relief(const Scene& scene, float radius);
 
-/// Water in a studio (preview `lit`).
-Picture draw_lit(const Scene& scene);
+/// Water in a studio (preview `lit`). Calls reached(share) with the share that is done, 0 to 1.
+Picture draw_lit(const Scene& scene, const std::function<void(double)>& reached);
 
 /// Blends colours over the silhouettes and depth steps of a scene, whose maps have one sample a
 /// pixel: each step of a jagged border is replaced by the straight line that it stands for
 /// (Reshetov 2009, Morphological Antialiasing, on depth instead of colour). Pixels that do not
 /// touch such a border keep their colour.
-Picture smooth_borders(const Scene& scene, const Picture& picture);
+Picture smooth_borders(const Scene& scene, Picture picture);
 
 }  // namespace meniscus

@@ -1,10 +1,16 @@
 #include "io/png.hpp"
 
 #include <png.h>
+#include <zlib.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <utility>
 
 #include "base/grouped.hpp"
+#include "base/parallel.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "io/preview.hpp"
@@ -41,23 +47,152 @@ bool chunks_fit(const InputFile& file) {
   return true;
 }
 
+// Pictures are deflated in strips of rows side by side, each with the end of the one before it as
+// its dictionary. They are cut by the picture's size alone, so that the number of threads changes
+// no byte.
+constexpr std::size_t kStrip = 1 << 18;       // bytes
+constexpr std::size_t kDictionary = 1 << 15;  // deflate's window, bytes
+
+struct Strip {
+  std::vector<std::uint8_t> bytes;  // deflated; all strips one after the other are one stream
+  std::size_t size = 0;             // before that
+  uLong sum = 0;                    // adler32
+};
+
+void append_number(std::vector<std::uint8_t>& bytes, std::uint32_t number) {
+  for (const int shift : {24, 16, 8, 0})
+    bytes.push_back(static_cast<std::uint8_t>(number >> shift));
+}
+
+void append_chunk(std::vector<std::uint8_t>& file, const char* name,
+                  const std::vector<std::uint8_t>& data) {
+  append_number(file, static_cast<std::uint32_t>(data.size()));
+  const std::size_t from = file.size();
+  file.insert(file.end(), name, name + 4);
+  file.insert(file.end(), data.begin(), data.end());
+  append_number(file, static_cast<std::uint32_t>(crc32_z(0, &file[from], file.size() - from)));
+}
+
+int paeth(int left, int above, int corner) {
+  const int to_left = std::abs(above - corner), to_above = std::abs(left - corner);
+  const int to_corner = std::abs(left + above - 2 * corner);
+  const int nearest = to_above <= to_corner ? above : corner;
+  return to_left <= to_above && to_left <= to_corner ? left : nearest;
+}
+
+// PNG's filters 0 to 4 of one row; `above` is the row before it, of zeros where there is none.
+void filter_row(int filter, const std::uint8_t* row, const std::uint8_t* above, std::size_t size,
+                std::uint8_t* to) {
+  constexpr std::size_t kPixel = 3;  // bytes
+  const auto run = [&](auto predict) {
+    for (std::size_t k = 0; k < std::min(size, kPixel); ++k)
+      to[k] = static_cast<std::uint8_t>(row[k] - predict(0, above[k], 0));
+    for (std::size_t k = kPixel; k < size; ++k)
+      to[k] =
+          static_cast<std::uint8_t>(row[k] - predict(row[k - kPixel], above[k], above[k - kPixel]));
+  };
+  switch (filter) {
+    case 0:
+      return run([](int, int, int) { return 0; });
+    case 1:
+      return run([](int left, int, int) { return left; });
+    case 2:
+      return run([](int, int up, int) { return up; });
+    case 3:
+      return run([](int left, int up, int) { return (left + up) / 2; });
+    default:
+      return run(paeth);
+  }
+}
+
+// How far a filtered row is from zeros: what is near them deflates well.
+std::uint64_t distance_from_zero(const std::vector<std::uint8_t>& row) {
+  std::uint64_t sum = 0;
+  for (const std::uint8_t byte : row)
+    sum += static_cast<std::uint64_t>(std::abs(static_cast<std::int8_t>(byte)));
+  return sum;
+}
+
+// [height] rows: the number of the filter that leaves least, and what it leaves.
+std::vector<std::uint8_t> filter_rows(const RgbImage& image) {
+  const std::size_t size = 3 * static_cast<std::size_t>(image.width);
+  const auto height = static_cast<std::size_t>(image.height);
+  std::vector<std::uint8_t> filtered((size + 1) * height);
+  parallel_for(height, 8, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint8_t> tried(size), best(size);
+    const std::vector<std::uint8_t> nothing(size);
+    for (std::size_t row = begin; row < end; ++row) {
+      const std::uint8_t* const bytes = &image.bytes[row * size];
+      std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+      std::uint8_t& chosen = filtered[row * (size + 1)];
+      for (std::uint8_t filter = 0; filter < 5; ++filter) {
+        filter_row(filter, bytes, row == 0 ? nothing.data() : bytes - size, size, tried.data());
+        const std::uint64_t distance = distance_from_zero(tried);
+        if (distance >= least) continue;
+        least = distance;
+        chosen = filter;
+        std::swap(tried, best);
+      }
+      std::copy(best.begin(), best.end(), &chosen + 1);
+    }
+  });
+  return filtered;
+}
+
+Strip deflate_strip(const std::vector<std::uint8_t>& filtered, std::size_t begin, std::size_t end) {
+  constexpr int kLevel = 6, kNoHeader = -15, kMemory = 8;
+  z_stream stream{};
+  if (deflateInit2(&stream, kLevel, Z_DEFLATED, kNoHeader, kMemory, Z_FILTERED) != Z_OK)
+    throw std::bad_alloc();
+  const std::size_t before = std::min(begin, kDictionary);
+  if (before > 0)
+    deflateSetDictionary(&stream, &filtered[begin - before], static_cast<uInt>(before));
+  Strip strip;
+  strip.size = end - begin;
+  strip.sum = adler32_z(adler32(0, nullptr, 0), &filtered[begin], strip.size);
+  constexpr std::size_t kFlush = 16;  // bytes, what ends a strip
+  strip.bytes.resize(deflateBound(&stream, static_cast<uLong>(strip.size)) + kFlush);
+  stream.next_in = const_cast<Bytef*>(&filtered[begin]);
+  stream.avail_in = static_cast<uInt>(strip.size);
+  stream.next_out = strip.bytes.data();
+  stream.avail_out = static_cast<uInt>(strip.bytes.size());
+  deflate(&stream, end == filtered.size() ? Z_FINISH : Z_SYNC_FLUSH);
+  strip.bytes.resize(stream.total_out);
+  deflateEnd(&stream);
+  return strip;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> encode_png(const RgbImage& image) {
-  png_image description{};
-  description.version = PNG_IMAGE_VERSION;
-  description.width = static_cast<png_uint_32>(image.width);
-  description.height = static_cast<png_uint_32>(image.height);
-  description.format = PNG_FORMAT_RGB;  // eight bits, sRGB
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(description);
-  std::vector<std::uint8_t> encoded(size);
-  if (!png_image_write_to_memory(&description, encoded.data(), &size, 0, image.bytes.data(), 0,
-                                 nullptr)) {
-    const std::string reason = description.message;
-    png_image_free(&description);
-    throw OutputError("libpng: " + reason);
+  const auto width = static_cast<std::size_t>(image.width);
+  const auto height = static_cast<std::size_t>(image.height);
+  const std::vector<std::uint8_t> filtered = filter_rows(image);
+  const std::size_t line = 3 * width + 1;
+  const std::size_t rows = std::max<std::size_t>(1, kStrip / line);
+  std::vector<Strip> strips((height + rows - 1) / rows);
+  parallel_for(strips.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      strips[k] = deflate_strip(filtered, k * rows * line,
+                                std::min(filtered.size(), (k + 1) * rows * line));
+  });
+
+  std::vector<std::uint8_t> encoded = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  std::vector<std::uint8_t> header;
+  append_number(header, static_cast<std::uint32_t>(width));
+  append_number(header, static_cast<std::uint32_t>(height));
+  header.insert(header.end(), {8, 2, 0, 0, 0});  // bits, RGB, deflate, five filters, rows in order
+  append_chunk(encoded, "IHDR", header);
+  append_chunk(encoded, "sRGB", {0});  // to be shown as it is perceived
+  uLong sum = adler32(0, nullptr, 0);
+  for (std::size_t k = 0; k < strips.size(); ++k) {
+    Strip& strip = strips[k];
+    sum = adler32_combine(sum, strip.sum, static_cast<z_off_t>(strip.size));
+    if (k == 0) strip.bytes.insert(strip.bytes.begin(), {0x78, 0x9c});  // zlib's header
+    if (k + 1 == strips.size()) append_number(strip.bytes, static_cast<std::uint32_t>(sum));
+    append_chunk(encoded, "IDAT", strip.bytes);
   }
-  encoded.resize(size);
+  append_chunk(encoded, "IEND", {});
   return encoded;
 }
 
@@ -89,18 +224,17 @@ RgbImage read_png(const std::string& path) {
   return image;
 }
 
-void write_png(OutputFile& file, const Surface& surface, Preview preview, const std::string& job) {
-  std::vector<std::uint8_t> encoded;
-  try {
-    encoded =
-        encode_png({surface.camera.width, surface.camera.height, draw_preview(surface, preview)});
-  } catch (const OutputError& error) {
-    throw OutputError(file.path() + ": cannot be written: " + error.what());
-  }
+void write_png(OutputFile& file, const Surface& surface, Preview preview, const std::string& job,
+               const std::function<void(double)>& reached) {
+  constexpr double kDrawn = 0.85;  // of the time, about
+  const auto drawn = [&](double share) { reached(kDrawn * share); };
+  const std::vector<std::uint8_t> encoded = encode_png(
+      {surface.camera.width, surface.camera.height, draw_preview(surface, preview, drawn)});
   file.write(encoded.data(), kFirstChunkEnd);
   file.write(seal_chunks(job));
   file.write(encoded.data() + kFirstChunkEnd, encoded.size() - kFirstChunkEnd);
   seal(file, OutputFormat::png);
+  reached(1);
 }
 
 void write_png(const std::string& path, const Surface& surface, Preview preview) {

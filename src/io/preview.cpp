@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "io/picture.hpp"
 #include "meniscus/error.hpp"
@@ -125,13 +126,17 @@ void check_maps(const Surface& surface, Preview preview) {
 
 }  // namespace
 
-std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) {
+std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview,
+                                       const std::function<void(double)>& reached) {
   check_maps(surface, preview);
   const Scene scene(surface);
+  constexpr double kScene = 0.1, kColours = 0.75;  // of the time, about, when they are there
+  reached(kScene);
   const auto draw = [&] {
     switch (preview) {
       case Preview::lit:
-        return draw_lit(scene);
+        return draw_lit(scene,
+                        [&](double share) { reached(kScene + (kColours - kScene) * share); });
       case Preview::normal:
         return draw_normal(scene);
       case Preview::depth:
@@ -141,7 +146,9 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) 
     }
     throw InvalidArgument("write_png: unknown preview");
   };
-  const Picture picture = smooth_borders(scene, draw());
+  Picture colours = draw();
+  reached(kColours);
+  const Picture picture = smooth_borders(scene, std::move(colours));
   const std::vector<std::uint8_t> srgb = srgb_table();
   std::vector<std::uint8_t> bytes(3 * picture.size());
   const auto byte_of = [&](float channel) {
@@ -155,6 +162,7 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview) 
       bytes[3 * k + 2] = byte_of(picture[k].z);
     }
   });
+  reached(1);
   return bytes;
 }
 

@@ -1,6 +1,7 @@
 // The cheap half of ambient occlusion, and its opposite: what rises and what falls away around a
-// pixel, seen on the maps alone. Measured densely on every fourth pixel and carried to the pixels
-// between along the surface, so that it has no noise and does not run over edges.
+// pixel, seen on the maps alone. Measured densely on every fourth pixel, or fewer of large
+// pictures, and carried to the pixels between along the surface, so that it has no noise and does
+// not run over edges.
 #include <cmath>
 
 #include "io/picture.hpp"
@@ -8,7 +9,8 @@
 namespace meniscus {
 namespace {
 
-constexpr int kStep = 4;      // pixels between measurements
+constexpr int kStep = 4;  // pixels between measurements, for each 768 lines of the picture
+constexpr int kLines = 768;
 constexpr int kSamples = 96;  // of the disc
 
 struct Offset {
@@ -63,10 +65,12 @@ Relief measure(const Scene& scene, const std::vector<Offset>& offsets, float rad
 
 std::vector<Relief> measure_relief(const Scene& scene, float radius) {
   const std::vector<Offset> offsets = disc();
-  const int columns = (scene.width + kStep - 1) / kStep, rows = (scene.height + kStep - 1) / kStep;
-  const auto middle = [](int cell, int side) {
-    return std::min(cell * kStep + kStep / 2, side - 1);
+  const int step = kStep * std::max(1, scene.height / kLines);
+  const int columns = (scene.width + step - 1) / step, rows = (scene.height + step - 1) / step;
+  const auto middle = [step](int cell, int side) {
+    return std::min(cell * step + step / 2, side - 1);
   };
+  const float reach = 1.5f * static_cast<float>(step);
   std::vector<Relief> coarse(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   const auto coarse_at = [&](int i, int j) -> Relief& {
     return coarse[static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) +
@@ -89,14 +93,14 @@ std::vector<Relief> measure_relief(const Scene& scene, float radius) {
       const Vec3& n = scene.normal[here];
       float weights = 0;
       Relief sum;
-      for (int j = row / kStep - 1; j <= row / kStep + 1; ++j)
-        for (int i = column / kStep - 1; i <= column / kStep + 1; ++i) {
+      for (int j = row / step - 1; j <= row / step + 1; ++j)
+        for (int i = column / step - 1; i <= column / step + 1; ++i) {
           if (i < 0 || i >= columns || j < 0 || j >= rows) continue;
           const int c = middle(i, scene.width), r = middle(j, scene.height);
           const std::size_t there = scene.at(c, r);
           if (!scene.covered(there)) continue;
-          const float x = static_cast<float>(c - column) / (1.5f * kStep);
-          const float y = static_cast<float>(r - row) / (1.5f * kStep);
+          const float x = static_cast<float>(c - column) / reach;
+          const float y = static_cast<float>(r - row) / reach;
           const float off = dot(scene.point[there] - center, n);  // the tangent plane
           const float alike = std::max(dot(n, scene.normal[there]), 0.0f);
           const float alike2 = alike * alike, alike8 = alike2 * alike2 * alike2 * alike2;

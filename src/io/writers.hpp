@@ -3,6 +3,8 @@
 // what seal.hpp says; empty: none.
 #pragma once
 
+#include <functional>
+
 #include "io/output_file.hpp"
 #include "meniscus/io.hpp"
 
@@ -14,7 +16,9 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
 /// The ending of the file's path says which: .ply, .vtp, .glb, .obj or .stl.
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job = "");
 
-void write_png(OutputFile& file, const Surface& surface, Preview preview,
-               const std::string& job = "");
+/// Calls reached(share) with the share that is done, 0 to 1, now and then.
+void write_png(
+    OutputFile& file, const Surface& surface, Preview preview, const std::string& job = "",
+    const std::function<void(double)>& reached = [](double) {});
 
 }  // namespace meniscus

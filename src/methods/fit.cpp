@@ -189,7 +189,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
           const HostView gradients(device, field);
           found = find_surface(fitted, host_cells, {gradients.data(), gradients.size()});
         }
-        rim = with_rim(projected, fitted, found);
+        rim = with_rim(projected, fitted, found, merges ? kRimReachGroups : kRimReach);
         if (!merges)
           neighbours =
               find_neighbours(device, projected, rim.index, found.index, params.fit.support);

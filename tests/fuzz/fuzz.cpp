@@ -57,6 +57,9 @@ void hdf5(const std::string& bytes) { particles("f.h5", bytes); }
 void bgeo_json(const std::string& bytes) { particles("f.bgeo", bytes); }
 void bgeo_sc(const std::string& bytes) { particles("f.bgeo.sc", bytes); }
 void bi4(const std::string& bytes) { particles("f.bi4", bytes); }
+#ifdef MENISCUS_OPENVDB
+void vdb(const std::string& bytes) { particles("f.vdb", bytes); }
+#endif
 void ffp3(const std::string& bytes) { particles("f.ffp3", bytes); }
 void lammps(const std::string& bytes) { particles("f.dump", bytes); }
 
@@ -166,6 +169,9 @@ const Entry kEntries[] = {
     {"bi4", bi4, Format::any},
     {"ffp3", ffp3, Format::any},
     {"lammps", lammps, Format::any},
+#ifdef MENISCUS_OPENVDB
+    {"vdb", vdb, Format::any},  // by itself: OpenVDB 10 is not made for damaged files
+#endif
     {"pvd", series, Format::any},
     {"camera", camera, Format::json},
     {"exr", exr, Format::any},

@@ -4,14 +4,17 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
 
+#include "base/parallel.hpp"
 #include "io/picture.hpp"
 #include "io/preview.hpp"
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
+#include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
@@ -49,6 +52,41 @@ TEST(Png, SameBytesTwice) {
     write_png(folder / "a.png", surface, preview);
     write_png(folder / "b.png", surface, preview);
     EXPECT_TRUE(file_bytes(folder / "a.png") == file_bytes(folder / "b.png"));
+  }
+}
+
+// Several strips, each deflated by itself; a row of each filter, too.
+TEST(Png, OfManyStripsDecodesToThePicture) {
+  const TemporaryFolder folder;
+  RgbImage image{700, 500, {}};
+  std::uint32_t random = 1;
+  for (int row = 0; row < image.height; ++row)
+    for (int k = 0; k < 3 * image.width; ++k) {
+      random = random * 1664525u + 1013904223u;
+      const int kinds[] = {0, k, 3 * row, (k + row) / 2, static_cast<int>(random >> 24)};
+      image.bytes.push_back(static_cast<std::uint8_t>(kinds[row / 20 % 5]));
+    }
+  const std::vector<std::uint8_t> encoded = encode_png(image);
+  std::ofstream(folder / "a.png", std::ios::binary)
+      .write(reinterpret_cast<const char*>(encoded.data()),
+             static_cast<std::streamsize>(encoded.size()));
+  EXPECT_TRUE(decode(folder / "a.png", image.width, image.height) == image.bytes);
+  EXPECT_LT(encoded.size(), image.bytes.size() / 3);
+  EXPECT_TRUE(on_threads(1, [&] { return encode_png(image); }) == encoded);
+}
+
+TEST(Png, SaysHowFarItIs) {
+  const TemporaryFolder folder;
+  const Surface surface = sample_surface(sample_camera());
+  for (const Preview preview : kPreviews) {
+    std::vector<double> shares;
+    OutputFile file(folder / "a.png");
+    write_png(file, surface, preview, "", [&](double share) { shares.push_back(share); });
+    file.commit();
+    EXPECT_GE(shares.size(), 4u);
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    EXPECT_GT(shares.front(), 0);
+    EXPECT_EQ(shares.back(), 1);
   }
 }
 

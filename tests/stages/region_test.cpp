@@ -1,4 +1,5 @@
-// The triangles' depth map against a loop over all triangles, on every device.
+// What the triangles' depth map is without triangles, and flaws of samples, on every device. The
+// map itself is compared with a loop over all triangles in References.EveryStageIsWithinItsBounds.
 #include "stages/region.hpp"
 
 #include "stages/specks.hpp"
@@ -9,88 +10,6 @@ namespace meniscus {
 namespace {
 
 using Region = OnDevice;
-
-// Visible particles of a wavy field with a jump, seen by `view`.
-Triangulation wavy(const View& view, unsigned seed) {
-  Random random(seed);
-  Projected p;
-  for (int j = 0; j < 11; ++j)
-    for (int i = 0; i < 13; ++i) {
-      const double u = 6 + 5 * i + random(-1.5, 1.5), v = 5 + 5 * j + random(-1.5, 1.5);
-      const double t = 30 + std::sin(0.1 * u) + (u > 40 ? 9 : 0);
-      const Vec3d eye = point_at(view, u, v, t);
-      p.x.push_back(static_cast<float>(eye.x));
-      p.y.push_back(static_cast<float>(eye.y));
-      p.z.push_back(static_cast<float>(eye.z));
-      p.u.push_back(static_cast<float>(u));
-      p.v.push_back(static_cast<float>(v));
-      p.ku.push_back(2.5f);
-      p.kv.push_back(2.5f);
-      p.scale.push_back(1);
-    }
-  return triangulate(view, p, all_visible(p), {});
-}
-
-TEST_P(Region, TrianglesDepthMatchesTheReference) {
-  for (const Camera& camera : {perspective_camera(71, 61), orthographic_camera(71, 61)})
-    for (const SampleGrid& grid :
-         {SampleGrid{71, 61, 0.5f, 1}, SampleGrid{37, 32, 0, 2}, SampleGrid{1, 1, 20.25f, 1}}) {
-      const View view = make_view(camera, 0.1, {0, 0, 0});
-      const Triangulation mesh = wavy(view, 3);
-      ASSERT_GT(std::count(mesh.kind.begin(), mesh.kind.end(), TriangleKind::ghost), 0);
-      const auto actual =
-          download(device_, draw_triangles(device_, view, mesh, grid, any_blocks(device_, grid)));
-      std::size_t covered = 0;
-      for (int j = 0; j < grid.ny; ++j)
-        for (int i = 0; i < grid.nx; ++i) {
-          const double x = grid.first + grid.step * i, y = grid.first + grid.step * j;
-          // Bounds of the nearest kept triangle's depth.
-          double low = INFINITY, high = INFINITY;
-          for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
-            if (mesh.kind[t] != TriangleKind::kept) continue;
-            const auto& c = mesh.triangle[t];
-            const ScreenPoint &a = mesh.screen[c[0]], &b = mesh.screen[c[1]],
-                              &d = mesh.screen[c[2]];
-            const double doubled = (b.u - a.u) * (d.v - a.v) - (d.u - a.u) * (b.v - a.v);
-            const double p1 = (x - a.u) * (d.v - a.v), p2 = (d.u - a.u) * (y - a.v);
-            const double q1 = (b.u - a.u) * (y - a.v), q2 = (x - a.u) * (b.v - a.v);
-            const double l[3] = {1 - (p1 - p2 + q1 - q2) / doubled, (p1 - p2) / doubled,
-                                 (q1 - q2) / doubled};
-            // Differences, products, their difference, the area's four products and its reciprocal
-            // round: ten epsilon of the products over the area, and as much of the area's own
-            // terms.
-            const double size = std::abs(p1) + std::abs(p2) + std::abs(q1) + std::abs(q2);
-            const double spread =
-                (std::abs((b.u - a.u) * (d.v - a.v)) + std::abs((d.u - a.u) * (b.v - a.v))) /
-                std::abs(doubled);
-            const double error =
-                10 * kEpsilon * (size / std::abs(doubled)) * (1 + spread) + 3 * kEpsilon;
-            const double least = std::min({l[0], l[1], l[2]});
-            if (least < -1e-5 - error) continue;
-            double depth = 0, nearest = INFINITY, farthest = 0;
-            for (int k = 0; k < 3; ++k) {
-              const double corner = -mesh.position[c[k]].z;
-              depth += l[k] * (view.orthographic ? corner : 1 / corner);
-              nearest = std::min(nearest, corner);
-              farthest = std::max(farthest, corner);
-            }
-            if (!view.orthographic) depth = 1 / depth;
-            // Three coordinates off by `error`, each times a corner; in perspective the corners'
-            // reciprocals, whose error the last reciprocal multiplies by depth squared.
-            const double wrong =
-                3 * error * farthest * farthest / nearest + 12 * kEpsilon * farthest;
-            low = std::min(low, depth - wrong);
-            // The triangle's box is rounded too: samples within a hair of an edge may be missed.
-            if (least > error) high = std::min(high, depth + wrong);
-          }
-          const float depth = actual[static_cast<std::size_t>(j) * grid.nx + i];
-          EXPECT_GE(depth, low);
-          EXPECT_LE(depth, high);
-          covered += depth < kNoSurface;
-        }
-      EXPECT_GT(covered, 0u);
-    }
-}
 
 TEST_P(Region, NoTrianglesCoverNothing) {
   const SampleGrid grid{9, 5, 0.5f, 1};

@@ -77,6 +77,9 @@ std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface
   std::vector<std::unique_ptr<OutputFile>> files;
   std::uint64_t bytes = 0;
   for (const std::string& path : paths) {
+    const auto reached = [&, before = static_cast<double>(files.size())](double share) {
+      if (options.reached) options.reached((before + share) / static_cast<double>(paths.size()));
+    };
     OutputFile& file = *files.emplace_back(std::make_unique<OutputFile>(path));
     switch (kind_of(path)) {
       case OutputKind::exr:
@@ -86,10 +89,11 @@ std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface
         write_mesh(file, surface.mesh, options.job);
         break;
       case OutputKind::png:
-        write_png(file, surface, options.preview, options.job);
+        write_png(file, surface, options.preview, options.job, reached);
         break;
     }
     file.finish();
+    reached(1);
   }
   for (const auto& file : files) {
     file->publish();

@@ -1,6 +1,8 @@
 // One frame's outputs: which kinds there are, and writing them, all or none.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,8 @@ struct WriteOptions {
   Compression compression = Compression::zip;
   bool half = false;  // see write_exr
   Preview preview = Preview::lit;
-  std::string job;  // see io/seal.hpp
+  std::string job;                      // see io/seal.hpp
+  std::function<void(double)> reached;  // if set, called with the share that is done, 0 to 1
 };
 
 /// All or nothing: no file appears under its name before all are complete. Returns their bytes.

@@ -6,6 +6,9 @@
 #include <fstream>
 #include <limits>
 
+#include "base/grouped.hpp"
+#include "meniscus/error.hpp"
+
 namespace meniscus {
 
 std::size_t room_left() {
@@ -32,6 +35,14 @@ Crew crew_within(Crew crew, std::size_t pixels, std::size_t room) {
     --(crew.writing >= crew.extracting ? crew.writing : crew.extracting);
   }
   return crew;
+}
+
+void require_room_for_frame(std::size_t pixels) {
+  const std::size_t room = room_left(), wanted = room_for({1, 0}, pixels);
+  if (wanted <= room) return;
+  throw Error("the limit on memory leaves " + grouped(room >> 20) + " MB and a frame of " +
+              grouped(pixels) + " pixels takes about " + grouped(wanted >> 20) +
+              " MB (raise ulimit -v, or use a smaller image)");
 }
 
 }  // namespace meniscus

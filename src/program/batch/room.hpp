@@ -22,4 +22,8 @@ std::size_t room_for(const Crew& crew, std::size_t pixels);
 /// The largest part of a crew, at least one of each, for which there is room; else none of either.
 Crew crew_within(Crew crew, std::size_t pixels, std::size_t room);
 
+/// Throws Error where the limit leaves less than a frame of so many pixels takes: under a limit PoCL
+/// aborts where it gets no memory.
+void require_room_for_frame(std::size_t pixels);
+
 }  // namespace meniscus

@@ -12,6 +12,7 @@
 #include "io/output_file.hpp"
 #include "io/parts.hpp"
 #include "methods/programs.hpp"
+#include "program/batch/room.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/extract_options.hpp"
 #include "program/cli/extract_warnings.hpp"
@@ -103,6 +104,9 @@ void run_frame(const ExtractOptions& options) {
   const auto [camera, origin] =
       given ? ChosenCamera{*given, options.camera_file} : aimed_camera(options, {&particles});
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  if (team.size() == 1)
+    require_room_for_frame(static_cast<std::size_t>(camera.width) *
+                           static_cast<std::size_t>(camera.height));
   if (team.leads()) keep_camera(options, camera);
   say("device", info.name + ": " + why);
   if (options.verbose && team.leads()) {
@@ -132,7 +136,9 @@ void run_frame(const ExtractOptions& options) {
   std::string names;
   for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
   working.phase("writing " + names);
-  write_outputs(options.outputs, surface, options.parameters, options.writing);
+  WriteOptions how = options.writing;
+  how.reached = [&](double share) { working.reached(share); };
+  write_outputs(options.outputs, surface, options.parameters, how);
   working.phase("");
   stages.push_back({kWriting, milliseconds_since(writing), 0, {}});
   for (const std::string& path : options.outputs) say("wrote", path);
@@ -148,11 +154,13 @@ void run_frame(const ExtractOptions& options) {
 int run_extract(ExtractOptions options, const CLI::App& command) {
   if (options.particle_radius) options.parameters.particle_radius = *options.particle_radius;
   options.parameters.image = options.parameters.mesh = false;
+  bool maps = false;  // are written
   as_usage([&] {
     check(options.parameters);
     for (const std::string& path : options.outputs) {
       const OutputKind kind = kind_of(path);
       (kind == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
+      maps |= kind == OutputKind::exr;
       if (kind != OutputKind::png) continue;
       Aovs& aovs = options.parameters.aovs;
       aovs.normal = true;
@@ -175,6 +183,14 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
           " is one frame" +
           (options.input.find('*') == std::string::npos ? "" : " (* stands for its parts)") +
           "; the name of a sequence has a place, too, e.g. name.####.ply");
+  // A picture alone needs no more maps than it shows. (Those of a sequence have figures in its
+  // log.)
+  Aovs& aovs = options.parameters.aovs;
+  if (!maps && !options.parameters.mesh) {
+    const bool groups = options.writing.preview == Preview::groups;
+    aovs = {
+        .position = false, .group = groups, .kind = groups, .residual = false, .velocity = false};
+  }
   run_frame(options);
   return 0;
 }

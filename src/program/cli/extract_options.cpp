@@ -128,7 +128,11 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
   command
       .add_option("INPUT", o.input,
                   "particles: .ply, .vtk (legacy), .vtp, .vtu, .npy, .npz, .h5, .bgeo (classic, "
-                  "also .gz, and .sc), .bi4, .ffp3, .lammpstrj, .dump, .xyz or .csv; a name "
+                  "also .gz, and .sc), .bi4, .ffp3, .lammpstrj, .dump, "
+#ifdef MENISCUS_OPENVDB
+                  ".vdb, "
+#endif
+                  ".xyz or .csv; a name "
                   "with a place for the frame's number is a sequence: dam.####.ply, dam.%04d.ply, "
                   "dam.$F4.ply or dam.{}.ply, and so are a folder and a .pvd; * stands for the "
                   "parts of one frame: dam.rank*.ply")

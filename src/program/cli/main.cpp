@@ -132,5 +132,5 @@ int main(int argc, char** argv) {
     code = fail(kFailed, meniscus::words_of(error));
   }
   meniscus::leave_team();
-  return code;
+  return meniscus::cli::end_with(code);
 }

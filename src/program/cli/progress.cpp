@@ -86,7 +86,13 @@ void Working::phase(const std::string& what) {
   const std::lock_guard lock(mutex_);
   hide();
   phase_ = what;
+  share_ = 0;
   start_ = Clock::now();
+}
+
+void Working::reached(double share) {
+  const std::lock_guard lock(mutex_);
+  share_ = share;
 }
 
 void Working::building(int begun) {
@@ -114,7 +120,8 @@ void Working::draw() {
   drawn_ = true;
   if (begun_ == 0) {
     const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-    return draw_over(printed("%s, %.0f s", phase_.c_str(), seconds));
+    const std::string far = share_ > 0 ? printed("%.0f %%, ", 100 * share_) : "";
+    return draw_over(printed("%s, %s%.0f s", phase_.c_str(), far.c_str(), seconds));
   }
   if (programs_ == 0) return draw_over(printed("building kernels, once per device (%d)", begun_));
   constexpr std::size_t kShort = 20;  // characters

@@ -46,10 +46,11 @@ class Progress {
   Clock::time_point start_ = Clock::now(), next_;
 };
 
-/// "extracting   12 s", or, while kernels are built for the first time on a device, "building
-/// kernels, once per device (7 of 19) [#######      ]": one line on standard error, from half a
-/// second on, kept up to date by a thread of its own. Where standard error is no terminal, the
-/// building of kernels is one line that stays. All functions may be called by several threads.
+/// "extracting   12 s", or "writing a.png, 35 %, 2 s" where it is known how far that is; or, while
+/// kernels are built for the first time on a device, "building kernels, once per device (7 of 19)
+/// [#######      ]": one line on standard error, from half a second on, kept up to date by a thread
+/// of its own. Where standard error is no terminal, the building of kernels is one line that stays.
+/// All functions may be called by several threads.
 class Working {
  public:
   /// `programs` there are in all; 0: that is not known.
@@ -59,6 +60,7 @@ class Working {
   Working& operator=(const Working&) = delete;
 
   void phase(const std::string& what);  // begins; empty: nothing that takes long is under way
+  void reached(double share);           // of the phase, 0 to 1
   void building(int begun);             // so many programs, the last one of them now
   void built();                         // no more are
 
@@ -71,6 +73,7 @@ class Working {
   bool quiet_, shown_, drawn_ = false, said_ = false, over_ = false;
   std::string phase_;
   int begun_ = 0;
+  double share_ = 0;
   Clock::time_point start_ = Clock::now();
   std::mutex mutex_;
   std::condition_variable ended_;

@@ -342,10 +342,12 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
     const BuildAhead ahead(first, programs);
     const auto over = [&](FrameRecord record) {
       working.built();  // the line is the batch's from now on
-      if (framed && leaves_image(record))
+      if (leaves_image(record))
         record.warnings.push_back(
-            "more than a twentieth of the particles is outside the image, whose camera was framed "
-            "around the first, middle and last frame (give --camera or --eye)");
+            std::string("more than a twentieth of the particles is outside the image") +
+            (framed ? ", whose camera was framed around the first, middle and last frame (give "
+                      "--camera or --eye)"
+                    : " of the camera that was given (as it should be where that shows a part)"));
       progress.over(record);
       if (record.status == FrameStatus::failed) failed.push_back(record.frame);
       if (log) log->add(record);

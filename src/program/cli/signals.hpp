@@ -8,9 +8,15 @@ namespace meniscus::cli {
 
 /// From here on SIGINT, SIGTERM and SIGHUP remove the outputs' temporary files and end the program
 /// with 128 + signal, and a file that exceeds its size limit is a write error instead of a signal.
-/// A crash removes the temporary files, too, and says in one line what may help. Call before any
-/// thread is started.
+/// A crash removes the temporary files, too, and says in one line what may help; so does a library
+/// that ends the process. Call before any thread is started.
 void handle_signals();
+
+/// The end of the program, when all that it has is written and closed. Nothing runs at exit: PoCL's
+/// threads let go of a command a moment after they have said that it is done, and what runs at exit
+/// would take PoCL, LLVM and oneTBB apart under them. (Returns `code` under the sanitizers, which
+/// look for leaks at exit.)
+int end_with(int code);
 
 /// While one of these lives, the first such signal is only kept in `signal()`, so that the frames
 /// under way can be finished; a second one ends the program.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "verify/reference/density.hpp"
@@ -47,6 +49,59 @@ struct Field {
   }
 };
 
+/// The field on one ray, of the particles that reach it, and how far floats may be off there.
+struct FieldOnRay {
+  FieldOnRay(const Field& all, const View& seen, double at_u, double at_v)
+      : view(seen), u(at_u), v(at_v), direction(ray_direction(seen, at_u, at_v)) {
+    speed = length(direction);
+    const Vec3d origin = at(0);
+    for (std::size_t i = 0; i < all.particles.size(); ++i) {
+      const Vec3d apart = all.particles.eye(i) - origin;
+      const double along = dot(apart, direction) / (speed * speed);
+      if (length(apart - direction * along) >= 4.001) continue;
+      field.particles.x.push_back(all.particles.x[i]);
+      field.particles.y.push_back(all.particles.y[i]);
+      field.particles.z.push_back(all.particles.z[i]);
+      field.weight.push_back(all.weight[i]);
+    }
+  }
+
+  Vec3d at(double t) const { return point_at(view, u, v, t); }
+  double levelled(double t) const { return field(at(t)); }
+  double density(double t) const { return reference::density(field.particles, at(t)); }
+  double near(double t) const { return near_count(field.particles, at(t)); }
+
+  /// How far the point at depth t may be off. Across the ray: coefficients, two products and two
+  /// sums each for origin and direction, then a product and a sum. Along it: its length, the
+  /// particle's depth in lengths, and their sum.
+  double moved(double t) const {
+    double sum = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double* o = &view.ray[3 * axis];
+      const double* d = &view.ray[6 + 3 * axis];
+      sum += std::abs(o[0]) + std::abs(o[1] * u) + std::abs(o[2] * v) +
+             t * (std::abs(d[0]) + std::abs(d[1] * u) + std::abs(d[2] * v));
+    }
+    return kEpsilon * (7 * sum + 6 * t * speed);
+  }
+
+  /// Of a density or, whose weights round once more, of the levelled field. What the point is off
+  /// each share passes on by its slope, .52 / pi a radius at most.
+  double error(double t) const {
+    const double there = near(t);
+    return density_error(field.particles, at(t), density(t)) +
+           (kEpsilon + 0.52 * moved(t)) * there / std::numbers::pi;
+  }
+
+  /// The most that the slope can change by over a radius: 3 / (4 pi) a particle.
+  double bend(double t) const { return 0.75 / std::numbers::pi * near(t); }
+
+  View view;
+  double u, v, speed;
+  Vec3d direction;
+  Field field;
+};
+
 /// A stretch of a ray in which the field reaches the level.
 struct Chord {
   double enter = kNowhere, leave = kNowhere;  // depths
@@ -54,10 +109,9 @@ struct Chord {
 
 /// The chords of a ray between the depths `from` and `to`, found by steps of 1/64 radius and
 /// bisected; shorter ones may be missed. One that is entered before `from` starts there.
-inline std::vector<Chord> chords(const Field& field, const View& view, double u, double v,
-                                 double from, double to, double level) {
-  const auto inside = [&](double t) { return field(point_at(view, u, v, t)) >= level; };
-  const double step = 1 / (64 * length(ray_direction(view, u, v)));
+inline std::vector<Chord> chords(const FieldOnRay& ray, double from, double to, double level) {
+  const auto inside = [&](double t) { return ray.levelled(t) >= level; };
+  const double step = 1 / (64 * ray.speed);
   std::vector<Chord> found;
   bool was = inside(from);
   if (was) found.push_back({from, to});
@@ -80,6 +134,84 @@ inline std::vector<Chord> chords(const Field& field, const View& view, double u,
   return found;
 }
 
+/// Where a ray first crosses the level, and how far floats may be from it.
+struct Crossing {
+  bool sure = true;
+  double depth = kNowhere, error = 0;
+  Vec3d normal;  // outward
+  double normal_error = 0;
+};
+
+/// The outward normal of the field at depth t, and its error where floats take it there: the
+/// gradient's, and how the field bends across its normal over the `off` that t may be off. Third
+/// derivatives are below .6 a particle.
+inline Crossing normal_at(const FieldOnRay& ray, double t, double off = 0) {
+  const Vec3d x = ray.at(t), g = ray.field.gradient(x);
+  Crossing c;
+  c.depth = t;
+  c.normal = normalized(-g);
+  constexpr double kStep = 1e-4;
+  Vec3d bent =
+      (ray.field.gradient(ray.at(t + kStep)) - ray.field.gradient(ray.at(t - kStep))) / (2 * kStep);
+  bent += c.normal * -dot(bent, c.normal);
+  const double along = off * ray.speed;
+  const double gradient_off = 1.75 * gradient_error(ray.field.particles, x) +
+                              ray.bend(t) * ray.moved(t) + off * length(bent) +
+                              0.6 * ray.near(t) * along * (along + kStep);
+  c.normal_error = 2 * gradient_off / length(g) + 4 * kEpsilon;
+  return c;
+}
+
+/// The first crossing between the depths `from` and `to` (docs/method.md, "density"): steps of
+/// 1.5 (1 - C / level), .3 to 1, until one ends inside; the crossing before its end is found to
+/// 1/1024 radii. A field that is reached at `from` is not crossed. Not sure where rounding or a
+/// step decides:
+///   - the field at `from`, or a top of it before the crossing, is within rounding of the level;
+///   - a step may pass over the whole chord, or end beyond `to`;
+///   - the ray meets the level at so small an angle that 1/2048 radii by the slope may be more.
+inline Crossing first_crossing(const FieldOnRay& ray, double from, double to, double level) {
+  Crossing none, unsure;
+  unsure.sure = false;
+  if (!(from <= to) || ray.field.particles.size() == 0) return none;
+  // Between samples 1/64 apart a top rises by half of bend / 128^2 at most: below a thousandth for
+  // thirty particles in reach.
+  const auto blunt = [&](double t) {
+    return std::max(1e-3, 4e-5 * ray.near(t)) + 4 * ray.error(t);
+  };
+  const double start_off = ray.levelled(from) - level;
+  if (std::abs(start_off) <= blunt(from)) return unsure;
+  if (start_off > 0) return none;
+  double slack = 0;
+  const double step = 1 / (8 * ray.speed);
+  for (double t = from; t < to + step; t += step) slack = std::max(slack, blunt(std::min(t, to)));
+  // Whatever comes near the level may be a chord.
+  const std::vector<Chord> likely = chords(ray, from, to, level - slack);
+  if (likely.empty()) return none;
+  const std::vector<Chord> all = chords(ray, from, to, level);
+  if (all.empty()) return unsure;
+  const double enter = all[0].enter;
+  // From there on the field has to rise.
+  double before = level - slack;
+  for (double t = likely[0].enter; t < enter; t += step / 8) {
+    if (ray.levelled(t) < before) return unsure;
+    before = ray.levelled(t);
+  }
+  // The longest step that may end before the chord begins and after it ends.
+  const double width = (all[0].leave - enter) * ray.speed;
+  for (double back = 0; back <= 1; back += 1.0 / 256) {
+    const double below = 1 - (ray.levelled(enter - back / ray.speed) - slack) / level;
+    // One sample of this search more, which the march may start between.
+    if (std::clamp(1.5 * below, 0.3, 1.0) - back + 1.0 / 256 > width) return unsure;
+  }
+  const double slope = dot(ray.field.gradient(ray.at(enter)), ray.direction) / ray.speed;
+  if (slope < ray.bend(enter) / 256) return unsure;
+  const double off =
+      1.0 / 1024 / ray.speed + 2 * ray.error(enter) / (slope * ray.speed) + 2 * kEpsilon * enter;
+  Crossing c = normal_at(ray, enter, off);
+  c.error = off;
+  return c;
+}
+
 /// A blended sample's share against the field: its trust on a kept triangle. Elsewhere the contour
 /// ends it where the density falls below `contour`, 0.1 (1 - trust) more with less trust, in one
 /// step where it is trusted and over 1/20 where it is not. On a convex edge 0.3 of the contour's
@@ -95,6 +227,117 @@ inline double blend_share(double trust, bool vouched, bool on_edge, double densi
 /// and whose normals' product is `alike`: the factor on the blend's share but at convex creases.
 inline double agreement(double apart, double alike) {
   return (1 - smooth_step(0.5, 1, apart)) * smooth_step(0.6, 0.92, alike);
+}
+
+/// A sample of a layer before it is settled.
+struct LayerSample {
+  double triangle = kNowhere;   // depth of the kept triangles
+  double reference = kNowhere;  // of the visible particles' footprints
+  double depth = kNowhere;      // of the blend
+  double trust = 0;             // 0 .. 1
+  bool on_edge = false;         // a convex one
+  bool ended = false;           // beyond an edge to a face that is turned away
+  Vec3d normal;                 // of the blend
+};
+
+/// What it shows.
+struct Shown {
+  enum What { as_before, nothing, field, mixture };
+  bool sure = true;
+  What what = as_before;  // nothing: what lies behind its reference is asked for
+  double depth = 0, depth_error = 0;
+  Vec3d normal;
+  double normal_error = 0;
+  bool kind_sure = true, splash = false;  // splash: the field has more than half of the say
+};
+
+/// A unit normal that does not face the ray, n.d > -.01 |d|, is turned until it just does; errors
+/// grow by twice what is left of its length.
+inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
+  const double size = length(direction);
+  const double along = dot(*normal, direction), most = -0.01 * size;
+  if (along <= most - size * *error) return;
+  const Vec3d turned = *normal - direction * ((along - most) / (size * size));
+  *error *= 1 + 2 / length(turned);
+  if (along > most) *normal = normalized(turned);
+}
+
+/// docs/method.md, "density", and 2.4.1: where fits are trusted the blend stays on a triangle that
+/// is at most 3 radii away or where the density reaches the contour; beyond an edge it stays on a
+/// triangle alone. Where they are not, or there is no blend, the field is followed from 2 radii
+/// before the blend or the reference, whichever is nearer, to `beyond` behind the blend or, where
+/// there is none, the reference, and both are mixed. Where it is not crossed, the larger share
+/// decides. With `only_gaps` nothing but samples without a blend change.
+inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour, double level,
+                     double beyond, bool only_gaps) {
+  Shown shown, nothing, unsure;
+  nothing.what = Shown::nothing;
+  unsure.sure = false;
+  const bool met = s.depth < kNowhere;
+  if (!(s.reference < kNowhere) || (only_gaps && met)) return shown;
+  const double off = met ? ray.error(s.depth) : 0;
+  if (met && (s.ended || s.trust >= 1)) {
+    // A difference and the constant round.
+    const double away = std::abs(s.depth - s.triangle) - 3;
+    if (std::abs(away) <= 4 * kEpsilon * s.depth) return unsure;
+    const bool vouched = away < 0;
+    if (s.ended && !vouched) return nothing;
+    if (s.trust >= 1) {
+      if (vouched) return shown;
+      const double needed = (s.on_edge ? 0.3 : 1) * contour, density = ray.density(s.depth);
+      if (std::abs(density - needed) <= off) return unsure;
+      return density < needed ? nothing : shown;
+    }
+  }
+  const double from = std::max(std::min(s.depth, s.reference) - 2, 1e-3);
+  const Crossing c = first_crossing(ray, from, (met ? s.depth : s.reference) + beyond, level);
+  if (!c.sure) return unsure;
+  // The share's bounds: it rises with the density and falls with the distance.
+  double low = 0, high = 0;
+  if (met) {
+    const double density = ray.density(s.depth);
+    const auto share_at = [&](double c) {
+      return blend_share(s.trust, false, s.on_edge, c, contour);
+    };
+    low = share_at(density - off) * (1 - 8 * kEpsilon);
+    high = share_at(density + off) * (1 + 8 * kEpsilon);
+  }
+  if (!(c.depth < kNowhere)) {
+    if (low <= 0.5 && high > 0.5) return unsure;
+    return high <= 0.5 ? nothing : shown;
+  }
+  shown.what = Shown::field;
+  shown.depth = c.depth;
+  shown.depth_error = c.error;
+  shown.normal = c.normal;
+  shown.normal_error = c.normal_error;
+  shown.splash = true;
+  if (high > 0) {
+    const double facing = std::abs(dot(s.normal, ray.direction));
+    const double apart = std::abs(c.depth - s.depth), alike = dot(s.normal, c.normal);
+    if (!s.on_edge) {
+      const double moved = (c.error + 4 * kEpsilon * s.depth) * facing;
+      const double turned = c.normal_error + 4 * kEpsilon;
+      // Its four factors' roundings, of numbers up to 3.
+      low *= std::max(0.0, agreement(apart * facing + moved, alike - turned) - 32 * kEpsilon);
+      high *= agreement(apart * facing - moved, alike + turned) + 32 * kEpsilon;
+    }
+    const double share = (low + high) / 2, share_off = (high - low) / 2;
+    // The crossing's error counts by the rest; the share's by the difference of what is mixed.
+    const Vec3d mixed = s.normal * share + c.normal * (1 - share);
+    shown.what = Shown::mixture;
+    shown.depth = share * s.depth + (1 - share) * c.depth;
+    shown.depth_error = (1 - share) * c.error + share_off * apart + 4 * kEpsilon * s.depth;
+    shown.normal = normalized(mixed);
+    shown.normal_error =
+        2 * ((1 - share) * c.normal_error + share_off * length(s.normal - c.normal)) /
+            length(mixed) +
+        8 * kEpsilon;
+    shown.kind_sure = low > 0.5 || high <= 0.5;
+    shown.splash = share <= 0.5;
+  }
+  face_eye(ray.direction, &shown.normal, &shown.normal_error);
+  return shown;
 }
 
 }  // namespace meniscus::reference

@@ -62,4 +62,27 @@ inline DepthBounds splat_depth(const Projected& p, const std::vector<std::int32_
   return bounds;
 }
 
+/// Bounds of the nearest front at every node that is deeper than `behind` + gap there; behind
+/// [nodes] is not asked where it is infinite. The sum rounds once.
+inline DepthBounds splat_behind(const Projected& p, const SampleGrid& grid, double footprint,
+                                const std::vector<float>& behind, double gap, double epsilon) {
+  DepthBounds bounds{std::vector<double>(grid.size(), INFINITY),
+                     std::vector<double>(grid.size(), INFINITY)};
+  for (int j = 0; j < grid.ny; ++j)
+    for (int i = 0; i < grid.nx; ++i) {
+      const std::size_t node = static_cast<std::size_t>(j) * grid.nx + i;
+      const double least = behind[node] + gap, doubt = epsilon * least;
+      if (!std::isfinite(least)) continue;
+      for (std::size_t k = 0; k < p.size(); ++k) {
+        const Front f = front(p, k, grid.first + grid.step * i, grid.first + grid.step * j,
+                              footprint, 1, epsilon);
+        if (f.possible && f.high > least - doubt)
+          bounds.low[node] = std::min(bounds.low[node], std::max(f.low, least - doubt));
+        if (f.sure && f.low > least + doubt)
+          bounds.high[node] = std::min(bounds.high[node], f.high);
+      }
+    }
+  return bounds;
+}
+
 }  // namespace meniscus::reference

@@ -33,8 +33,8 @@ std::set<int> groups_around(int i, int j, const SampleGrid& grid, const std::vec
 }  // namespace
 
 ReferenceErrors choose_groups_case(Device& device, int size) {
-  // The crowd fills the middle third of the view.
-  const SampleGrid grid{size, size, 7, 7.0f / static_cast<float>(size)};
+  // The crowd fills the middle third of the view; the grid is higher than wide.
+  const SampleGrid grid{size - size / 4, size, 7, 7.0f / static_cast<float>(size)};
   const View view = frontal_view(21, 21);
   const FitParams fit;
   const BlendParams params;

@@ -48,14 +48,8 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
     const WithDiscs with(device, DiscForm::minima);
     const auto bounds = reference::splat_depth(p, all, grid, 1.8, 0.45, kEpsilon);
     fronts = download(device, splat_depth(device, splats, grid, 1.8, 0.45));
-    for (std::size_t k = 0; k < fronts.size(); ++k) {
-      // Within the bounds; where only one of them is a depth, either may be right.
-      const double low = bounds.low[k], high = bounds.high[k];
-      if (std::isfinite(high))
-        depths.see(fronts[k], (low + high) / 2, (high - low) / 2);
-      else if (std::isinf(low) || fronts[k] < low)
-        depths.see(fronts[k], low, 0);
-    }
+    for (std::size_t k = 0; k < fronts.size(); ++k)
+      depths.see_within(fronts[k], bounds.low[k], bounds.high[k]);
   }
   errors.push_back(depths.error());
 

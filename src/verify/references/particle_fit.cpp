@@ -53,7 +53,14 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
       edge("measure_edges", "edge"), firmness("measure_edges", "firmness"),
       supporters("measure_edges", "supporters");
   for (const auto& surface : {hills, roof}) {
-    const FittedSurface scene = fitted_surface(field(size, 2, surface));
+    Projected particles = field(size, 2, surface);
+    // Two that lie all but on each other.
+    particles.x[1] = particles.x[0] + 0.02f;
+    particles.y[1] = particles.y[0];
+    particles.z[1] = particles.z[0];
+    particles.u[1] = particles.u[0] + 0.02f;
+    particles.v[1] = particles.v[0];
+    const FittedSurface scene = fitted_surface(particles);
     FitParams params;
     params.least_support = 1;
     ParticleFits before;

@@ -22,14 +22,8 @@ ReferenceErrors visible_case(Device& device, int size) {
       const auto bounds = reference::splat_depth(p, all, grid, 1.8, bulge, kEpsilon);
       const auto found =
           download(device, splat_depth(device, upload_splats(device, p, all), grid, 1.8, bulge));
-      for (std::size_t k = 0; k < found.size(); ++k) {
-        // Within the bounds; where only one of them is a depth, either may be right.
-        const double low = bounds.low[k], high = bounds.high[k];
-        if (std::isfinite(high))
-          worst.see(found[k], (low + high) / 2, (high - low) / 2);
-        else if (std::isinf(low) || found[k] < low)
-          worst.see(found[k], low, 0);
-      }
+      for (std::size_t k = 0; k < found.size(); ++k)
+        worst.see_within(found[k], bounds.low[k], bounds.high[k]);
     }
   }
   return {worst.error()};

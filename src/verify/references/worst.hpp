@@ -23,6 +23,14 @@ class Worst {
     keep(off / unit, bound / unit, bound > 0 ? off / bound : INFINITY);
   }
 
+  /// A value between two bounds; where only the upper one is infinite, there may be none as well.
+  void see_within(double found, double low, double high) {
+    if (std::isfinite(high))
+      see(found, (low + high) / 2, (high - low) / 2);
+    else if (std::isinf(low) || found < low)
+      see(found, low, 0);
+  }
+
   const ReferenceError& error() const { return error_; }
 
  private:

@@ -1,8 +1,10 @@
 // Bad input, one clear line each: files, cameras, folders, disks, devices.
 #include <gmock/gmock.h>
+#include <sys/mount.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 
 #include "program/cli/program.hpp"
@@ -246,6 +248,26 @@ TEST_F(ProgramBadInput, ADamagedCacheOfPoClIsNamed) {
     EXPECT_THAT(outcome.err, HasSubstr("meniscus: error: ended by "));
     EXPECT_THAT(outcome.err, HasSubstr("remove " + path("cache") + ", or set POCL_CACHE_DIR"));
   }
+}
+
+// LLVM ended the process on a thread that builds, and what runs at exit waited for the others.
+TEST_F(ProgramBadInput, AFullDiskUnderTheCacheOfPoClIsOneLine) {
+  write_particles("in.ply", block(3));
+  std::filesystem::create_directory(path("disk"));
+  if (mount("tmpfs", path("disk").c_str(), "tmpfs", 0, "size=300k") != 0)
+    GTEST_SKIP() << "no file system may be mounted here";
+  Conditions full = in_time(120);
+  full.environment = {{"POCL_CACHE_DIR", path("disk/pocl")},
+                      {"MENISCUS_CACHE_DIR", path("disk/programs")}};
+  const Outcome outcome =
+      run({"extract", "in.ply", "-q", "--size", "64x48", "-o", "a.png", "--device", "cpu"}, full);
+  umount(path("disk").c_str());
+  if (outcome.exit_code == 0) GTEST_SKIP() << "no PoCL";
+  EXPECT_NE(outcome.exit_code, 128 + SIGKILL) << "it hung";
+  EXPECT_THAT(outcome.err, HasSubstr("meniscus: error: "));
+  EXPECT_THAT(outcome.err, HasSubstr(path("disk/pocl")));
+  EXPECT_THAT(outcome.err, HasSubstr("full"));
+  EXPECT_FALSE(exists("a.png"));
 }
 
 TEST_F(ProgramBadInput, CacheThatCannotBeWrittenIsReplaced) {

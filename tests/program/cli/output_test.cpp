@@ -291,6 +291,40 @@ TEST_F(ProgramOutput, ASurfaceFromVeryNearFillsTheImage) {
     }
 }
 
+// Sixteen times smaller than 16384 x 16384 in 12 GB: PoCL aborted.
+TEST_F(ProgramOutput, AnImageForWhichALimitOnMemoryHasNoRoomIsOneLine) {
+  write_particles("in.ply", block(10));
+  for (const char* const megabytes : {"900", "1500", "3000"}) {
+    const Conditions limited{
+        {},
+        0,
+        {"/bin/sh", "-c",
+         std::string("ulimit -v $((1024 * ") + megabytes + ")); exec timeout -s KILL 60 \"$@\"",
+         "sh"}};
+    const Outcome outcome =
+        run({"extract", "in.ply", "--size", "4096x4096", "-o", "a.exr"}, limited);
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    EXPECT_THAT(outcome.err,
+                testing::ContainsRegex(
+                    "error: the limit on memory leaves [0-9,]+ MB and a frame of 16,777,216 "
+                    "pixels takes about [0-9,]+ MB"));
+    EXPECT_FALSE(std::filesystem::exists(path("a.exr")));
+  }
+}
+
+TEST_F(ProgramOutput, WhatRunsAtExitCannotFailIt) {
+  write_particles("in.ply", block(10));
+  Conditions broken;
+  broken.environment = {{"LD_PRELOAD", MENISCUS_BROKEN_EXIT_LIBRARY}};
+  const Outcome outcome =
+      run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-o", "a.ply"}, broken);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("total"));
+  const Outcome help = run({"--help"}, broken);
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_THAT(help.out, HasSubstr("extract"));
+}
+
 TEST_F(ProgramOutput, TwoDropsAreAsLargeAsTheirDistanceSays) {
   write_particles("in.ply", {{0, 0, 0}, {1, 0, 0}}, 0);
   const Outcome outcome = extract_all("in.ply", {"--size", "64x48"});

@@ -330,7 +330,15 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   EXPECT_THAT(read("page.html"), HasSubstr(what));
   for (const nlohmann::json& record : log("log.jsonl"))
     EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 1) << record;
-  EXPECT_THAT(run(words({"--eye", "0,0,5"})).err, Not(HasSubstr("outside the image")));
+  // A camera that was given is looked at, too.
+  const std::vector<std::string> eye = {"--eye", "1.5,1.5,30", "--target", "1.5,1.5,0"};
+  const Outcome given = run(words(eye));
+  ASSERT_EQ(given.exit_code, 0) << given.err;
+  EXPECT_THAT(given.err,
+              HasSubstr("frame 1: d.0001.ply: " + what + " of the camera that was given"));
+  const Outcome others = run(words({eye[0], eye[1], eye[2], eye[3], "--frames", "2-4"}));
+  ASSERT_EQ(others.exit_code, 0) << others.err;
+  EXPECT_THAT(others.err, Not(HasSubstr("outside the image")));
 }
 
 TEST_F(Sequence, LargeFramesHaveOneRadius) {

@@ -1,0 +1,43 @@
+// Means over the fits of a sheet, in double precision: a loop over all fits (stages/sheet.hpp).
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "stages/sheet.hpp"
+#include "verify/reference/epsilon.hpp"
+
+namespace meniscus::reference {
+
+struct SheetMean {
+  double weight = 0;  // in all
+  double mean = 0, error = 0;
+};
+
+/// The mean of `value` [n] around fit k, weights share (1 - l / reach) smoothstep(low, high, n.n').
+inline SheetMean sheet_mean(const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
+                            const std::vector<float>& share, const std::vector<float>& value,
+                            std::size_t k, const SheetWeights& weights) {
+  SheetMean result;
+  double sum = 0, off = 0;
+  // n.n' is good to four epsilon, which the smoothstep passes on by its steepest slope; the
+  // distance, of numbers near 30, to as many and its quotient; a weight rounds ten times.
+  const double slope = 1.5 / (static_cast<double>(weights.high) - weights.low);
+  for (std::size_t j = 0; j < position.size(); ++j) {
+    const double l = length(position[j] - position[k]);
+    if (l >= weights.reach + 1e-3) continue;
+    off += (4 * slope + 20) * kEpsilon * std::abs(value[j]);
+    const double w = share[j] * std::max(0.0, 1 - l / weights.reach) *
+                     smooth_step(weights.low, weights.high, dot(normal[j], normal[k]));
+    sum += w * value[j];
+    result.weight += w;
+  }
+  if (result.weight == 0) return result;
+  result.mean = sum / result.weight;
+  const double rounding =
+      static_cast<double>(position.size() + 4) * kEpsilon * std::abs(result.mean);
+  result.error = 2 * off / result.weight + 2 * rounding;
+  return result;
+}
+
+}  // namespace meniscus::reference

@@ -1,0 +1,193 @@
+// Samples of layers around clouds of particles, for the reference of stage settle.
+#pragma once
+
+#include "stages/settle.hpp"
+#include "verify/reference/settle.hpp"
+#include "verify/references/inputs.hpp"
+
+namespace meniscus {
+
+/// Eighty-four particles two radii apart, moved by up to 0.3, as many behind them, and a lone one
+/// beside them.
+inline Projected blob_and_lone(const View& view, double u, double v) {
+  Random random(11);
+  Projected p;
+  const auto add = [&](const Vec3d& at) {
+    p.x.push_back(static_cast<float>(at.x));
+    p.y.push_back(static_cast<float>(at.y));
+    p.z.push_back(static_cast<float>(at.z));
+  };
+  for (const double depth : {21, 33}) {
+    const Vec3d corner = point_at(view, u, v, depth) - Vec3d{6, 5, 0};
+    for (int k = 0; k < 2; ++k)
+      for (int j = 0; j < 6; ++j)
+        for (int i = 0; i < 7; ++i)
+          add(corner + Vec3d{2 * i + random(-0.3, 0.3), 2 * j + random(-0.3, 0.3),
+                             -2 * k + random(-0.3, 0.3)});
+  }
+  add(point_at(view, 2.5 * u, 1.2 * v, 18));
+  return p;
+}
+
+/// So many around one ray that searches list no more than a part of them.
+inline Projected ball(const View& view, double u, double v) {
+  Random random(12);
+  Projected p;
+  const Vec3d middle = point_at(view, u, v, 21);
+  while (p.x.size() < 900) {
+    const Vec3d from{random(-4, 4), random(-4, 4), random(-4, 4)};
+    if (length(from) > 4) continue;
+    p.x.push_back(static_cast<float>(middle.x + from.x));
+    p.y.push_back(static_cast<float>(middle.y + from.y));
+    p.z.push_back(static_cast<float>(middle.z + from.z));
+  }
+  return p;
+}
+
+/// A levelled field on a device and in double precision, seen by a camera.
+struct FieldScene {
+  static constexpr double kStart = 5, kEnd = 45;  // all particles lie between these depths
+
+  FieldScene(Device& device, int width, int height, bool crowded)
+      : view(make_view(perspective_camera(width, height), 0.5, {0, 0, 0})),
+        grid(pixel_grid(view)),
+        field{crowded ? ball(view, 0.5 * width, 0.5 * height)
+                      : blob_and_lone(view, 0.35 * width, 0.4 * height),
+              {}},
+        host_cells(
+            make_cells(field.particles.x, field.particles.y, field.particles.z, kDensitySupport)),
+        cells(upload_cells(device, host_cells)),
+        levelled(level_cells(device, cells, measure_gradients(device, cells), params)) {
+    // The weights have a reference of their own; the field starts from the device's.
+    const auto weight = download(device, levelled.weight);
+    field.weight.resize(weight.size());
+    for (std::size_t k = 0; k < weight.size(); ++k)
+      field.weight[static_cast<std::size_t>(host_cells.item[k])] = weight[k];
+  }
+
+  double u(std::size_t s) const {
+    return grid.first + static_cast<double>(s % static_cast<std::size_t>(grid.nx));
+  }
+  double v(std::size_t s) const {
+    return grid.first + static_cast<double>(s / static_cast<std::size_t>(grid.nx));
+  }
+  reference::FieldOnRay ray(std::size_t s) const { return {field, view, u(s), v(s)}; }
+
+  View view;
+  SampleGrid grid;
+  RegionParams params;
+  reference::Field field;
+  Cells host_cells;
+  DeviceCells cells, levelled;
+};
+
+/// The samples of a layer before they are settled, or after it.
+struct Layer {
+  std::vector<float> triangle, reference, trust, depth, normal, behind;  // normal: [3][n]
+  std::vector<cl_int> group;
+  std::vector<cl_uchar> kind;
+
+  explicit Layer(std::size_t n)
+      : triangle(n, kNoSurface),
+        reference(n, kNoSurface),
+        trust(n),
+        depth(n, kNoSurface),
+        normal(3 * n),
+        behind(n, kNoSurface),
+        group(n, 7),
+        kind(n, static_cast<cl_uchar>(Kind::surface)) {}
+
+  std::size_t size() const { return depth.size(); }
+  Vec3d normal_at(std::size_t s) const {
+    const std::size_t n = depth.size();
+    return {normal[s], normal[n + s], normal[2 * n + s]};
+  }
+  bool same_sample(const Layer& other, std::size_t s) const {
+    return depth[s] == other.depth[s] && normal_at(s) == other.normal_at(s) &&
+           group[s] == other.group[s] && kind[s] == other.kind[s];
+  }
+
+  /// With what the blend adds to the trust (blend.cl) taken from it.
+  reference::LayerSample sample(std::size_t s) const {
+    reference::LayerSample sample;
+    sample.triangle = triangle[s];
+    sample.reference = reference[s];
+    sample.depth = depth[s];
+    sample.ended = trust[s] >= 4;
+    sample.on_edge = !sample.ended && trust[s] >= 2;
+    sample.trust = trust[s] - (sample.ended ? 4 : sample.on_edge ? 2 : 0);
+    sample.normal = normal_at(s);
+    return sample;
+  }
+};
+
+/// Blends, references and triangles at random around where rays meet the field, and elsewhere;
+/// every kind of trust.
+inline Layer random_layer(const FieldScene& scene, unsigned seed) {
+  Random random(seed);
+  const std::size_t n = scene.grid.size();
+  const double level = scene.params.blob_density;
+  Layer layer(n);
+  // No input depends on what a device found.
+  reference::Field field{scene.field.particles, {}};
+  for (std::size_t i = 0; i < field.particles.size(); ++i)
+    field.weight.push_back(reference::level_weight(
+        reference::density(field.particles, field.particles.eye(i)), level));
+  for (std::size_t s = 0; s < n; ++s) {
+    const reference::FieldOnRay ray(field, scene.view, scene.u(s), scene.v(s));
+    const auto met = reference::chords(ray, scene.kStart, scene.kEnd, level);
+    const auto which = static_cast<std::size_t>(random(0, 1) * static_cast<double>(met.size()));
+    const double at = met.empty() ? random(18, 24) : std::floor(64 * met[which].enter) / 64;
+    const bool near = random(0, 1) < 0.8;
+    const double reach = near ? 1 : 8;
+    const auto chance = [&](double share) { return random(0, 1) < share; };
+    layer.reference[s] = static_cast<float>(at + random(-1, 0.5) * reach);
+    layer.depth[s] = static_cast<float>(at + random(-1, 1) * reach);
+    layer.triangle[s] = static_cast<float>(layer.depth[s] + random(-4.5, 4.5));
+    const double where = chance(0.3) ? 2 : chance(0.2) ? 4 : 0;
+    const double trust = chance(0.25) ? 1 : chance(0.1) ? 0 : std::sqrt(random(0, 1));
+    layer.trust[s] = static_cast<float>(where + trust);
+    const Vec3d normal = normalized(normalized(-ray.direction) +
+                                    Vec3d{random(-1, 1), random(-1, 1), random(-0.3, 0.3)} *
+                                        (chance(0.6) ? 0.4 : 3));
+    layer.normal[s] = static_cast<float>(normal.x);
+    layer.normal[n + s] = static_cast<float>(normal.y);
+    layer.normal[2 * n + s] = static_cast<float>(normal.z);
+    if (chance(0.15)) layer.depth[s] = kNoSurface;
+    if (chance(0.1)) layer.reference[s] = kNoSurface;
+    if (chance(0.4)) layer.triangle[s] = kNoSurface;
+  }
+  return layer;
+}
+
+inline SurfaceBuffers upload(Device& device, const SampleGrid& grid, const Layer& layer) {
+  return {grid,
+          upload(device, layer.depth),
+          upload(device, layer.normal),
+          upload(device, layer.group),
+          upload(device, layer.trust),
+          upload(device, layer.kind)};
+}
+
+inline Layer download(Device& device, const Layer& before, const SurfaceBuffers& surface) {
+  Layer after = before;
+  after.depth = download(device, surface.depth);
+  after.normal = download(device, surface.normal);
+  after.group = download(device, surface.group);
+  after.kind = download(device, surface.kind);
+  return after;
+}
+
+inline Layer settled(Device& device, const FieldScene& scene, const Layer& before, bool only_gaps) {
+  const SurfaceBuffers surface = upload(device, scene.grid, before);
+  const auto reference = upload(device, before.reference);
+  const auto behind = upload(device, before.behind);
+  settle_samples(device, scene.view, list_samples(device, scene.grid, reference), scene.cells,
+                 scene.levelled, upload(device, before.triangle), reference, surface, behind,
+                 scene.params, only_gaps);
+  Layer after = download(device, before, surface);
+  after.behind = download(device, behind);
+  return after;
+}
+
+}  // namespace meniscus

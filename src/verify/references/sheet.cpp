@@ -1,0 +1,45 @@
+// average_on_sheets: two sheets at a right angle, with fits that count for nothing among them.
+#include "verify/reference/sheet.hpp"
+
+#include "verify/references/cases.hpp"
+#include "verify/references/inputs.hpp"
+#include "verify/references/worst.hpp"
+
+namespace meniscus::verify {
+
+ReferenceErrors sheet_case(Device& device, int size) {
+  const auto n = static_cast<std::size_t>(size);
+  Random random(7);
+  const auto rounded = [](const Vec3d& v) { return Vec3d(Vec3(v)); };
+  std::vector<Vec3d> position, normal;
+  std::vector<float> share;
+  std::array<std::vector<float>, 2> values;
+  for (std::size_t i = 0; i < n; ++i) {
+    position.push_back(rounded({random(-9, 9), random(-9, 9), random(-31, -29)}));
+    normal.push_back(
+        rounded(normalized({i % 2 ? 1.0 : 0.0, random(-0.3, 0.3), i % 2 ? 0.0 : 1.0})));
+    share.push_back(i % 5 == 4 ? 0 : static_cast<float>(random(0.1, 1)));
+    for (std::vector<float>& value : values) value.push_back(static_cast<float>(random(0.5, 2)));
+  }
+  if (n > 2) {  // two alone, all but as far from each other as one reaches
+    position[0] = {-100, 0, -30};
+    position[1] = position[0] + Vec3d{5 - 0x1p-16, 0, 0};
+    normal[1] = normal[0];
+    share[0] = share[1] = 1;
+  }
+  Worst first("average_on_sheets", "first mean"), second("average_on_sheets", "second mean");
+  // As trust and roundness take them (docs/method.md), and a narrow one.
+  for (const SheetWeights weights : {SheetWeights{5, 0.4f, 0.6f}, SheetWeights{2.5f, 0.8f, 0.9f}}) {
+    const auto found = average_on_sheets(device, position, normal, share, values, weights);
+    for (std::size_t k = 0; k < n; ++k)
+      for (const std::size_t v : {0u, 1u}) {
+        const auto expected = reference::sheet_mean(position, normal, share, values[v], k, weights);
+        // Next to nothing may be nothing in floats.
+        if (expected.weight > 0 && expected.weight < 1e-3) continue;
+        (v ? second : first).see(found[v][k], expected.mean, expected.error, 1);
+      }
+  }
+  return {first.error(), second.error()};
+}
+
+}  // namespace meniscus::verify
