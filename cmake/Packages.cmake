@@ -55,7 +55,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmeniscus-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "libmeniscus${soversion} (= ${PROJECT_VERSION}-1), ocl-icd-opencl-dev, opencl-c-headers, opencl-clhpp-headers")
+  "libmeniscus${soversion} (= ${PROJECT_VERSION}-1)")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "The library of Meniscus, to build with.
  Headers, and the files of CMake and pkg-config.")
 

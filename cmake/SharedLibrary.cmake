@@ -7,8 +7,7 @@ target_include_directories(meniscus_shared
          $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_compile_features(meniscus_shared PUBLIC cxx_std_20)
 target_link_libraries(meniscus_shared
-  PRIVATE ${meniscus_private_libraries}
-  PUBLIC OpenCL::OpenCL OpenCL::HeadersCpp Threads::Threads)
+  PRIVATE ${meniscus_private_libraries} OpenCL::OpenCL Threads::Threads)
 # While the version is 0.x, every minor one may change what is called.
 set_target_properties(meniscus_shared PROPERTIES
   OUTPUT_NAME meniscus EXPORT_NAME meniscus

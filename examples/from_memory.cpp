@@ -37,7 +37,7 @@ int main() try {
 
   meniscus::Device device;  // each thread needs one of its own
   meniscus::Surface surface = meniscus::extract(device, particles, camera, parameters);
-  for (const std::string& warning : surface.warnings) std::cerr << warning << '\n';
+  for (const meniscus::Notice& notice : surface.notices) std::cerr << to_string(notice) << '\n';
 
   // Row by row from the top: surface.depth[row * camera.width + column], world units.
   surface.forward = meniscus::screen_motion(surface, camera, 24);  // the camera stands still

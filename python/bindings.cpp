@@ -11,13 +11,13 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <tuple>
 #include <utility>
 
 #include "meniscus/device.hpp"
 #include "meniscus/named_parameters.hpp"
+#include "meniscus/session.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -69,41 +69,20 @@ ReadOptions reading(double particle_radius, const std::vector<std::string>& attr
   return {particle_radius, attributes, dataset, timestep};
 }
 
-/// One thread works with a device at a time; the others wait.
-struct OpenDevice {
-  explicit OpenDevice(const std::string& selector) : device(selector) {}
-  Device device;
-  std::mutex in_use;
-};
-
-/// While it lives, each stage looks for ctrl-C and calls `progress`, with the GIL.
-class Watch {
- public:
-  Watch(Device& device, const nb::object& progress) : device_(device) {
-    device_.on_stage([&progress](const std::string& stage) {
-      const nb::gil_scoped_acquire locked;
-      if (PyErr_CheckSignals() != 0) throw nb::python_error();
-      if (!progress.is_none()) progress(stage);
-    });
-  }
-  ~Watch() { device_.on_stage({}); }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
-
- private:
-  Device& device_;
-};
-
-std::unique_ptr<Made> extract_frame(OpenDevice& open, const Frame& frame, const Camera& camera,
+/// Each stage looks for ctrl-C and calls `progress`, with the GIL.
+std::unique_ptr<Made> extract_frame(Session& session, const Frame& frame, const Camera& camera,
                                     const Parameters& parameters, std::size_t memory, bool timed,
                                     const nb::object& progress) {
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
-  const std::lock_guard lock(open.in_use);
-  const Watch watch(open.device, progress);
-  made->surface = extract(open.device, *frame.source, camera, parameters,
-                          timed ? &made->timings : nullptr, memory);
+  const auto watch = [&progress](const std::string& stage) {
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (!progress.is_none()) progress(stage);
+  };
+  made->surface = session.extract(*frame.source, camera, parameters, {memory, watch},
+                                  timed ? &made->timings : nullptr);
   return made;
 }
 
@@ -112,11 +91,15 @@ nb::object error_class(const char* name) {
 }
 
 void translate(const std::exception_ptr& thrown, void*) {
-  const auto raise = [](const char* name, const std::exception& error) {
-    PyErr_SetString(error_class(name).ptr(), error.what());
+  const auto raise = [](const char* name, const Error& error) {
+    const nb::object made = error_class(name)(error.what());
+    made.attr("notice") = notice_of(error.notice);
+    PyErr_SetObject(error_class(name).ptr(), made.ptr());
   };
   try {
     std::rethrow_exception(thrown);
+  } catch (const Cancelled& error) {
+    raise("Cancelled", error);
   } catch (const OutOfDeviceMemory& error) {
     raise("OutOfDeviceMemory", error);
   } catch (const DeviceError& error) {
@@ -278,9 +261,10 @@ void bind_particles(nb::module_& module) {
 }
 
 void bind_devices(nb::module_& module) {
-  nb::class_<OpenDevice>(module, "Device")
+  nb::class_<Session>(module, "Device")
       .def(nb::init<const std::string&>(), nb::call_guard<nb::gil_scoped_release>())
-      .def_prop_ro("info", [](const OpenDevice& open) { return info_of(open.device.info()); });
+      .def_prop_ro("info", [](const Session& session) { return info_of(session.device()); })
+      .def("cancel", &Session::cancel);
   module.def("devices", [] {
     nb::list all;
     for (const DeviceInfo& info : list_devices()) all.append(info_of(info));

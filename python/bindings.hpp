@@ -30,6 +30,9 @@ inline nanobind::dict dict_of(nanobind::handle owner, std::vector<Attribute>& at
   return all;
 }
 
+/// meniscus.Notice.
+nanobind::object notice_of(const Notice& notice);
+
 void bind_surface(nanobind::module_& module);
 
 }  // namespace meniscus::python

@@ -5,6 +5,7 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -66,6 +67,16 @@ Preview preview_named(const std::string& name) {
 
 }  // namespace
 
+nb::object notice_of(const Notice& notice) {
+  const auto number = [](double value) -> nb::object {
+    return std::isnan(value) ? nb::none() : nb::object(nb::float_(value));
+  };
+  return nb::module_::import_("meniscus._errors")
+      .attr("Notice")(to_string(notice.code), to_string(notice), notice.subject,
+                      notice.place < 0 ? nb::none() : nb::object(nb::int_(notice.place)),
+                      notice.count, notice.of, number(notice.found), number(notice.wanted));
+}
+
 void bind_surface(nb::module_& module) {
   nb::class_<Made> surface(module, "Surface");
   bind_map<&Surface::depth, float>(surface, "depth");
@@ -112,8 +123,14 @@ void bind_surface(nb::module_& module) {
                    })
       .def_prop_ro("camera", [](const Made& made) { return made.surface.camera; })
       .def_prop_ro("particle_radius", [](const Made& made) { return made.surface.particle_radius; })
-      .def_prop_ro("counts", [](const Made& made) { return made.surface.counts; })
-      .def_prop_ro("warnings", [](const Made& made) { return made.surface.warnings; })
+      .def_prop_ro("counts", [](const Made& made) { return named(made.surface.counts); })
+      .def_prop_ro("notices",
+                   [](const Made& made) {
+                     nb::list all;
+                     for (const Notice& notice : made.surface.notices)
+                       all.append(notice_of(notice));
+                     return all;
+                   })
       .def_prop_ro("parameters", [](const Made& made) { return describe(made.parameters); })
       .def_prop_ro("timings",
                    [](const Made& made) {

@@ -1,14 +1,6 @@
 // OpenCL devices: which there are, and opening one.
 #pragma once
 
-#ifndef CL_HPP_TARGET_OPENCL_VERSION
-#define CL_HPP_TARGET_OPENCL_VERSION 120
-#define CL_HPP_MINIMUM_OPENCL_VERSION 120
-#endif
-#ifndef CL_HPP_ENABLE_EXCEPTIONS
-#define CL_HPP_ENABLE_EXCEPTIONS
-#endif
-#include <CL/opencl.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -24,20 +16,22 @@ enum class DeviceKind { cpu, gpu, accelerator, other };
 /// "CPU", "GPU", "accelerator" or "other".
 const char* to_string(DeviceKind kind);
 
+struct MENISCUS_INTERNAL DeviceHandle;
+
 /// What `meniscus devices` shows of one OpenCL device.
 struct DeviceInfo {
   int index = 0;  // position in list_devices()
   std::string name, platform, vendor, version, driver;
   DeviceKind kind = DeviceKind::other;
   unsigned compute_units = 0;
-  std::uint64_t global_memory = 0;   // bytes
-  std::uint64_t local_memory = 0;    // bytes
-  std::uint64_t largest_buffer = 0;  // bytes
-  std::uint64_t largest_group = 0;   // work-items
-  bool usable = false;               // can run the kernels
-  std::string problem;               // why it is not usable
-  bool is_part = false;              // has processors of its own, see divided()
-  cl::Device handle;
+  std::uint64_t global_memory = 0;             // bytes
+  std::uint64_t local_memory = 0;              // bytes
+  std::uint64_t largest_buffer = 0;            // bytes
+  std::uint64_t largest_group = 0;             // work-items
+  bool usable = false;                         // can run the kernels
+  std::string problem;                         // why it is not usable
+  bool is_part = false;                        // has processors of its own, see divided()
+  std::shared_ptr<const DeviceHandle> handle;  // OpenCL's, src/device/opencl.hpp
 };
 
 /// All devices of all platforms, in the order the OpenCL loader gives them. Platforms that fail

@@ -3,15 +3,20 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "meniscus/export.hpp"
+#include "meniscus/notice.hpp"
 
 namespace meniscus MENISCUS_API {
 
 /// The base of everything Meniscus throws. what() is one line: where, what was found, what was
-/// wanted, what to do.
+/// wanted, what to do; `notice` has it as a code and numbers.
 struct Error : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  /// `text` as Notice::text.
+  explicit Error(const std::string& text) : Error(Notice{.text = text}) {}
+  explicit Error(Notice what) : std::runtime_error(to_string(what)), notice(std::move(what)) {}
+  Notice notice;
 };
 
 /// A file that is missing, truncated or wrong. The message begins with the file's name.

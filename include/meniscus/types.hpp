@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "meniscus/export.hpp"
+#include "meniscus/notice.hpp"
 
 namespace meniscus MENISCUS_API {
 
@@ -65,6 +66,24 @@ struct ScreenMotion {
   double frames_per_second = 0;
 };
 
+/// How many there were of what; -1: the method has none of these.
+struct Counts {
+  std::int64_t particles = -1;  // with finite coordinates; of frames that stream: all
+  std::int64_t in_view = -1;
+  std::int64_t splash = -1;           // particles that no sheet holds
+  std::int64_t visible = -1;          // particles that own a share of the image
+  std::int64_t triangles = -1;        // between visible particles, on the screen
+  std::int64_t groups = -1;           // of merged particles
+  std::int64_t fits = -1;             // quadrics
+  std::int64_t representatives = -1;  // that stand for the particles of a thinned frame
+  std::int64_t spray = -1;            // drops of a thinned frame that are too small for its surface
+  std::int64_t pixels = -1;           // that show something
+  bool operator==(const Counts&) const = default;
+};
+
+/// Those that a method has, by name, in order: {"in view", 4913} ...
+std::vector<std::pair<std::string, std::int64_t>> named(const Counts& counts);
+
 /// What a pixel shows.
 enum class Kind : std::uint8_t { none = 0, surface = 1, splash = 2 };
 
@@ -84,9 +103,9 @@ struct Surface {
   ScreenMotion forward;              // empty unless asked for (motion.hpp)
   Mesh mesh;
 
-  double particle_radius = 0;                                // world units, as it was used
-  std::vector<std::pair<std::string, std::int64_t>> counts;  // particles, visible, triangles ...
-  std::vector<std::string> warnings;  // one line each: what was dropped or estimated
+  double particle_radius = 0;  // world units, as it was used
+  Counts counts;
+  std::vector<Notice> notices;  // what was dropped or estimated, or looks wrong
 
   std::vector<Attribute> attributes{};  // [pixels] those of the particles; zero where there is no
                                         // surface

@@ -22,8 +22,8 @@ except ImportError as error:
                       "apt-get install ocl-icd-libopencl1; Fedora: dnf install ocl-icd)") from None
 from ._camera import Camera
 from ._device import STREAM_MEMORY, Device, default_device, devices, extract
-from ._errors import (DeviceError, Error, InputError, InvalidArgument, MeniscusWarning,
-                      OutOfDeviceMemory, OutputError)
+from ._errors import (Cancelled, DeviceError, Error, InputError, InvalidArgument, MeniscusWarning,
+                      Notice, OutOfDeviceMemory, OutputError)
 from ._particles import Particles, open_particles, read_particles
 from ._surface import Mesh, Surface, read_exr, write
 
@@ -40,7 +40,7 @@ def named_parameters() -> list[dict[str, object]]:
     return _core.named_parameters()
 
 
-__all__ = ["STREAM_MEMORY", "Camera", "Device", "DeviceError", "Error", "InputError",
-           "InvalidArgument", "Mesh", "MeniscusWarning", "OutOfDeviceMemory", "OutputError",
+__all__ = ["STREAM_MEMORY", "Camera", "Cancelled", "Device", "DeviceError", "Error", "InputError",
+           "InvalidArgument", "Mesh", "MeniscusWarning", "Notice", "OutOfDeviceMemory", "OutputError",
            "Particles", "Surface", "default_device", "devices", "extract", "methods",
            "named_parameters", "open_particles", "read_exr", "read_particles", "write"]

@@ -57,6 +57,11 @@ class Device:
     def __repr__(self) -> str:
         return f"<meniscus.Device: {self.name} ({self.info['platform']})>"
 
+    def cancel(self) -> None:
+        """Ends the extraction that runs on this device in another thread, at its next stage, with
+        Cancelled. Where none runs nothing happens."""
+        self._bare.cancel()
+
     def extract(self, points: ArrayLike | Particles, camera: Camera, **options: Any) -> Surface:
         """The same as meniscus.extract(points, camera, device=self, **options)."""
         return extract(points, camera, device=self, **options)
@@ -121,7 +126,8 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     The same particles give the same bits, on every device. Other Python threads run meanwhile.
     Ctrl-C ends it at the next stage with KeyboardInterrupt; the device can be used on.
 
-    Raises InvalidArgument, InputError, DeviceError and OutOfDeviceMemory; gives MeniscusWarning.
+    Raises InvalidArgument, InputError, DeviceError, OutOfDeviceMemory and Cancelled; gives
+    MeniscusWarning.
     """
     if not isinstance(camera, Camera):
         raise InvalidArgument(f"camera is a {type(camera).__name__}, must be a meniscus.Camera")
@@ -138,6 +144,8 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
                          timings, progress)
     del keep
     surface = Surface(made)
-    for warning in surface.warnings:
-        _warnings.warn(warning, MeniscusWarning, stacklevel=2)
+    for notice in surface.notices:
+        warning = MeniscusWarning(notice.text)
+        warning.notice = notice
+        _warnings.warn(warning, stacklevel=2)
     return surface

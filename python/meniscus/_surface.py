@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._camera import Camera, _camera_of
-from ._errors import InvalidArgument
+from ._errors import InvalidArgument, Notice
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,11 @@ class Surface:
         World units, as it was used.
     counts
         How many particles, how many of them in view, visible, ...
+    notices
+        What was dropped, estimated or looks wrong: each a Notice. They were also given as
+        MeniscusWarning.
     warnings
-        One line each; they were also given as MeniscusWarning.
+        The line of each.
     parameters
         All numbers it was made with, as text.
     timings
@@ -88,7 +91,7 @@ class Surface:
     forward: NDArray[np.float32] | None
     attributes: dict[str, NDArray[np.float32]]
     particle_radius: float
-    warnings: list[str]
+    notices: list[Notice]
     parameters: str
     timings: list[tuple[str, float, float]]
 
@@ -99,13 +102,18 @@ class Surface:
 
     def __getattr__(self, name: str) -> Any:
         if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
-                    "forward", "attributes", "particle_radius", "warnings", "parameters", "timings"):
+                    "forward", "attributes", "particle_radius", "notices", "parameters", "timings"):
             return getattr(self._bare, name)
         raise AttributeError(f"Surface has no attribute {name}")
 
     def __repr__(self) -> str:
         return (f"<meniscus.Surface: {self.camera.width}x{self.camera.height}, "
                 f"{self.counts.get('pixels', 0)} pixels, {len(self.mesh.triangles)} triangles>")
+
+    @property
+    def warnings(self) -> list[str]:
+        """The lines of `notices`."""
+        return [notice.text for notice in self.notices]
 
     @property
     def mesh(self) -> Mesh:

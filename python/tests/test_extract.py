@@ -130,6 +130,47 @@ def test_warnings_are_warnings(points, camera):
             extract(points, camera)
 
 
+def test_notices_and_errors_are_for_programs_too(points, camera):
+    points[[5, 9]] = np.nan
+    with pytest.warns(meniscus.MeniscusWarning) as caught:
+        surface = extract(points, camera)
+    notice, = surface.notices
+    assert notice == caught[0].message.notice and notice.text == str(caught[0].message)
+    assert (notice.code, notice.place, notice.count, notice.of) == ("not_finite", 5, 2, len(points))
+    assert notice.found is None and notice.subject == ""
+    with pytest.raises(meniscus.InputError) as error:
+        extract(points, camera, strict=True)
+    assert error.value.notice.code == "not_finite" and error.value.notice.text == str(error.value)
+    assert "leave strict away" in str(error.value)
+    with pytest.raises(meniscus.InvalidArgument) as error:
+        extract(points, camera, support=51)
+    notice = error.value.notice
+    assert (notice.code, notice.subject) == ("parameter_out_of_range", "support")
+    assert (notice.found, notice.wanted) == (51, 50)
+    with pytest.warns(meniscus.MeniscusWarning):
+        notices = extract(points[10:], camera, particle_radius=0).notices
+    assert [n.code for n in notices] == ["radius_estimated"]
+    assert notices[0].found == pytest.approx(RADIUS, rel=.2) and "--" not in notices[0].text
+
+
+def test_a_frame_can_be_cancelled_from_another_thread(points, camera):
+    device = meniscus.Device()
+    expected = extract(points, camera, device=device).depth
+    stages = []
+
+    def progress(stage):
+        stages.append(stage)
+        if len(stages) == 2:
+            other = threading.Thread(target=device.cancel)
+            other.start()
+            other.join()
+
+    with pytest.raises(meniscus.Cancelled):
+        extract(points, camera, device=device, progress=progress)
+    assert len(stages) == 2
+    assert np.array_equal(extract(points, camera, device=device).depth, expected)
+
+
 def test_nothing_gives_an_empty_surface(camera):
     with pytest.warns(meniscus.MeniscusWarning, match="no particles"):
         surface = meniscus.extract(np.empty((0, 3)), camera, particle_radius=1)
@@ -144,12 +185,12 @@ def test_nothing_gives_an_empty_surface(camera):
     ("velocities has 4 rows for", lambda p, c: extract(p, c, velocities=np.zeros((4, 3)))),
     (r"radii has shape .*must be \(n,\)", lambda p, c: extract(p, c, radii=p)),
     ("nearest name is support", lambda p, c: extract(p, c, suport=8)),
-    ("--support is 51, must be", lambda p, c: extract(p, c, support=51)),
-    ("--passes is 1.5, must be a whole number", lambda p, c: extract(p, c, passes=1.5)),
-    ("--method is fitt", lambda p, c: extract(p, c, method="fitt")),
-    ("--aov has", lambda p, c: extract(p, c, maps="N,nonsense")),
+    ("support is 51, must be", lambda p, c: extract(p, c, support=51)),
+    ("passes is 1.5, must be a whole number", lambda p, c: extract(p, c, passes=1.5)),
+    ("method is fitt", lambda p, c: extract(p, c, method="fitt")),
+    ("aov has", lambda p, c: extract(p, c, maps="N,nonsense")),
     ("camera is a str", lambda p, c: extract(p, "front")),
-    ("--particle-radius is -1", lambda p, c: extract(p, c, particle_radius=-1)),
+    ("particle_radius is -1", lambda p, c: extract(p, c, particle_radius=-1)),
     ("memory", lambda p, c: extract(np.tile(p, (150, 1)), c, memory=10)),
 ])
 def test_bad_arguments_are_named(points, camera, what, wrong):

@@ -41,7 +41,8 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
   const Vec3d forward = (t - e) / distance;
   const Vec3d side_raw = cross(forward, u);
   require(length(side_raw) > 1e-9 * length(u) && length(u) > 0,
-          "camera: up is zero or parallel to the direction of view (give another --up)");
+          "camera: up is zero or parallel to the direction of view (give another " + setting("up") +
+              ")");
   const Vec3d side = normalized(side_raw), top = cross(side, forward);
 
   Camera camera;

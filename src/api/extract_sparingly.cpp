@@ -15,8 +15,9 @@ Surface extract_sparingly(Device& device, const ParticleSource& source, const Ca
   } catch (const InvalidArgument&) {
     throw first;
   }
-  surface.warnings.push_back(std::string("extracted again in smaller chunks after: ") +
-                             first.what());
+  surface.notices.push_back(
+      {.code = Code::extracted_again,
+       .text = "extracted again in smaller chunks after: " + first.notice.text});
   return surface;
 }
 

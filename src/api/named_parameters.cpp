@@ -47,12 +47,18 @@ void set_parameter(Parameters& parameters, const std::string& name, double value
                                           [&](const ParameterEntry& a, const ParameterEntry& b) {
                                             return distance(a.name, name) < distance(b.name, name);
                                           });
-    throw InvalidArgument("there is no parameter " + name + "; the nearest name is " +
-                          nearest->name);
+    throw InvalidArgument(
+        Notice{.code = Code::unknown_parameter,
+               .text = "there is no parameter " + name + "; the nearest name is " + nearest->name,
+               .subject = name});
   }
   if (int* const* whole = std::get_if<int*>(&entry->value)) {
-    require(std::abs(value) <= 1e9 && value == std::trunc(value),
-            printed("--%s is %g, must be a whole number", name.c_str(), value));
+    if (!(std::abs(value) <= 1e9 && value == std::trunc(value)))
+      throw InvalidArgument(
+          Notice{.code = Code::not_whole,
+                 .text = setting(name) + printed(" is %g, must be a whole number", value),
+                 .subject = name,
+                 .found = value});
     **whole = static_cast<int>(value);
   } else {
     *std::get<double*>(entry->value) = value;

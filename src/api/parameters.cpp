@@ -52,7 +52,10 @@ Method method_named(const std::string& name) {
     if (entry.name == name) return entry.method;
     names += (names.empty() ? "" : ", ") + entry.name;
   }
-  throw InvalidArgument("--method is " + name + ", must be one of " + names);
+  throw InvalidArgument(
+      Notice{.code = Code::unknown_method,
+             .text = setting("method") + " is " + name + ", must be one of " + names,
+             .subject = name});
 }
 
 Aovs aovs_named(const std::string& list) {
@@ -69,8 +72,11 @@ Aovs aovs_named(const std::string& list) {
                      [&](const AovEntry& candidate) { return candidate.name == word; });
     if (entry == std::end(kAovs)) {
       names.erase(0, 2);
-      throw InvalidArgument("--aov has \"" + word + "\", must be a list of " + names +
-                            ", e.g. --aov N,id");
+      throw InvalidArgument(Notice{.code = Code::unknown_map,
+                                   .text = setting("aov") + " has \"" + word +
+                                           "\", must be a list of " + names + ", e.g. " +
+                                           setting("aov") + " N,id",
+                                   .subject = word});
     }
     aovs.*entry->made = true;
   }
@@ -101,19 +107,32 @@ void check(const Parameters& parameters) {
   const auto& methods = method_list();
   require(std::any_of(methods.begin(), methods.end(),
                       [&](const MethodEntry& entry) { return entry.method == parameters.method; }),
-          "--method is number " + std::to_string(static_cast<int>(parameters.method)) +
+          setting("method") + " is number " + std::to_string(static_cast<int>(parameters.method)) +
               ", must be one of the " + std::to_string(methods.size()) + " of method_list()");
   Parameters copy = parameters;
   for (const ParameterEntry& entry : parameter_list(copy)) {
     const double value = entry.get();
-    require(std::isfinite(value) && (entry.above ? value > entry.least : value >= entry.least) &&
-                value <= entry.most,
-            printed("--%s is %g, must be %s %g and at most %g", entry.name.c_str(), value,
-                    entry.above ? "more than" : "at least", entry.least, entry.most));
+    if (std::isfinite(value) && (entry.above ? value > entry.least : value >= entry.least) &&
+        value <= entry.most)
+      continue;
+    throw InvalidArgument(
+        Notice{.code = Code::parameter_out_of_range,
+               .text = setting(entry.name) + printed(" is %g, must be %s %g and at most %g", value,
+                                                     entry.above ? "more than" : "at least",
+                                                     entry.least, entry.most),
+               .subject = entry.name,
+               .found = value,
+               .wanted = value > entry.most ? entry.most : entry.least});
   }
-  require(parameters.particle_radius >= 0 && std::isfinite(parameters.particle_radius),
-          printed("--particle-radius is %g, must be > 0 and finite, or 0 for the file's",
-                  parameters.particle_radius));
+  const double radius = parameters.particle_radius;
+  if (!(radius >= 0) || !std::isfinite(radius))
+    throw InvalidArgument(
+        Notice{.code = Code::parameter_out_of_range,
+               .text = setting("particle-radius") +
+                       printed(" is %g, must be > 0 and finite, or 0 for the file's", radius),
+               .subject = "particle-radius",
+               .found = radius,
+               .wanted = 0});
 }
 
 }  // namespace meniscus

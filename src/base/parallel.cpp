@@ -6,6 +6,8 @@
 
 namespace meniscus {
 
+unsigned threads_here() { return static_cast<unsigned>(tbb::this_task_arena::max_concurrency()); }
+
 void limit_threads(int threads) {
   static std::unique_ptr<tbb::global_control> limit;
   limit.reset();

@@ -40,6 +40,10 @@ auto on_threads(unsigned threads, const Work& work) {
   return tbb::task_arena(static_cast<int>(threads)).execute(work);
 }
 
+/// How many threads the loops of this thread keep to: for on_threads() in a thread that works for
+/// it.
+unsigned threads_here();
+
 /// Limits parallel_for to so many threads from now on, the calling one among them.
 void limit_threads(int threads);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "meniscus/error.hpp"
+#include "meniscus/source.hpp"  // which says that it is not for others
 
 namespace meniscus {
 

@@ -24,7 +24,7 @@ namespace {
 // square root are exact on CPUs and where a GPU is asked for it.
 std::string compiler_options(const DeviceInfo& info) {
   std::string options = "-cl-std=CL1.2 ";
-  if (info.handle.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)
+  if (handle_of(info).getInfo<CL_DEVICE_SINGLE_FP_CONFIG>() & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT)
     options += "-cl-fp32-correctly-rounded-divide-sqrt ";
   // It computes what its optimizer makes of negated lanes wrongly (docs/portability.md).
   if (info.platform == "Oclgrind") options += "-cl-opt-disable ";
@@ -110,10 +110,9 @@ std::string Device::State::place() const {
 void Device::State::fail(const std::string& doing, const cl::Error& error) const {
   const std::string what = doing + place() + ": " + describe(error);
   if (is_out_of_memory(error.err()))
-    throw OutOfDeviceMemory(what +
-                            ": out of memory (use a smaller image, a smaller --memory, or another "
-                            "--device)");
-  throw DeviceError(what + " (try another --device; meniscus devices lists them)");
+    throw OutOfDeviceMemory(what + ": out of memory (use a smaller image, a smaller " +
+                            setting("memory") + ", or another " + setting("device") + ")");
+  throw DeviceError(what + " (try another " + setting("device") + "; meniscus devices lists them)");
 }
 
 void Device::State::keep_context() {
@@ -142,9 +141,10 @@ cl::Program Device::State::build_kept(const std::string& binary, const std::stri
   const auto* bytes = reinterpret_cast<const unsigned char*>(binary.data());
   cl_int status = CL_SUCCESS, error = CL_SUCCESS;
   cl::Program program(
-      clCreateProgramWithBinary(context(), 1, &info.handle(), &size, &bytes, &status, &error));
+      clCreateProgramWithBinary(context(), 1, &handle_of(info)(), &size, &bytes, &status, &error));
   if (error != CL_SUCCESS || status != CL_SUCCESS) return {};
-  if (clBuildProgram(program(), 1, &info.handle(), options.c_str(), nullptr, nullptr) == CL_SUCCESS)
+  if (clBuildProgram(program(), 1, &handle_of(info)(), options.c_str(), nullptr, nullptr) ==
+      CL_SUCCESS)
     return program;
   keep_context();
   return {};
@@ -173,7 +173,7 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
     }
     cl::Program program(context, source);
     const cl_int error =
-        clBuildProgram(program(), 1, &info.handle(), options.c_str(), nullptr, nullptr);
+        clBuildProgram(program(), 1, &handle_of(info)(), options.c_str(), nullptr, nullptr);
     if (error == CL_SUCCESS) {
       if (keeps_it && (keeps == Keeps::binaries || kept.empty()))
         keep_program(key, keeps == Keeps::binaries ? binary_of(program) : kNote);
@@ -181,7 +181,7 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
       return program;
     }
     keep_context();
-    if (error == CL_BUILD_PROGRAM_FAILURE) log = build_log(program, info.handle);
+    if (error == CL_BUILD_PROGRAM_FAILURE) log = build_log(program, handle_of(info));
     if (log.empty()) throw cl::Error(error, "clBuildProgram");
   } catch (const cl::Error& error) {
     fail("building " + file, error);
@@ -317,7 +317,7 @@ std::size_t Device::State::padded(std::size_t bytes) const {
   if (bytes > most_bytes())
     throw OutOfDeviceMemory("a buffer of " + std::to_string(bytes) + " bytes is needed but \"" +
                             info.name + "\" allows " + std::to_string(most_bytes()) +
-                            " (use a smaller image or another --device)");
+                            " (use a smaller image or another " + setting("device") + ")");
   return (bytes + 63) / 64 * 64 + kPadding;
 }
 
@@ -499,7 +499,7 @@ void Device::State::time_kernels(bool on) {
     check_unmapped();
     finish();
     if (!other_queue_())
-      other_queue_ = cl::CommandQueue(context, info.handle, on ? CL_QUEUE_PROFILING_ENABLE : 0);
+      other_queue_ = cl::CommandQueue(context, handle_of(info), on ? CL_QUEUE_PROFILING_ENABLE : 0);
   } catch (const cl::Error& error) {
     fail("waiting for the kernels", error);
   }
@@ -513,10 +513,10 @@ Device::Device(const std::string& selector) : Device(select_device(selector)) {}
 Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   state_->info = info;
   try {
-    state_->context = cl::Context(info.handle);
-    state_->queue = cl::CommandQueue(state_->context, info.handle, CL_QUEUE_PROFILING_ENABLE);
+    state_->context = cl::Context(handle_of(info));
+    state_->queue = cl::CommandQueue(state_->context, handle_of(info), CL_QUEUE_PROFILING_ENABLE);
     state_->wide = info.kind == DeviceKind::cpu &&
-                   info.handle.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() >= 16;
+                   handle_of(info).getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>() >= 16;
     if (info.kind != DeviceKind::cpu) state_->staging = std::make_unique<Staging>(state_->context);
     // An error that the work left behind is met again by the next command.
     const auto wait = [state = state_.get()] { clFinish(state->queue()); };

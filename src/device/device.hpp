@@ -16,9 +16,9 @@
 
 #include "device/kernel_handle.hpp"
 #include "device/memory_pool.hpp"
+#include "device/opencl.hpp"
 #include "device/staging.hpp"
 #include "device/tuning.hpp"
-#include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {

@@ -8,7 +8,7 @@
 #include <memory>
 #include <mutex>
 
-#include "meniscus/device.hpp"
+#include "device/opencl.hpp"
 
 namespace meniscus {
 

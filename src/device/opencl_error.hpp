@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "meniscus/device.hpp"
+#include "device/opencl.hpp"
 
 namespace meniscus {
 

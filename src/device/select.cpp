@@ -11,8 +11,8 @@
 #include "base/grouped.hpp"
 #include "device/host_signals.hpp"
 #include "device/installation.hpp"
+#include "device/opencl.hpp"
 #include "device/opencl_error.hpp"
-#include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -79,7 +79,7 @@ std::string trimmed(std::string text) {
 }
 
 void ask(DeviceInfo& info) {
-  const cl::Device& handle = info.handle;
+  const cl::Device& handle = handle_of(info);
   info.name = trimmed(handle.getInfo<CL_DEVICE_NAME>());
   info.vendor = trimmed(handle.getInfo<CL_DEVICE_VENDOR>());
   info.version = trimmed(handle.getInfo<CL_DEVICE_VERSION>());
@@ -107,7 +107,7 @@ void ask(DeviceInfo& info) {
 
 DeviceInfo describe_device(const cl::Device& handle, const std::string& platform) {
   DeviceInfo info;
-  info.handle = handle;
+  info.handle = std::make_shared<DeviceHandle>(DeviceHandle{handle});
   info.platform = platform;
   try {
     ask(info);
@@ -266,14 +266,14 @@ std::vector<DeviceInfo> divided(const DeviceInfo& info, int frames) {
   wanted.insert(wanted.end(), {CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0});
   std::vector<cl::Device> handles;
   try {
-    cl::Device(info.handle).createSubDevices(wanted.data(), &handles);
+    cl::Device(handle_of(info)).createSubDevices(wanted.data(), &handles);
   } catch (const cl::Error&) {
     return devices;  // few drivers can
   }
   if (handles.size() != parts) return devices;
   for (std::size_t k = 0; k < devices.size(); ++k) {
-    devices[k].handle = handles[k % parts];
-    devices[k].compute_units = devices[k].handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+    devices[k].handle = std::make_shared<DeviceHandle>(DeviceHandle{handles[k % parts]});
+    devices[k].compute_units = handle_of(devices[k]).getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
     devices[k].is_part = true;
   }
   return devices;

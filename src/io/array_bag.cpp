@@ -84,9 +84,9 @@ Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std:
       for (std::size_t k = 0; k < arrays.size(); ++k)
         if (arrays[k].data.components >= 3) wide.push_back(k);
       if (wide.size() != 1)
-        fail(
-            file, "",
-            "says of no array that it holds positions (give --dataset), it has " + list_of(arrays));
+        fail(file, "",
+             "says of no array that it holds positions (give " + setting("dataset") + "), it has " +
+                 list_of(arrays));
       positions = wide[0];
       rows = arrays[positions].rows;
     }

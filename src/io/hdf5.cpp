@@ -497,7 +497,7 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
          (candidates.empty()
               ? (asked.empty() ? "has no group with positions"
                                : "has no group or data set " + in_quotes(asked))
-              : std::string("holds particles in several groups, say which by --dataset")) +
+              : "holds particles in several groups, say which by " + setting("dataset")) +
              (list.empty() ? "" : ", it has " + shown(list)) +
              (reader.unknown.empty() ? "" : "; " + shown(reader.unknown)));
   }
@@ -518,7 +518,7 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
     return layout_of_bag(*file, std::move(arrays), dataset, options);
   } catch (const InputError& error) {
     if (flaw.empty()) throw;
-    throw InputError(std::string(error.what()) + "; " + flaw);
+    throw InputError(error.notice.text + "; " + flaw);
   }
 }
 

@@ -66,8 +66,8 @@ class Reader {
     for (std::size_t k = 0; k < steps.size() && k <= kMost; ++k)
       list += (k > 0 ? ", " : "") + (k == kMost ? "..." : std::to_string(steps[k]));
     fail(file_, "",
-         wanted ? "holds " + std::to_string(steps.size()) + " timesteps: " + list +
-                      " (give --timestep to say which)"
+         wanted ? "holds " + std::to_string(steps.size()) + " timesteps: " + list + " (give " +
+                      setting("timestep") + " to say which)"
                 : "has no timestep " + std::to_string(options_.timestep) + ", it has " + list);
   }
 

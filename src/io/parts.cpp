@@ -150,7 +150,7 @@ class JoinedSource : public ParticleSource {
 
   void require_agreement(const Part& part, const Told& told, const Part& stated) const {
     const std::string must = " (the parts of a frame must agree",
-                      override = "; give --particle-radius to override";
+                      override = "; give " + setting("particle-radius") + " to override";
     const auto require_same = [&](const std::string& values, bool here, bool there,
                                   const std::string& advice) {
       if (here != there)

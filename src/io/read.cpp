@@ -48,7 +48,8 @@ const Format& format_of(const std::string& path) {
 }
 
 void check_values(const std::string& file, const char* item, const Particles& particles) {
-  const std::string wanted = ", must be > 0 and finite (give --particle-radius to override)";
+  const std::string wanted =
+      ", must be > 0 and finite (give " + setting("particle-radius") + " to override)";
   for (std::size_t i = 0; i < particles.radius.size(); ++i) {
     const float radius = particles.radius[i];
     if (!(radius > 0) || !std::isfinite(radius))

@@ -130,8 +130,8 @@ PointDataGrid::ConstPtr points_of(const InputFile& file, const std::string& data
   fail(file, "",
        "has " + std::string(found.empty() ? "no grid" : "several grids") + " of points" +
            (dataset.empty() ? "" : " called " + in_quotes(dataset)) + ", wanted one" +
-           (found.empty() || !dataset.empty() ? "" : " (give --dataset)") + "; its grids are " +
-           list_of(all));
+           (found.empty() || !dataset.empty() ? "" : " (give " + setting("dataset") + ")") +
+           "; its grids are " + list_of(all));
 }
 
 /// Writes the world positions of a leaf's points from `at` on.

@@ -5,6 +5,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "api/counts.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "base/stage_clock.hpp"
@@ -86,10 +87,21 @@ void warn_of_coarse_positions(const View& view, Surface& surface) {
     farthest = std::max(farthest, std::abs(x));
   const double step = farthest * FLT_EPSILON;
   if (!(step > kCoarse * view.radius)) return;
-  surface.warnings.push_back(printed(
-      "the particles lie %g from the origin, where single precision has steps of %.2g, and their "
-      "radius is %g: positions are rounded (move them to the origin where they are written)",
-      farthest, step, surface.particle_radius));
+  surface.notices.push_back(
+      {.code = Code::coarse_positions,
+       .text = printed("the particles lie %g from the origin, where single precision has steps of "
+                       "%.2g, and their radius is %g: positions are rounded (move them to the "
+                       "origin where they are written)",
+                       farthest, step, surface.particle_radius),
+       .found = step,
+       .wanted = kCoarse * view.radius});
+}
+
+// What a method counted.
+Counts counts_of(const NamedCounts& counted) {
+  Counts counts;
+  for (const auto& [name, count] : counted) counts.*count_named(name) = count;
+  return counts;
 }
 
 }  // namespace
@@ -104,24 +116,23 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   surface.velocity = std::move(extraction.velocity);  // in world units already
   surface.attributes = std::move(extraction.attributes);
   surface.mesh = std::move(extraction.mesh);
-  surface.counts = std::move(extraction.counts);
-  if (params.image) surface.counts.emplace_back("pixels", covered);
-  const std::int64_t unknown = -1;
-  const auto counted = [&](const char* what) {
-    const auto count = std::find_if(surface.counts.begin(), surface.counts.end(),
-                                    [&](const auto& entry) { return entry.first == what; });
-    return count == surface.counts.end() ? unknown : count->second;
-  };
-  const std::int64_t in_view = counted("in view");
-  if (in_view == 0)
-    surface.warnings.push_back(counted("particles") == 0
-                                   ? "there are no particles: the surface is empty"
-                                   : "no particle is in view: the surface is empty");
-  else if (in_view > 0 && params.image && covered == 0)
-    surface.warnings.push_back(
-        "no pixel shows the particles in view (" + std::to_string(in_view) +
-        "): the surface is empty (check the particle radius, and that no stray particle has moved "
-        "the camera away)");
+  Counts& counts = surface.counts;
+  counts = counts_of(extraction.counts);
+  if (params.image) counts.pixels = covered;
+  if (counts.in_view == 0)
+    surface.notices.push_back(counts.particles == 0
+                                  ? Notice{.code = Code::no_particles,
+                                           .text = "there are no particles: the surface is empty"}
+                                  : Notice{.code = Code::none_in_view,
+                                           .text = "no particle is in view: the surface is empty",
+                                           .count = counts.particles});
+  else if (counts.in_view > 0 && params.image && covered == 0)
+    surface.notices.push_back(
+        {.code = Code::none_shown,
+         .text = "no pixel shows the particles in view (" + std::to_string(counts.in_view) +
+                 "): the surface is empty (check the particle radius, and that no stray particle "
+                 "has moved the camera away)",
+         .count = counts.in_view});
   warn_of_coarse_positions(view, surface);
   return surface;
 }

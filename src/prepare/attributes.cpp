@@ -3,35 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "meniscus/error.hpp"
 #include "prepare/velocities.hpp"
 
 namespace meniscus {
 
-float ValueCheck::checked(float value, std::int64_t place) {
-  constexpr float kMost = 1e30f;
-  ++seen_;
-  if (std::abs(value) < kMost) return value;
-  ++bad_;
-  first_bad_ = std::min(first_bad_, place);
-  return kNoValue;
-}
-
-void ValueCheck::add(const ValueCheck& other) {
-  seen_ += other.seen_;
-  bad_ += other.bad_;
-  first_bad_ = std::min(first_bad_, other.first_bad_);
-}
-
 void ValueCheck::report(const std::string& attribute, const Parameters& params,
-                        std::vector<std::string>& warnings) const {
-  if (bad_ == 0) return;
-  const std::string what = attribute + " is NaN, infinite or absurd in " + std::to_string(bad_) +
-                           " of " + std::to_string(seen_) + " particles (the first is particle " +
-                           std::to_string(first_bad_) + ")";
-  if (params.strict) throw InputError(what + "; leave --strict away to do without them");
-  warnings.push_back(what + ", which were left out");
+                        std::vector<Notice>& notices) const {
+  UsableCheck::report({.code = Code::bad_attribute,
+                       .text = attribute + " is NaN, infinite or absurd in " +
+                               std::to_string(bad_) + " of " + std::to_string(seen_) + " particles",
+                       .subject = attribute},
+                      params, notices);
 }
 
 void check_names(const std::vector<std::string>& names) {

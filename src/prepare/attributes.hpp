@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
+#include "prepare/usable.hpp"
 #include "stages/motion.hpp"
 
 namespace meniscus {
@@ -16,20 +18,14 @@ namespace meniscus {
 /// What a particle has whose attribute cannot be used: the others around it speak for it.
 inline constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 
-/// Looks at values one by one and counts those that cannot be used.
-class ValueCheck {
+class ValueCheck : public UsableCheck {
  public:
-  /// The value of the particle `place` of the file, or kNoValue where it is NaN, infinite, or so
-  /// large (1e30) that sums of some may overflow.
-  float checked(float value, std::int64_t place);
-  /// Adds what another one counted.
-  void add(const ValueCheck& other);
+  /// The value of the particle `place` of the file, or kNoValue where it cannot be used.
+  float checked(float value, std::int64_t place) { return usable(place, value) ? value : kNoValue; }
+
   /// Warns if there were any. Throws InputError when params.strict.
   void report(const std::string& attribute, const Parameters& params,
-              std::vector<std::string>& warnings) const;
-
- private:
-  std::int64_t seen_ = 0, bad_ = 0, first_bad_ = std::numeric_limits<std::int64_t>::max();
+              std::vector<Notice>& notices) const;
 };
 
 /// Throws InvalidArgument where two attributes have one name, or one has none.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "meniscus/error.hpp"
 
@@ -54,18 +55,25 @@ int sort_by_leading_bits(std::vector<Key>& keys) {
 }  // namespace
 
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
-                    const Parameters& params, std::vector<std::string>& warnings) {
+                    const Parameters& params, std::vector<Notice>& notices) {
   if (bad == 0) return;
-  const std::string what = std::to_string(bad) + " of " + std::to_string(size) +
-                           " particles have NaN or infinite coordinates (the first is particle " +
-                           std::to_string(first) + ")";
-  if (bad == size) throw InputError(what + ", and none is left");
-  if (params.strict) throw InputError(what + "; leave --strict away to drop them");
-  warnings.push_back(what + " and were dropped");
+  Notice notice{.code = Code::not_finite,
+                .text = std::to_string(bad) + " of " + std::to_string(size) +
+                        " particles have NaN or infinite coordinates (the first is particle " +
+                        std::to_string(first) + ")",
+                .place = first,
+                .count = bad,
+                .of = size};
+  const bool none_left = bad == size;
+  notice.text += none_left       ? ", and none is left"
+                 : params.strict ? "; leave " + setting("strict") + " away to drop them"
+                                 : " and were dropped";
+  if (none_left || params.strict) throw InputError(notice);
+  notices.push_back(std::move(notice));
 }
 
 std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Parameters& params,
-                                         std::vector<std::string>& warnings) {
+                                         std::vector<Notice>& notices) {
   std::vector<Key> keys;
   keys.reserve(p.size());
   std::size_t first_bad = p.size();
@@ -77,7 +85,7 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
   }
   report_dropped(static_cast<std::int64_t>(p.size() - keys.size()),
                  static_cast<std::int64_t>(p.size()), static_cast<std::int64_t>(first_bad), params,
-                 warnings);
+                 notices);
 
   const int left_out = sort_by_leading_bits(keys);
   const auto before = [&](const Key& a, const Key& b) {
@@ -105,9 +113,13 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
     first = last;
   }
   if (copies > 0)
-    warnings.push_back("of " + std::to_string(p.size()) + " particles " + std::to_string(copies) +
-                       " lie exactly where another one does, which counts them twice (do parts of "
-                       "the frame overlap?)");
+    notices.push_back({.code = Code::coinciding,
+                       .text = "of " + std::to_string(p.size()) + " particles " +
+                               std::to_string(copies) +
+                               " lie exactly where another one does, which counts them twice (do "
+                               "parts of the frame overlap?)",
+                       .count = static_cast<std::int64_t>(copies),
+                       .of = static_cast<std::int64_t>(p.size())});
   std::vector<std::size_t> order(keys.size());
   for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].index;
   return order;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meniscus/borrowed.hpp"
+#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 
 namespace meniscus {
@@ -15,14 +16,13 @@ namespace meniscus {
 /// position, then by own radius, then by velocity. Particles that agree in all of them are
 /// interchangeable. Warns of the others (see report_dropped), and of particles at one position.
 std::vector<std::size_t> canonical_order(const BorrowedParticles& particles,
-                                         const Parameters& params,
-                                         std::vector<std::string>& warnings);
+                                         const Parameters& params, std::vector<Notice>& notices);
 
 /// Warns that `bad` of `size` particles, the first of them number `first`, have no finite
 /// coordinates and were dropped. Throws InputError when params.strict, and where none is left:
 /// that is no empty frame but a damaged one.
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
-                    const Parameters& params, std::vector<std::string>& warnings);
+                    const Parameters& params, std::vector<Notice>& notices);
 
 /// Whether two particles have one position; those that do follow each other in the order.
 inline bool at_one_position(const BorrowedParticles& p, std::size_t a, std::size_t b) {

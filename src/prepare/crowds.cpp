@@ -175,18 +175,22 @@ std::vector<Member> members_of_crowds(const BorrowedParticles& p,
 }  // namespace
 
 std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
-                                        double radius, std::vector<std::string>& warnings) {
+                                        double radius, std::vector<Notice>& notices) {
   constexpr double kTooSmall = 1.6;  // by this factor the field falls apart
   if (is_ordinary(p, 2 * radius)) {
     const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
                               ? 1 / times_too_large(p, order, radius)
                               : 1;
     if (factor > kTooSmall)
-      warnings.push_back("the particles lie about " + times(factor) +
-                         " times as far apart as their radius, " + printed("%.6g", radius) +
-                         ", says, which is half the spacing: loose balls instead of a surface "
-                         "(check --particle-radius; " +
-                         printed("%.3g", factor * radius) + " would fit)");
+      notices.push_back({.code = Code::radius_too_small,
+                         .text = "the particles lie about " + times(factor) +
+                                 " times as far apart as their radius, " + printed("%.6g", radius) +
+                                 ", says, which is half the spacing: loose balls instead of a "
+                                 "surface (check " +
+                                 setting("particle-radius") + "; " +
+                                 printed("%.3g", factor * radius) + " would fit)",
+                         .found = radius,
+                         .wanted = factor * radius});
     return order;
   }
 
@@ -218,18 +222,28 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
   }
   const std::size_t dropped = std::erase(order, kDropped);
 
-  if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling)
+  if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling) {
     // Of those that do not tell, what the cubes hold: 16 at most.
-    warnings.push_back(
-        "the particles lie about " +
-        times(std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)))) +
-        " times as close together as their radius, " + printed("%.6g", radius) +
-        ", says, which is half the spacing (check --particle-radius)");
+    const double factor =
+        std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)));
+    notices.push_back(
+        {.code = Code::radius_too_large,
+         .text = "the particles lie about " + times(factor) +
+                 " times as close together as their radius, " + printed("%.6g", radius) +
+                 ", says, which is half the spacing (check " + setting("particle-radius") + ")",
+         .found = radius,
+         .wanted = radius / factor});
+  }
   if (dropped > 0)
-    warnings.push_back(
-        printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "
-                "%zu of %zu were dropped",
-                largest, 2 * radius, dropped, had));
+    notices.push_back(
+        {.code = Code::crowded,
+         .text = printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "
+                         "%zu of %zu were dropped",
+                         largest, 2 * radius, dropped, had),
+         .count = static_cast<std::int64_t>(dropped),
+         .of = static_cast<std::int64_t>(had),
+         .found = static_cast<double>(largest),
+         .wanted = 2 * radius});
   return order;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meniscus/borrowed.hpp"
+#include "meniscus/notice.hpp"
 
 namespace meniscus {
 
@@ -19,6 +20,6 @@ namespace meniscus {
 ///   radius  of the particles, world units
 std::vector<std::size_t> without_crowds(const BorrowedParticles& particles,
                                         std::vector<std::size_t> order, double radius,
-                                        std::vector<std::string>& warnings);
+                                        std::vector<Notice>& notices);
 
 }  // namespace meniscus

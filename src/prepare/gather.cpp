@@ -175,8 +175,14 @@ std::size_t map_size(const View& view, double cell, double border) {
 
 std::size_t chunk_size(std::size_t memory, std::size_t map_bytes) {
   const std::size_t least = map_bytes + kLeastChunk * kBytesPerParticle;
-  require(memory >= least, "--memory is " + std::to_string(memory) + " bytes, must be at least " +
-                               std::to_string(least) + " for an image of this size");
+  if (memory < least)
+    throw InvalidArgument(Notice{.code = Code::memory_too_small,
+                                 .text = setting("memory") + " is " + std::to_string(memory) +
+                                         " bytes, must be at least " + std::to_string(least) +
+                                         " for an image of this size",
+                                 .subject = "memory",
+                                 .found = static_cast<double>(memory),
+                                 .wanted = static_cast<double>(least)});
   const std::size_t chunk = (memory - map_bytes) / kBytesPerParticle / 64 * 64;
   return std::clamp(chunk, kLeastChunk, kMostChunk);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <future>
 
+#include "base/parallel.hpp"
 #include "base/position_hash.hpp"
 #include "base/printed.hpp"
 #include "base/team.hpp"
@@ -146,12 +147,15 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
   };
   ParticleRange range = following();
   if (range.count == 0) return;
+  const unsigned threads = threads_here();
   ParticleChunk now, next;
   read(now, range);
   for (;;) {
     range = following();
     std::future<void> ahead;  // its destructor waits
-    if (range.count > 0) ahead = std::async(std::launch::async, [&] { read(next, range); });
+    if (range.count > 0)
+      ahead =
+          std::async(std::launch::async, [&] { on_threads(threads, [&] { read(next, range); }); });
     work(now);
     if (!ahead.valid()) return;
     ahead.get();
@@ -240,9 +244,13 @@ Survey survey_particles(const ParticleSource& source) {
   });
   found = merged(team.joined(std::vector<Found>{found}));
   if (found.first_bad_radius != kNoParticle) {
-    throw InputError(source.name(found.first_bad_radius) + ": radius is " +
-                     printed("%g", static_cast<double>(found.bad_radius)) +
-                     ", must be > 0 and finite (give --particle-radius to override)");
+    const double bad = found.bad_radius;
+    throw InputError(Notice{.code = Code::bad_radius,
+                            .text = source.name(found.first_bad_radius) + ": radius is " +
+                                    printed("%g", bad) + ", must be > 0 and finite (give " +
+                                    setting("particle-radius") + " to override)",
+                            .place = found.first_bad_radius,
+                            .found = bad});
   }
   survey.sample = team.joined(std::move(survey.sample));
   survey.finite = found.finite;

@@ -1,35 +1,13 @@
 #include "prepare/velocities.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "meniscus/error.hpp"
-
 namespace meniscus {
 
-Vec3 VelocityCheck::checked(const Vec3& v, std::int64_t place) {
-  constexpr float kMost = 1e30f;
-  ++seen_;
-  if (std::abs(v.x) < kMost && std::abs(v.y) < kMost && std::abs(v.z) < kMost) return v;
-  ++bad_;
-  first_bad_ = std::min(first_bad_, place);
-  return kNoVelocity;
-}
-
-void VelocityCheck::add(const VelocityCheck& other) {
-  seen_ += other.seen_;
-  bad_ += other.bad_;
-  first_bad_ = std::min(first_bad_, other.first_bad_);
-}
-
 void VelocityCheck::report(const std::string& among, const Parameters& params,
-                           std::vector<std::string>& warnings) const {
-  if (bad_ == 0) return;
-  const std::string what = std::to_string(bad_) + " of " + std::to_string(seen_) + " " + among +
-                           " have NaN, infinite or absurd velocities (the first is particle " +
-                           std::to_string(first_bad_) + ")";
-  if (params.strict) throw InputError(what + "; leave --strict away to do without them");
-  warnings.push_back(what + ", which were left out");
+                           std::vector<Notice>& notices) const {
+  UsableCheck::report({.code = Code::bad_velocities,
+                       .text = std::to_string(bad_) + " of " + std::to_string(seen_) + " " + among +
+                               " have NaN, infinite or absurd velocities"},
+                      params, notices);
 }
 
 }  // namespace meniscus

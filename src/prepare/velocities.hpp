@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
+#include "prepare/usable.hpp"
 
 namespace meniscus {
 
@@ -17,24 +19,18 @@ inline constexpr Vec3 kNoVelocity{std::numeric_limits<float>::quiet_NaN(),
                                   std::numeric_limits<float>::quiet_NaN()};
 inline bool is_known(const Vec3& velocity) { return velocity.x == velocity.x; }
 
-/// Looks at velocities one by one and counts those that cannot be used.
-class VelocityCheck {
+class VelocityCheck : public UsableCheck {
  public:
-  /// The velocity of the particle `place` of the file, or kNoVelocity where a component is NaN,
-  /// infinite, or so large (1e30) that sums of some may overflow.
-  Vec3 checked(const Vec3& velocity, std::int64_t place);
-
-  /// Adds what another one counted.
-  void add(const VelocityCheck& other);
+  /// The velocity of the particle `place` of the file, or kNoVelocity where it cannot be used.
+  Vec3 checked(const Vec3& velocity, std::int64_t place) {
+    return usable(place, velocity.x, velocity.y, velocity.z) ? velocity : kNoVelocity;
+  }
 
   /// Warns if there were any. Throws InputError when params.strict.
   ///
   ///   among  whose velocities they are: "particles"
   void report(const std::string& among, const Parameters& params,
-              std::vector<std::string>& warnings) const;
-
- private:
-  std::int64_t seen_ = 0, bad_ = 0, first_bad_ = std::numeric_limits<std::int64_t>::max();
+              std::vector<Notice>& notices) const;
 };
 
 }  // namespace meniscus

@@ -294,7 +294,7 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,
-            "fit: too many points for 32-bit indices (use a smaller --support)");
+            "fit: too many points for 32-bit indices (use a smaller " + setting("support") + ")");
     const std::size_t batches = batches_of(part);
     UploadTogether<cl_int, cl_int, cl_int, cl_int> arrays(
         device, {kLanes * batches, slots, batches, batches});

@@ -19,6 +19,7 @@
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/child_process.hpp"
+#include "program/wording.hpp"
 #include "verify/program.hpp"
 
 namespace meniscus::verify {
@@ -472,7 +473,7 @@ void list_as_child(const std::string& selector) {
            {"problem", device.problem}});
     say({{"end", true}});
   } catch (const Error& error) {
-    say({{"error", error.what()}});
+    say({{"error", words_of(error)}});
   }
 }
 
@@ -513,7 +514,7 @@ void run_as_child(const std::string& text) {
     // Some drivers crash when they are let go of; all has been said.
     std::_Exit(0);
   } catch (const std::exception& error) {
-    say({{"error", error.what()}});
+    say({{"error", words_of(error)}});
   }
 }
 

@@ -190,7 +190,7 @@ Finding bound_values(Device& device, std::size_t items, cl_uint words) {
 }
 
 Finding lower_longs(Device& device) {
-  const std::string extensions = device.info().handle.getInfo<CL_DEVICE_EXTENSIONS>();
+  const std::string extensions = handle_of(device.info()).getInfo<CL_DEVICE_EXTENSIONS>();
   if (extensions.find("cl_khr_int64_extended_atomics") == std::string::npos)
     return skipped("the device does not offer cl_khr_int64_extended_atomics");
   constexpr std::size_t kItems = 2048, kWords = 64;

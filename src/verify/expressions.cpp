@@ -392,7 +392,7 @@ Finding bits_as_expected(const Expression& expression, const std::vector<Operand
 
 // Rounding is known to be correct only where the option for it is offered (API, table 4.3).
 std::string rounding_option(Device& device) {
-  const auto config = device.info().handle.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
+  const auto config = handle_of(device.info()).getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
   return config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT
              ? "with -cl-fp32-correctly-rounded-divide-sqrt"
              : "-cl-fp32-correctly-rounded-divide-sqrt is not offered";

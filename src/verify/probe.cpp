@@ -3,6 +3,8 @@
 #include <chrono>
 #include <exception>
 
+#include "program/wording.hpp"
+
 namespace meniscus::verify {
 
 Row probe_row(const char* group, const std::string& name, const std::string& variant,
@@ -23,7 +25,7 @@ void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell
   try {
     finding = probe();
   } catch (const std::exception& error) {
-    finding = failed(error.what());
+    finding = failed(words_of(error));
   }
   row.ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();

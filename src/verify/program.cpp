@@ -84,10 +84,11 @@ class Launch {
     if (state_.guard && !state_.guard->allows(program.kernel)) throw KernelLeftOut(program.kernel);
     if (state_.guard) state_.guard->begins(program.kernel, "building", true);
     cl::Program built(state_.context, program.source);
-    const cl_int error = clBuildProgram(built(), 1, &state_.info.handle(), program.options.c_str(),
-                                        nullptr, nullptr);
+    const cl_int error = clBuildProgram(built(), 1, &handle_of(state_.info)(),
+                                        program.options.c_str(), nullptr, nullptr);
     if (error == CL_BUILD_PROGRAM_FAILURE)
-      throw DeviceError("it did not build: " + first_error(build_log(built, state_.info.handle)));
+      throw DeviceError("it did not build: " +
+                        first_error(build_log(built, handle_of(state_.info))));
     if (error != CL_SUCCESS) throw cl::Error(error, "clBuildProgram");
     cl_int found = CL_SUCCESS;
     kernel_ = cl::Kernel(clCreateKernel(built(), program.kernel.c_str(), &found));

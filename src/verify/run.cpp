@@ -11,6 +11,7 @@
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
 #include "prepare/gather.hpp"
+#include "program/wording.hpp"
 #include "stages/project.hpp"
 #include "stages/visible.hpp"
 #include "verify/arithmetic.hpp"
@@ -231,7 +232,7 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
     whole = false;
     device.state().stage.clear();
   } catch (const Error& failure) {
-    error = failure.what();
+    error = words_of(failure);
     device.state().stage.clear();
   }
   for (const auto& [kernel, found] : tracer.findings())
@@ -431,7 +432,7 @@ void run_item(const Item& item, Device& device, const Tell& tell) {
     tell(row_of(item, item.name, Result::skip, left_out.what()));
   } catch (const std::exception& error) {
     device.state().stage.clear();
-    tell(row_of(item, item.name, Result::fail, error.what()));
+    tell(row_of(item, item.name, Result::fail, words_of(error)));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "meniscus/meniscus.hpp"
 #include "same_bits.hpp"
 #include "stages/vec.hpp"
+#include "texts.hpp"
 
 namespace meniscus {
 namespace {
@@ -103,7 +104,7 @@ TEST_F(ExtractMotion, AttributesThatAreNoneAreLeftOut) {
     EXPECT_NEAR(surface.attributes[0].values[k], some ? 20 : 0, 20 * 200 * 6e-8);
     EXPECT_NEAR(surface.attributes[1].values[k], some ? 1 : 0, 200 * 6e-8);
   }
-  EXPECT_THAT(surface.warnings,
+  EXPECT_THAT(texts(surface.notices),
               testing::Contains(testing::HasSubstr("heat is NaN, infinite or absurd in 560")));
   Parameters strict;
   strict.strict = true;
@@ -232,7 +233,7 @@ TEST_F(ExtractMotion, LeavesOutVelocitiesThatAreNone) {
   Particles particles = block([&](const Vec3d&) { return velocity; });
   for (std::size_t i = 7; i < particles.size(); i += 3) particles.vy[i] = i % 2 ? NAN : -INFINITY;
   const Surface surface = extract(device_, particles, camera());
-  EXPECT_THAT(surface.warnings,
+  EXPECT_THAT(texts(surface.notices),
               testing::ElementsAre("558 of 1680 particles have NaN, infinite or absurd velocities "
                                    "(the first is particle 7), which were left out"));
   for (std::size_t s = 0; s < surface.depth.size(); ++s) {

@@ -6,13 +6,15 @@
 #include <cmath>
 #include <random>
 
-#include "api/extract.hpp"
 #include "base/printed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "prepare/choose_radius.hpp"
+#include "prepare/fill.hpp"
 #include "program/dam_break.hpp"
 #include "same_bits.hpp"
 #include "stages/vec.hpp"
+#include "texts.hpp"
 
 namespace meniscus {
 namespace {
@@ -52,12 +54,6 @@ Camera small_camera() { return look_at({5, 2.2, 3.4}, {1.5, .3, .75}, {0, 1, 0},
 
 bool same(const Surface& a, const Surface& b) { return same_bits(a, b) && a.counts == b.counts; }
 
-std::int64_t count_of(const Surface& surface, const std::string& name) {
-  for (const auto& [known, count] : surface.counts)
-    if (known == name) return count;
-  return -1;
-}
-
 class ExtractSource : public testing::Test {
  protected:
   Device device_;
@@ -66,9 +62,9 @@ class ExtractSource : public testing::Test {
 TEST_F(ExtractSource, GivesTheSameBytesForAnyMemoryAndOrder) {
   ASSERT_GE(static_cast<std::int64_t>(frame().size()), kStreamed);
   const Surface expected = extract(device_, frame(), small_camera());
-  EXPECT_EQ(count_of(expected, "particles"), 300000);
-  EXPECT_GT(count_of(expected, "representatives"), 1000);
-  EXPECT_LT(count_of(expected, "representatives"), 100000);
+  EXPECT_EQ(expected.counts.particles, 300000);
+  EXPECT_GT(expected.counts.representatives, 1000);
+  EXPECT_LT(expected.counts.representatives, 100000);
   const auto source = source_of(frame());
   for (const std::size_t memory : {std::size_t{2} << 20, std::size_t{9} << 20})
     EXPECT_TRUE(same(expected, extract(device_, *source, small_camera(), {}, nullptr, memory)))
@@ -95,8 +91,8 @@ TEST_F(ExtractSource, WarnsOfCoarsePositionsByTheParticlesOwnRadius) {
   for (float& x : far.x) x += kAway;
   Camera camera = look_at({5 + kAway, 2.2, 3.4}, {1.5 + kAway, .3, .75}, {0, 1, 0}, 32, 320, 240);
   const Surface surface = extract(device_, far, camera);
-  EXPECT_GT(count_of(surface, "representatives"), 0);
-  EXPECT_THAT(surface.warnings,
+  EXPECT_GT(surface.counts.representatives, 0);
+  EXPECT_THAT(texts(surface.notices),
               testing::Contains(testing::HasSubstr(
                   printed("their radius is %g: positions are rounded", surface.particle_radius))));
 }
@@ -134,7 +130,7 @@ TEST_F(ExtractSource, NamesTheLeastMemory) {
     extract(device_, *source, small_camera(), {}, nullptr, 1000);
     FAIL();
   } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("--memory is 1000 bytes, must be at least"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("memory is 1000 bytes, must be at least"));
   }
 }
 
@@ -174,7 +170,7 @@ TEST_F(ExtractSource, ThinningKeepsTheMotion) {
   Parameters parameters;
   parameters.method = Method::stable;
   const Surface surface = extract(device_, frame(), small_camera(), parameters);
-  ASSERT_GT(count_of(surface, "representatives"), 1000);
+  ASSERT_GT(surface.counts.representatives, 1000);
   const double pixel = 6.2 * 2 * std::tan(0.2793) / 240;  // at the tank's far end
   const auto expect = [&](const Vec3& velocity, const Vec3& at) {
     EXPECT_LT(length(Vec3d(velocity) - moves_at(Vec3d(at))), 10 * pixel * length(kSpin));
@@ -200,7 +196,7 @@ TEST_F(ExtractSource, ThinningCarriesAttributesAsVelocities) {
   Parameters parameters;
   parameters.method = Method::stable;
   const Surface surface = extract(device_, particles, small_camera(), parameters);
-  ASSERT_GT(count_of(surface, "representatives"), 1000);
+  ASSERT_GT(surface.counts.representatives, 1000);
   ASSERT_EQ(surface.attributes.size(), 2u);
   float most = 0;
   for (const Vec3& v : surface.velocity) most = std::max({most, std::abs(v.x), std::abs(v.y)});
@@ -220,8 +216,8 @@ TEST_F(ExtractSource, ReportsVelocitiesThatAreNoneOfWhatIsSeen) {
   Parameters parameters;
   parameters.mesh = false;
   const Surface surface = extract(device_, particles, small_camera(), parameters);
-  ASSERT_EQ(surface.warnings.size(), 1u);
-  EXPECT_THAT(surface.warnings[0],
+  ASSERT_EQ(surface.notices.size(), 1u);
+  EXPECT_THAT(texts(surface.notices)[0],
               testing::AllOf(testing::HasSubstr("particles near what is seen have NaN, infinite or "
                                                 "absurd velocities (the first is particle "),
                              testing::HasSubstr("left out")));
@@ -302,9 +298,8 @@ TEST_F(ExtractSource, WithoutThinningNothingChanges) {
     parameters.method = method;
     const Surface expected = extract(device_, particles, camera, parameters);
     Surface found = extract(device_, large, camera, parameters);
-    EXPECT_EQ(count_of(found, "particles"), kStreamed);
-    for (auto& [name, count] : found.counts)
-      if (name == "particles") count = static_cast<std::int64_t>(particles.size());
+    EXPECT_EQ(found.counts.particles, kStreamed);
+    found.counts.particles = static_cast<std::int64_t>(particles.size());
     EXPECT_TRUE(same(expected, found)) << to_string(method);
   }
 }
@@ -325,9 +320,9 @@ TEST_F(ExtractSource, ACrowdIsADropInFramesOfAnySize) {
   };
   const Camera camera = small_camera();
   const Surface one = extract(device_, with_crowd(1), camera);
-  EXPECT_THAT(one.warnings, testing::IsEmpty());
+  EXPECT_THAT(texts(one.notices), testing::IsEmpty());
   const auto expect_one = [&](Surface many) {
-    EXPECT_THAT(many.warnings,
+    EXPECT_THAT(texts(many.notices),
                 testing::Contains(testing::HasSubstr("up to 1000 particles crowd into a cube")));
     many.counts = one.counts;
     EXPECT_TRUE(same(one, many));
@@ -339,12 +334,12 @@ TEST_F(ExtractSource, ACrowdIsADropInFramesOfAnySize) {
 TEST_F(ExtractSource, ACrowdDoesNotTouchTheEstimatedRadius) {
   Particles particles = dam_in_a_box();
   particles.particle_radius = 0;
-  std::vector<std::string> warnings;
-  const double alone = choose_radius(*source_of(particles), {}, warnings);
+  std::vector<Notice> notices;
+  const double alone = choose_radius(*source_of(particles), {}, notices);
   for (std::vector<float>* values :
        {&particles.x, &particles.y, &particles.z, &particles.vx, &particles.vy, &particles.vz})
     values->resize(50000, values->front());
-  EXPECT_EQ(choose_radius(*source_of(particles), {}, warnings), alone);
+  EXPECT_EQ(choose_radius(*source_of(particles), {}, notices), alone);
 }
 
 TEST_F(ExtractSource, ReportsBadParticlesOnceAndRefusesThemWhenStrict) {
@@ -354,7 +349,7 @@ TEST_F(ExtractSource, ReportsBadParticlesOnceAndRefusesThemWhenStrict) {
   Parameters parameters;
   parameters.mesh = false;
   const Surface surface = extract(device_, particles, small_camera(), parameters);
-  EXPECT_THAT(surface.warnings,
+  EXPECT_THAT(texts(surface.notices),
               testing::ElementsAre("2 of 300000 particles have NaN or infinite coordinates (the "
                                    "first is particle 17) and were dropped"));
   parameters.strict = true;
@@ -365,8 +360,8 @@ TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
   Parameters parameters;
   const Camera away = look_at({5, 2.2, 3.4}, {10, 3, 9}, {0, 1, 0}, 32, 64, 48);
   const Surface surface = extract(device_, frame(), away, parameters);
-  EXPECT_EQ(count_of(surface, "in view"), 0);
-  EXPECT_THAT(surface.warnings,
+  EXPECT_EQ(surface.counts.in_view, 0);
+  EXPECT_THAT(texts(surface.notices),
               testing::ElementsAre("no particle is in view: the surface is empty"));
 }
 

@@ -43,13 +43,13 @@ TEST_F(Misuse, OfTheCamera) {
 
 TEST_F(Misuse, OfParameters) {
   params_.fit.support = NAN;
-  expect_refused("--support is nan, must be at least");
+  expect_refused("support is nan, must be at least");
   params_ = {};
   params_.particle_radius = -2;
-  expect_refused("--particle-radius is -2, must be > 0");
+  expect_refused("particle_radius is -2, must be > 0");
   params_ = {};
   params_.method = static_cast<Method>(77);
-  expect_refused("--method is number 77, must be one of the 10 of method_list()");
+  expect_refused("method is number 77, must be one of the 10 of method_list()");
 }
 
 }  // namespace

@@ -38,8 +38,8 @@ TEST(ContentHash, ChangesWithEveryMapAndTheMesh) {
 TEST(ContentHash, IsOfTheContentAlone) {
   const Surface surface = sample_surface(sample_camera());
   Surface other = surface;
-  other.counts = {{"particles", 3}};
-  other.warnings = {"a"};
+  other.counts.particles = 3;
+  other.notices = {{.text = "a"}};
   EXPECT_EQ(content_hash(other), content_hash(surface));
   EXPECT_NE(content_hash(Surface{}), content_hash(surface));
 }

@@ -151,7 +151,7 @@ TEST_F(Bgeo, SaysWhatIsWrong) {
   EXPECT_THAT(error_of("a.bgeo", packed(three_points().substr(0, 80))),
               HasSubstr("of the unpacked data"));
   EXPECT_EQ(error_of("a.bgeo", three_points(0)),
-            "a.bgeo: point 1: radius is 0, must be > 0 and finite (give --particle-radius to "
+            "a.bgeo: point 1: radius is 0, must be > 0 and finite (give particle_radius to "
             "override)");
 }
 

@@ -152,7 +152,7 @@ TEST_F(FormatsOnDisk, SayWhatIsWrong) {
                                         "'velocity', '<f2'")),
               testing::HasSubstr("has type \"<f2\" for velocity"));
   EXPECT_THAT(error_of("steps.lammpstrj", content(sample("lammps_steps.lammpstrj"))),
-              testing::HasSubstr("holds 3 timesteps: 1000, 0, 2000 (give --timestep"));
+              testing::HasSubstr("holds 3 timesteps: 1000, 0, 2000 (give timestep"));
   EXPECT_THAT(error_of("v.ffp3", content(sample("fluidparticlestemperature000001.ffp3"))),
               testing::HasSubstr("has 4 bytes a particle, wanted 12"));
   try {

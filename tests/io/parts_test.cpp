@@ -150,7 +150,7 @@ TEST_F(Parts, MustAgree) {
   for (const int ranks : {1, 2, 5})
     EXPECT_THAT(error_of(in_folder(file, "r*.ply"), ranks),
                 AllOf(HasSubstr("r3.ply: particle_radius is 0.5, "), HasSubstr("r1.ply it is 0.25"),
-                      HasSubstr("give --particle-radius")));
+                      HasSubstr("give particle_radius")));
   EXPECT_EQ(open_particles(in_folder(file, "r*.ply"), 0.125)->particle_radius(), 0.125);
 
   write("s1.ply", ply(0, 2));

@@ -168,7 +168,7 @@ TEST_F(Ply, DamageIsAnErrorOrReads) {
 TEST_F(Ply, SaysWhereARadiusIsWrong) {
   EXPECT_EQ(error_of("wave.ply", with_radius(900, 812)),
             "wave.ply: vertex 812: radius is -0.01, must be > 0 and finite (give "
-            "--particle-radius to override)");
+            "particle_radius to override)");
   const Particles p = read("wave.ply", with_radius(900, 812), 0.03);
   EXPECT_TRUE(p.radius.empty());
   EXPECT_EQ(p.particle_radius, 0.03);
@@ -221,7 +221,7 @@ TEST_F(Ply, SaysWhatIsWrongInTheHeader) {
   EXPECT_THAT(error_of("a.ply", one_vertex("elment vertex 1\n")),
               HasSubstr("line 3: unknown header line \"elment vertex 1\""));
   EXPECT_THAT(error_of("a.ply", one_vertex("comment particle_radius -2\nelement vertex 1\n" + xyz)),
-              HasSubstr("particle_radius is -2, must be > 0 and finite (give --particle-radius"));
+              HasSubstr("particle_radius is -2, must be > 0 and finite (give particle_radius"));
   for (const char* const value : {"1e400", "-1e400", "1e-400"})
     EXPECT_THAT(error_of("a.ply", one_vertex(std::string("comment particle_radius ") + value +
                                              "\nelement vertex 1\n" + xyz)),

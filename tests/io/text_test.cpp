@@ -179,7 +179,7 @@ TEST_F(Csv, SaysWhatIsWrong) {
             "a.csv: line 2: found \"3.5\", wanted a whole number of 64 bits for id");
   EXPECT_EQ(error_of("a.csv", "x,y,z\n0,,2\n"), "a.csv: line 2: found \"\", wanted a number for y");
   EXPECT_EQ(error_of("a.csv", "x,y,z,radius\n0,1,2,nan\n"),
-            "a.csv: particle 0: radius is nan, must be > 0 and finite (give --particle-radius to "
+            "a.csv: particle 0: radius is nan, must be > 0 and finite (give particle_radius to "
             "override)");
 }
 

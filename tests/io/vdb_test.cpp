@@ -174,7 +174,7 @@ TEST_F(Vdb, ChoosesAmongGrids) {
   const std::string both = written("both.vdb", {density, fluid, foam});
   EXPECT_EQ(read_particles(both, ReadOptions{.dataset = "foam"}).size(), 37u);
   EXPECT_THAT(error(both), HasSubstr("both.vdb: has several grids of points, wanted one (give "
-                                     "--dataset); its grids are \"density\" (float), \"fluid\""));
+                                     "dataset); its grids are \"density\" (float), \"fluid\""));
   EXPECT_THAT(error(both, {.dataset = "density"}),
               HasSubstr("has no grid of points called \"density\", wanted one; its grids are"));
   EXPECT_THAT(error(written("volume.vdb", {density})),

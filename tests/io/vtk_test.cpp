@@ -220,7 +220,7 @@ TEST_F(Vtk, SaysWhatIsWrong) {
               HasSubstr("found \"0.5\", wanted a whole number of 64 bits for id"));
   EXPECT_THAT(error(points + "POINTDATA 1\n"), HasSubstr("line 7: found \"pointdata\""));
   EXPECT_EQ(error(points + "POINT_DATA 1\nSCALARS radius float 1\nLOOKUP_TABLE d\n-1\n"),
-            "a.vtk: point 0: radius is -1, must be > 0 and finite (give --particle-radius to "
+            "a.vtk: point 0: radius is -1, must be > 0 and finite (give particle_radius to "
             "override)");
 }
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "stages/stage_test_support.hpp"
+#include "texts.hpp"
 
 namespace meniscus {
 namespace {
@@ -108,20 +109,22 @@ TEST_P(ToWorld, SaysHowManyPixelsThereAreAndWhenNothingIsInView) {
   Extraction made = extraction(5, 3);
   made.counts = {{"particles", 7}, {"in view", 7}};
   Surface surface = returned(camera, made);
-  EXPECT_EQ(surface.counts.back(), (std::pair<std::string, std::int64_t>{"pixels", 10}));
-  EXPECT_THAT(surface.warnings, IsEmpty());
+  EXPECT_EQ(surface.counts.pixels, 10);
+  EXPECT_EQ(surface.counts.in_view, 7);
+  EXPECT_EQ(surface.counts.splash, -1);
+  EXPECT_THAT(texts(surface.notices), IsEmpty());
   made.counts = {{"particles", 7}, {"in view", 0}};
-  EXPECT_THAT(returned(camera, made).warnings,
+  EXPECT_THAT(texts(returned(camera, made).notices),
               ElementsAre("no particle is in view: the surface is empty"));
   made.counts = {{"particles", 0}, {"in view", 0}};
-  EXPECT_THAT(returned(camera, made).warnings,
+  EXPECT_THAT(texts(returned(camera, made).notices),
               ElementsAre("there are no particles: the surface is empty"));
   made.counts = {{"particles", 7}, {"in view", 5}};
   SurfaceMap nothing = made_up(5, 3);
   nothing.depth.assign(nothing.depth.size(), kNoSurface);
   made.image = upload(device_, nothing);
   EXPECT_THAT(
-      returned(camera, made).warnings,
+      texts(returned(camera, made).notices),
       ElementsAre(HasSubstr("no pixel shows the particles in view (5): the surface is empty")));
 }
 
@@ -130,7 +133,7 @@ TEST_P(ToWorld, SaysWhenFloatsAreTooCoarseForTheParticles) {
   // A tenth of the radius, .005, is a step of floats from .005 / 2^-23 = 41,943 on.
   const auto warnings = [&](double x) {
     const View view = make_view(camera, kRadius, {0, -x, 1});
-    return to_world(device_, view, extraction(5, 3), {}, {}, nullptr).warnings;
+    return texts(to_world(device_, view, extraction(5, 3), {}, {}, nullptr).notices);
   };
   EXPECT_THAT(warnings(41'900), IsEmpty());
   EXPECT_THAT(warnings(42'000), ElementsAre(HasSubstr("the particles lie 42000 from the origin")));
@@ -173,7 +176,7 @@ TEST_P(ToWorld, WithoutAnImageThereAreNoMaps) {
   EXPECT_TRUE(surface.depth.empty());
   EXPECT_TRUE(surface.position.empty());
   EXPECT_EQ(surface.mesh.position.size(), 1u);
-  EXPECT_THAT(surface.counts, IsEmpty());
+  EXPECT_EQ(surface.counts, Counts{});
 }
 
 }  // namespace

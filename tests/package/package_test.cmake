@@ -35,6 +35,18 @@ foreach(file ${exported})
   endif()
 endforeach()
 
+# Nor do the headers name OpenCL's.
+file(GLOB headers ${work}/installed/include/meniscus/*.hpp)
+if(NOT headers)
+  message(FATAL_ERROR "no header was installed")
+endif()
+foreach(file ${headers})
+  file(STRINGS ${file} opencl REGEX "CL/|cl_[a-z]|cl::|CL_")
+  if(opencl)
+    message(FATAL_ERROR "${file} names OpenCL's: ${opencl}")
+  endif()
+endforeach()
+
 function(build source folder)
   run(${CMAKE_COMMAND} -S ${SOURCE}/${source} -B ${work}/${folder} -G Ninja
     -DCMAKE_PREFIX_PATH=${work}/installed -DCMAKE_BUILD_TYPE=${CONFIG}
@@ -80,7 +92,7 @@ if(SHARED)
   symbols(${work}/installed/${LIBDIR}/libmeniscus.so " [A-Za-z] " all)
   set(strange ${all})
   list(FILTER strange EXCLUDE REGEX " (typeinfo( name)?|vtable) for meniscus::[A-Z][A-Za-z]*$")
-  list(FILTER strange EXCLUDE REGEX " [TW] meniscus::(Device::|ParticleSource::|ParticleArrays::|[a-z_]+(\\[abi:cxx11\\])?\\()")
+  list(FILTER strange EXCLUDE REGEX " [TW] meniscus::(Device::|Session::|ParticleSource::|ParticleArrays::|[a-z_]+(\\[abi:cxx11\\])?\\()")
   if(strange)
     message(FATAL_ERROR "the shared library shows ${strange}")
   endif()

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "meniscus/error.hpp"
+#include "texts.hpp"
 
 namespace meniscus {
 namespace {
@@ -27,7 +28,7 @@ Particles particles_at(const std::vector<std::array<float, 3>>& points) {
 }
 
 TEST(CanonicalOrder, IsByXThenYThenZ) {
-  std::vector<std::string> warnings;
+  std::vector<Notice> notices;
   const float big = std::numeric_limits<float>::max(), tiny = 1e-42f;  // a denormal
   const Particles p = particles_at({{2, 0, 0},
                                     {-1, 5, 1},
@@ -38,46 +39,45 @@ TEST(CanonicalOrder, IsByXThenYThenZ) {
                                     {tiny, 0, 0},
                                     {-tiny, 0, 0},
                                     {0, 0, 0}});
-  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(5, 3, 2, 1, 7, 8, 6, 0, 4));
-  EXPECT_TRUE(warnings.empty());
+  EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(5, 3, 2, 1, 7, 8, 6, 0, 4));
+  EXPECT_TRUE(notices.empty());
 }
 
 TEST(CanonicalOrder, BothZerosAreOneValue) {
-  std::vector<std::string> warnings;
-  EXPECT_THAT(canonical_order(particles_at({{0, 2, 0}, {-0.0f, 1, 0}, {0, 0, 0}}), {}, warnings),
+  std::vector<Notice> notices;
+  EXPECT_THAT(canonical_order(particles_at({{0, 2, 0}, {-0.0f, 1, 0}, {0, 0, 0}}), {}, notices),
               ElementsAre(2, 1, 0));
-  EXPECT_THAT(
-      canonical_order(particles_at({{-0.0f, 2, 0}, {0, 1, 0}, {-0.0f, 0, 0}}), {}, warnings),
-      ElementsAre(2, 1, 0));
+  EXPECT_THAT(canonical_order(particles_at({{-0.0f, 2, 0}, {0, 1, 0}, {-0.0f, 0, 0}}), {}, notices),
+              ElementsAre(2, 1, 0));
 }
 
 TEST(CanonicalOrder, TellsOfParticlesAtOnePosition) {
-  std::vector<std::string> warnings;
-  canonical_order(particles_at({{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {2, 1, 1}}), {}, warnings);
-  EXPECT_TRUE(warnings.empty());
+  std::vector<Notice> notices;
+  canonical_order(particles_at({{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {2, 1, 1}}), {}, notices);
+  EXPECT_TRUE(notices.empty());
   canonical_order(
       particles_at({{1, 1, 2}, {0, 1, 1}, {1, 1, 1}, {1, 1, 2}, {-0.0f, 1, 1}, {1, 1, 2}}), {},
-      warnings);
-  EXPECT_THAT(warnings, ElementsAre(HasSubstr("of 6 particles 3 lie exactly where another")));
+      notices);
+  EXPECT_THAT(texts(notices), ElementsAre(HasSubstr("of 6 particles 3 lie exactly where another")));
 }
 
 TEST(CanonicalOrder, RadiiDecideAtOnePlace) {
-  std::vector<std::string> warnings;
+  std::vector<Notice> notices;
   Particles p = particles_at({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
   p.radius = {3, 1, 2};
-  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(1, 2, 0));
+  EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(1, 2, 0));
 }
 
 TEST(CanonicalOrder, VelocitiesDecideBetweenOneRadius) {
-  std::vector<std::string> warnings;
+  std::vector<Notice> notices;
   Particles p = particles_at({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
   p.radius = {2, 2, 2, 1};
   p.vx = {-1, -1, -2, 9};
   p.vy = {5, -5, 0, 0};
   p.vz = {0, 0, 0, NAN};
-  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(3, 2, 1, 0));
+  EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(3, 2, 1, 0));
   p.vx = {1, NAN, 0, 0};
-  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(3, 2, 0, 1));
+  EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(3, 2, 0, 1));
 }
 
 // Few values, so that many agree in x, in x and y, and in all three.
@@ -93,9 +93,9 @@ TEST(CanonicalOrder, GivesTheSameSequenceForEveryOrderOfInput) {
   std::sort(wanted.begin(), wanted.end());
   for (int round = 0; round < 3; ++round) {
     std::shuffle(points.begin(), points.end(), random);
-    std::vector<std::string> warnings;
+    std::vector<Notice> notices;
     std::vector<std::array<float, 3>> sorted;
-    for (const std::size_t i : canonical_order(particles_at(points), {}, warnings))
+    for (const std::size_t i : canonical_order(particles_at(points), {}, notices))
       sorted.push_back(points[i]);
     EXPECT_EQ(sorted, wanted);
   }
@@ -113,9 +113,9 @@ TEST(CanonicalOrder, IsByAllOfXHoweverFarItReaches) {
     }
     auto wanted = points;
     std::sort(wanted.begin(), wanted.end());
-    std::vector<std::string> warnings;
+    std::vector<Notice> notices;
     std::vector<std::array<float, 3>> sorted;
-    for (const std::size_t i : canonical_order(particles_at(points), {}, warnings))
+    for (const std::size_t i : canonical_order(particles_at(points), {}, notices))
       sorted.push_back(points[i]);
     EXPECT_EQ(sorted, wanted) << reach;
   }
@@ -125,14 +125,14 @@ TEST(CanonicalOrder, DropsWhatIsNotFiniteAndSaysSo) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   const Particles p = particles_at({{1, 0, 0}, {0, nan, 0}, {0, 0, 0}, {0, 0, -inf}, {nan, 0, 0}});
-  std::vector<std::string> warnings;
-  EXPECT_THAT(canonical_order(p, {}, warnings), ElementsAre(2, 0));
-  ASSERT_EQ(warnings.size(), 1u);
-  EXPECT_THAT(warnings[0], HasSubstr("3 of 5 particles"));
-  EXPECT_THAT(warnings[0], HasSubstr("particle 1)"));
+  std::vector<Notice> notices;
+  EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(2, 0));
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_THAT(texts(notices)[0], HasSubstr("3 of 5 particles"));
+  EXPECT_THAT(texts(notices)[0], HasSubstr("particle 1)"));
   Parameters strict;
   strict.strict = true;
-  EXPECT_THROW(canonical_order(p, strict, warnings), InputError);
+  EXPECT_THROW(canonical_order(p, strict, notices), InputError);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 #include <random>
 #include <set>
 
+#include "texts.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -57,16 +59,16 @@ class Crowds : public testing::Test {
       p.y.push_back(y);
       p.z.push_back(z);
     }
-    warnings_.clear();
+    notices_.clear();
     std::vector<Point> points;
-    for (const std::size_t i : without_crowds(p, order, kRadius, warnings_))
+    for (const std::size_t i : without_crowds(p, order, kRadius, notices_))
       points.push_back(points_[i]);
     return points;
   }
 
   std::mt19937 random_{3};
   std::vector<Point> points_;
-  std::vector<std::string> warnings_;
+  std::vector<Notice> notices_;
 };
 
 TEST_F(Crowds, LeaveFluidAlone) {
@@ -78,15 +80,15 @@ TEST_F(Crowds, LeaveFluidAlone) {
   std::vector<Point> all = points_;
   std::sort(all.begin(), all.end());
   EXPECT_EQ(left(), all);
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(texts(notices_), IsEmpty());
 }
 
 TEST_F(Crowds, OfOnePositionAreOneParticle) {
   for (int k = 0; k < 5000; ++k) add({k % 2 ? 0.0f : -0.0f, 0.25f, 0.75f});
   add({0.5f, 0.5f, 0.5f});
   EXPECT_THAT(left(), ElementsAre(Point{0, 0.25f, 0.75f}, Point{0.5f, 0.5f, 0.5f}));
-  EXPECT_THAT(warnings_, ElementsAre("up to 5001 particles crowd into a cube of one particle "
-                                     "spacing, 1: 4999 of 5001 were dropped"));
+  EXPECT_THAT(texts(notices_), ElementsAre("up to 5001 particles crowd into a cube of one particle "
+                                           "spacing, 1: 4999 of 5001 were dropped"));
 }
 
 // The last at one position in canonical order: the largest.
@@ -95,7 +97,7 @@ TEST_F(Crowds, KeepTheLastOfAPosition) {
   p.x = p.y = p.z = std::vector<float>(20, 0.5f);
   std::vector<std::size_t> order(20);
   std::iota(order.rbegin(), order.rend(), 0);
-  EXPECT_THAT(without_crowds(p, order, kRadius, warnings_), ElementsAre(0));
+  EXPECT_THAT(without_crowds(p, order, kRadius, notices_), ElementsAre(0));
 }
 
 TEST_F(Crowds, LeaveFourOfACube) {
@@ -110,8 +112,8 @@ TEST_F(Crowds, LeaveFourOfACube) {
   EXPECT_EQ(kept.size(), some.size());
   EXPECT_TRUE(std::includes(all.begin(), all.end(), kept.begin(), kept.end()));
   for (const Point& point : block) EXPECT_TRUE(kept.count(point));
-  ASSERT_EQ(warnings_.size(), 1u);
-  EXPECT_THAT(warnings_[0], testing::HasSubstr(": 2981 of 4745 were dropped"));
+  ASSERT_EQ(notices_.size(), 1u);
+  EXPECT_THAT(texts(notices_)[0], testing::HasSubstr(": 2981 of 4745 were dropped"));
   for (int round = 0; round < 3; ++round) {
     std::shuffle(points_.begin(), points_.end(), random_);
     EXPECT_EQ(left(), some);
@@ -121,14 +123,14 @@ TEST_F(Crowds, LeaveFourOfACube) {
 TEST_F(Crowds, TellThatTheRadiusIsWrong) {
   add_block(16, 0.5);
   EXPECT_EQ(left().size(), points_.size());
-  EXPECT_THAT(warnings_,
+  EXPECT_THAT(texts(notices_),
               ElementsAre(testing::ContainsRegex(
                   "^the particles lie about 2(\\.[01])? times as close together as their radius, "
-                  "0.5, says, which is half the spacing \\(check --particle-radius\\)$")));
+                  "0.5, says, which is half the spacing \\(check particle_radius\\)$")));
   points_.clear();
   add_block(20, 0.2);
   EXPECT_LT(left().size(), 1000u);
-  EXPECT_THAT(warnings_,
+  EXPECT_THAT(texts(notices_),
               ElementsAre(testing::ContainsRegex("lie about 5(\\.1)? times as close together"),
                           testing::ContainsRegex("crowd into .* of 8000 were dropped$")));
 }
@@ -136,27 +138,29 @@ TEST_F(Crowds, TellThatTheRadiusIsWrong) {
 TEST_F(Crowds, TellHowWrongTheRadiusIs) {
   add_block(16, 0.025);
   left();
-  EXPECT_THAT(warnings_,
+  EXPECT_THAT(texts(notices_),
               testing::Contains(testing::ContainsRegex("about 4[01] times as close together")));
   for (Point& point : points_)
     for (float& x : point) x /= 100;
   left();
-  EXPECT_THAT(warnings_, testing::Contains(
-                             testing::ContainsRegex("about (39|40|41)[0-9][0-9] times as close")));
+  EXPECT_THAT(
+      texts(notices_),
+      testing::Contains(testing::ContainsRegex("about (39|40|41)[0-9][0-9] times as close")));
 }
 
 // Half the true radius: loose balls.
 TEST_F(Crowds, TellThatTheRadiusIsTooSmall) {
   add_block(16, 2);
   EXPECT_EQ(left().size(), points_.size());
-  EXPECT_THAT(warnings_, ElementsAre(testing::ContainsRegex(
-                             "about (2|1.9|2.1) times as far apart as their radius, 0.5, .*loose "
-                             "balls.*\\(check --particle-radius; (0.9|1)[0-9.]* would fit\\)")));
+  EXPECT_THAT(texts(notices_),
+              ElementsAre(testing::ContainsRegex(
+                  "about (2|1.9|2.1) times as far apart as their radius, 0.5, .*loose "
+                  "balls.*\\(check particle_radius; (0.9|1)[0-9.]* would fit\\)")));
   points_.clear();
   for (int k = 0; k < 4000; ++k)  // rain
     add({between(0, 40), between(0, 40), between(0, 40)});
   left();
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(texts(notices_), IsEmpty());
 }
 
 // A radius up to twice too large: what it says depends neither on particles without a place nor on
@@ -166,8 +170,8 @@ TEST_F(Crowds, LeaveWhatIsSaidOfTheRadius) {
   for (const double spacing : {0.5, 0.55, 0.6, 0.65, 0.7, 0.8}) {
     const auto telling = [&] {
       left();
-      return std::count_if(warnings_.begin(), warnings_.end(), [](const std::string& warning) {
-        return warning.find("check --particle-radius") != std::string::npos;
+      return std::count_if(notices_.begin(), notices_.end(), [](const Notice& notice) {
+        return notice.code == Code::radius_too_small || notice.code == Code::radius_too_large;
       });
     };
     points_.clear();
@@ -187,12 +191,12 @@ TEST_F(Crowds, LeaveWhatIsSaidOfTheRadius) {
 TEST_F(Crowds, OfFewTellNothingOfTheRadius) {
   add_crowd(12, 0, 1);
   left();
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(texts(notices_), IsEmpty());
 }
 
 TEST_F(Crowds, HaveNothingToSayOfNothing) {
   EXPECT_THAT(left(), IsEmpty());
-  EXPECT_THAT(warnings_, IsEmpty());
+  EXPECT_THAT(texts(notices_), IsEmpty());
 }
 
 }  // namespace

@@ -186,7 +186,7 @@ TEST(ChunkSize, FitsTheMemoryOrSaysWhatWould) {
     chunk_size(5000, 4000);
     FAIL();
   } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("--memory is 5000 bytes, must be at least 5024"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("memory is 5000 bytes, must be at least 5024"));
   }
 }
 

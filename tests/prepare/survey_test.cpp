@@ -170,7 +170,7 @@ TEST(Survey, NamesTheFirstBadRadiusOfAllRanks) {
         as_team(3, [&](Team& team) { survey_particles(SharedSource(particles, team)); });
     EXPECT_THAT(outcome.errors, testing::Each("particle " + std::to_string(bad) +
                                               ": radius is -2, must be > 0 and finite (give "
-                                              "--particle-radius to override)"));
+                                              "particle_radius to override)"));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "meniscus/error.hpp"
+#include "texts.hpp"
 
 namespace meniscus {
 namespace {
@@ -14,11 +15,11 @@ TEST(VelocityCheck, PassesWhatCanBeUsed) {
   VelocityCheck velocities;
   const Vec3 given{1, -2e29f, 0};
   EXPECT_EQ(velocities.checked(given, 3), given);
-  std::vector<std::string> warnings;
+  std::vector<Notice> notices;
   Parameters strict;
   strict.strict = true;
-  velocities.report("particles", strict, warnings);
-  EXPECT_TRUE(warnings.empty());
+  velocities.report("particles", strict, notices);
+  EXPECT_TRUE(notices.empty());
 }
 
 TEST(VelocityCheck, CountsWhatCannotAndNamesTheFirst) {
@@ -27,14 +28,15 @@ TEST(VelocityCheck, CountsWhatCannotAndNamesTheFirst) {
   for (const float bad : {NAN, INFINITY, -INFINITY, 1e30f, -3e38f})
     for (const Vec3 v : {Vec3{bad, 0, 0}, Vec3{0, bad, 0}, Vec3{0, 0, bad}})
       EXPECT_FALSE(is_known(velocities.checked(v, bad == 1e30f ? 7 : 9)));
-  std::vector<std::string> warnings;
-  velocities.report("particles", {}, warnings);
-  EXPECT_THAT(warnings, testing::ElementsAre(
-                            "15 of 16 particles have NaN, infinite or absurd velocities (the first "
-                            "is particle 7), which were left out"));
+  std::vector<Notice> notices;
+  velocities.report("particles", {}, notices);
+  EXPECT_THAT(
+      texts(notices),
+      testing::ElementsAre("15 of 16 particles have NaN, infinite or absurd velocities (the first "
+                           "is particle 7), which were left out"));
   Parameters strict;
   strict.strict = true;
-  EXPECT_THROW(velocities.report("particles", strict, warnings), InputError);
+  EXPECT_THROW(velocities.report("particles", strict, notices), InputError);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "io/preview.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus {
 namespace {
@@ -57,7 +58,7 @@ void fill(Tile& tile, const FrameRecord& record, int width) {
     }
   } catch (const std::exception& error) {
     tile.why_none = "cannot be read";
-    tile.details = error.what();
+    tile.details = words_of(error);
   }
 }
 

@@ -20,6 +20,7 @@
 #include "io/input_file.hpp"
 #include "io/parts.hpp"
 #include "io/seal.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus {
 namespace {
@@ -196,7 +197,7 @@ class Batch {
     try {
       frame.surface = extract_somehow(worker, frame, stages);
     } catch (const InputError& error) {
-      throw InputError(frame.job->input + ": " + error.what());
+      throw InputError(frame.job->input + ": " + words_of(error));
     }
     frame.particles.reset();
     if (!frame.surface.velocity.empty())
@@ -209,8 +210,8 @@ class Batch {
       if (sum == record.stages.end()) sum = record.stages.insert(sum, {stage.stage, 0.0});
       sum->second += stage.host_ms;
     }
-    record.counts = frame.surface.counts;
-    record.warnings = frame.surface.warnings;
+    record.counts = named(frame.surface.counts);
+    for (const Notice& notice : frame.surface.notices) record.warnings.push_back(words_of(notice));
     record.residual = mean_residual(frame.surface);
     record.hash = hex_digits(content_hash(frame.surface));
   }
@@ -235,7 +236,7 @@ class Batch {
     } catch (const OutOfDeviceMemory& error) {
       no_memory = error;
     } catch (const DeviceError& error) {
-      failure = error.what();
+      failure = words_of(error);
     }
     const std::lock_guard turn(gate_);
     const std::unique_lock alone(extracting_);
@@ -247,7 +248,7 @@ class Batch {
         worker.failures = 0;
         return surface;
       } catch (const DeviceError& error) {
-        failure = error.what();
+        failure = words_of(error);
       }
     if (settings_.devices.size() == 1) throw DeviceError(failure);
     ++worker.failures;
@@ -259,13 +260,13 @@ class Batch {
       other = Worker{Device(settings_.devices[which]), which};
       surface = extract_on(other->device);
     } catch (const DeviceError& error) {
-      throw DeviceError(failure + "; then " + error.what());
+      throw DeviceError(failure + "; then " + words_of(error));
     }
-    surface.warnings.push_back("extracted on another device after: " + failure);
+    surface.notices.push_back({.text = "extracted on another device after: " + failure});
     if (worker.failures == kPatience) {
-      surface.warnings.push_back("a device that failed " + std::to_string(kPatience) +
-                                 " frames in a row gets no more: \"" + worker.device.info().name +
-                                 '"');
+      surface.notices.push_back({.text = "a device that failed " + std::to_string(kPatience) +
+                                         " frames in a row gets no more: \"" +
+                                         worker.device.info().name + '"'});
       worker = std::move(*other);
     }
     return surface;
@@ -302,7 +303,7 @@ class Batch {
       record.error =
           frame.job->input + ": out of memory: lower --in-flight, or use a smaller image";
     } catch (const std::exception& error) {
-      record.error = error.what();
+      record.error = words_of(error);
     }
     ms = ms_since(begin);
     record.status = FrameStatus::failed;
@@ -312,7 +313,7 @@ class Batch {
 
   // Under the lock.
   void break_off(const OutputError& error) {
-    if (outcome_.broken.empty()) outcome_.broken = error.what();
+    if (outcome_.broken.empty()) outcome_.broken = words_of(error);
     halted_ = true;
   }
 

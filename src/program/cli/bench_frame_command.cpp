@@ -15,6 +15,7 @@
 #include "program/cli/options.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/terminal.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -43,7 +44,7 @@ std::vector<Method> parse_methods(const std::string& list) {
   for (const std::string& word : words_of(list)) try {
       methods.push_back(method_named(word));
     } catch (const InvalidArgument& error) {
-      throw usage_error(error.what());
+      throw usage_error(words_of(error));
     }
   if (methods.empty()) throw usage_error("--method names no method, e.g. --method fit,ssm");
   return methods;

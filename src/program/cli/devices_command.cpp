@@ -13,6 +13,7 @@
 #include "program/cli/commands.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/terminal.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -50,7 +51,7 @@ void show_devices(bool json) {
   try {
     chosen = select_device("", &why).index;
   } catch (const DeviceError& error) {
-    problem = error.what();
+    problem = words_of(error);
   }
   if (json) {
     print_json(devices, problems, chosen, chosen < 0 ? problem : why);

@@ -22,6 +22,7 @@
 #include "program/cli/sequence.hpp"
 #include "program/cli/terminal.hpp"
 #include "program/mpi/launch.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -48,7 +49,7 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
     return extract_sparingly(device, particles, camera, options.parameters, &stages, options.memory,
                              error);
   } catch (const InputError& error) {
-    throw InputError(options.input + ": " + error.what());
+    throw InputError(options.input + ": " + words_of(error));
   }
 }
 
@@ -126,10 +127,10 @@ void run_frame(const ExtractOptions& options) {
   if (!team.leads()) return;
   if (!surface.velocity.empty())
     surface.forward = screen_motion(surface, camera, options.frames_per_second);
-  for (const std::string& warning : surface.warnings) warn(options.input + ": " + warning);
+  for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, particles, surface.particle_radius));
   say("method", to_string(options.parameters.method));
-  say("found", counts_line(surface.counts));
+  say("found", counts_line(named(surface.counts)));
 
   const auto writing = std::chrono::steady_clock::now();
   std::string names;
@@ -144,7 +145,7 @@ void run_frame(const ExtractOptions& options) {
   if (!options.written_camera.empty()) say("wrote", options.written_camera);
   say("total", printed("%.0f ms", milliseconds_since(start)));
   if (options.timings) {
-    print_timings(stages, surface.counts);
+    print_timings(stages, named(surface.counts));
     print_memory(device.state().memory->peak(), peak_memory());
     if (team.size() > 1) print_ranks(ranks);
   }

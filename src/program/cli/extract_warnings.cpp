@@ -21,7 +21,9 @@ std::string methods_of(const ParameterEntry& entry) {
   return entry.effect.substr(begin, entry.effect.find(':') - begin);
 }
 
-bool is_of(const std::string& methods, const std::string& method) {
+// `methods` as in "fit, groups and stable".
+bool is_of(std::string methods, const std::string& method) {
+  std::replace(methods.begin(), methods.end(), ',', ' ');
   return (" " + methods + " ").find(" " + method + " ") != std::string::npos;
 }
 

@@ -22,6 +22,7 @@
 #include "program/cli/terminal.hpp"
 #include "program/cli/unknown_word.hpp"
 #include "program/mpi/launch.hpp"
+#include "program/wording.hpp"
 
 namespace {
 
@@ -128,7 +129,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     code = fail(kFailed, "out of memory: use fewer particles or a smaller image");
   } catch (const std::exception& error) {
-    code = fail(kFailed, error.what());
+    code = fail(kFailed, meniscus::words_of(error));
   }
   meniscus::leave_team();
   return meniscus::cli::end_with(code);

@@ -11,6 +11,7 @@
 
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 
@@ -25,7 +26,7 @@ auto as_usage(const Work& work) {
   try {
     return work();
   } catch (const InvalidArgument& error) {
-    throw usage_error(error.what());
+    throw usage_error(words_of(error));
   }
 }
 

@@ -15,6 +15,7 @@
 #include "program/cli/options.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/terminal.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -30,7 +31,7 @@ void run_report(const ReportOptions& options) {
   if (!options.frames.empty()) try {
       expected = parse_frames(options.frames);
     } catch (const InvalidArgument& error) {
-      throw usage_error(error.what());
+      throw usage_error(words_of(error));
     }
   as_usage([&] { check_outputs({options.logs, {}}, {}, {options.output}); });
   OutputFile page(options.output);  // better now than later

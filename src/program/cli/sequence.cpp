@@ -13,7 +13,6 @@
 #include <thread>
 #include <vector>
 
-#include "api/extract.hpp"
 #include "base/host_name.hpp"
 #include "base/printed.hpp"
 #include "device/building.hpp"
@@ -22,6 +21,8 @@
 #include "io/output_file.hpp"
 #include "meniscus/device.hpp"
 #include "methods/programs.hpp"
+#include "prepare/choose_radius.hpp"
+#include "prepare/fill.hpp"
 #include "prepare/survey.hpp"
 #include "program/batch/camera_track.hpp"
 #include "program/batch/plan.hpp"
@@ -37,6 +38,7 @@
 #include "program/cli/signals.hpp"
 #include "program/cli/terminal.hpp"
 #include "program/mpi/launch.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -163,13 +165,13 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
                       std::to_string(camera.width) + "x" + std::to_string(camera.height));
   }
   if (!options.particle_radius && !particles->has_radius() && !(particles->particle_radius() > 0)) {
-    std::vector<std::string> warnings;
+    std::vector<Notice> notices;
     try {
-      options.parameters.particle_radius = choose_radius(*particles, options.parameters, warnings);
+      options.parameters.particle_radius = choose_radius(*particles, options.parameters, notices);
     } catch (const InputError& error) {
-      throw InputError(path + ": " + error.what());
+      throw InputError(path + ": " + words_of(error));
     }
-    for (const std::string& warning : warnings) warn(path + ", for all frames: " + warning);
+    for (const Notice& notice : notices) warn(path + ", for all frames: " + words_of(notice));
   }
   return cameras;
 }

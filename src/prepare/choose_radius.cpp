@@ -1,0 +1,74 @@
+#include "prepare/choose_radius.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/printed.hpp"
+#include "base/team.hpp"
+#include "meniscus/error.hpp"
+#include "prepare/canonical_order.hpp"
+#include "prepare/collect.hpp"
+#include "prepare/survey.hpp"
+
+namespace meniscus {
+namespace {
+
+// Frames of more particles must say how large they are: an estimate looks at each many times.
+constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
+
+RadiusEstimate estimate_of(const ParticleSource& source) {
+  if (source.size() >= kMostEstimated)
+    throw InputError(
+        Notice{.code = Code::radius_needed,
+               .text = "no particle radius in the file, and with " + std::to_string(source.size()) +
+                       " particles it is not estimated (give " + setting("particle-radius") + ")",
+               .count = source.size()});
+  const Particles all = read_all(source);
+  std::vector<Notice> repeated;  // of what is reported elsewhere
+  RadiusEstimate estimate;
+  if (source.team().leads()) estimate = estimate_radius(all, canonical_order(all, {}, repeated));
+  return source.team().from_first(estimate);
+}
+
+}  // namespace
+
+double choose_radius(const Parameters& params, const RadiusClues& clues,
+                     const std::function<RadiusEstimate()>& estimate,
+                     std::vector<Notice>& notices) {
+  for (const double radius : {params.particle_radius, clues.middle, clues.stated})
+    if (radius > 0) return radius;
+  if (!estimate) return 1;
+  const RadiusEstimate made = estimate();
+  if (!(made.radius > 0)) {
+    notices.push_back({.code = Code::radius_assumed,
+                       .text = "no particle radius in the file and none can be estimated: 1 is "
+                               "used (give " +
+                               setting("particle-radius") + ")",
+                       .found = 1});
+    return 1;
+  }
+  constexpr double kSure = 1.1;  // the most over the least
+  const std::string range =
+      made.most > kSure * made.least
+          ? printed(", which is uncertain, since the fluid is thin or loose: %.3g to %.3g",
+                    made.least, made.most)
+          : printed(", to within %.0f %%", std::max(5.0, 50 * (made.most / made.least - 1)));
+  notices.push_back({.code = Code::radius_estimated,
+                     .text = "no particle radius in the file: estimated " +
+                             printed("%.6g", made.radius) + " from the spacing" + range +
+                             " (give " + setting("particle-radius") + " to override)",
+                     .found = made.radius});
+  return made.radius;
+}
+
+double choose_radius(const ParticleSource& source, const Parameters& params,
+                     std::vector<Notice>& notices) {
+  const Survey& survey = survey_of(source);
+  std::vector<Notice> repeated;  // of what is reported elsewhere
+  report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, {}, repeated);
+  std::function<RadiusEstimate()> estimate;
+  if (survey.finite > 0) estimate = [&] { return estimate_of(source); };
+  return choose_radius(params, {survey.middle_radius, source.particle_radius()}, estimate, notices);
+}
+
+}  // namespace meniscus

@@ -1,0 +1,154 @@
+#include "prepare/fill.hpp"
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <utility>
+
+#include "base/order_statistics.hpp"
+#include "base/parallel.hpp"
+#include "base/team.hpp"
+#include "prepare/attributes.hpp"
+#include "prepare/canonical_order.hpp"
+#include "prepare/choose_radius.hpp"
+#include "prepare/collect.hpp"
+#include "prepare/crowds.hpp"
+#include "prepare/origin.hpp"
+#include "prepare/stream.hpp"
+#include "prepare/survey.hpp"
+#include "prepare/velocities.hpp"
+
+namespace meniscus {
+namespace {
+
+/// Particles in an order, and their bounds.
+struct Ordered {
+  WorldParticles world;
+  std::array<float, 3> low{}, high{};
+};
+
+Ordered in_order(const BorrowedParticles& particles, const std::vector<std::size_t>& order,
+                 double radius, bool moving) {
+  Ordered made;
+  WorldParticles& world = made.world;
+  const std::array axes{std::pair{&particles.x, &world.x}, std::pair{&particles.y, &world.y},
+                        std::pair{&particles.z, &world.z}};
+  parallel_for(axes.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      std::vector<float>& to = *axes[k].second;
+      to.resize(order.size());
+      for (std::size_t i = 0; i < order.size(); ++i) to[i] = (*axes[k].first)[order[i]];
+      const Bounds bounds = bounds_of(to);
+      made.low[k] = bounds.least;
+      made.high[k] = bounds.most;
+    }
+  });
+  if (!particles.radius.empty())
+    for (const std::size_t i : order)
+      world.scale.push_back(static_cast<float>(particles.radius[i] / radius));
+  world.moving = moving;
+  if (moving)
+    for (const std::size_t i : order)
+      world.velocity.push_back({particles.vx[i], particles.vy[i], particles.vz[i]});
+  for (const BorrowedAttribute& attribute : particles.attributes) {
+    Attribute& ordered = world.attributes.emplace_back(Attribute{attribute.name, {}});
+    for (const std::size_t i : order) ordered.values.push_back(attribute.values[i]);
+  }
+  return made;
+}
+
+/// Leaves out velocities and attributes that cannot be used; `order` has their places in the frame.
+void check_values(const std::vector<std::size_t>& order, const Parameters& params,
+                  WorldParticles& world, std::vector<Notice>& notices) {
+  const auto place = [&](std::size_t k) { return static_cast<std::int64_t>(order[k]); };
+  VelocityCheck velocities;
+  for (std::size_t k = 0; k < world.velocity.size(); ++k)
+    world.velocity[k] = velocities.checked(world.velocity[k], place(k));
+  velocities.report("particles", params, notices);
+  for (Attribute& attribute : world.attributes) {
+    ValueCheck values;
+    for (std::size_t k = 0; k < attribute.values.size(); ++k)
+      attribute.values[k] = values.checked(attribute.values[k], place(k));
+    values.report(attribute.name, params, notices);
+  }
+}
+
+/// The middle of the radii of some particles, which all are > 0; 0: they have none.
+double middle_radius(const BorrowedParticles& particles, const std::vector<std::size_t>& order) {
+  if (particles.radius.empty() || order.empty()) return 0;
+  std::vector<float> radii;
+  for (const std::size_t i : order) radii.push_back(particles.radius[i]);
+  return median_of(std::move(radii));
+}
+
+FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particles) {
+  FilledFrame frame;
+  filling.clock.start("order");
+  std::vector<std::size_t> order = canonical_order(particles, filling.params, filling.notices);
+  std::function<RadiusEstimate()> estimate;
+  if (!order.empty()) estimate = [&] { return estimate_radius(particles, order); };
+  RadiusClues clues{0, particles.particle_radius};
+  if (!(filling.params.particle_radius > 0)) clues.middle = middle_radius(particles, order);
+  frame.radius = choose_radius(filling.params, clues, estimate, filling.notices);
+  order = without_crowds(particles, std::move(order), frame.radius, filling.notices);
+  Ordered made =
+      in_order(particles, order, frame.radius, filling.params.motion && !particles.vx.empty());
+  frame.particles = std::move(made.world);
+  check_values(order, filling.params, frame.particles, filling.notices);
+  std::array<double, 3> origin{};
+  if (!order.empty()) {
+    std::vector<std::array<float, 3>> sample;
+    constexpr std::size_t kSample = 1024;
+    for (std::size_t i = 0; i < order.size(); i += 1 + order.size() / kSample)
+      sample.push_back({frame.particles.x[i], frame.particles.y[i], frame.particles.z[i]});
+    origin = origin_of(made.low, made.high, sample);
+  }
+  frame.view = make_view(filling.camera, frame.radius, origin);
+  filling.clock.stop();
+  return frame;
+}
+
+FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source) {
+  FilledFrame frame;
+  filling.clock.start("survey");
+  const Survey& survey = survey_of(source);
+  report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, filling.params,
+                 filling.notices);
+  frame.radius = choose_radius(source, filling.params, filling.notices);
+  frame.all = survey.size;
+  const std::array<double, 3> origin = origin_of(survey.low, survey.high, survey.sample);
+  // All processes see what the first one sees, to the last bit, whatever machines they run on.
+  Team& team = source.team();
+  frame.view = team.from_first(make_view(filling.camera, frame.radius, origin));
+  const OnScreen screen = team.from_first(measure_spacing(frame.view, survey));
+  frame.factor = thinning(screen, filling.params);
+  if (frame.factor > 1) {
+    frame.view = team.from_first(make_view(filling.camera, frame.factor * frame.radius, origin));
+    thin_frame(filling, source, screen, frame);
+    return frame;
+  }
+  const Particles kept = keep_near(filling, source, frame.view, screen);
+  if (!team.leads()) return frame;
+  filling.clock.start("order");
+  require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
+  const std::vector<std::size_t> order = without_crowds(
+      kept, canonical_order(kept, filling.params, filling.notices), frame.radius, filling.notices);
+  frame.particles =
+      in_order(kept, order, frame.radius, filling.params.motion && source.has_velocity()).world;
+  filling.clock.stop();
+  return frame;
+}
+
+}  // namespace
+
+FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {
+  if (source.size() >= kStreamed) return fill_streaming(filling, source);
+  if (const BorrowedParticles* const all = source.in_memory()) return fill_whole(filling, *all);
+  survey_of(source);  // throws as for a larger frame
+  const Particles all = read_all(source);
+  if (!source.team().leads()) return {};
+  check(all);
+  return fill_whole(filling, all);
+}
+
+}  // namespace meniscus

@@ -1,0 +1,55 @@
+// fill: the ways in which particles become a frame that a method works on. What a method sees does
+// not tell them apart.
+//
+// A frame in memory is put in order as a whole. One of 2^18 particles and more streams: a survey
+// says what it is like, then what of it can matter is picked, or thinned where particles lie closer
+// than pixels can tell. Where several processes share a frame, each looks at its share, and the
+// first one gets what matters.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/stage_clock.hpp"
+#include "meniscus/notice.hpp"
+#include "meniscus/parameters.hpp"
+#include "meniscus/source.hpp"
+#include "prepare/thin.hpp"
+#include "stages/project.hpp"
+#include "stages/view.hpp"
+
+namespace meniscus {
+
+/// Frames of at least this many particles stream.
+inline constexpr std::int64_t kStreamed = std::int64_t{1} << 18;
+
+/// How a frame is to be filled.
+struct Filling {
+  Device& device;
+  const Camera& camera;
+  const Parameters& params;
+  std::size_t memory;  // of the device that the passes over particles that stream may take, bytes
+  StageClock& clock;   // runs nothing before and after
+  std::vector<Notice>& notices;
+};
+
+/// A frame, ready for a method.
+struct FilledFrame {
+  double radius = 0;         // of the particles, world units
+  View view;                 // in radii of `particles`
+  WorldParticles particles;  // none but in the first process of the team
+  std::int64_t all = -1;     // particles of the whole frame, where these are but some of them
+  // Where these stand for others (thin.hpp):
+  double factor = 1;                             // how many times as far apart they lie
+  std::vector<SprayDrop> spray;                  // drops that are too small for the surface
+  std::vector<std::vector<float>> of_the_spray;  // [attributes][drops]
+};
+
+/// Fills a frame. Warns of what was dropped, estimated or looks wrong. All processes of the
+/// source's team call this. Waits. Throws InputError for values that are not finite where
+/// params.strict, and as survey_of(), InvalidArgument where `memory` is too little, DeviceError.
+FilledFrame fill_frame(const Filling& filling, const ParticleSource& source);
+
+}  // namespace meniscus
