@@ -235,7 +235,7 @@ BuiltKernel& Device::State::kernel(const std::string& file, const std::string& n
   try {
     BuiltKernel made{cl::Kernel(built, name.c_str()), file, name, options};
     made.arguments = made.kernel.getInfo<CL_KERNEL_NUM_ARGS>();
-    made.most_items = made.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(info.handle);
+    made.most_items = made.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(handle_of(info));
     made.compiles = compiles_at_launch && new_programs_.contains(program_key);
     tell_guard_over();
     building_ms_ += milliseconds_since(begin);
