@@ -30,7 +30,7 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
       {"Groups (paper 2.2)", "merge-reach", &p.merge.reach, r, 0.1, 10, false,
        "method groups: radius within which a group takes particles in where the surface is calm"},
       {"Groups (paper 2.2)", "least-merge-reach", &p.merge.least_reach, r, 0.1, 10, false,
-       "method groups: the same where the surface breaks or has an edge"},
+       "method groups: the same where the surface bends or breaks"},
       {"Fit (paper 2.3, Eq. 2)", "support", &p.fit.support, r, 0.1, 50, false,
        "radius of a fit's support; larger is smoother"},
       {"Fit (paper 2.3, Eq. 2)", "least-support", &p.fit.least_support, none, 0.1, 1, false,

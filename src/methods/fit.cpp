@@ -81,6 +81,7 @@ struct Seeds {
 // processor busy, and the rest.
 struct Seeding {
   const char* counted;  // what its fits are called
+  double rim_reach;     // see with_rim(), particle radii
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
   Seeds (*choose)(const Frame& frame, const Fluid& fluid, Shell& shell,
                   const SurfaceParticles& around, std::vector<float> roundness);
@@ -88,7 +89,7 @@ struct Seeding {
 
 // Method fit: every particle of the rim.
 constexpr Seeding kEveryParticle{
-    "fits",
+    "fits", kRimReach,
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
                              frame.params.fit.support);
@@ -101,7 +102,8 @@ constexpr Seeding kEveryParticle{
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
 constexpr Seeding kMergedGroups{
-    "groups", [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
+    "groups", kRimReachGroups,
+    [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
        std::vector<float> roundness) {
       const auto& [device, view, params, clock] = frame;
@@ -134,7 +136,7 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
           const HostView gradients(device, fluid.field);
           shell.found = find_surface(seen, fluid.host_cells, {gradients.data(), gradients.size()});
         }
-        shell.rim = with_rim(fluid.particles, seen, shell.found);
+        shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         shell.trial = find_neighbours(device, fluid.particles, shell.rim.index, shell.found.index,
                                       kTrialReach);

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kRecord = 16;   // floats, as in hits.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
-constexpr double kExtent = 1.5;       // of a group's squared radius goes into its weight's
+constexpr double kExtent = 1.8;       // of a group's squared radius goes into its weight's
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 

@@ -11,14 +11,14 @@ namespace meniscus {
 namespace {
 
 constexpr double kBendReach = 5;  // within which bends are measured, particle radii
-constexpr double kCalmBend = 0.005, kTightBend = 0.07;  // mean of 1 - n.n': largest, least groups
+constexpr double kCalmBend = 0.003, kTightBend = 0.03;  // mean of 1 - n.n': largest, least groups
 constexpr double kFullReach = 0.95;  // share of its radius within which a group takes in wholly
 constexpr float kOther = 0.6f, kSame = 0.8f;      // n.n' of other groups and of the same
 constexpr float kBeside = 0.9f, kAbove = 1.4f;    // heights in the same layer and in another
 constexpr double kOpenFrom = 0.5, kOpenTo = 0.8;  // u of particles that take others in
 constexpr double kTie = 0.02;                     // ranks this near are about equal
 constexpr double kLattice = 3.6;                  // between the ranks' maxima, particle radii
-constexpr double kGone = 0.35;                    // W of groups that are taken in
+constexpr double kGone = 0.4;                     // W of groups that are taken in
 constexpr double kSettled = 1e-3;                 // change of W that ends the sweeps
 constexpr int kMostSweeps = 8;                    // near ties alone want more than one
 constexpr std::size_t kGrain = 256;               // particles that are worth a thread
@@ -129,17 +129,18 @@ Surroundings look_around(const Projected& projected, const Visible& rim,
       const float squared = x * x + y * y + z * z;
       const float same = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
       const float d = std::max(1 - squared / static_cast<float>(kBendReach * kBendReach), 0.0f);
-      const float w = other.weight * d * d;
+      if (!(same > kOther)) continue;
+      float alike = 1;
+      if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
+      const float w = other.weight * alike * d * d;
       all += w;
       bend += w * (1 - same);
-      if (!(same > kOther) || !(squared < widest * widest)) continue;
+      if (!(squared < widest * widest)) continue;
       // The mean normal's length is sqrt((1 + n.n') / 2).
       const float along =
           x * (own.nx + other.nx) + y * (own.ny + other.ny) + z * (own.nz + other.nz);
       const float square = along * along / (2 * (1 + same));  // of the height
       if (!(square < kAbove * kAbove)) continue;
-      float alike = 1;
-      if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
       if (square > kBeside * kBeside)
         alike *= static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
       if (alike > 0) block.near.push_back({found[f], std::sqrt(squared), alike});

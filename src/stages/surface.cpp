@@ -203,10 +203,11 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
   return result;
 }
 
-Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around) {
-  constexpr float kReach = 6;
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around,
+                 double reach) {
+  const float within = static_cast<float>(reach);
   constexpr double kOpen = 0.5;
-  const Cells cells = cells_of(projected, seen.index, kReach);
+  const Cells cells = cells_of(projected, seen.index, within);
   const std::size_t n = around.index.size();
   std::vector<char> near(n, 0);
   NearFinder* const find = near_finders()[0];
@@ -225,7 +226,7 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
             if (first == last) return true;  // mostly
             const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
             if (found.size() < most) found.resize(most);
-            near[k] = find(cells, first, last, tag, at, kReach * kReach, found.data()) > 0;
+            near[k] = find(cells, first, last, tag, at, within * within, found.data()) > 0;
             return near[k] == 0;
           },
           kNearRowsFirst);

@@ -19,6 +19,10 @@ namespace meniscus {
 /// visible ones (VisibleParams::owned) lie between.
 inline constexpr double kLeastFitted = 0.02, kFullyVisible = 0.10;
 
+/// Up to where hidden particles of the surface are fitted, from the nearest seen one, particle
+/// radii; method groups: ones further away change no figure (docs/method.md).
+inline constexpr double kRimReach = 6, kRimReachGroups = 4.2;
+
 /// v = max(1e-4, smoothstep(kLeastFitted, kFullyVisible, owned)): particles fade in and out.
 double visibility(double owned);
 
@@ -97,7 +101,9 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
                               const std::vector<Vec3d>& normals);
 
 /// The particles to fit: the seen ones and, with an owned share of 0, those of the surface (u at
-/// least 1/2) within six radii of one, which tell where the fluid turns away from the camera.
-Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface);
+/// least 1/2) within `reach` particle radii of one, which tell where the fluid turns away from the
+/// camera.
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface,
+                 double reach = kRimReach);
 
 }  // namespace meniscus

@@ -94,22 +94,34 @@ TEST(Merge, CalmWaterHasFewGroupsAndSmallReachesManyMore) {
   EXPECT_EQ(alone.share, std::vector<double>(900, 1.0));
 }
 
-TEST(Merge, GroupsAreSmallAtAnEdge) {
+// The other face of an edge is another sheet: each face is calm up to it.
+TEST(Merge, FlatFacesAreCalmUpToTheirEdge) {
   const Placed p = placed(two_faces());
   MergeParams params;
   params.reach = 5;
   params.least_reach = 2.5;
   const MergedGroups groups = merge_particles(plain_view(), p.projected, p.rim, p.around, params);
-  for (std::size_t g = 0; g < groups.extent.size(); ++g) {
-    const Vec3d at = p.projected.eye(static_cast<std::size_t>(groups.seed.index[g]));
-    const double from_edge = std::max(std::abs(at.x), std::abs(at.z + 31));
-    const float extent = static_cast<float>(groups.extent[g]);
-    if (from_edge < 2) {
-      EXPECT_FLOAT_EQ(extent, 2.5f);
-    } else if (from_edge > 8) {
-      EXPECT_FLOAT_EQ(extent, 5.0f);
+  ASSERT_FALSE(groups.extent.empty());
+  for (const double extent : groups.extent) EXPECT_FLOAT_EQ(static_cast<float>(extent), 5);
+}
+
+// Half a tube of radius 9: within 5 radii normals turn by up to 32 degrees, and by 15 in the mean.
+TEST(Merge, GroupsAreSmallWhereTheSurfaceBends) {
+  Sheets tube;
+  for (int j = 0; j < 20; ++j)
+    for (int i = 0; i <= 14; ++i) {
+      const double angle = M_PI * (i / 14.0 - 0.5);
+      tube.uvt.push_back({40 + 9 * std::sin(angle), 10 + 2.0 * j, 40 - 9 * std::cos(angle)});
+      tube.normal.push_back({std::sin(angle), 0, std::cos(angle)});
+      tube.owned.push_back(0.3f);
     }
-  }
+  const Placed p = placed(tube);
+  MergeParams params;
+  params.reach = 5;
+  params.least_reach = 2.5;
+  const MergedGroups groups = merge_particles(plain_view(), p.projected, p.rim, p.around, params);
+  ASSERT_FALSE(groups.extent.empty());
+  for (const double extent : groups.extent) EXPECT_LT(extent, 2.6);
 }
 
 TEST(Merge, AGroupIsSeenAsFarAsItsMembersAre) {
