@@ -81,7 +81,7 @@ struct Seeds {
 // processor busy, and the rest.
 struct Seeding {
   const char* counted;  // what its fits are called
-  double rim_reach;     // up to where hidden particles are fitted, or merge
+  double rim_reach;     // see with_rim(), particle radii
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
   Seeds (*choose)(const Frame& frame, const Fluid& fluid, Shell& shell,
                   const SurfaceParticles& around, std::vector<float> roundness);
