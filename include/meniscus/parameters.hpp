@@ -47,7 +47,7 @@ struct MergeParams {
   double distance = 0;       // method paper: and only where their centres are nearer; 0: however far
   int smoothing_rounds = 4;  // methods fit, groups, stable: smoothing of the triangle normals
   double reach = 5.8;        // method groups: radius of a group where the surface is calm
-  double least_reach = 3.4;  // ... and where it bends or breaks
+  double least_reach = 3.5;  // ... and where it bends or breaks
 };
 
 /// The weighted fit around each particle (paper 2.3, Eq. 2).

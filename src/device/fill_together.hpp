@@ -1,4 +1,5 @@
-// Buffers that begin with the same value everywhere, filled by one command.
+// Buffers that begin with the same value everywhere, filled by one command where the device gives a
+// buffer for all of them.
 #pragma once
 
 #include <array>
@@ -19,6 +20,11 @@ std::array<Buffer<float>, N> filled_together(Device& device, float value,
     bytes += Device::State::part_bytes(sizes[k] * sizeof(float));
   }
   Device::State& state = device.state();
+  if (bytes > state.most_bytes()) {
+    std::array<Buffer<float>, N> apart;
+    for (std::size_t k = 0; k < N; ++k) apart[k] = filled<float>(device, sizes[k], value);
+    return apart;
+  }
   const Memory whole = state.filled_bytes(&value, sizeof value, bytes);
   return [&]<std::size_t... K>(std::index_sequence<K...>) {
     return std::array<Buffer<float>, N>{

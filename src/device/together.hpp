@@ -1,10 +1,11 @@
 // Several arrays in one piece of memory: each is a buffer of its own to kernels, and one command
-// writes or reads them all.
+// writes or reads them all. Where the device gives no buffer that large, each has its own.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -16,8 +17,8 @@ namespace meniscus {
 /// Where arrays of so many values lie in the memory that they share.
 template <class... T>
 struct PartLayout {
+  static constexpr std::array<std::size_t, sizeof...(T)> value_bytes{sizeof(T)...};
   explicit PartLayout(const std::array<std::size_t, sizeof...(T)>& values) : size(values) {
-    constexpr std::array<std::size_t, sizeof...(T)> value_bytes{sizeof(T)...};
     for (std::size_t k = 0; k < sizeof...(T); ++k) {
       origin[k] = bytes;
       bytes += Device::State::part_bytes(size[k] * value_bytes[k]);
@@ -40,12 +41,22 @@ std::tuple<Buffer<T>...> parts_of(Device& device, const Memory& whole,
   (std::index_sequence_for<T...>());
 }
 
+/// Whether a device gives one buffer for all of them.
+template <class... T>
+bool fits_in_one(Device& device, const PartLayout<T...>& layout) {
+  return layout.bytes <= device.state().most_bytes();
+}
+
 /// Arrays that the host writes, all of them, for buffers that done() makes by one upload.
 template <class... T>
 class UploadTogether {
  public:
   UploadTogether(Device& device, const std::array<std::size_t, sizeof...(T)>& sizes)
-      : device_(device), layout_(sizes), memory_(device.state().host_bytes(layout_.bytes)) {}
+      : device_(device), layout_(sizes), in_one_(fits_in_one(device, layout_)) {
+    if (in_one_) memory_[0] = device.state().host_bytes(layout_.bytes);
+    for (std::size_t k = 0; k < sizeof...(T) && !in_one_; ++k)
+      memory_[k] = device.state().host_bytes(layout_.size[k] * layout_.value_bytes[k]);
+  }
   UploadTogether(const UploadTogether&) = delete;
   UploadTogether& operator=(const UploadTogether&) = delete;
 
@@ -53,17 +64,25 @@ class UploadTogether {
   template <std::size_t K>
   auto* data() {
     using Value = std::tuple_element_t<K, std::tuple<T...>>;
-    return reinterpret_cast<Value*>(static_cast<char*>(memory_.bytes.get()) + layout_.origin[K]);
+    if (!in_one_) return static_cast<Value*>(memory_[K].bytes.get());
+    return reinterpret_cast<Value*>(static_cast<char*>(memory_[0].bytes.get()) + layout_.origin[K]);
   }
 
   std::tuple<Buffer<T>...> done() {
-    return parts_of(device_, device_.state().done_bytes(std::move(memory_)), layout_);
+    Device::State& state = device_.state();
+    if (in_one_) return parts_of(device_, state.done_bytes(std::move(memory_[0])), layout_);
+    return [&]<std::size_t... K>(std::index_sequence<K...>) {
+      return std::tuple<Buffer<T>...>{
+          Buffer<T>{state.done_bytes(std::move(memory_[K])), layout_.size[K]}...};
+    }
+    (std::index_sequence_for<T...>());
   }
 
  private:
   Device& device_;
   PartLayout<T...> layout_;
-  HostMemory memory_;
+  bool in_one_;
+  std::array<HostMemory, sizeof...(T)> memory_;  // the first alone, or one for each
 };
 
 /// Copies arrays of the host into new buffers by one upload.
@@ -81,10 +100,17 @@ std::tuple<Buffer<T>...> upload_together(Device& device, const std::vector<T>&..
 template <class... T>
 struct Together {
   Together() = default;
-  Together(Device& device, const std::array<std::size_t, sizeof...(T)>& sizes)
-      : layout(sizes),
-        whole{device.state().allocate_bytes(layout.bytes), layout.bytes},
-        parts(parts_of(device, whole.memory, layout)) {}
+  Together(Device& device, const std::array<std::size_t, sizeof...(T)>& sizes) : layout(sizes) {
+    if (fits_in_one(device, layout)) {
+      whole = {device.state().allocate_bytes(layout.bytes), layout.bytes};
+      parts = parts_of(device, whole.memory, layout);
+    } else {
+      [&]<std::size_t... K>(std::index_sequence<K...>) {
+        ((std::get<K>(parts) = allocate<T>(device, layout.size[K])), ...);
+      }
+      (std::index_sequence_for<T...>());
+    }
+  }
 
   template <std::size_t K>
   const auto& part() const {
@@ -92,7 +118,7 @@ struct Together {
   }
 
   PartLayout<T...> layout{{}};
-  Buffer<cl_uchar> whole;
+  Buffer<cl_uchar> whole;  // empty where each has its own
   std::tuple<Buffer<T>...> parts;
 };
 
@@ -100,18 +126,28 @@ struct Together {
 template <class... T>
 class ViewTogether {
  public:
-  ViewTogether(Device& device, const Together<T...>& buffers)
-      : layout_(buffers.layout), bytes_(device, buffers.whole) {}
+  ViewTogether(Device& device, const Together<T...>& buffers) : layout_(buffers.layout) {
+    if (buffers.whole.size > 0) {
+      bytes_.emplace(device, buffers.whole);
+      return;
+    }
+    [&]<std::size_t... K>(std::index_sequence<K...>) {
+      (std::get<K>(apart_).emplace(device, buffers.template part<K>()), ...);
+    }
+    (std::index_sequence_for<T...>());
+  }
 
   template <std::size_t K>
   const auto* data() const {
     using Value = std::tuple_element_t<K, std::tuple<T...>>;
-    return reinterpret_cast<const Value*>(bytes_.data() + layout_.origin[K]);
+    if (!bytes_) return static_cast<const Value*>(std::get<K>(apart_)->data());
+    return reinterpret_cast<const Value*>(bytes_->data() + layout_.origin[K]);
   }
 
  private:
   const PartLayout<T...>& layout_;
-  HostView<cl_uchar> bytes_;
+  std::optional<HostView<cl_uchar>> bytes_;
+  std::tuple<std::optional<HostView<T>>...> apart_;
 };
 
 }  // namespace meniscus

@@ -18,7 +18,7 @@ constexpr float kBeside = 0.9f, kAbove = 1.4f;    // heights in the same layer a
 constexpr double kOpenFrom = 0.5, kOpenTo = 0.8;  // u of particles that take others in
 constexpr double kTie = 0.02;                     // ranks this near are about equal
 constexpr double kLattice = 3.6;                  // between the ranks' maxima, particle radii
-constexpr double kGone = 0.4;                     // W of groups that are taken in
+constexpr double kGone = 0.35;                   // W of groups that are taken in
 constexpr double kSettled = 1e-3;                 // change of W that ends the sweeps
 constexpr int kMostSweeps = 8;                    // near ties alone want more than one
 constexpr std::size_t kGrain = 256;               // particles that are worth a thread

@@ -37,7 +37,7 @@ struct MergedGroups {
 ///
 /// b_i the mean of 1 - n_i.n_j within 5, of those j whose normals are similar: a flat face is calm
 /// up to its edge. What is left of i is W_i = prod_j (1 - W_j t_ij), found in
-/// sweeps through the ranks; groups of W at most .4 are gone. All goes steadily with the
+/// sweeps through the ranks; groups of W at most .35 are gone. All goes steadily with the
 /// particles, so nothing pops when they move.
 ///
 ///   rim     the particles to merge, ascending, places in Projected (with_rim)

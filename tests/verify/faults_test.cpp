@@ -73,7 +73,7 @@ std::vector<Fault> faults() {
       // Lost ties.
       {"TheHigherIndexWinsATie", "visible.cl", "inline void draw_discs", "(p < owner[row])",
        "(p > owner[row])", "count_owned", ""},
-      {"WhatIsNearlyATie", "minima.cl", "kernel void own_discs", "(front == LOADF(depth + s))",
+      {"WhatIsNearlyATie", "minima.cl", "inline void draw_share", "(front == LOADF(depth + s))",
        "(front <= 1.001f * LOADF(depth + s))", "own_discs", ""},
       {"TheLastTriangleWinsATie", "paper.cl", "kernel void own_samples",
        "atomic_min(owner + j * samples.x + i, k)", "owner[j * samples.x + i] = k", "own_samples",
@@ -101,10 +101,9 @@ std::vector<Fault> faults() {
        "c < chunks - 1", "least_bounds", ""},
       {"ARaceOfSums", "visible.cl", "kernel void count_owned", "atomic_add(owned + owner, number)",
        "RACE(owned[owner], seen + number)", "count_owned", ""},
-      {"ARaceOfDepths", "minima.cl", "inline void lower",
-       "if (better) atomic_min(map + s, as_uint(depth))",
-       "if (better) RACE(map[s], min((uint)seen, as_uint(depth)))", "lower_discs", "visible"},
-      {"ALostLane", "minima.cl", "inline void lower", "lane < WIDTH; ++lane)",
+      {"ARaceOfDepths", "minima.cl", "inline void move_to", "atomic_min(map + s, as_uint(depth))",
+       "RACE(map[s], min((uint)seen, as_uint(depth)))", "lower_discs", "visible"},
+      {"ALostLane", "minima.cl", "inline void move_to", "lane < WIDTH; ++lane)",
        "lane < WIDTH - 1; ++lane)", "lower_discs", "visible"},
       {"ARaceOfFronts", "stream.cl", "kernel void find_fronts",
        "atomic_min(front + ((int)at.j[k] * cells.x + (int)at.i[k]), as_uint(at.depth[k]))",
@@ -135,7 +134,8 @@ std::string with_pauses(const std::string& text) {
          "    const int groups = get_num_groups(0); \\\n"
          "    const int share = get_local_id(0) == 0 && groups > 1 ? (1 << 24) / groups : 0; \\\n"
          "    volatile global int* const now = (volatile global int*)&(at); \\\n"
-         "    for (volatile int pause = 0; pause < max(share, 1000) && *now == seen; ++pause) {} \\\n"
+         "    for (volatile int pause = 0; pause < max(share, 1000) && *now == seen; ++pause) {} "
+         "\\\n"
          "    at = value; \\\n"
          "  } while (0)\n" +
          text;

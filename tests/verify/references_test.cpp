@@ -60,7 +60,7 @@ const Fault kFaults[] = {
     {"interpolate", 67, "interpolate.cl", "high - low < spread", "high - low < 1.01f * spread"},
     {"interpolate", 67, "interpolate.cl", "slope < -0.1f", "slope < -0.2f"},
     {"interpolate", 67, "interpolate.cl", "(turned > agreeing)", "(turned > 0.9f * agreeing)"},
-    {"choose_groups", 61, "choose_groups.cl", "hit.weight > best", "hit.weight > 1.01f * best"},
+    {"choose_groups", 61, "choose_groups.cl", "hit.weight > best", "hit.weight > 1.02f * best"},
     {"choose_groups", 61, "choose_groups.cl", "+ every, samples)", ", samples)"},
     {"sheet", 63, "sheet.cl", "fits.share[p] * larger", "1.0001f * larger"},
     {"region", 13, "region.cl", "inside & (d > 0.0f) & (d < map", "inside & (d > 0.0f) & (d > map"},

@@ -367,7 +367,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   const Ints edge = (B.w > 0.03f * A.w) & (h < 0.0f) & meet;
   out.trust =
-      smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.001f, 0.005f, firm);
+      smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
   out.trust += ended ? all(4.0f) : edge ? all(2.0f) : none;
   return out;
 }
