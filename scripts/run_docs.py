@@ -15,7 +15,7 @@ scripts/python_test.sh, which knows the package.
 
 Nothing that a command writes stays: each document runs in an overlay of the repository, in a mount name
 space of its own (Linux; as root, or where users may have name spaces). Prints a line for each command,
-and ends with 1 where one fails.
+and ends with 1 where one fails, with 3 where no such overlay can be made.
 """
 import json
 import os
@@ -160,9 +160,15 @@ def main():
     # With processes of its own, too, so that none outlives its document.
     name_space = ["unshare", *([] if os.geteuid() == 0 else ["--map-root-user"]), "--mount", "--pid", "--fork",
                   "--mount-proc", "--kill-child"]
-    if shutil.which("unshare") is None or subprocess.run([*name_space, "true"], capture_output=True).returncode:
-        sys.exit("run_docs: no mount name space can be made here: run it as root, or where users may have name spaces")
-    home, work = tools(build), Path(tempfile.mkdtemp())
+    work = Path(tempfile.mkdtemp())
+    trial = [*name_space, sys.executable, __file__, "--inside"]
+    if shutil.which("unshare") is None or subprocess.run(
+            trial, input=json.dumps({"work": str(work), "commands": [], "prepare": []}), text=True,
+            capture_output=True).returncode:
+        print("run_docs: no command was run: no overlay can be mounted in a name space here; run it as root, or "
+              "where users may have name spaces", file=sys.stderr)
+        return 3
+    home = tools(build)
     environment = dict(os.environ, PATH=f"{build}:{home}/bin:{os.environ['PATH']}", BUILD=str(build),
                        MENISCUS_CACHE_DIR=f"{ROOT}/build/docs-cache",  # tune writes there
                        OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
