@@ -48,16 +48,17 @@ std::vector<std::vector<float>> average_in_cells(Device& device, const Cells& ce
     for (std::size_t row = 0; row < 2 * pairs; ++row)
       rows[row / 2][row % 2 * n + p] = values[std::min(row, values.size() - 1)][k];
   }
-  const auto [x, y, z, tag, start, device_normals, device_shares, first, second] = fits.done();
+  const auto on_device = fits.done();
   const Together<float, float> means(device, {2 * n, pairs > 1 ? 2 * n : 0});
   const int width = device.state().vector_width;
   const auto average = [&](const Buffer<float>& value, const Buffer<float>& mean) {
+    const auto& [x, y, z, tag, start, toward, own_share, one, two] = on_device;
     launch(device, kernels::average_on_sheets, width, range_of_blocks(n, width), mean, x, y, z, tag,
-           start, cells.inverse_cell, cells.mask, static_cast<cl_int>(n), device_normals,
-           device_shares, value, weights.reach, weights.low, weights.high);
+           start, cells.inverse_cell, cells.mask, static_cast<cl_int>(n), toward, own_share, value,
+           weights.reach, weights.low, weights.high);
   };
-  average(first, means.part<0>());
-  if (pairs > 1) average(second, means.part<1>());
+  average(std::get<7>(on_device), means.part<0>());
+  if (pairs > 1) average(std::get<8>(on_device), means.part<1>());
   const ViewTogether found(device, means);
   const std::array<const float*, 2> of_pair{found.data<0>(), found.data<1>()};
   for (std::size_t p = 0; p < n; ++p)
