@@ -1,5 +1,5 @@
 // Several arrays in one piece of memory: each is a buffer of its own to kernels, and one command
-// writes or reads them all. Where the device gives no buffer that large, each has its own.
+// fills, writes or reads them all. Where the device gives no buffer that large, each has its own.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <optional>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,21 @@ std::tuple<Buffer<T>...> parts_of(Device& device, const Memory& whole,
 template <class... T>
 bool fits_in_one(Device& device, const PartLayout<T...>& layout) {
   return layout.bytes <= device.state().most_bytes();
+}
+
+/// Buffers of so many values each that begin as `value` everywhere, filled by one command.
+template <class... T>
+std::tuple<Buffer<T>...> filled_together(Device& device, float value,
+                                         const std::array<std::size_t, sizeof...(T)>& sizes) {
+  static_assert((... && std::is_same_v<T, float>), "one pattern fills them all");
+  const PartLayout<T...> layout(sizes);
+  if (fits_in_one(device, layout))
+    return parts_of(device, device.state().filled_bytes(&value, sizeof value, layout.bytes),
+                    layout);
+  return [&]<std::size_t... K>(std::index_sequence<K...>) {
+    return std::tuple<Buffer<T>...>{filled<T>(device, layout.size[K], value)...};
+  }
+  (std::index_sequence_for<T...>());
 }
 
 /// Arrays that the host writes, all of them, for buffers that done() makes by one upload.

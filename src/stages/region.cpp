@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "device/fill_together.hpp"
 #include "device/kernels.hpp"
+#include "device/together.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 
@@ -36,7 +36,7 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
          perspective);
   if (draws_by_minima(device)) {
     const auto [depth, no_bound] =
-        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+        filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
     draw_minima(device, kernels::lower_triangles, records, outlines, no_bound, grid,
                 std::tie(depth), perspective, asked);
     return depth;

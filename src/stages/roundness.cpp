@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "base/exact_math.hpp"
-#include "device/fill_together.hpp"
 #include "device/kernels.hpp"
+#include "device/together.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
@@ -61,7 +61,7 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts) parts.emplace_back(device, part);
   const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
-  const auto [narrow, wide] = filled_together<2>(device, 0.0f, {values, values});
+  const auto [narrow, wide] = filled_together<float, float>(device, 0.0f, {values, values});
   place_models(device, surface, parts, false, count, params, narrow);
   place_models(device, surface, parts, true, count, params, wide);
   const cl_float2 sheets{{static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)}};

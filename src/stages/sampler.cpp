@@ -28,8 +28,8 @@ struct Canvas {
   Buffer<float> triangles;  // depth of the kept ones
   FitTiles tiles;
   Extent splash;
-  Buffer<float>
-      open;  // of samples that show nothing in the layers so far, the last reference depth
+  // Of samples that show nothing in the layers so far, the last reference depth.
+  Buffer<float> open;
 };
 
 // A layer at listed samples: what the fits say, or the field where they are not trusted.

@@ -11,8 +11,8 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
-#include "device/fill_together.hpp"
 #include "device/kernels.hpp"
+#include "device/together.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
 
@@ -179,7 +179,7 @@ Fronts splat_fronts(Device& device, const SplatParticles& particles, const Sampl
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
   if (draws_by_minima(device)) {
     const auto [depth, bound] =
-        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+        filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
     maps.depth = depth;
     draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
                 std::tie(maps.depth));
@@ -200,7 +200,7 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
   const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
   if (draws_by_minima(device)) {
     const auto [from, bound] =
-        filled_together<2>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
+        filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
     extent.from = from;
     extent.to = filled<float>(device, grid.size(), 0.0f);
     draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines, bound, grid,
