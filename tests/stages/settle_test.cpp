@@ -81,15 +81,7 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
          kernel_rays(scene_.view), limits, 2.0f);
   const Layer expected = download(device_, before, samples);
 
-  std::vector<float> points(2 * n_);
-  for (std::size_t s = 0; s < n_; ++s) {
-    points[s] = static_cast<float>(scene_.u(s));
-    points[n_ + s] = static_cast<float>(scene_.v(s));
-  }
-  const SurfaceBuffers list = upload(device_, SampleGrid{static_cast<int>(n_), 1, 0, 1}, before);
-  settle_points(device_, scene_.view, scene_.cells, scene_.levelled, upload(device_, points),
-                upload(device_, before.reference), list, scene_.params);
-  const Layer actual = download(device_, before, list);
+  const Layer actual = settled_at_points(device_, scene_, before);
   std::size_t changed = 0;
   for (std::size_t s = 0; s < n_; ++s) {
     EXPECT_TRUE(actual.same_sample(expected, s)) << "point " << s;

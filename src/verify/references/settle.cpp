@@ -68,15 +68,7 @@ void see_samples(Device& device, const FieldScene& scene, const Layer& before, b
 void see_points(Device& device, const FieldScene& scene, Layer before, Seen* seen) {
   const std::size_t n = before.size();
   before.triangle.assign(n, kNoSurface);
-  std::vector<float> points(2 * n);
-  for (std::size_t s = 0; s < n; ++s) {
-    points[s] = static_cast<float>(scene.u(s));
-    points[n + s] = static_cast<float>(scene.v(s));
-  }
-  const SurfaceBuffers list = upload(device, SampleGrid{static_cast<int>(n), 1, 0, 1}, before);
-  settle_points(device, scene.view, scene.cells, scene.levelled, upload(device, points),
-                upload(device, before.reference), list, scene.params);
-  Layer after = download(device, before, list);
+  Layer after = settled_at_points(device, scene, before);
   for (std::size_t s = 0; s < n; ++s) {
     const reference::FieldOnRay ray = scene.ray(s);
     const Shown expected = reference::settled(ray, before.sample(s), scene.params.contour_density,

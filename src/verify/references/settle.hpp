@@ -190,4 +190,18 @@ inline Layer settled(Device& device, const FieldScene& scene, const Layer& befor
   return after;
 }
 
+/// The same at single points, those of the samples: settle_points().
+inline Layer settled_at_points(Device& device, const FieldScene& scene, const Layer& before) {
+  const std::size_t n = before.size();
+  std::vector<float> points(2 * n);
+  for (std::size_t s = 0; s < n; ++s) {
+    points[s] = static_cast<float>(scene.u(s));
+    points[n + s] = static_cast<float>(scene.v(s));
+  }
+  const SurfaceBuffers list = upload(device, SampleGrid{static_cast<int>(n), 1, 0, 1}, before);
+  settle_points(device, scene.view, scene.cells, scene.levelled, upload(device, points),
+                upload(device, before.reference), list, scene.params);
+  return download(device, before, list);
+}
+
 }  // namespace meniscus
