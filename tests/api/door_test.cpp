@@ -14,6 +14,7 @@
 
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "own_source.hpp"
 #include "prepare/fill.hpp"
 #include "program/dam_break.hpp"
 #include "same_bits.hpp"
@@ -21,24 +22,6 @@
 
 namespace meniscus {
 namespace {
-
-// Not in memory: a source of one's own.
-class OwnSource : public ParticleSource {
- public:
-  explicit OwnSource(const Particles& particles) : source_(source_of(particles)) {}
-  std::int64_t size() const override { return source_->size(); }
-  std::string name(std::int64_t particle) const override { return source_->name(particle); }
-  bool has_radius() const override { return source_->has_radius(); }
-  bool has_velocity() const override { return source_->has_velocity(); }
-  double particle_radius() const override { return source_->particle_radius(); }
-  std::vector<std::string> attributes() const override { return source_->attributes(); }
-  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
-    source_->read(first, count, to);
-  }
-
- private:
-  std::unique_ptr<ParticleSource> source_;
-};
 
 Particles small_dam() {
   const DamBreak dam(6000, 1);

@@ -9,6 +9,7 @@
 #include "base/printed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "own_source.hpp"
 #include "prepare/choose_radius.hpp"
 #include "prepare/fill.hpp"
 #include "program/dam_break.hpp"
@@ -96,23 +97,6 @@ TEST_F(ExtractSource, WarnsOfCoarsePositionsByTheParticlesOwnRadius) {
               testing::Contains(testing::HasSubstr(
                   printed("their radius is %g: positions are rounded", surface.particle_radius))));
 }
-
-// Not in memory: a source of one's own.
-class OwnSource : public ParticleSource {
- public:
-  explicit OwnSource(const Particles& particles) : source_(source_of(particles)) {}
-  std::int64_t size() const override { return source_->size(); }
-  std::string name(std::int64_t particle) const override { return source_->name(particle); }
-  bool has_radius() const override { return source_->has_radius(); }
-  bool has_velocity() const override { return source_->has_velocity(); }
-  double particle_radius() const override { return source_->particle_radius(); }
-  void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
-    source_->read(first, count, to);
-  }
-
- private:
-  std::unique_ptr<ParticleSource> source_;
-};
 
 TEST_F(ExtractSource, RefusesBadRadiiAlikeInFramesOfAllSizes) {
   for (Particles particles : {frame(), dam_particles(DamBreak(1000, 1))}) {
