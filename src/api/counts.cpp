@@ -1,8 +1,6 @@
-#include "api/counts.hpp"
-
 #include <array>
 
-#include "meniscus/error.hpp"
+#include "meniscus/types.hpp"
 
 namespace meniscus {
 namespace {
@@ -22,17 +20,11 @@ constexpr std::array kCounts{
 
 }  // namespace
 
-NamedCounts named(const Counts& counts) {
-  NamedCounts all;
+std::vector<std::pair<std::string, std::int64_t>> named(const Counts& counts) {
+  std::vector<std::pair<std::string, std::int64_t>> all;
   for (const Entry& entry : kCounts)
     if (counts.*entry.count >= 0) all.emplace_back(entry.name, counts.*entry.count);
   return all;
-}
-
-std::int64_t Counts::*count_named(const std::string& name) {
-  for (const Entry& entry : kCounts)
-    if (name == entry.name) return entry.count;
-  throw Error("no count is called " + name);
 }
 
 }  // namespace meniscus

@@ -49,17 +49,14 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   surface.notices = std::move(filling.notices);
   if (!source.team().leads()) return surface;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, params, timings);
-  if (frame.all >= 0)
-    for (auto& [name, count] : extraction.counts)
-      if (name == "particles") count = frame.all;
+  if (frame.all >= 0) extraction.counts.particles = frame.all;
   if (frame.factor > 1) {
     filling.clock.start("spray");
     if (params.image) add_spray(device, frame, extraction);
     filling.clock.stop();
     for (float& residual : extraction.residual) residual *= static_cast<float>(frame.factor);
-    extraction.counts.emplace_back("representatives",
-                                   static_cast<std::int64_t>(frame.particles.x.size()));
-    extraction.counts.emplace_back("spray", static_cast<std::int64_t>(frame.spray.size()));
+    extraction.counts.representatives = static_cast<std::int64_t>(frame.particles.x.size());
+    extraction.counts.spray = static_cast<std::int64_t>(frame.spray.size());
   }
   return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
 }

@@ -71,16 +71,21 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
   return made;
 }
 
-std::vector<std::pair<std::string, std::int64_t>> count_particles(const WorldParticles& particles,
-                                                                  const Projected& projected,
-                                                                  const SplashSplit& split,
-                                                                  const Visible& visible,
-                                                                  const Triangulation& mesh) {
-  return {{"particles", static_cast<std::int64_t>(particles.x.size())},
-          {"in view", static_cast<std::int64_t>(projected.size())},
-          {"splash", static_cast<std::int64_t>(split.splash.size())},
-          {"visible", static_cast<std::int64_t>(visible.index.size())},
-          {"triangles", static_cast<std::int64_t>(mesh.triangle.size())}};
+Counts count_particles(const WorldParticles& particles, const Projected& projected) {
+  Counts counts;
+  counts.particles = static_cast<std::int64_t>(particles.x.size());
+  counts.in_view = static_cast<std::int64_t>(projected.size());
+  return counts;
+}
+
+Counts count_particles(const WorldParticles& particles, const Projected& projected,
+                       const SplashSplit& split, const Visible& visible,
+                       const Triangulation& mesh) {
+  Counts counts = count_particles(particles, projected);
+  counts.splash = static_cast<std::int64_t>(split.splash.size());
+  counts.visible = static_cast<std::int64_t>(visible.index.size());
+  counts.triangles = static_cast<std::int64_t>(mesh.triangle.size());
+  return counts;
 }
 
 }  // namespace meniscus

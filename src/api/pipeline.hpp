@@ -16,7 +16,7 @@ struct Extraction {
   std::vector<Attribute> attributes;  // [pixels] each
   Mesh mesh;                          // world space; empty unless params.mesh
   std::vector<float> residual;        // [groups] RMS fit residual, particle radii
-  std::vector<std::pair<std::string, std::int64_t>> counts;
+  Counts counts;                      // of the method
 };
 
 /// Runs the method of `params` on particles in canonical order.

@@ -67,8 +67,7 @@ Extraction run_anisotropic(Device& device, const View& view, const WorldParticle
         params.grid);
   }
   clock.stop();
-  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
-                   {"in view", static_cast<std::int64_t>(projected.size())}};
+  result.counts = count_particles(particles, projected);
   return result;
 }
 

@@ -80,8 +80,8 @@ struct Seeds {
 // How a method chooses its seeds: what it looks for while the triangulation keeps the other
 // processor busy, and the rest.
 struct Seeding {
-  const char* counted;  // what its fits are called
-  double rim_reach;     // see with_rim(), particle radii
+  std::int64_t Counts::*counted;  // what its fits count as
+  double rim_reach;               // see with_rim(), particle radii
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
   Seeds (*choose)(const Frame& frame, const Fluid& fluid, Shell& shell,
                   const SurfaceParticles& around, std::vector<float> roundness);
@@ -89,7 +89,7 @@ struct Seeding {
 
 // Method fit: every particle of the rim.
 constexpr Seeding kEveryParticle{
-    "fits", kRimReach,
+    &Counts::fits, kRimReach,
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
                              frame.params.fit.support);
@@ -102,7 +102,7 @@ constexpr Seeding kEveryParticle{
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
 constexpr Seeding kMergedGroups{
-    "groups", kRimReachGroups,
+    &Counts::groups, kRimReachGroups,
     [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
        std::vector<float> roundness) {
@@ -213,7 +213,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   clock.stop();
 
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);
-  result.counts.emplace_back(seeding.counted, static_cast<std::int64_t>(fits.size()));
+  result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
   result.residual = std::move(fits.residual);
   return result;
 }

@@ -46,11 +46,10 @@ Extraction run_on_spheres(Device& device, const View& view, const WorldParticles
                           const Parameters& params, std::vector<StageTime>* timings,
                           double footprint, double z_max, const SphereFilter& filter);
 
-/// How many particles there are, how many of them are where, and the triangles between them.
-std::vector<std::pair<std::string, std::int64_t>> count_particles(const WorldParticles& particles,
-                                                                  const Projected& projected,
-                                                                  const SplashSplit& split,
-                                                                  const Visible& visible,
-                                                                  const Triangulation& mesh);
+/// How many particles there are and how many of them are in view; with more, how many of them are
+/// where, and the triangles between them.
+Counts count_particles(const WorldParticles& particles, const Projected& projected);
+Counts count_particles(const WorldParticles& particles, const Projected& projected,
+                       const SplashSplit& split, const Visible& visible, const Triangulation& mesh);
 
 }  // namespace meniscus

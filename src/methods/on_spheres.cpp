@@ -33,8 +33,7 @@ Extraction run_on_spheres(Device& device, const View& view, const WorldParticles
     result.mesh = make_mesh(view, nodes, edges, mesh);
   }
   clock.stop();
-  result.counts = {{"particles", static_cast<std::int64_t>(particles.x.size())},
-                   {"in view", static_cast<std::int64_t>(projected.size())}};
+  result.counts = count_particles(particles, projected);
   return result;
 }
 

@@ -64,7 +64,7 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
 
   result.residual = quadrics.residual;
   result.counts = count_particles(particles, projected, split, visible, patched);
-  result.counts.emplace_back("groups", static_cast<std::int64_t>(groups.size()));
+  result.counts.groups = static_cast<std::int64_t>(groups.size());
   return result;
 }
 

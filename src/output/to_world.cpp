@@ -5,7 +5,6 @@
 #include <cfloat>
 #include <cmath>
 
-#include "api/counts.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "base/stage_clock.hpp"
@@ -97,13 +96,6 @@ void warn_of_coarse_positions(const View& view, Surface& surface) {
        .wanted = kCoarse * view.radius});
 }
 
-// What a method counted.
-Counts counts_of(const NamedCounts& counted) {
-  Counts counts;
-  for (const auto& [name, count] : counted) counts.*count_named(name) = count;
-  return counts;
-}
-
 }  // namespace
 
 Surface to_world(Device& device, const View& view, Extraction extraction, Surface surface,
@@ -117,7 +109,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   surface.attributes = std::move(extraction.attributes);
   surface.mesh = std::move(extraction.mesh);
   Counts& counts = surface.counts;
-  counts = counts_of(extraction.counts);
+  counts = extraction.counts;
   if (params.image) counts.pixels = covered;
   if (counts.in_view == 0)
     surface.notices.push_back(counts.particles == 0

@@ -107,19 +107,19 @@ TEST_P(ToWorld, WithoutGroupsAndKindsAllIsSurface) {
 TEST_P(ToWorld, SaysHowManyPixelsThereAreAndWhenNothingIsInView) {
   const Camera camera = perspective_camera(5, 3);
   Extraction made = extraction(5, 3);
-  made.counts = {{"particles", 7}, {"in view", 7}};
+  made.counts = {.particles = 7, .in_view = 7};
   Surface surface = returned(camera, made);
   EXPECT_EQ(surface.counts.pixels, 10);
   EXPECT_EQ(surface.counts.in_view, 7);
   EXPECT_EQ(surface.counts.splash, -1);
   EXPECT_THAT(texts(surface.notices), IsEmpty());
-  made.counts = {{"particles", 7}, {"in view", 0}};
+  made.counts = {.particles = 7, .in_view = 0};
   EXPECT_THAT(texts(returned(camera, made).notices),
               ElementsAre("no particle is in view: the surface is empty"));
-  made.counts = {{"particles", 0}, {"in view", 0}};
+  made.counts = {.particles = 0, .in_view = 0};
   EXPECT_THAT(texts(returned(camera, made).notices),
               ElementsAre("there are no particles: the surface is empty"));
-  made.counts = {{"particles", 7}, {"in view", 5}};
+  made.counts = {.particles = 7, .in_view = 5};
   SurfaceMap nothing = made_up(5, 3);
   nothing.depth.assign(nothing.depth.size(), kNoSurface);
   made.image = upload(device_, nothing);
