@@ -1,9 +1,14 @@
 # Makes two C++ files of the kernels in FILES (run by EmbedKernels.cmake):
 #
-#   OUT     their text, and which other files each one uses: those that its line "// uses: a.cl b.cl"
-#           names, and what these use, each once and in front of who uses it
-#   HEADER  a handle for every kernel, with the types of its arguments (kernel_handle.hpp)
+#   OUT     their text, which other files each one uses (those that its line "// uses: a.cl b.cl" names,
+#           and what these use, each once and in front of who uses it), and the names of all arguments
+#   HEADER  a handle for every kernel, with the types of its arguments (kernel_handle.hpp), and a type for
+#           every noun of kernels/nouns.h
+#
+# A kernel whose list has more than MOST arguments is an error.
 cmake_minimum_required(VERSION 3.25)
+
+set(MOST 8)
 
 foreach(file IN LISTS FILES)
   get_filename_component(name ${file} NAME)
@@ -25,8 +30,95 @@ macro(append_used name)
   endforeach()
 endmacro()
 
+# "global const float* depth" sets type to Global<cl_float> and word to depth, "const int2 grid" cl_int2
+# and grid, "const Lattice samples" records::Lattice and samples.
+function(read_argument argument place)
+  string(REGEX REPLACE " (const|restrict|access) " " " argument " ${argument} ")
+  string(STRIP "${argument}" argument)
+  if(argument MATCHES "^(global|constant) (const )?([a-zA-Z0-9_]+) ?\\* ?(const )?([a-zA-Z0-9_#]+)$")
+    set(value "${CMAKE_MATCH_3}")
+    set(form "Global<@>")
+    set(word "${CMAKE_MATCH_5}")
+  elseif(argument MATCHES "^(const )?([a-zA-Z0-9_]+) ([a-zA-Z0-9_#]+)$")
+    set(value "${CMAKE_MATCH_2}")
+    set(form "@")
+    set(word "${CMAKE_MATCH_3}")
+  else()
+    message(FATAL_ERROR "${place}: what is \"${argument}\"?")
+  endif()
+  if(value MATCHES "^(char|uchar|short|ushort|int|uint|long|ulong|float)[0-9]*$")
+    set(value "cl_${value}")
+  else()
+    set(value "records::${value}")
+    set_property(GLOBAL APPEND PROPERTY records "${value}")
+  endif()
+  string(REPLACE "@" "${value}" type "${form}")
+  set(type "${type}" PARENT_SCOPE)
+  set(word "${word}" PARENT_SCOPE)
+endfunction()
+
+# Of each noun its parameters, and the names that its members have in its own text: "of##depth".
+set(nouns "")
+foreach(file IN LISTS FILES)
+  if(NOT file MATCHES "/nouns\\.h$")
+    continue()
+  endif()
+  file(READ ${file} text)
+  string(REGEX REPLACE "//[^\n]*" "" text "${text}")
+  string(REGEX REPLACE "\\\\\n *" "" text "${text}")
+  string(REGEX MATCHALL "#define [A-Z_]+\\([a-z_, ]*\\) *(global|const) [^\n]*" lines "${text}")
+  foreach(line IN LISTS lines)
+    string(REGEX MATCH "^#define ([A-Z_]+)\\(([^)]*)\\) *(.*)$" line "${line}")
+    set(noun "${CMAKE_MATCH_1}")
+    set(members "${CMAKE_MATCH_3}")
+    string(REGEX REPLACE ", *" ";" "parameters_${noun}" "${CMAKE_MATCH_2}")
+    string(REGEX REPLACE ", *" ";" members "${members}")
+    set(types "")
+    set(words "")
+    foreach(member IN LISTS members)
+      read_argument("${member}" "kernels/nouns.h: ${noun}")
+      list(APPEND types "${type}")
+      list(APPEND words "${word}")
+    endforeach()
+    set("words_${noun}" "${words}")
+    list(TRANSFORM words REPLACE "^.*##" "" OUTPUT_VARIABLE own)
+    list(TRANSFORM own PREPEND "value.")
+    list(JOIN types ", " types)
+    list(JOIN own ", " own)
+    string(APPEND nouns "struct ${noun} {
+  using Types = ArgumentTypes<${types}>;
+  static auto parts(const auto& value) { return std::tie(${own}); }
+};
+")
+  endforeach()
+endforeach()
+
+# The names behind a noun's arguments, separated by "|", as the kernel has them.
+function(names_behind noun arguments)
+  set(names "")
+  string(REPLACE "|" ";" arguments "${arguments}")
+  list(LENGTH "parameters_${noun}" wanted)
+  list(LENGTH arguments given)
+  foreach(word IN LISTS "words_${noun}")
+    string(REGEX REPLACE "##.*" "" key "${word}")
+    string(REGEX REPLACE "^${key}(##)?" "" rest "${word}")
+    list(FIND "parameters_${noun}" "${key}" at)
+    if(at GREATER -1)
+      if(NOT at LESS given)
+        set(key "")
+      else()
+        list(GET arguments ${at} key)
+        string(STRIP "${key}" key)
+      endif()
+    endif()
+    list(APPEND names "${key}${rest}")
+  endforeach()
+  set(names "${names}" PARENT_SCOPE)
+endfunction()
+
 set(entries "")
 set(handles "")
+set(names_of_kernels "")
 set(number 0)
 foreach(file IN LISTS FILES)
   file(READ ${file} text)
@@ -36,42 +128,55 @@ foreach(file IN LISTS FILES)
   list(JOIN all " " used)
   string(APPEND entries "    {\"${name}\", R\"cl_source(${text})cl_source\", \"${used}\"},\n")
 
-  # "global const float* depth" becomes Global<cl_float>, "const int2 grid" cl_int2.
   string(REGEX REPLACE "//[^\n]*" "" code "${text}")
-  string(REGEX MATCHALL "kernel void [a-z_0-9]+\\([^)]*\\)" heads "${code}")
+  string(REGEX MATCHALL "kernel void [a-z_0-9]+\\(([^()]|\\([^()]*\\))*\\)" heads "${code}")
   foreach(head IN LISTS heads)
     string(REGEX REPLACE "[ \n]+" " " head "${head}")
-    string(REGEX REPLACE "^kernel void ([a-z_0-9]+)\\((.*)\\)$" "\\1;\\2" head "${head}")
-    list(POP_FRONT head kernel)
+    string(REGEX MATCH "^kernel void ([a-z_0-9]+)\\((.*)\\)$" head "${head}")
+    set(kernel "${CMAKE_MATCH_1}")
+    set(head "${CMAKE_MATCH_2}")
+    # "SHOWN(const, closed_)" becomes "SHOWN(const| closed_)".
+    while(head MATCHES "\\([^(),]*(\\|[^(),]*)*,[^()]*\\)")
+      string(REGEX REPLACE "\\(([^(),]*),([^()]*)\\)" "(\\1|\\2)" head "${head}")
+    endwhile()
     string(REPLACE "," ";" arguments "${head}")
+    list(LENGTH arguments count)
+    if(count GREATER MOST)
+      message(FATAL_ERROR "kernels/${name}: ${kernel} has ${count} arguments, wanted ${MOST} at most "
+                          "(put values into a record, buffers into a noun: docs/architecture.md)")
+    endif()
     set(types "")
+    set(all_names "")
     foreach(argument IN LISTS arguments)
-      string(REGEX REPLACE " (const|restrict) " " " argument " ${argument}")
       string(STRIP "${argument}" argument)
-      if(argument MATCHES "^(global|constant) (const )?([a-zA-Z0-9_]+) ?\\* ?(const )?[a-zA-Z0-9_]+$")
-        set(type "${CMAKE_MATCH_3}")
-        set(form "Global<@>")
-      elseif(argument MATCHES "^(const )?([a-zA-Z0-9_]+) [a-zA-Z0-9_]+$")
-        set(type "${CMAKE_MATCH_2}")
-        set(form "@")
+      if(argument MATCHES "^([A-Z_]+)\\(([^)]*)\\)$")
+        set(noun "${CMAKE_MATCH_1}")
+        set(given "${CMAKE_MATCH_2}")
+        if(NOT DEFINED "words_${noun}")
+          message(FATAL_ERROR "kernels/${name}: ${kernel} takes ${noun}, which kernels/nouns.h lacks")
+        endif()
+        names_behind(${noun} "${given}")
+        list(APPEND types "nouns::${noun}")
+        list(APPEND all_names ${names})
       else()
-        message(FATAL_ERROR "kernels/${name}: what is \"${argument}\" in the head of ${kernel}?")
+        read_argument("${argument}" "kernels/${name}: ${kernel}")
+        list(APPEND types "${type}")
+        list(APPEND all_names "${word}")
       endif()
-      if(type MATCHES "^(char|uchar|short|ushort|int|uint|long|ulong|float)[0-9]*$")
-        set(type "cl_${type}")
-      else()
-        set(type "records::${type}")
-      endif()
-      string(REPLACE "@" "${type}" type "${form}")
-      list(APPEND types "${type}")
     endforeach()
     list(JOIN types ", " types)
+    list(JOIN all_names " " all_names)
     string(APPEND handles
       "inline constexpr KernelHandle<${types}> ${kernel}{\"${name}\", \"${kernel}\", ${number}};\n")
+    string(APPEND names_of_kernels "    {\"${name}\", \"${kernel}\", \"${all_names}\"},\n")
     math(EXPR number "${number} + 1")
   endforeach()
 endforeach()
-file(WRITE ${OUT} "// Made by cmake/embed.cmake from kernels/*.cl.
+get_property(records GLOBAL PROPERTY records)
+list(REMOVE_DUPLICATES records)
+list(TRANSFORM records REPLACE "(.+)" "static_assert(records::is_record<\\1>)")
+list(JOIN records ";\n" checks)
+file(WRITE ${OUT} "// Made by cmake/embed.cmake from kernels/*.
 #include \"device/kernel_sources.hpp\"
 
 namespace meniscus {
@@ -82,13 +187,32 @@ ${entries}  };
   return sources;
 }
 
+const std::vector<KernelArguments>& kernel_arguments() {
+  static const std::vector<KernelArguments> arguments = {
+${names_of_kernels}  };
+  return arguments;
+}
+
 }  // namespace meniscus
 ")
 # Left alone where it stays the same: the heads of kernels change less often than what is in them.
-file(WRITE ${HEADER}.new "// Made by cmake/embed.cmake from kernels/*.cl.
+file(WRITE ${HEADER}.new "// Made by cmake/embed.cmake from kernels/*.
 #pragma once
 
+#include <tuple>
+
 #include \"device/kernel_handle.hpp\"
+#include \"device/records.hpp\"
+
+/// The nouns of kernels/nouns.h: what is behind each, and how a value is taken apart into it.
+namespace meniscus::nouns {
+
+${nouns}
+}  // namespace meniscus::nouns
+
+namespace meniscus {
+${checks};
+}  // namespace meniscus
 
 /// A handle for every kernel, by its name.
 namespace meniscus::kernels {

@@ -49,19 +49,17 @@ inline void turn(float* pp, float* qq, float* pq, float* pr, float* qr, float* a
 //   centre (1 - lambda) x + lambda m
 //   G = 1/h R diag(1 / s~_k) R^T,   s~_k = k_s max(s_k, s_1 / k_r), or k_n with N_eps or fewer
 //   V = 1 / sum_j W(x - x_j), the particle's mass over its density
-kernel void shape_kernels(global const float* x, global const float* y, global const float* z,
-                          global const int* start,
+kernel void shape_kernels(POINTS(x, y, z), global const int* start,
                           global float* kernels,  // [11][n] centre; G xx, yy, zz, xy, xz, yz;
                                                   // V det G / pi; square of the reach, radii^2
-                          const int n, const float inverse_cell, const uint mask,
-                          const float4 size,    // h, radii; lambda; 1 / (0.15 (2h)^2) times k_s;
-                                                // most stretch
-                          const float4 shape) { // k_r, k_n, N_eps, 0
+                          const int n, const CellGrid cells, const KernelShape shape) { // k_r, k_n, N_eps, 0
+  const float inverse_cell = cells.inverse_cell;
+  const uint mask = cells.mask;
   const int p = get_global_id(0);
   if (p >= n) return;
-  const Grid grid = {x, y, z, start, inverse_cell, mask};
+  const Grid grid = {x, y, z, start, cells.inverse_cell, cells.mask};
   const float px = x[p], py = y[p], pz = z[p];
-  const float h = size.x, inverse_h = 1.0f / h;
+  const float h = shape.h, inverse_h = 1.0f / h;
   const int cx = cell_of(px, inverse_cell), cy = cell_of(py, inverse_cell),
             cz = cell_of(pz, inverse_cell);
   float total = 0.0f, density = 0.0f, count = -1.0f;  // the particle itself is no neighbour
@@ -99,8 +97,8 @@ kernel void shape_kernels(global const float* x, global const float* y, global c
   my *= inverse_total;
   mz *= inverse_total;
   float axes[9] = {1.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 1.0f};
-  float stretch[3] = {shape.y, shape.y, shape.y};
-  if (count > shape.z) {
+  float stretch[3] = {shape.k_n, shape.k_n, shape.k_n};
+  if (count > shape.n_eps) {
     xx = xx * inverse_total - mx * mx;
     yy = yy * inverse_total - my * my;
     zz = zz * inverse_total - mz * mz;
@@ -112,15 +110,15 @@ kernel void shape_kernels(global const float* x, global const float* y, global c
       turn(&xx, &zz, &xz, &xy, &yz, axes, axes + 6);
       turn(&yy, &zz, &yz, &xy, &xz, axes + 3, axes + 6);
     }
-    const float least = fmax(xx, fmax(yy, zz)) / shape.x;
-    stretch[0] = fmin(size.z * fmax(xx, least), size.w);
-    stretch[1] = fmin(size.z * fmax(yy, least), size.w);
-    stretch[2] = fmin(size.z * fmax(zz, least), size.w);
+    const float least = fmax(xx, fmax(yy, zz)) / shape.k_r;
+    stretch[0] = fmin(shape.per_variance * fmax(xx, least), shape.most);
+    stretch[1] = fmin(shape.per_variance * fmax(yy, least), shape.most);
+    stretch[2] = fmin(shape.per_variance * fmax(zz, least), shape.most);
   }
   const float a = inverse_h / stretch[0], b = inverse_h / stretch[1], c = inverse_h / stretch[2];
-  kernels[p] = px + size.y * mx;
-  kernels[n + p] = py + size.y * my;
-  kernels[2 * n + p] = pz + size.y * mz;
+  kernels[p] = px + shape.lambda * mx;
+  kernels[n + p] = py + shape.lambda * my;
+  kernels[2 * n + p] = pz + shape.lambda * mz;
   kernels[3 * n + p] = a * axes[0] * axes[0] + b * axes[3] * axes[3] + c * axes[6] * axes[6];
   kernels[4 * n + p] = a * axes[1] * axes[1] + b * axes[4] * axes[4] + c * axes[7] * axes[7];
   kernels[5 * n + p] = a * axes[2] * axes[2] + b * axes[5] * axes[5] + c * axes[8] * axes[8];
@@ -203,24 +201,23 @@ inline float4 field_at(const Grid grid, global const float* kernels, const int n
 
 // Where the ray of each point first meets field = level between the depths `from` and `to`, within
 // MOST_STEPS steps. One work-item per point.
-kernel void cast_field(global const float* points,  // [2][count] u, v, pixels
-                       global const float* from,    // [count] particle radii; +inf: nothing to find
-                       global const float* to,      // [count] particle radii
-                       global float* depth,         // [count] +inf: none
-                       global float* normal,        // [3][count] unit, outward, eye axes
-                       global const float* x, global const float* y, global const float* z,
-                       global const int* start, global const float* kernels, const int n,
-                       const float inverse_cell, const uint mask, const int count,
-                       const float16 rays, const float level) {
+kernel void cast_field(global const float* points,  // [2][rays] u, v, pixels
+                       EXTENT(const, from, to),     // +inf: nothing to find
+                       global float* depth,         // [rays] +inf: none
+                       global float* normal,        // [3][rays] unit, outward, eye axes
+                       SHAPES(x, y, z, start, kernels), const CellGrid cells,
+                       const FieldRays field) {
+  const int count = field.rays, n = field.kernels;
+  const float level = field.level;
   const int p = get_global_id(0);
   if (p >= count) return;
-  const Grid grid = {x, y, z, start, inverse_cell, mask};
+  const Grid grid = {x, y, z, start, cells.inverse_cell, cells.mask};
   depth[p] = INFINITY;
   normal[p] = 0.0f;
   normal[count + p] = 0.0f;
   normal[2 * count + p] = 0.0f;
   if (!(from[p] < INFINITY)) return;
-  const Ray r = ray_at(rays, points[p], points[count + p]);
+  const Ray r = ray_at(field.map, points[p], points[count + p]);
   const float unit = 1.0f / sqrt(1.0f + r.dx * r.dx + r.dy * r.dy);  // depth of a radius on the ray
   const float last = to[p];
   float t = from[p], low = t, short_of = -level;

@@ -5,8 +5,7 @@
 
 // Minus the least depth that a front in a bin must exceed, so that a disc whose deepest front is not
 // below it is left out; -INFINITY where no front is asked for. One work-item per tile.
-kernel void bound_behind(global const int* sample,    // [tiles][256]
-                         global const int* count,     // [tiles]
+kernel void bound_behind(SAMPLES(const, sample, count),
                          global const float* behind,  // [samples] depth, finite where listed
                          global float* bound,         // [bins]
                          const int2 samples, const int2 tiles, const int2 bins,
@@ -28,31 +27,27 @@ kernel void bound_behind(global const int* sample,    // [tiles][256]
 
 // The nearest front that lies deeper than behind + gap; INFINITY where there is none. TILE_ITEMS
 // work-items per tile.
-kernel void splat_behind(global const int* sample, global const int* count,
-                         global const float* disc,    // [stride][8] of outline_discs
-                         global const int* end,       // [bins] see fill_bins
-                         global const int2* entry,    // [entries]
+kernel void splat_behind(SAMPLES(const, sample, count),
+                         global const float* disc,  // [stride][8] of outline_discs
+                         ENTRIES(end, entry),
                          global const float* behind,  // [samples] depth, finite where listed
-                         global float* depth,         // [samples] out in the range's bins
-                         const int2 range,            // the bins whose entries are given
-                         const int bins_x, const int2 samples,
-                         const float2 grid,  // first sample and step, pixels
-                         const float gap) {
+                         global float* depth,         // [samples] out in the listed bins
+                         const ListedBins bins, const Lattice samples, const float gap) {
   const int tile = tile_of_group();
   for (int place = item_of_tile() * WIDTH; place < count[tile]; place += TILE_ITEMS * WIDTH) {
     int at[WIDTH], column[WIDTH], row[WIDTH], bin[WIDTH];
     global const int* list = sample + tile * TILE_SAMPLES + place;
     const intv used = TO_INTV(LANES) < count[tile] - place;
     const intv listed = SELECT((intv)(list[0]), LOADI(list), used);
-    const intv j = rows_in(tile, listed, samples.x);
-    const intv i = listed - j * samples.x, in_bin = j / BIN * bins_x + i / BIN;
+    const intv j = rows_in(tile, listed, samples.nx);
+    const intv i = listed - j * samples.nx, in_bin = j / BIN * bins.across + i / BIN;
     STOREI(listed, at);
     STOREI(i, column);
     STOREI(j, row);
     STOREI(in_bin, bin);
-    const floatv u = grid.x + grid.y * TO_FLOATV(i), v = grid.x + grid.y * TO_FLOATV(j);
+    const floatv u = samples.first + samples.step * TO_FLOATV(i), v = samples.first + samples.step * TO_FLOATV(j);
     const floatv least = gather_float(behind, at) + gap;
-    intv left = used & (in_bin >= range.x) & (in_bin < range.y);
+    intv left = used & (in_bin >= bins.begin) & (in_bin < bins.end);
     for (int lane = 0; lane < WIDTH; ++lane) {  // the lanes of one bin go together
       if (!(BITS(left) >> lane & 1)) continue;
       const intv here = left & (in_bin == bin[lane]);
@@ -61,7 +56,7 @@ kernel void splat_behind(global const int* sample, global const int* count,
       const intv i_in = i - column[lane] / BIN * BIN, j_in = j - row[lane] / BIN * BIN;
       floatv map = (floatv)(INFINITY);
       float deepest = INFINITY;
-      const int begin = bin[lane] > range.x ? end[bin[lane] - 1] : 0;
+      const int begin = bin[lane] > bins.begin ? end[bin[lane] - 1] : 0;
       for (int e = begin; e < end[bin[lane]]; ++e) {
         const float8 d = vload8(entry[e].x, disc);
         const int packed = entry[e].y;

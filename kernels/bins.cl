@@ -97,16 +97,14 @@ kernel void bound_bins(global const float* cell,  // [cells]
 
 // How many particles of each chunk may show in each bin: those whose key is at most the bin's
 // bound.
-kernel void count_bins(global const int* box,      // [4][stride]
-                       global const float* key,    // [stride]
+kernel void count_bins(OUTLINES(const, box, key),
                        global const float* bound,  // [bins]
                        global int* count,          // [chunks][own] or [bins], out
                        global uchar* shown,        // [n] out: 1 where a particle shows in any bin
-                       const int n, const int stride, const int bins_x,
-                       const int chunk,  // particles
-                       const int own) {  // counts of a chunk, bins and some more; 0: shared ones,
+                       const Chunked all) {  // counts of a chunk, bins and some more; 0: shared ones,
                                          // which are 0 before
-  const int first = get_global_id(0) * chunk;
+  const int n = all.count, stride = all.stride, bins_x = all.across;
+  const int chunk = all.chunk, own = all.own, first = get_global_id(0) * chunk;
   global int* counts = count + get_global_id(0) * own;
   for (int bin = 0; bin < own; ++bin) counts[bin] = 0;
   for (int p = first; p < min(first + chunk, n); ++p) {
@@ -151,16 +149,16 @@ kernel void sum_counts(global int* count,  // [chunks][own] how many there are; 
 
 // Lists them, in any order: a particle's index, and the part of its box that lies in the bin.
 // Chunks as in count_bins.
-kernel void fill_bins(global const int* box, global const float* key, global const float* bound,
+kernel void fill_bins(OUTLINES(const, box, key), global const float* bound,
                       global const uchar* shown,  // [n]
-                      global const int* end,  // [bins] end of each bin's entries, which begin at
-                                              // the one before
-                      global int* place,      // [chunks][own] or [bins] the next within a bin
-                      global int2* entry,     // [entries]
-                      const int n, const int stride, const int bins_x,
-                      const int2 range,  // first bin and end of those to list
-                      const int chunk, const int own) {
-  const int first = get_global_id(0) * chunk;
+                      global const int* end,      // [bins] end of each bin's entries, which begin at
+                                                  // the one before
+                      global int* place,          // [chunks][own] or [bins] the next within a bin
+                      global int2* entry,         // [entries]
+                      const Chunked all,
+                      const ListedBins bins) {
+  const int n = all.count, stride = all.stride, bins_x = all.across;
+  const int chunk = all.chunk, own = all.own, first = get_global_id(0) * chunk;
   global int* places = place + get_global_id(0) * own;
   for (int p = first; p < min(first + chunk, n); ++p) {
     if (!shown[p]) continue;
@@ -170,9 +168,9 @@ kernel void fill_bins(global const int* box, global const float* key, global con
       const int rows = max(j0 - j * BIN, 0) << 8 | min(j1 - j * BIN, BIN - 1) << 12;
       for (int i = i0 / BIN; i <= i1 / BIN; ++i) {
         const int bin = j * bins_x + i;
-        if (bin < range.x || bin >= range.y || !(nearest <= bound[bin])) continue;
+        if (bin < bins.begin || bin >= bins.end || !(nearest <= bound[bin])) continue;
         const int columns = max(i0 - i * BIN, 0) | min(i1 - i * BIN, BIN - 1) << 4;
-        const int begin = bin > range.x ? end[bin - 1] : 0;
+        const int begin = bin > bins.begin ? end[bin - 1] : 0;
         entry[begin + TAKE_NEXT(places + bin)] = (int2)(p, columns | rows);
       }
     }

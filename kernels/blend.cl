@@ -118,8 +118,6 @@ typedef struct {
   intv group;         // the heaviest
 } Blended;
 
-#define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on
-#define ENDED 4.0f    // beyond a convex edge of the fluid
 
 // Sums over the hits of one sheet: weight, depth, foot, gradient, and half the weight's own
 // gradient times how f changes along the ray (see the normal in blend_at), which is v - tau u.
@@ -162,8 +160,9 @@ typedef struct {
 } Listed;
 
 // Vectors of a structure go by address: a call would copy them byte by byte.
-inline void blend_at(const Sample* sample, const Listed listed, const Fits fits, const float d_max,
-                     const float4 sheets, Blended* blended) {
+inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
+                     const Blending blending, Blended* blended) {
+  const float d_max = blending.d_max;
   const floatv none = (floatv)(0.0f);
   const Sample s = *sample;
   const Beam beam = beam_of(sample);
@@ -207,8 +206,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       ax = SELECT(ax, hit.gx, better);
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
-      trust = fma(hit.weight, (floatv)(fits.record[RECORD * fit + 12]), trust);
-      firm = fma(hit.weight, (floatv)(fits.record[RECORD * fit + 14]), firm);
+      trust = fma(hit.weight, (floatv)(fits.record[FIT * fit + 12]), trust);
+      firm = fma(hit.weight, (floatv)(fits.record[FIT * fit + 14]), firm);
       add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
@@ -234,7 +233,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                                dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az),
                                cache[k].weight > 0.0f),
                         least);
-      one_sheet = !ANY(smooth_step(sheets.x, sheets.y, least) < 1.0f);
+      one_sheet = !ANY(smooth_step(blending.same_low, blending.same_high, least) < 1.0f);
     }
     floatv nx = A.nx, ny = A.ny, nz = A.nz;
     if (!one_sheet) {
@@ -245,7 +244,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
           hit = cache[k];
         else if (!hit_fit(fits, listed.met.fit[rest + k - kept], s, d_max, &hit))
           continue;
-        const floatv a = hit.weight * smooth_step(sheets.x, sheets.y,
+        const floatv a = hit.weight * smooth_step(blending.same_low, blending.same_high,
                                                   dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
         nx = fma(a, hit.gx, nx);
         ny = fma(a, hit.gy, ny);
@@ -270,7 +269,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
       const floatv share =
-          smooth_step(sheets.x, sheets.y, dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+          smooth_step(blending.same_low, blending.same_high, dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(&A, foot, s, hit, share);
       add_hit(&B, foot, s, hit, 1.0f - share);
     }
@@ -284,7 +283,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // The mean of each sheet's centre over the other's plane.
   const floatv h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
-  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
+  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= blending.crease);
   const intv only_b = !(A.w > 1e-9f * B.w);
   floatv share = smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);
@@ -319,7 +318,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       found = list_lanes(near_box(listed.rim, k, box), k, place, found);
     for (int n = 0; n < found; ++n) {
       const int fit = listed.rim.fit[place[n]];
-      global const float* g = fits.record + RECORD * fit;
+      global const float* g = fits.record + FIT * fit;
       global const float* foot = fits.foot + 4 * fit;
       const floatv x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
       const floatv squared = square_of(x, y, z) * g[10];
@@ -332,7 +331,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       gy *= slope;
       gz *= slope;
       const floatv same =
-          smooth_step(sheets.x, sheets.y, dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
+          smooth_step(blending.same_low, blending.same_high, dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
       const floatv q = larger(1.0f - squared, (floatv)(0.0f));
       const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
       const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
@@ -357,7 +356,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
-  const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= sheets.z);
+  const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= blending.crease);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
   *blended = out;
 }
@@ -386,63 +385,39 @@ inline void store_blended(const Blended* b, const int* at, const intv wanted, co
 #if WIDTH == 1
 kernel void blend_points(global const float* reference,  // [n] depth; +inf: leave the point
                          global const float* points,     // [2][n] u, v, pixels
-                         global const float* records, global const float* feet,
-                         global const int* met_start, global const int* met,
-                         global const float* met_place, global const int* rim_start,
-                         global const int* rim, global const float* rim_place,
-                         const int2 strides, global float* depth,
-                         global float* normal,  // [3][n]
-                         global int* group, global float* trust, const int n,
-                         const int2 tiles,  // of the grid whose lists these are
-                         const float first, const float inverse_tile,  // pixels
-                         const float16 rays, const float d_max, const float4 sheets) {
-  const int p = get_global_id(0);
+                         FITS(record, foot), FITS_OF_TILES(), BLENDED(, ),
+                         const PointsOnTiles points_on, const Blending blending) {
+  const int p = get_global_id(0), n = points_on.count;
   if (p >= n || !(reference[p] < INFINITY)) return;
   const float u = points[p], v = points[n + p];
-  const int i = clamp((int)((u - first) * inverse_tile), 0, tiles.x - 1);
-  const int j = clamp((int)((v - first) * inverse_tile), 0, tiles.y - 1);
-  const Fits fits = {records, feet};
-  const int tile = j * tiles.x + i;
+  const int i = clamp((int)((u - points_on.first) * points_on.inverse_tile), 0, points_on.tiles_x - 1);
+  const int j = clamp((int)((v - points_on.first) * points_on.inverse_tile), 0, points_on.tiles_y - 1);
+  const Fits fits = {record, foot};
+  const int tile = j * points_on.tiles_x + i;
   const Listed listed = {list_of(tile, met_start, met, met_place, strides.x),
                          list_of(tile, rim_start, rim, rim_place, strides.y)};
-  const Sample at = sample_at(rays_at(rays, u, v), reference[p]);
+  const Sample at = sample_at(rays_at(points_on.rays, u, v), reference[p]);
   Blended b;
-  blend_at(&at, listed, fits, d_max, sheets, &b);
+  blend_at(&at, listed, fits, blending, &b);
   store_blended(&b, &p, 1, n, depth, normal, group, trust);
 }
 #endif
 
 // TILE_ITEMS work-items per tile; one takes WIDTH samples of its list (samples.cl) at a time.
-kernel void blend_groups(global const int* sample,       // [tiles][256]
-                         global const int* count,        // [tiles]
+kernel void blend_groups(SAMPLES(const, sample, count),
                          global const float* reference,  // [samples] depth, finite where listed
-                         global const float* records,    // [fits][RECORD]
-                         global const float* feet,       // [fits][4]
-                         global const int* met_start,    // [tiles + 1]
-                         global const int* met,          // fits that rays may meet, ascending in
-                                                         // each tile
-                         global const float* met_place,  // [8][strides.x] of the list, see List
-                         global const int* rim_start,    // [tiles + 1]
-                         global const int* rim,          // fits that may turn away from the eye
-                         global const float* rim_place,  // [4][strides.y]
-                         const int2 strides,
-                         global float* depth,            // [samples] out where listed
-                         global float* normal,           // [3][samples]
-                         global int* group,              // [samples]
-                         global float* trust,            // [samples]
-                         const int2 samples, const float first, const float step,
-                         const float16 rays, const float d_max,
-                         const float4 sheets) {  // same_low, same_high; crease, particle radii
-  const Fits fits = {records, feet};
+                         FITS(record, foot), FITS_OF_TILES(),
+                         BLENDED(, ),  // out where listed
+                         const Screen screen, const Blending blending) {  // same_low, same_high; crease, particle radii
+  const Fits fits = {record, foot};
   const Listed listed = {list_of(tile_of_group(), met_start, met, met_place, strides.x),
                          list_of(tile_of_group(), rim_start, rim, rim_place, strides.y)};
   Lanes lanes;
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
-    if (!load_lanes(tile_of_group(), place, sample, count, samples.x, first, step, rays, &lanes))
-      return;
+    if (!load_lanes(tile_of_group(), place, sample, count, screen, &lanes)) return;
     const Sample at = sample_at(lanes.rays, gather_float(reference, lanes.at));
     Blended b;
-    blend_at(&at, listed, fits, d_max, sheets, &b);
-    store_blended(&b, lanes.at, lanes.used, samples.x * samples.y, depth, normal, group, trust);
+    blend_at(&at, listed, fits, blending, &b);
+    store_blended(&b, lanes.at, lanes.used, screen.nx * screen.ny, depth, normal, group, trust);
   }
 }

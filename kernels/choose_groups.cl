@@ -31,19 +31,18 @@ inline int list_choices(const int i, const int j, global const float* depth,
 
 // The groups of interpolated samples: of those that are the heaviest at the lattice's samples around,
 // the heaviest there. A work-item takes WIDTH samples of CHOICE_ROWS rows, or one.
-kernel void choose_groups(global const float* depth,    // [samples]
-                          global const int* found,      // [samples] where there is a depth; see
-                                                        // OF_CORNER
-                          global const float* records,  // [fits][RECORD]
-                          global const float* feet,     // [fits][4]
-                          global int* group,            // [samples] out
-                          const int2 samples, const float first, const float step,
-                          const float16 rays, const float d_max,
+kernel void choose_groups(global const float* depth,  // [samples]
+                          global const int* found,    // [samples] where there is a depth; see
+                                                      // OF_CORNER
+                          FITS(record, foot),
+                          global int* group,  // [samples] out
+                          const Screen screen, const float d_max,
                           const int every) {  // samples from one of the lattice to the next, 2 .. TILE
   const int rows = WIDTH == 1 ? 1 : CHOICE_ROWS;
   const int i = get_global_id(0) * WIDTH, top = get_global_id(1) * rows;
+  const int2 samples = (int2)(screen.nx, screen.ny);
   if (i >= samples.x || top >= samples.y) return;
-  const Fits fits = {records, feet};
+  const Fits fits = {record, foot};
   int choices[CHOICES];
   int count = -1;  // not known yet
   for (int j = top; j < min(top + rows, samples.y); ++j) {
@@ -64,8 +63,8 @@ kernel void choose_groups(global const float* depth,    // [samples]
       if (count < 0) count = list_choices(i, top, depth, found, samples, every, choices);
       const intv asks = LOADI(open);
       chosen = SELECT(chosen, chosen & ~OF_CORNER, asks);
-      const Rays r =
-          rays_at(rays, first + step * ((float)i + LANES), (floatv)(first + step * (float)j));
+      const Rays r = rays_at(screen.rays, screen.first + screen.step * ((float)i + LANES),
+                             (floatv)(screen.first + screen.step * (float)j));
       const Sample s = sample_at(r, LOADF(t));
       floatv best = (floatv)(0.0f);
       for (int k = 0; k < count; ++k) {

@@ -5,15 +5,12 @@
 
 // The density at points of the surface, in the order of cells. One work-item per WIDTH points; the
 // arrays are padded.
-kernel void measure_density(global const float* x, global const float* y, global const float* z,
+kernel void measure_density(POINTS(x, y, z),
                             global float* density,  // [n]
-                            global const float* cell_x, global const float* cell_y,
-                            global const float* cell_z, global const float* cell_weight,
-                            global const uint* cell_tag, global const int* cell_start,
-                            const float inverse_cell, const uint mask, const int n) {
+                            CELLS_WITH(cell_, cell_weight), const int n) {
   const int p = get_global_id(0) * WIDTH;
   if (p >= n) return;
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  const Cells cells = CELLS_OF(cell_);
   const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
   floatv c = none;
   Points points = points_at(cells, px, py, pz);
@@ -60,12 +57,9 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
 // fluid all around a cell where it and each of the 26 about it hold `least` particles or more, and
 // half of their mean number. Of the others up to WIDTH go together that lie in SPAN cells of a row.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
-                              global const float* cell_x, global const float* cell_y,
-                              global const float* cell_z, global const float* cell_weight,
-                              global const uint* cell_tag, global const int* cell_start,
-                              const float inverse_cell, const uint mask, const int n,
+                              CELLS_WITH(cell_, cell_weight), const int n,
                               const int least) {  // 0: measure everywhere
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  const Cells cells = CELLS_OF(cell_);
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
   int x = INT_MIN, y = 0, z = 0, inside = 0;  // the cell before

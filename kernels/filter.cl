@@ -172,7 +172,7 @@ kernel void flow_step(global const float* depth,  // padded; +inf: no surface
                       const float step,      // pixels from sample to sample
                       const float first,     // pixels
                       const float2 limits,  // z_max, radii; dtau, radii^2
-                      const float16 rays) {
+                      const RayMap rays) {
   const Layout m = {layout.x, layout.y, layout.z, layout.w};
   const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
   if (i >= m.nx || j >= m.ny) return;  // the range is rounded up to whole work-groups
@@ -199,11 +199,11 @@ kernel void flow_step(global const float* depth,  // padded; +inf: no surface
   // a U + b V + d (D + a DU + b DV), in z: -d.
   const floatv u = first + step * ((float)i + LANES);
   const float v = first + step * (float)j;
-  const floatv dx = rays.s6 + rays.s7 * u + rays.s8 * v, dy = rays.s9 + rays.sa * u + rays.sb * v;
-  const float dux = step * rays.s7, duy = step * rays.sa;
-  const float dvx = step * rays.s8, dvy = step * rays.sb;
-  const floatv ux = step * rays.s1 + t * dux, uy = step * rays.s4 + t * duy;
-  const floatv vx = step * rays.s2 + t * dvx, vy = step * rays.s5 + t * dvy;
+  const floatv dx = rays.dx + rays.dx_u * u + rays.dx_v * v, dy = rays.dy + rays.dy_u * u + rays.dy_v * v;
+  const float dux = step * rays.dx_u, duy = step * rays.dy_u;
+  const float dvx = step * rays.dx_v, dvy = step * rays.dy_v;
+  const floatv ux = step * rays.ox_u + t * dux, uy = step * rays.oy_u + t * duy;
+  const floatv vx = step * rays.ox_v + t * dvx, vy = step * rays.oy_v + t * dvy;
 
   const intv both_u = has[1][0] & has[1][2], both_v = has[0][1] & has[2][1];
   const floatv half_u = SELECT((floatv)(1.0f), (floatv)(0.5f), both_u);

@@ -6,7 +6,7 @@
 // 15 what of the weight's own gradient goes into the normal (blend_at), times 1 / (steep facing). Its foot
 // and reach are 4 floats in an array of their own.
 
-#define RECORD 16
+#define FIT 16
 
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
@@ -26,7 +26,7 @@ typedef struct {
 } Hit;
 
 typedef struct {
-  global const float* record;  // [fits][RECORD]
+  global const float* record;  // [fits][FIT]
   global const float* foot;    // [fits][4] eye space; reach
 } Fits;
 
@@ -62,7 +62,7 @@ typedef struct {
 inline int counts(const Entry e) { return ANY(e.squared < 1.0f); }
 
 inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const float d_max) {
-  global const float* g = fits.record + RECORD * fit;
+  global const float* g = fits.record + FIT * fit;
   global const float* foot = fits.foot + 4 * fit;
   const floatv none = (floatv)(0.0f);
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
@@ -90,7 +90,7 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
 // A hit at an entry. Returns whether it has any weight.
 inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float d_max,
                      const Entry e, Hit* hit) {
-  global const float* g = fits.record + RECORD * fit;
+  global const float* g = fits.record + FIT * fit;
   global const float* foot = fits.foot + 4 * fit;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), tau = e.tau, squared = e.squared;
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];

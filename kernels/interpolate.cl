@@ -107,24 +107,23 @@ inline floatv agreement(const Corner a, const Corner b) {
 #define ROUGH 2
 #define SMOOTH 3  // one smooth surface: each corner lies near the others' planes
 
-inline Rays corner_ray(const float16 rays, const int a, const int b, const int right,
-                       const int down, const float first, const float step) {
-  return rays_at(rays, first + step * (2.0f * ((float)a + LANES) + (float)right),
-                 (floatv)(first + step * (float)(2 * b + down)));
+inline Rays corner_ray(const Screen asked, const int a, const int b, const int right,
+                       const int down) {
+  return rays_at(asked.rays, asked.first + asked.step * (2.0f * ((float)a + LANES) + (float)right),
+                 (floatv)(asked.first + asked.step * (float)(2 * b + down)));
 }
 
 // The four corners of WIDTH cells, whose depths are known. `whole`: see spread_floats, of the lower
 // ones.
 inline void complete_corners(global const float* normal, const int n, const int a, const int b,
                              const int upper, const int lower, const int side, const int last,
-                             const int whole, const float16 rays, const float first,
-                             const float step, Corner* corner) {
+                             const int whole, const Screen asked, Corner* corner) {
   complete_pair(normal + upper, n, a * side, side, last, 1,
-                corner_ray(rays, a, b, 0, 0, first, step),
-                corner_ray(rays, a, b, 2, 0, first, step), corner, corner + 1);
+                corner_ray(asked, a, b, 0, 0),
+                corner_ray(asked, a, b, 2, 0), corner, corner + 1);
   complete_pair(normal + lower, n, a * side, side, last, whole,
-                corner_ray(rays, a, b, 0, 2, first, step),
-                corner_ray(rays, a, b, 2, 2, first, step), corner + 2, corner + 3);
+                corner_ray(asked, a, b, 0, 2),
+                corner_ray(asked, a, b, 2, 2), corner + 2, corner + 3);
 }
 
 // Whether any block is occupied that has samples of columns i.x to i.y in rows j.x to j.y.
@@ -138,32 +137,25 @@ inline int any_occupied(global const int* occupied, const int2 i, const int2 j,
   return any_block;
 }
 
-kernel void compare_corners(global const float* depth,   // [samples] of the lattice's samples
-                            global const float* normal,  // [3][samples]
-                            global const uchar* kind,    // [samples]
-                            global const float* open,    // [samples] finite: it is not known yet what
-                                                         // the sample shows
-                            global const int* occupied,  // [blocks] 0: `open` is infinite in all of
-                                                         // a block
+kernel void compare_corners(CORNERS(depth, normal, kind),  // of the lattice's samples
+                            global const float* open,      // [samples] finite: it is not known yet
+                                                           // what the sample shows
+                            global const int* occupied,    // [blocks] 0: `open` is infinite in all
+                                                           // of a block
                             global const int* splash_occupied,  // [blocks] where both are 0 there
                                                                 // is no surface
-                            global uchar* shows,         // [rows][stride] of cells, out
-                            const int2 samples, const int2 cells,
-                            const int stride,  // cells in a row, and those that pad it
-                            const float first,
-                            const float step,  // of the samples asked for, pixels
-                            const float16 rays, const int every,
-                            const float tolerance,  // of corners to planes, particle radii
-                            const float agreeing,   // the least cosine between their normals
-                            const int trust_empty) {  // 1: nothing fits between the lattice's
+                            global uchar* shows,  // [rows][stride] of cells, out
+                            const Screen screen, const LatticeCells cells) {  // 1: nothing fits between the lattice's
                                                       // samples
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
-  if (a >= cells.x || b >= cells.y) return;
+  if (a >= cells.cells_x || b >= cells.cells_y) return;
+  const int every = cells.every, stride = cells.stride;
+  const int2 samples = (int2)(screen.nx, screen.ny);
   const int n = samples.x * samples.y, side = 2 * every, i = side * a, last = samples.x - 1;
   const int2 columns = min(i + (int2)(0, WIDTH * side), (int2)(last));
   const int2 rows = min(side * (b + (int2)(0, 1)), (int2)(samples.y - 1));
   const int any_front = any_occupied(occupied, columns, rows, samples.x);
-  if (trust_empty && !any_front && !any_occupied(splash_occupied, columns, rows, samples.x)) {
+  if (cells.trust_empty && !any_front && !any_occupied(splash_occupied, columns, rows, samples.x)) {
     STORE_BYTES((intv)(EMPTY), shows + b * stride + a);
     return;
   }
@@ -176,13 +168,13 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   const intv covered = (corner[0].t < INFINITY) | (corner[1].t < INFINITY) |
                        (corner[2].t < INFINITY) | (corner[3].t < INFINITY);
   if (ANY(smooth)) {
-    complete_corners(normal, n, a, b, upper, lower, side, last, 1, rays, first, step, corner);
+    complete_corners(normal, n, a, b, upper, lower, side, last, 1, screen, corner);
     const floatv farthest =
         larger(larger(larger(apart(corner[0], corner[1]), apart(corner[0], corner[2])),
                       larger(apart(corner[3], corner[1]), apart(corner[3], corner[2]))),
                larger(apart(corner[0], corner[3]), apart(corner[1], corner[2])));
     const floatv turned = smaller(agreement(corner[0], corner[3]), agreement(corner[1], corner[2]));
-    smooth = smooth & (farthest < tolerance) & (turned > agreeing);
+    smooth = smooth & (farthest < cells.tolerance) & (turned > cells.agreeing);
     const int next = min(i + WIDTH * side, last);
     const intv kind0 = spread_bytes(kind + upper, i, side, last);
     const intv kind2 = spread_bytes(kind + lower, i, side, last);
@@ -190,7 +182,7 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
              (kind0 == SHIFTED(intv, kind2, kind[lower + next]));
   }
   intv found = SELECT((intv)(ROUGH), (intv)(SMOOTH), smooth);
-  if (trust_empty && !ALL(covered)) {
+  if (cells.trust_empty && !ALL(covered)) {
     intv any_open = (intv)(0);
     if (any_front) {
       floatv o[4];
@@ -202,9 +194,9 @@ kernel void compare_corners(global const float* depth,   // [samples] of the lat
   }
   // A cell that ends outside the image has no corner there.
   const intv cell = TO_INTV(LANES) + a;
-  const int within = side * (b + 1) < samples.y ? cells.x : 0;
+  const int within = side * (b + 1) < samples.y ? cells.cells_x : 0;
   found = SELECT((intv)(ROUGH), found, (side * (cell + 1) < samples.x) & (cell < within));
-  STORE_BYTES(SELECT((intv)(EMPTY), found, cell < cells.x), shows + b * stride + a);
+  STORE_BYTES(SELECT((intv)(EMPTY), found, cell < cells.cells_x), shows + b * stride + a);
 }
 
 // The surface on a ray between `number` corners.
@@ -309,36 +301,21 @@ inline void store_row(const Between even, const Between odd, const int corner, c
 
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
 // cells.
-kernel void interpolate_samples(global const uchar* shows,      // [rows][stride] of cells
-                                global const float* reference,  // [samples] finite where there may
-                                                                // be surface
-                                global const float* splash,     // [samples] finite where there may
-                                                                // be splash
-                                global const int* occupied,         // [blocks] at how many samples
-                                                                    // the reference is finite
-                                global const int* splash_occupied,  // [blocks] the same of `splash`;
-                                                                    // a map is not read where 0 are
-                                global float* depth,            // [samples] in and out
-                                global float* normal,           // [3][samples] in and out
-                                global int* group,              // [samples] in and out
-                                global uchar* kind,             // [samples] in and out
+kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of cells
+                                FRONTS(reference, splash, occupied, splash_occupied),
+                                SHOWN(, ),             // in and out
                                 global uchar* wanted,  // [rows][stride] of cells, out: see
                                                        // list_between
                                 global float* open,    // [samples] out where the front layer shows
                                                        // nothing: its reference depth
-                                const int2 samples, const int2 cells,
-                                const int2 padded,  // cells in a row and rows of `wanted`
-                                const float first, const float step, const float16 rays,
-                                const int every,
-                                const float spread,  // of the depths by the corners' planes, at
-                                                     // most, particle radii
-                                const int perspective) {
+                                const Screen screen, const LatticeCells cells) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
-  const int stride = padded.x;
-  if (a >= stride || b >= padded.y) return;
+  const int stride = cells.stride, every = cells.every;
+  const int2 samples = (int2)(screen.nx, screen.ny);
+  if (a >= stride || b >= cells.rows) return;
   global uchar* wanted_here = wanted + b * stride + a;
   STORE_BYTES((intv)(0), wanted_here);
-  if (a >= cells.x || b >= cells.y) return;
+  if (a >= cells.cells_x || b >= cells.cells_y) return;
   const int n = samples.x * samples.y, side = 2 * every, last = samples.x - 1;
   // What each of the three samples' cells say: right of the corner, below it, and between both.
   global const uchar* here = shows + b * stride + a;
@@ -355,9 +332,9 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
     // Between the lower corners the cells below write.
     pair_of(depth + upper, side * a, side, last, 1, &corner[0].t, &corner[1].t);
     pair_of(depth + lower, side * a, side, last, 0, &corner[2].t, &corner[3].t);
-    complete_corners(normal, n, a, b, upper, lower, side, last, 0, rays, first, step, corner);
+    complete_corners(normal, n, a, b, upper, lower, side, last, 0, screen, corner);
 #pragma unroll
-    for (int k = 0; k < 4; ++k) corner[k].linear = perspective ? 1.0f / corner[k].t : corner[k].t;
+    for (int k = 0; k < 4; ++k) corner[k].linear = cells.perspective ? 1.0f / corner[k].t : corner[k].t;
   }
   Between found[3];
 #pragma unroll  // so that corners stay in registers
@@ -369,8 +346,8 @@ kernel void interpolate_samples(global const uchar* shows,      // [rows][stride
     if (every * (2 * b + down) >= samples.y || !ANY(smooth)) continue;
     const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
     found[m] =
-        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(rays, a, b, right, down, first, step),
-                smooth, spread, perspective);
+        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(screen, a, b, right, down),
+                smooth, cells.spread, cells.perspective);
   }
   const int corners = side * (b * samples.x + a);
   const Surface surface = {depth, normal, n, group, kind};

@@ -8,8 +8,7 @@ inline int row_of(const int k) { return column_of(k >> 1); }
 // TILE at most).
 kernel void list_samples(global const float* wanted,  // [samples]
                          global const int* occupied,  // [blocks] 0: not finite in a block, not read
-                         global int* sample,          // [tiles][256] out
-                         global int* count,           // [2][tiles] out, see samples.cl
+                         SAMPLES(, sample, count),    // out
                          global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
                                                       // listed, else as before
                          const int2 samples, const int2 tiles, const int every) {
@@ -72,9 +71,9 @@ inline int list_wanted(global const uchar* wanted, global int* sample, global uc
 // show splash.
 kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells, 0 where there are
                                                       // none; a multiple of 8 in a row
-                         global int* sample, global int* count, global int* splash_sample,
-                         global int* splash_count, global uchar* listed, const int2 samples,
-                         const int2 tiles, const int stride, const int every) {
+                         SAMPLES(, sample, count), SAMPLES(, splash_sample, splash_count),
+                         global uchar* listed, const int2 samples, const int2 tiles,
+                         const int stride, const int every) {
   const int tile = get_global_id(0);
   if (tile >= tiles.x * tiles.y) return;
   const int side = TILE / 2 / every;  // of the tile, cells
@@ -106,12 +105,11 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
 #define AT_ONCE 1
 #endif
 
-kernel void keep_samples(global const int* sample, global const int* count,
+kernel void keep_samples(SAMPLES(const, sample, count),
                          global const float* nearer,    // [samples]
                          global const float* depth,     // [samples], read unless FINITE
                          global const float* unwanted,  // [samples], read where NEARER_UNLESS
-                         global int* kept,              // [tiles][256] out
-                         global int* kept_count,        // [2][tiles] out
+                         SAMPLES(, kept, kept_count),   // out
                          const int tiles, const int where) {
   const int tile = get_global_id(0);
   if (tile >= tiles) return;

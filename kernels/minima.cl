@@ -35,10 +35,10 @@ typedef struct {
   float key;
 } Share;
 
-inline Share share_of(global const int* box, global const float* key, const int n, const int stride) {
-  const int id = get_global_id(0);
+inline Share share_of(global const int* box, global const float* key, const Outlined all) {
+  const int id = get_global_id(0), stride = all.stride;
   Share share;
-  share.p = id / SHARES < n ? id / SHARES : -1;  // the range is rounded up to whole work-groups
+  share.p = id / SHARES < all.count ? id / SHARES : -1;  // the range is rounded up to whole work-groups
   if (share.p < 0) return share;
   share.i0 = box[share.p];
   share.i1 = box[stride + share.p];
@@ -50,7 +50,7 @@ inline Share share_of(global const int* box, global const float* key, const int 
 
 // Goes through WIDTH samples of a share at a time: sample s = (i, j) and those to its right, as far as
 // `inside` says. In a row, vectors keep to bins.
-#define EACH_SAMPLE(share, bound, bins_x, samples)                                               \
+#define EACH_SAMPLE(share, bound, bins_x)                                                        \
   for (int j = (share).j0; j <= (share).j1; j += SHARES)                                         \
     for (int left = (share).i0 / BIN * BIN; left <= (share).i1; left += BIN)                     \
       if ((share).key <= (bound)[j / BIN * (bins_x) + left / BIN])                               \
@@ -109,9 +109,9 @@ inline void own(global int* owner, const int s, const int p, const intv nearest)
 
 // bulge sqrt(1 - d^2) of a disc at WIDTH samples; NaN beside it, where no comparison holds. As
 // draw_discs works it out.
-inline floatv half_depth_at(const float8 d, const int i, const int j, const float2 grid) {
-  const floatv du = (grid.x + grid.y * TO_FLOATV(i + TO_INTV(LANES)) - d.s1) * d.s3;
-  const float dv = (grid.x + grid.y * (float)j - d.s2) * d.s4;
+inline floatv half_depth_at(const float8 d, const int i, const int j, const Lattice samples) {
+  const floatv du = (samples.first + samples.step * TO_FLOATV(i + TO_INTV(LANES)) - d.s1) * d.s3;
+  const float dv = (samples.first + samples.step * (float)j - d.s2) * d.s4;
   return d.s5 * sqrt(1.0f - (du * du + dv * dv));
 }
 inline floatv in_front(const floatv depth) {
@@ -123,20 +123,19 @@ inline void draw_share(global const float* disc,   // [stride][8] of outline_dis
                        global const int* box,      // [4][stride] see bins.cl
                        global const float* key,    // [stride]
                        global const float* bound,  // [bins] none with a larger key is drawn
-                       const int n, const int stride, const int bins_x, const int2 samples,
-                       const float2 grid,          // first sample and step, pixels
+                       const Outlined all, const Lattice samples,
                        global const float* behind,  // [samples] only fronts deeper than this + gap
                        const float gap,             // particle radii
                        global uint* from,          // [samples] lowered by fronts
                        global uint* to,            // [samples] raised by backs
                        global const float* depth,  // [samples] whose front is this owns the sample:
                        global int* owner) {        // [samples] the lowest of several
-  const Share share = share_of(box, key, n, stride);
+  const Share share = share_of(box, key, all);
   if (share.p < 0) return;
   const float8 d = vload8(share.p, disc);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    const int s = j * samples.x + i;
-    const floatv half_depth = half_depth_at(d, i, j, grid), back = d.s0 + half_depth;
+  EACH_SAMPLE(share, bound, all.across) {
+    const int s = j * samples.nx + i;
+    const floatv half_depth = half_depth_at(d, i, j, samples), back = d.s0 + half_depth;
     const floatv front = in_front(d.s0 - half_depth);
     intv inside = inside_share(share, i);
     if (behind) inside &= front > LOADF(behind + s) + gap;
@@ -147,44 +146,40 @@ inline void draw_share(global const float* disc,   // [stride][8] of outline_dis
 }
 
 // The nearest front at every sample. SHARES work-items a disc, of this kernel and the next ones.
-kernel void lower_discs(global const float* disc, global const int* box, global const float* key,
+kernel void lower_discs(global const float* disc, OUTLINES(const, box, key),
                         global const float* bound,
                         global uint* depth,  // [samples] bits of the depth, particle radii; +infinity
                                              // before
-                        const int n, const int stride, const int bins_x, const int2 samples,
-                        const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, depth, 0, 0, 0);
+                        const Outlined all, const Lattice samples) {
+  draw_share(disc, box, key, bound, all, samples, 0, 0, depth, 0, 0, 0);
 }
 
 // The same and the farthest back.
-kernel void lower_and_raise_discs(global const float* disc, global const int* box,
-                                  global const float* key, global const float* bound,
+kernel void lower_and_raise_discs(global const float* disc, OUTLINES(const, box, key),
+                                  global const float* bound,
                                   global uint* from,  // [samples] +infinity before
                                   global uint* to,    // [samples] 0 before
-                                  const int n, const int stride, const int bins_x,
-                                  const int2 samples, const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, from, to, 0, 0);
+                                  const Outlined all, const Lattice samples) {
+  draw_share(disc, box, key, bound, all, samples, 0, 0, from, to, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
-kernel void own_discs(global const float* disc, global const int* box, global const float* key,
+kernel void own_discs(global const float* disc, OUTLINES(const, box, key),
                       global const float* bound,
                       global const float* depth,  // [samples] of lower_discs
                       global int* owner,          // [samples] INT_MAX before
-                      const int n, const int stride, const int bins_x, const int2 samples,
-                      const float2 grid) {
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, 0, 0, 0, 0, depth, owner);
+                      const Outlined all, const Lattice samples) {
+  draw_share(disc, box, key, bound, all, samples, 0, 0, 0, 0, depth, owner);
 }
 
 // The nearest front deeper than `behind` + gap.
-kernel void lower_discs_behind(global const float* disc, global const int* box,
-                               global const float* key, global const float* bound,
+kernel void lower_discs_behind(global const float* disc, OUTLINES(const, box, key),
+                               global const float* bound,
                                global const float* behind,  // [samples] +infinity: nothing is asked
                                global uint* depth,          // [samples] +infinity before
-                               const int n, const int stride, const int bins_x,
-                               const int2 samples, const float2 grid,
+                               const Outlined all, const Lattice samples,
                                const float gap) {  // particle radii
-  draw_share(disc, box, key, bound, n, stride, bins_x, samples, grid, behind, gap, depth, 0, 0, 0);
+  draw_share(disc, box, key, bound, all, samples, behind, gap, depth, 0, 0, 0);
 }
 
 // How many samples each disc owns. One work-item per RUN samples, which often have one owner.
@@ -224,24 +219,23 @@ inline floatv entry_of(const float8 sphere, const Rays r) {
   return in_front(sphere.s2 - (b + sqrt(b * b - r.a * c)) / r.a);
 }
 
-inline Rays rays_from(const float16 ray, const float2 grid, const int i, const int j) {
-  return rays_at(ray, grid.x + grid.y * TO_FLOATV(i + TO_INTV(LANES)),
-                 (floatv)(grid.x + grid.y * (float)j));
+inline Rays rays_from(const Screen screen, const int i, const int j) {
+  return rays_at(screen.rays, screen.first + screen.step * TO_FLOATV(i + TO_INTV(LANES)),
+                 (floatv)(screen.first + screen.step * (float)j));
 }
 
 // A work-item's share of a sphere: as draw_share.
 inline void draw_sphere_share(global const float* sphere,  // [stride][8] of outline_spheres
                               global const int* box, global const float* key,
-                              global const float* bound, const int n, const int stride,
-                              const int bins_x, const int2 samples, const float2 grid,
-                              const float16 ray, global uint* from, global const float* depth,
+                              global const float* bound, const Outlined all,
+                              const Screen screen, global uint* from, global const float* depth,
                               global int* owner) {
-  const Share share = share_of(box, key, n, stride);
+  const Share share = share_of(box, key, all);
   if (share.p < 0) return;
   const float8 ball = vload8(share.p, sphere);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    const int s = j * samples.x + i;
-    const floatv entry = entry_of(ball, rays_from(ray, grid, i, j));
+  EACH_SAMPLE(share, bound, all.across) {
+    const int s = j * screen.nx + i;
+    const floatv entry = entry_of(ball, rays_from(screen, i, j));
     const intv inside = inside_share(share, i);
     if (from) lower(from, s, entry, inside);
     if (owner) own(owner, s, share.p, inside & (entry == LOADF(depth + s)));
@@ -249,21 +243,19 @@ inline void draw_sphere_share(global const float* sphere,  // [stride][8] of out
 }
 
 // The nearest entry at every sample.
-kernel void lower_spheres(global const float* sphere, global const int* box, global const float* key,
+kernel void lower_spheres(global const float* sphere, OUTLINES(const, box, key),
                           global const float* bound,
                           global uint* depth,  // [samples] +infinity before
-                          const int n, const int stride, const int bins_x, const int2 samples,
-                          const float2 grid, const float16 ray) {
-  draw_sphere_share(sphere, box, key, bound, n, stride, bins_x, samples, grid, ray, depth, 0, 0);
+                          const Outlined all, const Screen screen) {
+  draw_sphere_share(sphere, box, key, bound, all, screen, depth, 0, 0);
 }
 
 // The sphere whose entry is the map's, the lowest index of several.
-kernel void own_spheres(global const float* sphere, global const int* box, global const float* key,
+kernel void own_spheres(global const float* sphere, OUTLINES(const, box, key),
                         global const float* bound, global const float* depth,
                         global int* owner,  // [samples] INT_MAX before
-                        const int n, const int stride, const int bins_x, const int2 samples,
-                        const float2 grid, const float16 ray) {
-  draw_sphere_share(sphere, box, key, bound, n, stride, bins_x, samples, grid, ray, 0, depth, owner);
+                        const Outlined all, const Screen screen) {
+  draw_sphere_share(sphere, box, key, bound, all, screen, 0, depth, owner);
 }
 
 // (X - c) / radius where a sample has an owner, as sphere_normals works it out. One work-item per WIDTH
@@ -271,10 +263,10 @@ kernel void own_spheres(global const float* sphere, global const int* box, globa
 kernel void normals_of_owners(global const float* sphere, global const float* depth,
                               global const int* owner,
                               global float* normal,  // [3][samples] unit, eye axes; zero: none
-                              const int2 samples, const float2 grid, const float16 ray) {
+                              const Screen screen) {
   const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
-  if (i >= samples.x || j >= samples.y) return;
-  const int s = j * samples.x + i, size = samples.x * samples.y, here = samples.x - i;
+  if (i >= screen.nx || j >= screen.ny) return;
+  const int s = j * screen.nx + i, size = screen.nx * screen.ny, here = screen.nx - i;
   int sphere_of[WIDTH];
   float cx[WIDTH], cy[WIDTH], ct[WIDTH];
   const intv owners = LOADI(owner + s);
@@ -285,7 +277,7 @@ kernel void normals_of_owners(global const float* sphere, global const float* de
     cy[lane] = sphere[8 * sphere_of[lane] + 1];
     ct[lane] = sphere[8 * sphere_of[lane] + 2];
   }
-  const Rays r = rays_from(ray, grid, i, j);
+  const Rays r = rays_from(screen, i, j);
   const floatv t = SELECT(LOADF(depth + s), (floatv)(1.0f), none);
   const floatv x = r.ox + t * r.dx - LOADF(cx), y = r.oy + t * r.dy - LOADF(cy);
   const floatv z = LOADF(ct) - t;
@@ -299,20 +291,18 @@ kernel void normals_of_owners(global const float* sphere, global const float* de
 // The kept triangles' depth in the blocks that are `asked` for, as draw_triangles of region.cl works it
 // out.
 kernel void lower_triangles(global const float* record,  // [stride][16] of outline_triangles
-                            global const int* box, global const float* key,
-                            global const float* bound,
+                            OUTLINES(const, box, key), global const float* bound,
                             global uint* depth,  // [samples] +infinity before
-                            const int n, const int stride, const int bins_x, const int2 samples,
-                            const float2 grid, const int perspective,
+                            const Outlined all, const Lattice samples, const int perspective,
                             global const int* asked) {  // [blocks] 0: no sample of it is read
-  const Share share = share_of(box, key, n, stride);
+  const Share share = share_of(box, key, all);
   if (share.p < 0) return;
   const float16 r = vload16(share.p, record);
-  EACH_SAMPLE(share, bound, bins_x, samples) {
-    if (!asked[block_of(i, j, samples.x)]) continue;
-    const int s = j * samples.x + i;
-    const floatv du = grid.x + grid.y * TO_FLOATV(i + TO_INTV(LANES)) - r.s0;
-    const float dv = grid.x + grid.y * (float)j - r.s1;
+  EACH_SAMPLE(share, bound, all.across) {
+    if (!asked[block_of(i, j, samples.nx)]) continue;
+    const int s = j * samples.nx + i;
+    const floatv du = samples.first + samples.step * TO_FLOATV(i + TO_INTV(LANES)) - r.s0;
+    const float dv = samples.first + samples.step * (float)j - r.s1;
     const floatv l1 = (du * r.s5 - r.s4 * dv) * r.s6, l2 = (r.s2 * dv - du * r.s3) * r.s6;
     const floatv l0 = 1.0f - l1 - l2;
     const intv inside = inside_share(share, i) & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);

@@ -24,14 +24,8 @@
 #endif
 
 typedef struct {
-  global const float* x;  // [n] eye space in bucket order, particle radii
-  global const float* y;
-  global const float* z;
+  Cells cells;                   // of a side of SUPPORT or more
   global const float* velocity;  // [3][n] world units per second
-  global const uint* tag;        // [n] of the particle's cell
-  global const int* start;       // [buckets + 1]
-  float inverse_cell;            // 1 / (SUPPORT or more)
-  uint mask;
   int n;
 } Moving;
 
@@ -56,7 +50,7 @@ inline void add_found(const Moving all, const int* found, const int count, Point
     floatv vx = LOADF(points->vx + r), vy = LOADF(points->vy + r), vz = LOADF(points->vz + r);
     for (int k = 0; k < count; ++k) {
       const int p = found[k];
-      const floatv dx = x - all.x[p], dy = y - all.y[p], dz = z - all.z[p];
+      const floatv dx = x - all.cells.x[p], dy = y - all.cells.y[p], dz = z - all.cells.z[p];
       const floatv inner =
           larger(1.0f - (dx * dx + dy * dy + dz * dz) * (1.0f / (SUPPORT * SUPPORT)), none);
       const floatv w = (inner * inner) * (inner * inner);
@@ -109,7 +103,7 @@ inline void sum_around(const Moving all, const int first, Points* points) {
   const float mx = 0.5f * (x0 + x1), my = 0.5f * (y0 + y1), mz = 0.5f * (z0 + z1);
   const float wide = sqrt((x1 - mx) * (x1 - mx) + (y1 - my) * (y1 - my) + (z1 - mz) * (z1 - mz));
   const float reach = SUPPORT + wide + 0.01f;  // with room for rounding
-  const float squared = reach * reach, c = all.inverse_cell, side = 1.0f / c;
+  const float squared = reach * reach, c = all.cells.inverse_cell, side = 1.0f / c;
   const int j0 = cell_of(my - reach, c), j1 = cell_of(my + reach, c);
   const int k0 = cell_of(mz - reach, c), k1 = cell_of(mz + reach, c);
   int found[NEAR + WIDTH], count = 0;
@@ -120,12 +114,12 @@ inline void sum_around(const Moving all, const int first, Points* points) {
       const float half_row = sqrt(rest);
       const int i1 = cell_of(mx + half_row, c);
       for (int i = cell_of(mx - half_row, c); i <= i1; ++i) {
-        const uint bucket = bucket_of(i, j, k, all.mask);
+        const uint bucket = bucket_of(i, j, k, all.cells.mask);
         const uint tag = tag_of(i, j, k);
-        const int end = all.start[bucket + 1];
-        for (int p = all.start[bucket]; p < end; p += WIDTH) {
-          const floatv px = LOADF(all.x + p) - mx, py = LOADF(all.y + p) - my,
-                       pz = LOADF(all.z + p) - mz;
+        const int end = all.cells.start[bucket + 1];
+        for (int p = all.cells.start[bucket]; p < end; p += WIDTH) {
+          const floatv px = LOADF(all.cells.x + p) - mx, py = LOADF(all.cells.y + p) - my,
+                       pz = LOADF(all.cells.z + p) - mz;
           const intv close = px * px + py * py + pz * pz <= squared;
           if (!ANY(close)) continue;
           int take[WIDTH];
@@ -133,7 +127,7 @@ inline void sum_around(const Moving all, const int first, Points* points) {
           const int last = min(p + WIDTH, end);
           for (int q = p; q < last; ++q) {  // without branches, which could not be foreseen
             found[count] = q;
-            count += (take[q - p] != 0) & (all.tag[q] == tag);
+            count += (take[q - p] != 0) & (all.cells.tag[q] == tag);
           }
           if (count < NEAR) continue;
           add_found(all, found, count, points);
@@ -185,12 +179,8 @@ inline floatv load_lanes_or(global const float* from, const int count, const flo
 // At the samples of a depth map where there is surface. A work-item takes a bin of them, or one.
 kernel void motion_of_samples(global const float* depth,  // [ny*nx] particle radii
                               global float* motion,       // [3][ny*nx] out where depth is finite
-                              global const float* cell_x, global const float* cell_y,
-                              global const float* cell_z, global const float* velocity,
-                              global const uint* cell_tag, global const int* cell_start,
-                              const float inverse_cell, const uint mask, const int n,
-                              const int2 samples, const int2 bins, const float first,
-                              const float step, const float16 rays) {
+                              CELLS_WITH(cell_, velocity), const int n, const int2 bins,
+                              const Screen screen) {
   const int items = BIN * BIN / COUNT;
   const int bin = get_global_id(0) / items, item = get_global_id(0) % items;
   if (bin >= bins.x * bins.y) return;
@@ -202,13 +192,13 @@ kernel void motion_of_samples(global const float* depth,  // [ny*nx] particle ra
   for (int row = 0; row < ROWS; ++row) {
     const int r = row * WIDTH;
     floatv t = (floatv)(INFINITY);
-    if (j + row < samples.y)
-      t = load_lanes_or(depth + (j + row) * samples.x + i, samples.x - i, INFINITY);
+    if (j + row < screen.ny)
+      t = load_lanes_or(depth + (j + row) * screen.nx + i, screen.nx - i, INFINITY);
     const intv there = t < INFINITY;
     any |= ANY(there);
     STOREI(there, points.left + r);
-    const Rays ray = rays_at(rays, first + step * ((float)i + LANES),
-                             (floatv)(first + step * (float)(j + row)));
+    const Rays ray = rays_at(screen.rays, screen.first + screen.step * ((float)i + LANES),
+                             (floatv)(screen.first + screen.step * (float)(j + row)));
     STOREF(ray.ox + t * ray.dx, points.x + r);
     STOREF(ray.oy + t * ray.dy, points.y + r);
     STOREF(-t, points.z + r);
@@ -217,24 +207,18 @@ kernel void motion_of_samples(global const float* depth,  // [ny*nx] particle ra
     STOREF(none, points.mz + r);
   }
   if (!any) return;
-  const Moving all = {cell_x,     cell_y,       cell_z, velocity, cell_tag,
-                      cell_start, inverse_cell, mask,   n};
+  const Moving all = {CELLS_OF(cell_), velocity, n};
   find_motion(all, &points);
-  for (int row = 0; row < ROWS && j + row < samples.y; ++row)
-    store_row(&points, row, samples.x - i, motion + (j + row) * samples.x + i,
-              samples.x * samples.y);
+  for (int row = 0; row < ROWS && j + row < screen.ny; ++row)
+    store_row(&points, row, screen.nx - i, motion + (j + row) * screen.nx + i,
+              screen.nx * screen.ny);
 }
 
 // At any points; those that follow each other had better lie close together. A work-item takes
 // COUNT of them.
-kernel void motion_of_points(global const float* x,  // [count] eye space, particle radii
-                             global const float* y, global const float* z,
+kernel void motion_of_points(POINTS(x, y, z),       // [count] eye space, particle radii
                              global float* motion,  // [3][count] out
-                             global const float* cell_x, global const float* cell_y,
-                             global const float* cell_z, global const float* velocity,
-                             global const uint* cell_tag, global const int* cell_start,
-                             const float inverse_cell, const uint mask, const int n,
-                             const int count) {
+                             CELLS_WITH(cell_, velocity), const int n, const int count) {
   const int p = get_global_id(0) * COUNT;
   if (p >= count) return;
   Points points;
@@ -246,8 +230,7 @@ kernel void motion_of_points(global const float* x,  // [count] eye space, parti
     points.z[k] = z[at];
     points.mx[k] = points.my[k] = points.mz[k] = 0.0f;
   }
-  const Moving all = {cell_x,     cell_y,       cell_z, velocity, cell_tag,
-                      cell_start, inverse_cell, mask,   n};
+  const Moving all = {CELLS_OF(cell_), velocity, n};
   find_motion(all, &points);
   for (int row = 0; row < ROWS && p + row * WIDTH < count; ++row)
     store_row(&points, row, count - p - row * WIDTH, motion + p + row * WIDTH, count);

@@ -146,23 +146,22 @@ kernel void own_samples(global const float* corners,  // [9][stride] u, v, t of 
 
 // The group of the triangle that owns a sample and the triangle's depth there: the region and its
 // reference. One work-item per sample.
-kernel void draw_region(global const float* corners,        // [9][stride]
+kernel void draw_region(global const float* corners,          // [9][stride] see own_samples
                         global const int* group_of_triangle,  // [n]
-                        global const int* owner,            // [samples]
-                        global int* group,                  // [samples] -1: outside
-                        global float* depth,  // [samples] particle radii, +infinity outside
-                        const int stride, const int2 samples, const float first, const float step,
+                        global const int* owner,              // [samples]
+                        REGION(, group, depth),               // -1, +infinity outside
+                        const int stride, const Lattice samples,
                         const int perspective) {  // interpolate 1/t instead of t
   const int i = get_global_id(0), j = get_global_id(1);
-  if (i >= samples.x || j >= samples.y) return;
-  const int s = j * samples.x + i;
+  if (i >= samples.nx || j >= samples.ny) return;
+  const int s = j * samples.nx + i;
   const int k = owner[s];
   if (k == INT_MAX) {
     group[s] = -1;
     depth[s] = INFINITY;
     return;
   }
-  const Place at = place_in(corners, stride, k, first + step * (float)i, first + step * (float)j);
+  const Place at = place_in(corners, stride, k, samples.first + samples.step * (float)i, samples.first + samples.step * (float)j);
   const float t0 = corners[2 * stride + k], t1 = corners[5 * stride + k];
   const float t2 = corners[8 * stride + k];
   group[s] = group_of_triangle[k];
@@ -172,13 +171,12 @@ kernel void draw_region(global const float* corners,        // [9][stride]
 
 // Smooths the region's contour by the bilateral filter of Eqs. 3 to 5. A sample that enters takes
 // group and depth from the nearest sample of the region. One work-item per sample.
-kernel void smooth_contour(global const int* group,       // [samples] -1: outside
-                           global const float* depth,     // [samples]
-                           global const float* normal,    // [3][groups] unit
+kernel void smooth_contour(REGION(const, group, depth),
+                           global const float* normal,           // [3][groups] unit
                            global const float* distance_weight,  // [2 reach^2 + 1] w_s (Eq. 4) by
                                                                  // squared distance
-                           global int* smoothed_group, global float* smoothed_depth,
-                           const int groups, const int2 samples, const int reach,
+                           REGION(, smoothed_group, smoothed_depth), const int groups,
+                           const int2 samples, const int reach,
                            const float normal_falloff) {  // 1 / (2 sigma_n^2)
   const int i = get_global_id(0), j = get_global_id(1);
   if (i >= samples.x || j >= samples.y) return;
@@ -231,28 +229,25 @@ kernel void smooth_contour(global const int* group,       // [samples] -1: outsi
 // whose intersection with its ray lies within d_max of the triangle's depth. Where there is none,
 // the triangle's depth stays. Work-groups are the tiles of 16 x 16 samples that groups are listed
 // by, or parts of one; one work-item per sample.
-kernel void blend_printed(global const int* region,       // [samples] owning group, -1: outside
-                          global const float* reference,  // [samples] depth of the triangle
-                          global const float* groups,     // [groups][RECORD]
-                          global const int* tile_start,   // [tiles + 1]
-                          global const int* tile_group,   // group ids, ascending in each tile
-                          global float* depth,            // [samples] out
-                          global int* group,              // [samples] out: the heaviest
-                          const int2 samples, const float first, const float step,
-                          const float16 rays, const float2 scale,  // see View: u_scale, v_scale
-                          const float4 w_row, const float d_max,
-                          const float2 b_share) {  // of R: at right angles, gain to equal normals
+kernel void blend_printed(REGION(const, region, reference),  // owning group, -1: outside; depth of
+                                                             // the triangle
+                          global const float* groups,        // [groups][RECORD]
+                          global const int* tile_start,      // [tiles + 1]
+                          global const int* tile_group,      // group ids, ascending in each tile
+                          global float* depth,               // [samples] out
+                          global int* group,                 // [samples] out: the heaviest
+                          const Screen screen, const PrintedBlend how) {  // of R: at right angles, gain to equal normals
   const int i = get_global_id(0), j = get_global_id(1);
-  const int tile = tile_under_group(samples.x);
-  if (i >= samples.x || j >= samples.y) return;
-  const int s = j * samples.x + i;
+  const int tile = tile_under_group(screen.nx);
+  if (i >= screen.nx || j >= screen.ny) return;
+  const int s = j * screen.nx + i;
   const int own = region[s];
   if (own < 0) return;
-  const float u = first + step * (float)i, v = first + step * (float)j;
-  const float ox = rays.s0 + rays.s1 * u + rays.s2 * v;
-  const float oy = rays.s3 + rays.s4 * u + rays.s5 * v;
-  const float dx = rays.s6 + rays.s7 * u + rays.s8 * v;
-  const float dy = rays.s9 + rays.sa * u + rays.sb * v;
+  const float u = screen.first + screen.step * (float)i, v = screen.first + screen.step * (float)j;
+  const float ox = screen.rays.ox + screen.rays.ox_u * u + screen.rays.ox_v * v;
+  const float oy = screen.rays.oy + screen.rays.oy_u * u + screen.rays.oy_v * v;
+  const float dx = screen.rays.dx + screen.rays.dx_u * u + screen.rays.dx_v * v;
+  const float dy = screen.rays.dy + screen.rays.dy_u * u + screen.rays.dy_v * v;
   const float t = reference[s];
   global const float* owner = groups + own * RECORD;
   float sum = 0.0f, weight = 0.0f, best = 0.0f;
@@ -261,8 +256,8 @@ kernel void blend_printed(global const int* region,       // [samples] owning gr
     const int id = tile_group[k];
     global const float* g = groups + id * RECORD;
     // d_k, in particle radii at the group's centre.
-    const float w = w_row.x * g[0] + w_row.y * g[1] + w_row.z * g[2] + w_row.w;
-    const float du = (u - g[16]) * w / scale.x, dv = (v - g[17]) * w / scale.y;
+    const float w = how.w_row[0] * g[0] + how.w_row[1] * g[1] + how.w_row[2] * g[2] + how.w_row[3];
+    const float du = (u - g[16]) * w / how.u_scale, dv = (v - g[17]) * w / how.v_scale;
     const float squared = du * du + dv * dv;
     if (squared > g[19] * g[19]) continue;
     // f along the ray: C + B tau + A tau^2, tau = depth beyond the reference; the root nearest to
@@ -277,9 +272,9 @@ kernel void blend_printed(global const int* region,       // [samples] owning gr
     const float D = B * B - 4.0f * A * C;
     if (D < 0.0f) continue;
     const float tau = C == 0.0f ? 0.0f : -2.0f * C / (B + (B < 0.0f ? -sqrt(D) : sqrt(D)));
-    if (!(fabs(tau) <= d_max) || !(t + tau > 0.0f)) continue;
+    if (!(fabs(tau) <= how.d_max) || !(t + tau > 0.0f)) continue;
     const float like = fmax(g[3] * owner[3] + g[4] * owner[4] + g[5] * owner[5], 0.0f);
-    const float b = g[18] * (b_share.x + b_share.y * like * like * like * like);
+    const float b = g[18] * (how.b_least + how.b_gain * like * like * like * like);
     const float beta = 0.398942280f / (b * b) * exp_negative(-squared / (2.0f * b * b));  // Eq. 7
     sum += beta * tau;
     weight += beta;
@@ -297,21 +292,17 @@ kernel void blend_printed(global const int* region,       // [samples] owning gr
 kernel void draw_spheres(global const float* sphere_depth,  // [samples] +infinity: no sphere
                          global const int* sphere,          // [samples] its particle
                          global const float* eye,           // [3][stride] particles, eye space
-                         global float* depth,               // [samples] in and out
-                         global float* normal,              // [3][samples] in and out
-                         global int* group,                 // [samples] -1 where a sphere is drawn
-                         global uchar* kind,                // [samples] 2 where a sphere is drawn
-                         const int stride, const int2 samples, const float first, const float step,
-                         const float16 rays) {
+                         SHOWN(, ),  // in and out; group -1 and kind 2 where a sphere is drawn
+                         const int stride, const Screen screen) {
   const int i = get_global_id(0), j = get_global_id(1);
-  if (i >= samples.x || j >= samples.y) return;
-  const int s = j * samples.x + i, n = samples.x * samples.y;
+  if (i >= screen.nx || j >= screen.ny) return;
+  const int s = j * screen.nx + i, n = screen.nx * screen.ny;
   const float t = sphere_depth[s];
   if (!(t < depth[s])) return;
   const int p = sphere[s];
-  const float u = first + step * (float)i, v = first + step * (float)j;
-  const float x = rays.s0 + rays.s1 * u + rays.s2 * v + t * (rays.s6 + rays.s7 * u + rays.s8 * v);
-  const float y = rays.s3 + rays.s4 * u + rays.s5 * v + t * (rays.s9 + rays.sa * u + rays.sb * v);
+  const float u = screen.first + screen.step * (float)i, v = screen.first + screen.step * (float)j;
+  const float x = screen.rays.ox + screen.rays.ox_u * u + screen.rays.ox_v * v + t * (screen.rays.dx + screen.rays.dx_u * u + screen.rays.dx_v * v);
+  const float y = screen.rays.oy + screen.rays.oy_u * u + screen.rays.oy_v * v + t * (screen.rays.dy + screen.rays.dy_u * u + screen.rays.dy_v * v);
   const float nx = x - eye[p], ny = y - eye[stride + p], nz = -t - eye[2 * stride + p];
   const float size = sqrt(nx * nx + ny * ny + nz * nz);
   depth[s] = t;

@@ -104,20 +104,18 @@ inline void add_distance(const floatv f, const floatv weight, const floatv inver
 
 // What a fit has of its roundness (roundness.cl), each between that of two sheets and that of one
 // quadric: 2 / sigma^2, tau, the distance of the off-surface rows and the ridge.
-//   model  at roundness 0: sigma, tau (particle radii), off-surface distance (particle radii), ridge;
-//          then how much each changes up to roundness 1
-inline floatv falloff_of(const floatv roundness, const float8 model) {
-  const floatv sigma = fma(roundness, (floatv)(model.s4), (floatv)(model.s0));
+inline floatv falloff_of(const floatv roundness, const FitModel model) {
+  const floatv sigma = fma(roundness, (floatv)(model.sigma_gain), (floatv)(model.sigma));
   return 2.0f / (sigma * sigma);
 }
-inline floatv tau_of(const floatv roundness, const float8 model) {
-  return fma(roundness, (floatv)(model.s5), (floatv)(model.s1));
+inline floatv tau_of(const floatv roundness, const FitModel model) {
+  return fma(roundness, (floatv)(model.tau_gain), (floatv)(model.tau));
 }
-inline floatv off_surface_of(const floatv roundness, const float8 model) {
-  return fma(roundness, (floatv)(model.s6), (floatv)(model.s2));
+inline floatv off_surface_of(const floatv roundness, const FitModel model) {
+  return fma(roundness, (floatv)(model.off_surface_gain), (floatv)(model.off_surface));
 }
-inline floatv ridge_of(const floatv roundness, const float8 model) {
-  return fma(roundness, (floatv)(model.s7), (floatv)(model.s3));
+inline floatv ridge_of(const floatv roundness, const FitModel model) {
+  return fma(roundness, (floatv)(model.ridge_gain), (floatv)(model.ridge));
 }
 
 // How far a fit's surroundings are one sheet, from the weights of all particles elsewhere and of those
@@ -143,23 +141,16 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
 // tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before. Particles
 // of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
 // the particle; the side stays.
-kernel void fit_particles(
-    global const float4* place,     // [n + 1] of the particles
-    global const float4* normal,    // [n + 1] as the pass before left them
-    global const int* particle,     // [lanes] centre of the lane's fit
-    global const int* neighbour,    // [slots]
-    global const int* first,        // [batches]
-    global const int* length,       // [batches]
-    global const float* support,    // [2][lanes] rho, particle radii; roundness
-    global float* quadric,          // [10][lanes] f through the particle, from it along the eye axes,
-                                    // particle radii, divided by |grad f|; of the pass before, and out
-    global float* residual,         // [lanes] negative where there is no fit; of the pass before,
-                                    // and out; where one pass is to come, the RMS of f
-    global float* weight,           // [slots] out, where one pass is to come or none
-    global float* turned,           // [n + 1][4] normals out
-    const int lanes, const int nobody, const int pass, const int left,  // passes to come
-    const float8 model,  // see falloff_of
-    const float2 heights) {  // h_0, particle radii; h_1, 1 / particle radii
+kernel void fit_particles(    global const float4* place,   // [n + 1] of the particles
+    global const float4* normal,  // [n + 1] as the pass before left them
+    AROUND(particle, neighbour, first, length),
+    FITTED(support, quadric, residual, weight),  // quadric, residual: of the pass before, and out; where
+                                                 // one pass is to come, the RMS of f; weight: out, where
+                                                 // one is to come or none
+    global float* turned,                        // [n + 1][4] normals out
+    const FitPass by) {  // h_0, particle radii; h_1, 1 / particle radii
+  const int lanes = by.lanes, nobody = by.nobody, left = by.left;
+  const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f);
@@ -168,7 +159,7 @@ kernel void fit_particles(
   floatv c[10];
 #pragma unroll
   for (int k = 0; k < 10; ++k) c[k] = none;
-  if (pass > 0) {
+  if (by.done > 0) {
     refit = LOADF(residual + lane) >= 0.0f;
 #pragma unroll
     for (int k = 0; k < 10; ++k) c[k] = SELECT(none, LOADF(quadric + k * lanes + lane), refit);
@@ -199,7 +190,7 @@ kernel void fit_particles(
       floatv off = none;
       if (ANY(!refit)) {
         const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
-                         fma((floatv)(heights.y), squared, (floatv)(heights.x));
+                         fma((floatv)(by.height_growth), squared, (floatv)(by.height));
         off = smaller(h * h, (floatv)(11.5129255f));  // 1e-5
       }
       if (ANY(refit)) {
@@ -287,17 +278,12 @@ kernel void fit_particles(
 // - the number of its neighbours, each by its weight u.
 // Fits get their residual, the RMS distance with the weights of the last pass.
 kernel void measure_edges(global const float4* place, global const float4* normal,
-                          global const int* particle, global const int* neighbour,
-                          global const int* first, global const int* length,
-                          global const float* support,  // [2][lanes] rho, particle radii; roundness
-                          global const float* quadric,  // [10][lanes] through the particles
-                          global const float* kept,     // [slots] weights of the last pass
-                          global float* residual,       // [lanes] in and out
-                          global float* rows,           // [4][lanes] e; firmness; distance, radii;
-                                                        // number
-                          const int lanes,
-                          const float8 model,   // see falloff_of
-                          const float reach) {  // particle radii
+                          AROUND(particle, neighbour, first, length),
+                          MEASURED(support, quadric, kept, residual, rows),  // kept: of the last pass;
+                                                                             // residual: in and out
+                          const FitPass by, const float reach) {  // particle radii
+  const int lanes = by.lanes;
+  const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);

@@ -10,7 +10,6 @@
 
 // Samples are taken in tiles (samples.cl). TILE_ITEMS work-items go through a tile's list, in one
 // work-group or, where a device allows no such groups, in several.
-#define TILE 16
 #define TILE_SAMPLES 256
 #if WIDTH == 1
 #define TILE_ITEMS TILE_SAMPLES
@@ -111,10 +110,6 @@ inline int tile_under_group(const int samples_x) {
   return j / TILE * ((samples_x + TILE - 1) / TILE) + i / TILE;
 }
 
-// Set in the group of a sample that was interpolated: its group is the one of a corner, until
-// choose_groups.cl has looked at those around. All bits are set in -1, no group.
-#define OF_CORNER (1 << 30)
-
 // The block of 8 x 8 samples that a sample lies in; blocks come row by row, two for each tile.
 inline int block_of(const int i, const int j, const int samples_x) {
   return j / 8 * ((samples_x + TILE - 1) / TILE * 2) + i / 8;
@@ -209,12 +204,12 @@ typedef struct {
   float ox, oy, dx, dy;
 } Ray;
 
-inline Ray ray_at(const float16 ray, const float u, const float v) {
+inline Ray ray_at(const RayMap ray, const float u, const float v) {
   Ray r;
-  r.ox = ray.s0 + ray.s1 * u + ray.s2 * v;
-  r.oy = ray.s3 + ray.s4 * u + ray.s5 * v;
-  r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
-  r.dy = ray.s9 + ray.sa * u + ray.sb * v;
+  r.ox = ray.ox + ray.ox_u * u + ray.ox_v * v;
+  r.oy = ray.oy + ray.oy_u * u + ray.oy_v * v;
+  r.dx = ray.dx + ray.dx_u * u + ray.dx_v * v;
+  r.dy = ray.dy + ray.dy_u * u + ray.dy_v * v;
   return r;
 }
 
@@ -223,19 +218,18 @@ typedef struct {
   floatv ox, oy, dx, dy, a;
 } Rays;
 
-inline Rays rays_at(const float16 ray, const floatv u, const floatv v) {
+inline Rays rays_at(const RayMap ray, const floatv u, const floatv v) {
   Rays r;
-  r.ox = ray.s0 + ray.s1 * u + ray.s2 * v;
-  r.oy = ray.s3 + ray.s4 * u + ray.s5 * v;
-  r.dx = ray.s6 + ray.s7 * u + ray.s8 * v;
-  r.dy = ray.s9 + ray.sa * u + ray.sb * v;
+  r.ox = ray.ox + ray.ox_u * u + ray.ox_v * v;
+  r.oy = ray.oy + ray.oy_u * u + ray.oy_v * v;
+  r.dx = ray.dx + ray.dx_u * u + ray.dx_v * v;
+  r.dy = ray.dy + ray.dy_u * u + ray.dy_v * v;
   r.a = r.dx * r.dx + r.dy * r.dy + 1.0f;
   return r;
 }
 
 // Particles are drawn bin by bin (bins.cl): a bin is BIN x BIN samples, and a work-item draws ROWS
 // rows of WIDTH of them: all of a bin, or one sample of it. So WIDTH is 1 here, or BIN or more.
-#define BIN 8
 #if WIDTH == 1
 #define ROWS 1
 #else
@@ -250,28 +244,28 @@ typedef struct {
   int column, row;  // the same within the bin
 } Part;
 
-// range: the bins that are listed; end: see fill_bins. Beyond the range, a part without entries.
-inline Part part_of(global const int* end, const int2 range, const int bins_x) {
+// end: see fill_bins. Beyond the bins that are listed, a part without entries.
+inline Part part_of(global const int* end, const ListedBins bins) {
   const int items = max(BIN * BIN / (WIDTH * ROWS), 1);
   const int id = get_global_id(0), item = id % items;
   Part part;
-  part.bin = range.x + id / items;
+  part.bin = bins.begin + id / items;
   part.begin = part.end = 0;
-  if (part.bin < range.y) {
-    part.begin = part.bin > range.x ? end[part.bin - 1] : 0;
+  if (part.bin < bins.end) {
+    part.begin = part.bin > bins.begin ? end[part.bin - 1] : 0;
     part.end = end[part.bin];
   }
   part.column = items == 1 ? 0 : item % BIN;
   part.row = items == 1 ? 0 : item / BIN;
-  part.i = part.bin % bins_x * BIN + part.column;
-  part.j = part.bin / bins_x * BIN + part.row;
+  part.i = part.bin % bins.across * BIN + part.column;
+  part.j = part.bin / bins.across * BIN + part.row;
   return part;
 }
 
-// Where a part's rows lie, row r in lane r; grid: first sample and step. What a particle says of a row
+// Where a part's rows lie, row r in lane r. What a particle says of a row
 // is worked out for all of them at once, and stored.
-inline floatv rows_of(const Part part, const float2 grid) {
-  return grid.x + grid.y * ((float)part.j + LANES);
+inline floatv rows_of(const Part part, const float first, const float step) {
+  return first + step * ((float)part.j + LANES);
 }
 
 // The deepest value of a part's map.
@@ -294,9 +288,9 @@ inline void store_lanes(const floatv value, global float* to, const int count) {
 
 // Stores the rows of a map that lie within the samples.
 inline void store_rows(const Part part, const floatv* map, global float* depth,
-                       const int2 samples) {
-  for (int row = 0; row < ROWS && part.j + row < samples.y; ++row)
-    store_lanes(map[row], depth + (part.j + row) * samples.x + part.i, samples.x - part.i);
+                       const int nx, const int ny) {
+  for (int row = 0; row < ROWS && part.j + row < ny; ++row)
+    store_lanes(map[row], depth + (part.j + row) * nx + part.i, nx - part.i);
 }
 
 // First and last of the samples, and of the cells of 1 << shift samples each, that lie wholly in

@@ -4,10 +4,8 @@
 kernel void outline_triangles(global const float* corners,  // [9][stride] u, v, t of three corners
                               global float* record,  // [stride][16] u, v; v and u of the sides from
                                                      // there to the others; 1 / doubled area; t
-                              global int* box,       // [4][stride] see bins.cl
-                              global float* key,     // [stride] none is left out
-                              const int n, const int stride, const int2 samples,
-                              const float first, const float step,
+                              OUTLINES(, box, key),  // none is left out
+                              const int n, const int stride, const Lattice samples,
                               const int perspective) {  // interpolate 1/t instead of t
   const int k = get_global_id(0);
   if (k >= n) return;
@@ -23,12 +21,12 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
   const float doubled = u1 * v2 - u2 * v1;
   const float low_u = fmin(u[0], fmin(u[1], u[2])), high_u = fmax(u[0], fmax(u[1], u[2]));
   const float low_v = fmin(v[0], fmin(v[1], v[2])), high_v = fmax(v[0], fmax(v[1], v[2]));
-  box[k] = (int)ceil(clamp((low_u - first) / step, 0.0f, 1e6f));
+  box[k] = (int)ceil(clamp((low_u - samples.first) / samples.step, 0.0f, 1e6f));
   box[stride + k] = fabs(doubled) < 1e-9f
                         ? -1
-                        : min(samples.x - 1, (int)floor(clamp((high_u - first) / step, -1.0f, 1e6f)));
-  box[2 * stride + k] = (int)ceil(clamp((low_v - first) / step, 0.0f, 1e6f));
-  box[3 * stride + k] = min(samples.y - 1, (int)floor(clamp((high_v - first) / step, -1.0f, 1e6f)));
+                        : min(samples.nx - 1, (int)floor(clamp((high_u - samples.first) / samples.step, -1.0f, 1e6f)));
+  box[2 * stride + k] = (int)ceil(clamp((low_v - samples.first) / samples.step, 0.0f, 1e6f));
+  box[3 * stride + k] = min(samples.ny - 1, (int)floor(clamp((high_v - samples.first) / samples.step, -1.0f, 1e6f)));
   key[k] = -INFINITY;
   vstore16((float16)(u[0], v[0], u1, v1, u2, v2, 1.0f / doubled, t[0], t[1], t[2], 0.0f, 0.0f, 0.0f,
                      0.0f, 0.0f, 0.0f),
@@ -40,20 +38,16 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
 // a shared edge the nearer one counts.
 // The range: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void draw_triangles(global const float* record,  // [stride][16]
-                           global const int* end,       // [bins] see fill_bins
-                           global const int2* entry,    // [entries]
-                           global float* depth,         // [ny*nx]
-                           const int2 range,            // the bins that are listed
-                           const int bins_x, const int2 samples,
-                           const float2 grid,  // first sample and step, pixels
-                           const int perspective,
+                           ENTRIES(end, entry),
+                           global float* depth,  // [ny*nx]
+                           const ListedBins bins, const Lattice samples, const int perspective,
                            global const int* asked) {  // [blocks] 0: no sample of a block is read
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
-  if (!asked[block_of(part.i, part.j, samples.x)]) return;
+  const Part part = part_of(end, bins);
+  if (part.bin >= bins.end) return;  // the range is rounded up to whole work-groups
+  if (!asked[block_of(part.i, part.j, samples.nx)]) return;
   const intv column = TO_INTV(LANES) + part.column;
-  const floatv x = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
-  const floatv y = rows_of(part, grid);
+  const floatv x = samples.first + samples.step * TO_FLOATV(part.i - part.column + column);
+  const floatv y = rows_of(part, samples.first, samples.step);
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
   for (int e = part.begin; e < part.end; ++e) {
@@ -78,5 +72,5 @@ kernel void draw_triangles(global const float* record,  // [stride][16]
       map[row] = SELECT(map[row], d, inside & (d > 0.0f) & (d < map[row]));
     }
   }
-  store_rows(part, map, depth, samples);
+  store_rows(part, map, depth, samples.nx, samples.ny);
 }

@@ -10,30 +10,27 @@
 #define MODEL 4  // float4 a particle: c0-c3; c4-c7; c8, c9, weight; normal
 
 // Puts the trial fits of the lanes where their particles are, so that neighbours find them. A fit
-// weighs u_i, or e u_i with its edge (edge_of) where `edges` is set; 0 where there is no fit.
-kernel void place_models(global const float4* place,     // [n + 1] as in fit_particles
-                         global const float4* normal,    // [n + 1] as the trial left them
-                         global const int* particle,     // [lanes]
-                         global const int* neighbour,    // [slots]
-                         global const int* first,        // [batches]
-                         global const int* length,       // [batches]
-                         global const float* quadric,    // [10][lanes]
-                         global const float* residual,   // [lanes] negative: no fit
-                         global float* model,            // [MODEL][n + 1][4] out; nobody's is 0
-                         const int lanes, const int nobody, const int edges,
-                         const float reach) {            // of edge_of, particle radii
+// weighs u_i, or e u_i with its edge (edge_of) where edges count; 0 where there is no fit.
+kernel void place_models(global const float4* place,   // [n + 1] as in fit_particles
+                         global const float4* normal,  // [n + 1] as the trial left them
+                         AROUND(particle, neighbour, first, length),
+                         global const float* quadric,   // [10][lanes]
+                         global const float* residual,  // [lanes] negative: no fit
+                         global float* model,           // [MODEL][n + 1][4] out; nobody's is 0
+                         const Trial trial) {            // of edge_of, particle radii
+  const int lanes = trial.lanes, nobody = trial.nobody;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const Particles own = load_particles(place, normal, particle + lane);
   floatv weight = own.u;
-  if (edges) {
+  if (trial.edges) {
     const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
     floatv near = (floatv)(0.0f), agree = near;
     for (int k = 0; k < count; ++k) {
       Point p;
       gather_points(place, normal, neighbour + begin + BATCH * k, 1, &p);
       const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-      const floatv q = share_of(p.w, sqrt(x * x + y * y + z * z), reach);
+      const floatv q = share_of(p.w, sqrt(x * x + y * y + z * z), trial.reach);
       near += q;
       agree += q * smooth_step(0.72f, 0.95f, own.nx * p.dx + own.ny * p.dy + own.nz * p.dz);
     }
@@ -119,13 +116,11 @@ inline void add_told(Side* side, const Told t, const floatv share) {
 kernel void measure_evidence(global const float4* place,   // [n + 1]
                              global const float4* narrow,  // [MODEL][n + 1] of place_models
                              global const float4* wide,    // [MODEL][n + 1]
-                             global const int* particle,   // [lanes]
-                             global const int* neighbour,  // [slots]
-                             global const int* first,      // [batches]
-                             global const int* length,     // [batches]
-                             global float* rows,           // [3][lanes] out
-                             const int lanes, const int nobody, const float reach,
-                             const float2 sheets) {  // same_low, same_high of the blend
+                             AROUND(particle, neighbour, first, length),
+                             global float* rows,  // [3][lanes] out
+                             const Trial trial) {  // same_low, same_high of the blend
+  const int lanes = trial.lanes, nobody = trial.nobody;
+  const float reach = trial.reach;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const int row = nobody + 1;
@@ -161,7 +156,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
     for (int k = 0; k < count; ++k) {
       const Told t = told_by(place, narrow, row, at + BATCH * k, own, reach);
       const floatv share =
-          smooth_step(sheets.x, sheets.y, t.gx * ax + t.gy * ay + t.gz * az);
+          smooth_step(trial.same_low, trial.same_high, t.gx * ax + t.gy * ay + t.gz * az);
       add_told(&A, t, share);
       add_told(&B, t, 1.0f - share);
     }

@@ -44,22 +44,21 @@ inline intv rows_in(const int tile, const intv at, const int nx) {
 inline int load_lanes(const int tile, const int place,
                       global const int* sample,  // [tiles][256]
                       global const int* count,   // [tiles]
-                      const int nx, const float first, const float step, const float16 rays,
-                      Lanes* lanes) {
+                      const Screen screen, Lanes* lanes) {
   if (place >= count[tile]) return 0;
   // Loaded whole, which a list has room for: what is put together value by value waits to be read.
   global const int* list = sample + tile * TILE_SAMPLES + place;
   lanes->used = TO_INTV(LANES) < count[tile] - place;
   const intv at = SELECT((intv)(list[0]), LOADI(list), lanes->used);
   STOREI(at, lanes->at);
-  const intv row = rows_in(tile, at, nx);
-  const floatv u = first + step * TO_FLOATV(at - row * nx), v = first + step * TO_FLOATV(row);
-  lanes->rays = rays_at(rays, u, v);
+  const intv row = rows_in(tile, at, screen.nx);
+  const floatv u = screen.first + screen.step * TO_FLOATV(at - row * screen.nx);
+  lanes->rays = rays_at(screen.rays, u, screen.first + screen.step * TO_FLOATV(row));
   return 1;
 }
 
-inline int tiles_of(const int2 samples) {
-  return (samples.x + TILE - 1) / TILE * ((samples.y + TILE - 1) / TILE);
+inline int tiles_of(const Screen screen) {
+  return (screen.nx + TILE - 1) / TILE * ((screen.ny + TILE - 1) / TILE);
 }
 
 // Adds samples to a tile's second list, where wanted. Where one item goes through the tile, `used` are

@@ -29,12 +29,12 @@ typedef struct {
 // VECTORS times WIDTH lanes from place `begin` on, whose rays share a search. Returns how many
 // vectors are in use.
 inline int load_work(const int tile, const int begin, global const int* sample,
-                     global const int* count, const int nx, const float first, const float step,
-                     const float16 rays, Lanes* lanes, Around* around) {
+                     global const int* count, const Screen screen, Lanes* lanes,
+                     Around* around) {
   int v = 0;
   for (; v < VECTORS; ++v) {
     const int place = begin + v * WIDTH;
-    if (!load_lanes(tile, place, sample, count, nx, first, step, rays, lanes + v)) break;
+    if (!load_lanes(tile, place, sample, count, screen, lanes + v)) break;
     around->rays[v] = lanes[v].rays;
     around->wanted[v] = lanes[v].used;
   }
@@ -167,15 +167,15 @@ inline floatv density_on(const Cells cells, global const float* weight, const Ra
 // Blended samples carry where they lie with their trust (blend.cl): at a convex crease the sheets
 // vouch for each other down to a third of the contour's density, beyond an edge nothing shows.
 inline floatv trust_of(const floatv carried, intv* on_edge, intv* ended) {
-  *ended = carried > 3.5f;
-  *on_edge = !*ended & (carried > 1.5f);
+  *ended = carried > ENDED - 0.5f;
+  *on_edge = !*ended & (carried > ON_EDGE - 0.5f);
   return carried -
-         SELECT(SELECT((floatv)(0.0f), (floatv)(2.0f), *on_edge), (floatv)(4.0f), *ended);
+         SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), *on_edge), (floatv)(ENDED), *ended);
 }
 
 // The density below which the surface has ended.
-inline floatv contour_of(const intv on_edge, const float4 limits) {
-  return SELECT((floatv)(1.0f), (floatv)(0.3f), on_edge) * limits.x;
+inline floatv contour_of(const intv on_edge, const FieldLimits limits) {
+  return SELECT((floatv)(1.0f), (floatv)(0.3f), on_edge) * limits.contour;
 }
 
 // The samples are the field's.
@@ -202,7 +202,8 @@ typedef struct {
 // goes.
 inline Verdict judge(const int* at, const intv listed, global const float* triangle,
                      global const float* reference, global const float* trust,
-                     global const float* depth, const float4 limits, const int only_gaps) {
+                     global const float* depth, const FieldLimits limits,
+                     const int only_gaps) {
   const floatv none = (floatv)(0.0f);
   Verdict v;
   v.t0 = gather_float(reference, at);
@@ -219,7 +220,7 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
   v.contour = contour_of(on_edge, limits);
   const intv sure = live & (ended | (trusted >= 1.0f));
   intv alone = sure;
-  if (ANY(sure)) alone &= !(fabs(v.t - gather_float(triangle, at)) < limits.z);
+  if (ANY(sure)) alone &= !(fabs(v.t - gather_float(triangle, at)) < limits.vouching);
   v.gone = alone & ended;
   v.doubted = alone & !ended;
   v.mixed = live & !v.gone & (trusted < 1.0f);
@@ -242,12 +243,12 @@ inline void settle(const Verdict v, const int* at, const intv listed, const Rays
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
 // to behind them.
-inline floatv search_from(const floatv t, const floatv t0, const float4 limits) {
-  return larger(smaller(t, t0) - limits.w, (floatv)(1e-3f));
+inline floatv search_from(const floatv t, const floatv t0, const FieldLimits limits) {
+  return larger(smaller(t, t0) - limits.before, (floatv)(1e-3f));
 }
 
-inline floatv search_to(const floatv t, const floatv t0, const float beyond) {
-  return SELECT(t0, t, t < INFINITY) + beyond;
+inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limits) {
+  return SELECT(t0, t, t < INFINITY) + limits.beyond;
 }
 
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
@@ -259,17 +260,17 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
                    global float* normal,
                    global int* group, global uchar* kind, global float* behind, const Cells cells,
                    global const float* weight, global const float* level_weight,
-                   const float4 limits, const float beyond, Around* around) {
+                   const FieldLimits limits, Around* around) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const intv met = t < INFINITY;
   intv on_edge, ended;
   const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
-  const floatv from = search_from(t, t0, limits), to = search_to(t, t0, beyond);
+  const floatv from = search_from(t, t0, limits), to = search_to(t, t0, limits);
   const intv reaches = listed & (from <= to);
   Probes probes = {weight, t, listed & met, none};
   const Crossing c =
-      first_crossing(cells, level_weight, r, from, to, limits.y, reaches, around, &probes);
+      first_crossing(cells, level_weight, r, from, to, limits.level, reaches, around, &probes);
   const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
   floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
   const intv crossed = c.depth < INFINITY, compared = crossed & (share > 0.0f);
@@ -306,36 +307,26 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
 }
 
 // Leaves the samples where the field is to be followed to follow_field.
-kernel void settle_samples(
-    global const int* sample,       // [tiles][256] of samples.cl
-    global int* count,              // [2][tiles]; of those that are left, out
+kernel void settle_samples(    SAMPLES(, sample, count),       // of those that are left, out: how many
     global const float* triangle,   // [samples] depth of kept triangles
     global const float* reference,  // [samples] reference depth
-    global const float* trust,      // [samples] of the blend (blend.cl)
-    global float* depth,            // [samples] in and out
+    TRUSTED(, trust, depth),        // of the blend; the depth in and out
     global float* behind,           // [samples] out
     global int* selected,           // [tiles][256] out, those that are left
-    global const float* cell_x, global const float* cell_y, global const float* cell_z,
-    global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-    const uint mask, global const float* weight, const int2 samples, const float first,
-    const float step, const float16 rays,
-    const float4 limits,    // contour density; level of the field; a triangle this near vouches,
-                            // radii; search before, radii
-    const int only_gaps) {  // 1: samples that show something stay
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+    FIELD(cell_, weight), const Settling how) {  // 1: samples that show something stay
+  const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
   const int tile = tile_of_group();
-  global int* left = count + tiles_of(samples) + tile;
+  global int* left = count + tiles_of(how.screen) + tile;
   int used = 0;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors =
-        load_work(tile, place, sample, count, samples.x, first, step, rays, lanes, &around);
+    const int vectors = load_work(tile, place, sample, count, how.screen, lanes, &around);
     if (!vectors) break;
     Verdict verdict[VECTORS];
     for (int v = 0; v < vectors; ++v) {
-      verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, trust, depth, limits,
-                         only_gaps);
+      verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, trust, depth, how.limits,
+                         how.only_gaps);
       around.wanted[v] = verdict[v].doubted;
       ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
@@ -351,94 +342,65 @@ kernel void settle_samples(
 #endif
 }
 
-kernel void follow_field(
-    global const int* selected,  // [tiles][256] that settle_samples has left
-    global const int* count,     // [2][tiles]
+kernel void follow_field(    SAMPLES(const, selected, count),  // that settle_samples has left
     global const float* reference,
-    global const float* trust,  // [samples] of the blend (blend.cl)
-    global float* depth,        // [samples] in and out
-    global float* normal,       // [3][samples] in and out
-    global int* group,          // [samples] in and out
-    global uchar* kind,         // [samples] out: 2 where the field shows
-    global float* behind,       // [samples] out where nothing is found
-    global const float* cell_x, global const float* cell_y, global const float* cell_z,
-    global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-    const uint mask, global const float* weight, global const float* level_weight,
-    const int2 samples, const float first, const float step, const float16 rays,
-    const float4 limits,
-    const float beyond) {  // search behind, particle radii
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+    SURFACE(, ),           // of the blend; in and out; kind 2 where the field shows
+    global float* behind,  // [samples] out where nothing is found
+    FIELD(cell_, weight), global const float* level_weight, const Settling how) {  // search behind, particle radii
+  const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors =
-        load_work(dealt_tile(), place, selected, count + tiles_of(samples), samples.x, first, step,
-                  rays, lanes, &around);
+    const int vectors = load_work(dealt_tile(), place, selected, count + tiles_of(how.screen),
+                                  how.screen, lanes, &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
-      ask_for(search_from(t, t0, limits), search_to(t, t0, beyond), lanes[v].used, &around);
+      ask_for(search_from(t, t0, how.limits), search_to(t, t0, how.limits), lanes[v].used, &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
-      follow(lanes[v].at, lanes[v].used, samples.x * samples.y, lanes[v].rays, reference, trust,
-             depth, normal, group, kind, behind, cells, weight, level_weight, limits, beyond,
+      follow(lanes[v].at, lanes[v].used, how.screen.nx * how.screen.ny, lanes[v].rays, reference,
+             trust, depth, normal, group, kind, behind, cells, weight, level_weight, how.limits,
              &around);
   }
 }
 
 // Both at a list of positions. One work-item per point, WIDTH 1.
 #if WIDTH == 1
-kernel void settle_points(
-    global const float* triangle, global const float* reference, global float* trust,
-    global float* depth, global float* normal, global int* group, global uchar* kind,
-    global float* behind,
+kernel void settle_points(    global const float* triangle, global const float* reference, SURFACE(, ), global float* behind,
     global const float* points,  // [2][n] u, v, pixels
-    global const float* cell_x, global const float* cell_y, global const float* cell_z,
-    global const uint* cell_tag, global const int* cell_start, const float inverse_cell,
-    const uint mask, global const float* weight, global const float* level_weight, const int n,
-    const float16 rays, const float4 limits, const float beyond) {
-  const int p = get_global_id(0);
+    FIELD(cell_, weight), global const float* level_weight,
+    const Settling how) {
+  const int p = get_global_id(0), n = how.screen.nx;
   if (p >= n) return;
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  const Rays r = rays_at(rays, points[p], points[n + p]);
+  const Cells cells = CELLS_OF(cell_);
+  const Rays r = rays_at(how.screen.rays, points[p], points[n + p]);
   Around around;
   around.vectors = 1;
   around.count = -1;  // nothing to share: every point searches for itself
-  const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, limits, 0);
+  const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, how.limits, 0);
   settle(verdict, &p, 1, r, depth, behind, cells, weight, &around);
   if (verdict.mixed)
     follow(&p, 1, n, r, reference, trust, depth, normal, group, kind, behind, cells,
-           weight, level_weight, limits, beyond, &around);
+           weight, level_weight, how.limits, &around);
 }
 #endif
 
 // The splash: the levelled field's first crossing between the splash particles' fronts and backs,
 // where it lies in front of the surface.
-kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
-                        global const int* count,   // [tiles]
-                        global const float* from,  // [samples] start depth
-                        global const float* to,    // [samples] end depth
-                        global float* depth,       // [samples] in and out
-                        global float* normal,      // [3][samples] eye axes, in and out
-                        global int* group,         // [samples] -1 where splash was drawn
-                        global uchar* kind,        // [samples] 2 where splash was drawn
-                        global const float* cell_x, global const float* cell_y,
-                        global const float* cell_z, global const float* level_weight,
-                        global const uint* cell_tag, global const int* cell_start,
-                        const float inverse_cell, const uint mask,
-                        const int2 samples, const float first, const float step,
-                        const float16 rays, const float level,
+kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
+                        SHOWN(, ),  // in and out; group -1 and kind 2 where splash was drawn
+                        CELLS_WITH(cell_, level_weight), const Screen screen,
+                        const float level,         // of the field
                         global const float* open,  // [samples], read unless over_gaps
                         const int over_gaps) {     // 0: samples that are open stay (WIDTH 1; others
                                                    // are not listed)
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
+  const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors =
-        load_work(dealt_tile(), place, sample, count, samples.x, first, step, rays, lanes,
-                  &around);
+    const int vectors = load_work(dealt_tile(), place, sample, count, screen, lanes, &around);
     if (!vectors) return;
 #if WIDTH == 1
     if (!over_gaps)
@@ -457,7 +419,7 @@ kernel void draw_splash(global const int* sample,  // [tiles][256] of samples.cl
       const Crossing c = first_crossing(cells, level_weight, l.rays, start, end, level,
                                         l.used & (start < end), &around, &none);
       const intv drawn = l.used & (c.depth < end);
-      store_surface(c.depth, c.nx, c.ny, c.nz, l.at, drawn, samples.x * samples.y, depth, normal);
+      store_surface(c.depth, c.nx, c.ny, c.nz, l.at, drawn, screen.nx * screen.ny, depth, normal);
       mark_splash(l.at, drawn, group, kind);
     }
   }

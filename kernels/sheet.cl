@@ -41,17 +41,14 @@ inline void add_fits(const Fits fits, const int* item, const int count, const fl
 // Up to WIDTH fits of SPAN cells of a row at a time, BLOCK a work-item. A fit at distance l whose
 // normal is n' weighs
 //   share (1 - l / reach) smoothstep(low, high, n.n').
-kernel void average_on_sheets(
-    global float* mean,          // [2][n] of the values; 0 where nothing weighs anything
-    global const float* cell_x,  // [n] in bucket order
-    global const float* cell_y, global const float* cell_z, global const uint* cell_tag,
-    global const int* cell_start, const float inverse_cell, const uint mask, const int n,
+kernel void average_on_sheets(    global float* mean,  // [2][n] of the values; 0 where nothing weighs anything
+    CELLS(cell_), const int n,
     global const float* normal,  // [3][n] in bucket order
     global const float* share,   // [n]
     global const float* value,   // [2][n]
-    const float reach, const float low, const float high) {
-  const Cells cells = {cell_x, cell_y, cell_z, cell_tag, cell_start, inverse_cell, mask};
-  const Fits fits = {cells, n, normal, share, value, reach, low, high};
+    const SheetWeights weights) {
+  const Cells cells = CELLS_OF(cell_);
+  const Fits fits = {cells, n, normal, share, value, weights.reach, weights.low, weights.high};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
   for (int first = begin; first < end;) {
@@ -65,11 +62,11 @@ kernel void average_on_sheets(
     for (int k = -1; k <= 1; ++k)
       for (int j = -1; j <= 1; ++j) {
         const int tag = (int)tag_of(own.cx, own.cy + j, own.cz + k);
-        Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, own.wide + 2, mask);
-        while (next_range(&row, cell_start, mask))
+        Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, own.wide + 2, cells.mask);
+        while (next_range(&row, cells.start, cells.mask))
           for (int p = row.begin; p < row.end; p += WIDTH) {
-            count = append(near_box(box, cells, p, reach) &
-                               SAME_ROW(LOADI((global const int*)cell_tag + p), tag) &
+            count = append(near_box(box, cells, p, fits.reach) &
+                               SAME_ROW(LOADI((global const int*)cells.tag + p), tag) &
                                (LANES < (float)(row.end - p)),
                            p, item, count);
             if (count < AT_A_TIME) continue;

@@ -207,24 +207,19 @@ inline int close_block(const int2 block, global const float* depth, global const
   return changing;
 }
 
-kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
-                         global const float* normal,  // [3][ny*nx]
-                         global const int* group, global const uchar* kind,
-                         global float* closed_depth,  // out, where a sample changes
-                         global float* closed_normal, global int* closed_group,
-                         global uchar* closed_kind,
+kernel void close_specks(SHOWN(const, ),
+                         SHOWN(, closed_),             // out, where a sample changes
                          global uchar* change,         // [ny*nx] out in changed blocks
                          global const uchar* changed,  // [rows][stride] in the round before; in the
                                                        // first, the listed blocks (samples.hpp)
                          global uchar* changes,        // [rows][stride] of blocks, out: in this round
-                         const int2 samples, const int2 blocks,
-                         const int stride,  // blocks in a row, and those that pad it to runs
-                         const int round,
-                         const float jump,       // particle radii
-                         const int large) {  // 1: particles have a radius of some samples
+                         const Closing how) {  // 1: particles have a radius of some samples
+  const int2 samples = (int2)(how.blocks.nx, how.blocks.ny);
+  const int2 blocks = (int2)(how.blocks.across, how.blocks.down);
+  const int stride = how.blocks.stride;
   const int2 run = (int2)(get_global_id(0) * RUN, get_global_id(1));
   if (run.x >= blocks.x || run.y >= blocks.y) return;
-  if (round > 0 && !changed_near_run(changed, run, blocks, stride)) {
+  if (how.round > 0 && !changed_near_run(changed, run, blocks, stride)) {
     clear_run(changes + run.y * stride + run.x);
     return;
   }
@@ -232,20 +227,18 @@ kernel void close_specks(global const float* depth,   // [ny*nx] particle radii
     const int2 block = (int2)(run.x + k, run.y);
     int changing = 0;  // rows, as bits
     if (block.x < blocks.x &&
-        (round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
+        (how.round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
                     : changed_near(changed, block, blocks, stride)))
       changing = close_block(block, depth, normal, group, kind, closed_depth, closed_normal,
-                             closed_group, closed_kind, change, samples, jump, large);
+                             closed_group, closed_kind, change, samples, how.jump, how.large);
     changes[block.y * stride + block.x] = changing != 0;
   }
 }
 
-kernel void apply_closed(global const float* closed_depth, global const float* closed_normal,
-                         global const int* closed_group, global const uchar* closed_kind,
-                         global const uchar* change, global const uchar* changes,
-                         global float* depth, global float* normal, global int* group,
-                         global uchar* kind, const int2 samples, const int2 blocks,
-                         const int stride) {
+kernel void apply_closed(SHOWN(const, closed_), global const uchar* change,
+                         global const uchar* changes, SHOWN(, ), const Blocks how) {
+  const int2 samples = (int2)(how.nx, how.ny), blocks = (int2)(how.across, how.down);
+  const int stride = how.stride;
   const int2 run = (int2)(get_global_id(0) * RUN, get_global_id(1));
   if (run.x >= blocks.x || run.y >= blocks.y || !any_of_run(changes + run.y * stride + run.x))
     return;

@@ -22,10 +22,8 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
                                                             // particle radii; pixels u, v and half
                                                             // extents on the screen
                             global float* sphere,           // [stride][8] x, y, t, R^2, nearest
-                            global int* box, global float* key, global int* cover,
-                            global float* deepest, const int stride, const int2 samples,
-                            const float2 grid,  // first sample and step, pixels
-                            const float16 rays,
+                            OUTLINES(, box, key), COVERS(, cover, deepest), const int stride,
+                            const Screen screen,
                             const float2 largest,  // O, particle radii; D
                             const int shift) {     // a cell's side is 1 << shift samples
   const int p = get_global_id(0) * WIDTH;
@@ -33,13 +31,13 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   global const float* here = particles + p;
   const floatv x = LOADF(here), y = LOADF(here + stride), t = LOADF(here + 2 * stride);
   const floatv radius = LOADF(here + 3 * stride);
-  const floatv u = LOADF(here + 4 * stride) - grid.x, v = LOADF(here + 5 * stride) - grid.x;
+  const floatv u = LOADF(here + 4 * stride) - screen.first, v = LOADF(here + 5 * stride) - screen.first;
   const floatv hu = LOADF(here + 6 * stride), hv = LOADF(here + 7 * stride);
-  const float inverse = 1.0f / grid.y;
+  const float inverse = 1.0f / screen.step;
   STOREI(first_within((u - hu) * inverse), box + p);
-  STOREI(last_within((u + hu) * inverse, samples.x), box + stride + p);
+  STOREI(last_within((u + hu) * inverse, screen.nx), box + stride + p);
   STOREI(first_within((v - hv) * inverse), box + 2 * stride + p);
-  STOREI(last_within((v + hv) * inverse, samples.y), box + 3 * stride + p);
+  STOREI(last_within((v + hv) * inverse, screen.ny), box + 3 * stride + p);
 
   const float steepest = 1.0f + largest.y * largest.y;
   const floatv off =
@@ -53,15 +51,15 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   store_records(record, sphere + 8 * p);
 
   const intv i0 = first_cell((u - 0.69f * hu) * inverse, shift);
-  const intv i1 = last_cell((u + 0.69f * hu) * inverse, samples.x, shift);
+  const intv i1 = last_cell((u + 0.69f * hu) * inverse, screen.nx, shift);
   const intv j0 = first_cell((v - 0.69f * hv) * inverse, shift);
-  const intv j1 = last_cell((v + 0.69f * hv) * inverse, samples.y, shift);
+  const intv j1 = last_cell((v + 0.69f * hv) * inverse, screen.ny, shift);
   intv covers = nearest > 0.0f;
   floatv corner = (floatv)(0.0f);
   for (int k = 0; k < 4; ++k) {
-    const intv i = k & 1 ? last_of(i1, samples.x, shift) : first_of(i0, shift);
-    const intv j = k & 2 ? last_of(j1, samples.y, shift) : first_of(j0, shift);
-    const Rays r = rays_at(rays, grid.x + grid.y * TO_FLOATV(i), grid.x + grid.y * TO_FLOATV(j));
+    const intv i = k & 1 ? last_of(i1, screen.nx, shift) : first_of(i0, shift);
+    const intv j = k & 2 ? last_of(j1, screen.ny, shift) : first_of(j0, shift);
+    const Rays r = rays_at(screen.rays, screen.first + screen.step * TO_FLOATV(i), screen.first + screen.step * TO_FLOATV(j));
     const floatv qx = r.ox + t * r.dx - x, qy = r.oy + t * r.dy - y;
     const floatv b = qx * r.dx + qy * r.dy;
     const floatv discriminant = b * b - r.a * (qx * qx + qy * qy - radius * radius);
@@ -85,12 +83,12 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
 
 // Draws the spheres of a bin into a private map, with `owned` its owners as well.
 inline void draw_spheres(const Part part, global const float* sphere, global const int2* entry,
-                         Rays* rays, floatv* map, intv* owner, const float2 grid, const float16 ray,
+                         Rays* rays, floatv* map, intv* owner, const Screen screen,
                          const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
-  const floatv u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
+  const floatv u = screen.first + screen.step * TO_FLOATV(part.i - part.column + column);
   for (int row = 0; row < ROWS; ++row) {
-    rays[row] = rays_at(ray, u, (floatv)(grid.x + grid.y * (float)(part.j + row)));
+    rays[row] = rays_at(screen.rays, u, (floatv)(screen.first + screen.step * (float)(part.j + row)));
     map[row] = (floatv)(INFINITY);
     if (owned) owner[row] = (intv)(INT_MAX);
   }
@@ -131,32 +129,27 @@ inline void draw_spheres(const Part part, global const float* sphere, global con
 // The nearest entry at every sample of the listed bins; INFINITY where there is none.
 // The range of this kernel and the next: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void cast_spheres(global const float* sphere,  // [stride][8] see outline_spheres
-                         global const int* end,       // [bins] see fill_bins
-                         global const int2* entry,    // [entries]
-                         global float* depth,         // [ny*nx] particle radii
-                         const int2 range,            // the bins that are listed
-                         const int bins_x, const int2 samples, const float2 grid,
-                         const float16 ray) {
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
+                         ENTRIES(end, entry),
+                         global float* depth,  // [ny*nx] particle radii
+                         const ListedBins bins, const Screen screen) {
+  const Part part = part_of(end, bins);
+  if (part.bin >= bins.end) return;  // the range is rounded up to whole work-groups
   Rays rays[ROWS];
   floatv map[ROWS];
-  draw_spheres(part, sphere, entry, rays, map, 0, grid, ray, 0);
-  store_rows(part, map, depth, samples);
+  draw_spheres(part, sphere, entry, rays, map, 0, screen, 0);
+  store_rows(part, map, depth, screen.nx, screen.ny);
 }
 
 // (X - c) / radius at every sample that meets a sphere.
-kernel void sphere_normals(global const float* sphere, global const int* end,
-                           global const int2* entry,
+kernel void sphere_normals(global const float* sphere, ENTRIES(end, entry),
                            global float* normal,  // [3][ny*nx] unit, eye axes; zero: no surface
-                           const int2 range, const int bins_x, const int2 samples,
-                           const float2 grid, const float16 ray) {
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
+                           const ListedBins bins, const Screen screen) {
+  const Part part = part_of(end, bins);
+  if (part.bin >= bins.end) return;
   Rays rays[ROWS];
   floatv map[ROWS];
   intv owner[ROWS];
-  draw_spheres(part, sphere, entry, rays, map, owner, grid, ray, 1);
+  draw_spheres(part, sphere, entry, rays, map, owner, screen, 1);
   floatv nx[ROWS], ny[ROWS], nz[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     int own[WIDTH];
@@ -178,8 +171,8 @@ kernel void sphere_normals(global const float* sphere, global const int* end,
     ny[row] = SELECT(y / length, (floatv)(0.0f), none);
     nz[row] = SELECT(z / length, (floatv)(0.0f), none);
   }
-  const int size = samples.x * samples.y;
-  store_rows(part, nx, normal, samples);
-  store_rows(part, ny, normal + size, samples);
-  store_rows(part, nz, normal + 2 * size, samples);
+  const int size = screen.nx * screen.ny;
+  store_rows(part, nx, normal, screen.nx, screen.ny);
+  store_rows(part, ny, normal + size, screen.nx, screen.ny);
+  store_rows(part, nz, normal + 2 * size, screen.nx, screen.ny);
 }

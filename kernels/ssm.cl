@@ -80,7 +80,7 @@ kernel void depth_normals(global const float* depth,  // [ny*nx] particle radii;
                           const int nx, const int ny,
                           const float2 grid,  // first sample and step, pixels
                           const float z_max,  // particle radii
-                          const float16 ray) {
+                          const RayMap ray) {
   const int i = get_global_id(0) * WIDTH;
   const int j = get_global_id(1);
   if (i >= nx || j >= ny) return;  // the range is rounded up to whole work-groups

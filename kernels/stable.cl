@@ -27,10 +27,9 @@ inline int2 samples_between(const float low, const float high, const float first
 // depths are drawn, with 1 the owners where the depth is the drawn one.
 kernel void own_triangles(global const float* corners,  // [12][stride] u, v, t, e of three corners
                           global const int* particle,   // [3][stride] owner that a corner stands for
-                          global uint* depth,           // [samples] bits; +inf before
-                          global int* owner,            // [samples] INT_MAX before
-                          const int n, const int stride, const int2 samples, const float first,
-                          const float step, const int perspective, const int owner_pass) {
+                          OWNED(depth, owner),  // bits of the depth, +inf before; INT_MAX before
+                          const int n, const int stride, const Lattice samples,
+                          const int perspective, const int owner_pass) {
   const int k = get_global_id(0);
   if (k >= n) return;
   float u[3], v[3], t[3], e[3];
@@ -45,13 +44,13 @@ kernel void own_triangles(global const float* corners,  // [12][stride] u, v, t,
   const float doubled = (u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]);
   if (fabs(doubled) < 1e-9f) return;
   const float inverse = 1.0f / doubled;
-  const int2 is = samples_between(fmin(u[0], fmin(u[1], u[2])), fmax(u[0], fmax(u[1], u[2])), first,
-                                  step, samples.x);
-  const int2 js = samples_between(fmin(v[0], fmin(v[1], v[2])), fmax(v[0], fmax(v[1], v[2])), first,
-                                  step, samples.y);
+  const int2 is = samples_between(fmin(u[0], fmin(u[1], u[2])), fmax(u[0], fmax(u[1], u[2])), samples.first,
+                                  samples.step, samples.nx);
+  const int2 js = samples_between(fmin(v[0], fmin(v[1], v[2])), fmax(v[0], fmax(v[1], v[2])), samples.first,
+                                  samples.step, samples.ny);
   for (int j = js.x; j <= js.y; ++j)
     for (int i = is.x; i <= is.y; ++i) {
-      const float x = first + step * (float)i, y = first + step * (float)j;
+      const float x = samples.first + samples.step * (float)i, y = samples.first + samples.step * (float)j;
       const float l1 = ((x - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (y - v[0])) * inverse;
       const float l2 = ((u[1] - u[0]) * (y - v[0]) - (x - u[0]) * (v[1] - v[0])) * inverse;
       const float l0 = 1.0f - l1 - l2;
@@ -59,7 +58,7 @@ kernel void own_triangles(global const float* corners,  // [12][stride] u, v, t,
       float d = l0 * t[0] + l1 * t[1] + l2 * t[2];
       if (perspective) d = 1.0f / d;
       if (!(d > 0.0f)) continue;
-      const int s = j * samples.x + i;
+      const int s = j * samples.nx + i;
       if (!owner_pass) {
         atomic_min(depth + s, as_uint(d));
       } else if (depth[s] == as_uint(d)) {
@@ -113,14 +112,11 @@ kernel void own_capsules(global const float* ends,       // [8][stride] u, v, t,
                          global const int* particle,     // [2][stride]
                          global const float* records,    // [particles][RECORD]
                          global const float* triangles,  // [samples] depth of own_triangles
-                         global uint* depth,             // [samples] bits; +inf before
-                         global int* owner,              // [samples] INT_MAX before
-                         const int n, const int stride, const int2 samples, const float first,
-                         const float step, const float16 rays,
-                         const float aspect,  // pixels along u over pixels along v
-                         const float radius,  // particle radii
-                         const float apart,   // depth at which there are two layers, radii
-                         const int owner_pass) {
+                         OWNED(depth, owner),            // as of own_triangles
+                         const Capsules capsules, const Screen screen, const int owner_pass) {
+  const int n = capsules.count, stride = capsules.stride;
+  const float aspect = capsules.aspect, radius = capsules.radius, apart = capsules.apart;
+  const float first = screen.first, step = screen.step;
   const int k = get_global_id(0);
   if (k >= n) return;
   const float ua = ends[k], va = ends[stride + k] * aspect, ta = ends[2 * stride + k],
@@ -132,29 +128,29 @@ kernel void own_capsules(global const float* ends,       // [8][stride] u, v, t,
   global const float* gb = records + b * RECORD;
   const float reach = fmax(ka, kb) * radius;
   const int2 is = samples_between(fmin(ua, ub) - reach, fmax(ua, ub) + reach, first, step,
-                                  samples.x);
+                                  screen.nx);
   const int2 js = samples_between((fmin(va, vb) - reach) / aspect, (fmax(va, vb) + reach) / aspect,
-                                  first, step, samples.y);
-  const float eu = ub - ua, ev = vb - va, screen = eu * eu + ev * ev;
+                                  first, step, screen.ny);
+  const float eu = ub - ua, ev = vb - va, square = eu * eu + ev * ev;
   const float ex = gb[0] - ga[0], ey = gb[1] - ga[1], ez = gb[2] - ga[2];
   const float space = ex * ex + ey * ey + ez * ez;
   for (int j = js.x; j <= js.y; ++j)
     for (int i = is.x; i <= is.y; ++i) {
       const float u = first + step * (float)i, v = first + step * (float)j;
       const float du = u - ua, dv = v * aspect - va;
-      const float f = screen > 1e-12f ? clamp((du * eu + dv * ev) / screen, 0.0f, 1.0f) : 0.0f;
+      const float f = square > 1e-12f ? clamp((du * eu + dv * ev) / square, 0.0f, 1.0f) : 0.0f;
       const float pu = du - f * eu, pv = dv - f * ev, scale = ka + f * (kb - ka);
       const float squared = (pu * pu + pv * pv) / (scale * scale);
       if (squared > radius * radius) continue;
       const float t = ta + f * (tb - ta);
-      const int s = j * samples.x + i;
+      const int s = j * screen.nx + i;
       if (triangles[s] - t + 1.0f < apart) continue;
       float z = INFINITY;
       int by = f < 0.5f ? a : b;
       if (squared <= 1.0f) {
         z = t - sqrt(1.0f - squared);
       } else {
-        const Ray r = ray_at(rays, u, v);
+        const Ray r = ray_at(screen.rays, u, v);
         for (int end = 0; end < 2 && z == INFINITY; ++end) {
           const int p = end == 0 ? by : a + b - by;
           global const float* g = records + p * RECORD;
@@ -326,31 +322,24 @@ inline int in_reach(global const float* g, const Sample s) {
 // the ray meets no fit, the place where the fits come nearest to it is shown.
 // One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples or
 // a part of one.
-kernel void blend_particles(
-    global const float* reference,  // [samples] depth; +inf: leave the sample
-    global const float* front,      // [samples] depth where no fit is met
-    global const int* owner,        // [samples]
-    global const float* records,    // [particles][RECORD]
-    global const int* tile_start,   // [tiles + 1]
-    global const int* tile_group,   // particles, ascending in each tile
-    global float* depth,            // [samples]
-    global float* normal,           // [3][samples]
-    global int* group,              // [samples] the heaviest particle
-    const int2 samples, const float first, const float step, const float16 rays,
-    const float d_max,
-    const float4 sheets) {  // sigma's ends, largest distance of two sheets, unused
+kernel void blend_particles(    STABLE_REGION(reference, front, owner),  // +inf: leave the sample; depth where no fit is met
+    global const float* records,             // [particles][RECORD]
+    global const int* tile_start,            // [tiles + 1]
+    global const int* tile_group,            // particles, ascending in each tile
+    FOUND(depth, normal, group),             // the heaviest particle
+    const Screen screen, const Blending blending) {  // sigma's ends, largest distance of two sheets, unused
   const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
-  const int tile = tile_under_group(samples.x);
+  const int tile = tile_under_group(screen.nx);
   const int begin = tile_start[tile], end = tile_start[tile + 1];
-  if (j >= samples.y || i >= samples.x) return;
-  const int at = j * samples.x + i, n = samples.x * samples.y;
+  if (j >= screen.ny || i >= screen.nx) return;
+  const int at = j * screen.nx + i, n = screen.nx * screen.ny;
 
   // The last item of a row may reach past it.
   float part_t[WIDTH], part_front[WIDTH], part_x[WIDTH], part_y[WIDTH], part_z[WIDTH];
   int part_owner[WIDTH];
   int covered = 0;
   for (int k = 0; k < WIDTH; ++k) {
-    const int inside = i + k < samples.x;
+    const int inside = i + k < screen.nx;
     part_t[k] = inside ? reference[at + k] : INFINITY;
     part_front[k] = inside ? front[at + k] : INFINITY;
     part_owner[k] = inside ? owner[at + k] : -1;
@@ -370,12 +359,12 @@ kernel void blend_particles(
   s.t = SELECT((floatv)(1.0f), s.t, wanted);
   const floatv t = s.t;
   floatv ax = LOADF(part_x), ay = LOADF(part_y), az = LOADF(part_z);
-  const floatv u = first + step * ((float)i + LANES);
-  const float v = first + step * (float)j;
-  s.dx = rays.s6 + rays.s7 * u + rays.s8 * v;
-  s.dy = rays.s9 + rays.sa * u + rays.sb * v;
-  s.sx = rays.s0 + rays.s1 * u + rays.s2 * v + t * s.dx;
-  s.sy = rays.s3 + rays.s4 * u + rays.s5 * v + t * s.dy;
+  const floatv u = screen.first + screen.step * ((float)i + LANES);
+  const float v = screen.first + screen.step * (float)j;
+  s.dx = screen.rays.dx + screen.rays.dx_u * u + screen.rays.dx_v * v;
+  s.dy = screen.rays.dy + screen.rays.dy_u * u + screen.rays.dy_v * v;
+  s.sx = screen.rays.ox + screen.rays.ox_u * u + screen.rays.ox_v * v + t * s.dx;
+  s.sy = screen.rays.oy + screen.rays.oy_u * u + screen.rays.oy_v * v + t * s.dy;
 
   Hit cache[CACHED];
   int cached_id[CACHED];
@@ -387,7 +376,7 @@ kernel void blend_particles(
   for (int k = begin; k < end; ++k) {
     const int id = tile_group[k];
     if (!in_reach(records + id * RECORD, s)) continue;
-    const Hit hit = hit_particle(records + id * RECORD, s, d_max);
+    const Hit hit = hit_particle(records + id * RECORD, s, blending.d_max);
     const floatv passed = fmax(-hit.weight, (floatv)(0.0f));
     wm += passed;
     tm += passed * hit.tau;
@@ -420,8 +409,8 @@ kernel void blend_particles(
     for (int k = 0; k < kept + (end - rest); ++k) {
       const int id = k < kept ? cached_id[k] : tile_group[rest + k - kept];
       global const float* g = records + id * RECORD;
-      const Hit hit = k < kept ? cache[k] : hit_particle(g, s, d_max);
-      const floatv same = smooth_step(sheets.x, sheets.y, hit.gx * ax + hit.gy * ay + hit.gz * az);
+      const Hit hit = k < kept ? cache[k] : hit_particle(g, s, blending.d_max);
+      const floatv same = smooth_step(blending.same_low, blending.same_high, hit.gx * ax + hit.gy * ay + hit.gz * az);
       const floatv w = fmax(hit.weight, (floatv)(0.0f)), a = w * same, b = w - a;
       nax += a * hit.gx;
       nay += a * hit.gy;
@@ -476,7 +465,7 @@ kernel void blend_particles(
   // The mean of each sheet's centre over the other's plane.
   const floatv h = hx * ax + hy * ay + hz * az - (hx * nbx + hy * nby + hz * nbz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
-  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= sheets.z);
+  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= blending.crease);
   const intv only_b = !(wa > 1e-9f);
   floatv share = smooth_step(0.03f, 0.15f, wb / fmax(wa + wb, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);

@@ -9,29 +9,24 @@ typedef struct {
   float i[WIDTH], j[WIDTH];  // in the map, cells; i < 0: behind the near plane or not near the screen
 } Places;
 
-inline Places places_of(const floatv x, const floatv y, const floatv z, const float16 from_world,
-                        const float4 u_row, const float4 v_row, const float4 w_row,
-                        const float4 extent,  // pixels*w per radius along u, along v; near depth;
-                                              // margin, particle radii
-                        const float4 map,     // 1 / cell; cells beyond the screen's edge; width and
-                                              // height of the screen, pixels
-                        const int2 cells) {
-  const floatv px = x - from_world.sc, py = y - from_world.sd, pz = z - from_world.se;
-  const floatv ex = from_world.s0 * px + from_world.s1 * py + from_world.s2 * pz + from_world.s9;
-  const floatv ey = from_world.s3 * px + from_world.s4 * py + from_world.s5 * pz + from_world.sa;
-  const floatv ez = from_world.s6 * px + from_world.s7 * py + from_world.s8 * pz + from_world.sb;
-  const floatv w = w_row.x * ex + w_row.y * ey + w_row.z * ez + w_row.w;
+inline Places places_of(const floatv x, const floatv y, const floatv z, const Projection to,
+                        const FrontCells map) {
+  const floatv px = x - to.origin[0], py = y - to.origin[1], pz = z - to.origin[2];
+  const floatv ex = to.rotation[0] * px + to.rotation[1] * py + to.rotation[2] * pz + to.shift[0];
+  const floatv ey = to.rotation[3] * px + to.rotation[4] * py + to.rotation[5] * pz + to.shift[1];
+  const floatv ez = to.rotation[6] * px + to.rotation[7] * py + to.rotation[8] * pz + to.shift[2];
+  const floatv w = to.w_row[0] * ex + to.w_row[1] * ey + to.w_row[2] * ez + to.w_row[3];
   const floatv share = 1.0f / w;
-  const floatv u = (u_row.x * ex + u_row.y * ey + u_row.z * ez + u_row.w) * share;
-  const floatv v = (v_row.x * ex + v_row.y * ey + v_row.z * ez + v_row.w) * share;
-  const floatv mu = extent.w * extent.x * share, mv = extent.w * extent.y * share;
-  const floatv i = clamp(u * map.x + map.y, (floatv)(0.0f), (floatv)((float)cells.x - 0.01f));
-  const floatv j = clamp(v * map.x + map.y, (floatv)(0.0f), (floatv)((float)cells.y - 0.01f));
+  const floatv u = (to.u_row[0] * ex + to.u_row[1] * ey + to.u_row[2] * ez + to.u_row[3]) * share;
+  const floatv v = (to.v_row[0] * ex + to.v_row[1] * ey + to.v_row[2] * ez + to.v_row[3]) * share;
+  const floatv mu = to.margin * to.u_scale * share, mv = to.margin * to.v_scale * share;
+  const floatv i = clamp(u * map.per_pixel + map.border, (floatv)(0.0f), (floatv)((float)map.nx - 0.01f));
+  const floatv j = clamp(v * map.per_pixel + map.border, (floatv)(0.0f), (floatv)((float)map.ny - 0.01f));
   // A coordinate that is not a number fails these comparisons.
   const floatv kept =
       SELECT((floatv)(-1.0f), i,
-             (-ez > extent.z) & (u + mu >= 0.0f) & (u - mu <= map.z) & (v + mv >= 0.0f) &
-                 (v - mv <= map.w));
+             (-ez > to.near_depth) & (u + mu >= 0.0f) & (u - mu <= to.width) & (v + mv >= 0.0f) &
+                 (v - mv <= to.height));
   Places places;
   STOREF(-ez, places.depth);
   STOREF(kept, places.i);
@@ -40,45 +35,37 @@ inline Places places_of(const floatv x, const floatv y, const floatv z, const fl
 }
 
 // The depth of the nearest particle in every cell.
-kernel void find_fronts(global const float* x,  // [count] world units, padded to WIDTH
-                        global const float* y, global const float* z,
+kernel void find_fronts(POINTS(x, y, z),     // [count] world units, padded to WIDTH
                         global uint* front,  // [cells] bits of the depth; +infinity before
-                        const int count, const float16 from_world, const float4 u_row,
-                        const float4 v_row, const float4 w_row, const float4 extent,
-                        const float4 map, const int2 cells) {
+                        const int count, const Projection to, const FrontCells map) {
   const int first = get_global_id(0) * WIDTH;
   if (first >= count) return;
-  const Places at = places_of(LOADF(x + first), LOADF(y + first), LOADF(z + first), from_world,
-                              u_row, v_row, w_row, extent, map, cells);
+  const Places at = places_of(LOADF(x + first), LOADF(y + first), LOADF(z + first), to, map);
   for (int k = 0; k < WIDTH && first + k < count; ++k)
     if (at.i[k] >= 0.0f)
-      atomic_min(front + ((int)at.j[k] * cells.x + (int)at.i[k]), as_uint(at.depth[k]));
+      atomic_min(front + ((int)at.j[k] * map.nx + (int)at.i[k]), as_uint(at.depth[k]));
 }
 
 // The particles that lie before their block's limit: their places in the chunk, in any order, with
 // the highest bit set where they are of the front layer. That is a plane through the front of their
 // cell, which lies at the edge of the cell that is nearest to the camera.
-kernel void select_near(global const float* x, global const float* y, global const float* z,
+kernel void select_near(POINTS(x, y, z),
                         global const float4* layer,  // [cells] front; its slopes along u and v,
                                                      // per cell; thickness; particle radii
                         global const float* limit,   // [blocks] deepest depth that is of interest
                         global uint* selected,       // [count]
                         global int* selected_count,  // 0 before
-                        const int count, const float16 from_world, const float4 u_row,
-                        const float4 v_row, const float4 w_row, const float4 extent,
-                        const float4 map, const int2 cells,
-                        const int2 blocks) {  // cells along a block's side; blocks in a row
+                        const int count, const Projection to, const FrontCells map) {  // cells along a block's side; blocks in a row
   const int first = get_global_id(0) * WIDTH;
   if (first >= count) return;
-  const Places at = places_of(LOADF(x + first), LOADF(y + first), LOADF(z + first), from_world,
-                              u_row, v_row, w_row, extent, map, cells);
+  const Places at = places_of(LOADF(x + first), LOADF(y + first), LOADF(z + first), to, map);
   uint found[WIDTH];
   int n = 0;
   for (int k = 0; k < WIDTH && first + k < count; ++k) {
     if (!(at.i[k] >= 0.0f)) continue;
     const int i = (int)at.i[k], j = (int)at.j[k];
-    if (!(at.depth[k] <= limit[j / blocks.x * blocks.y + i / blocks.x])) continue;
-    const float4 here = layer[j * cells.x + i];
+    if (!(at.depth[k] <= limit[j / map.block * map.blocks + i / map.block])) continue;
+    const float4 here = layer[j * map.nx + i];
     const float along_u = at.i[k] - (float)i - (here.y >= 0.0f ? 0.0f : 1.0f);
     const float along_v = at.j[k] - (float)j - (here.z >= 0.0f ? 0.0f : 1.0f);
     const float back = here.x + here.y * along_u + here.z * along_v + here.w;

@@ -17,9 +17,8 @@
 // What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
                           global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, nearest
-                          global int* box,     // [4][stride] see bins.cl
-                          global float* key,   // [stride] FRONT: nearest depth; BEHIND: the least
-                                               // negative depth; EVERY: none is left out
+                          OUTLINES(, box, key),  // key: FRONT: nearest depth; BEHIND: the least
+                                                 // negative depth; EVERY: none is left out
                           const int stride,
                           const int2 nodes,     // nx, ny
                           const float2 origin,  // first node's coordinate, 1 / step; pixels
@@ -48,9 +47,7 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
 // The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
 // half axes, as large as fits: cells that no disc covers cost more than bounds that are less near.
 // Like outline_discs.
-kernel void cover_discs(global const float* particles,
-                        global int* cover,      // [4][stride] see bins.cl
-                        global float* deepest,  // [stride]
+kernel void cover_discs(global const float* particles, COVERS(, cover, deepest),
                         const int stride, const int2 nodes, const float2 origin, const float step,
                         const float2 sphere,
                         const int shift) {  // a cell's side is 1 << shift nodes
@@ -94,11 +91,11 @@ kernel void cover_discs(global const float* particles,
 // fronts alone a fifth of the time.
 __attribute__((always_inline)) inline void draw_discs(const Part part, global const float* disc,
                                                       global const int2* entry, floatv* map,
-                                                      intv* owner, const float2 grid,
+                                                      intv* owner, const Lattice nodes,
                                                       const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
-  const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
-  const floatv node_v = rows_of(part, grid);
+  const floatv node_u = nodes.first + nodes.step * TO_FLOATV(part.i - part.column + column);
+  const floatv node_v = rows_of(part, nodes.first, nodes.step);
   float deepest = INFINITY, nearest[AHEAD];
   for (int e = part.begin; e < part.end; ++e) {
     const int p = entry[e].x, packed = entry[e].y, ahead = (e - part.begin) % AHEAD;
@@ -136,18 +133,15 @@ __attribute__((always_inline)) inline void draw_discs(const Part part, global co
 // The nearest front at every node of the listed bins; INFINITY where there is none.
 // The range of this kernel and the next ones: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void splat_depth(global const float* disc,  // [stride][8]
-                        global const int* end,     // [bins] see fill_bins
-                        global const int2* entry,  // [entries]
-                        global float* depth,       // [ny*nx] particle radii
-                        const int2 range,          // the bins that are listed
-                        const int bins_x, const int2 nodes,
-                        const float2 grid) {  // first node and step, pixels
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;  // the range is rounded up to whole work-groups
+                        ENTRIES(end, entry),
+                        global float* depth,  // [ny*nx] particle radii
+                        const ListedBins bins, const Lattice nodes) {  // first node and step, pixels
+  const Part part = part_of(end, bins);
+  if (part.bin >= bins.end) return;  // the range is rounded up to whole work-groups
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
-  draw_discs(part, disc, entry, map, 0, grid, 0);
-  store_rows(part, map, depth, nodes);
+  draw_discs(part, disc, entry, map, 0, nodes, 0);
+  store_rows(part, map, depth, nodes.nx, nodes.ny);
 }
 
 // The least and the sum of a vector's lanes, by halves.
@@ -177,20 +171,20 @@ inline int total_of_lanes(const intv v) {
 
 // Adds how many of a part's nodes have a finite depth to their block's.
 inline void count_finite(const Part part, const floatv* map, global int* occupied,
-                         const int2 nodes) {
+                         const Lattice nodes) {
   intv finite = (intv)(0);
   for (int row = 0; row < ROWS; ++row)
     finite += SELECT((intv)(0), (intv)(1), map[row] < INFINITY);
   const int number = total_of_lanes(finite);
-  if (number > 0) atomic_add(occupied + block_of(part.i, part.j, nodes.x), number);
+  if (number > 0) atomic_add(occupied + block_of(part.i, part.j, nodes.nx), number);
 }
 
 // Draws two maps of a bin at once: the nearest fronts and the farthest backs, t + bulge sqrt(1 - d^2).
 inline void draw_both(const Part part, global const float* disc, global const int2* entry,
-                      floatv* near, floatv* far, const float2 grid) {
+                      floatv* near, floatv* far, const Lattice nodes) {
   const intv column = TO_INTV(LANES) + part.column;
-  const floatv node_u = grid.x + grid.y * TO_FLOATV(part.i - part.column + column);
-  const floatv node_v = rows_of(part, grid);
+  const floatv node_u = nodes.first + nodes.step * TO_FLOATV(part.i - part.column + column);
+  const floatv node_v = rows_of(part, nodes.first, nodes.step);
   for (int e = part.begin; e < part.end; ++e) {
     const int packed = entry[e].y;
     const int j0 = max(packed >> 8 & 15, part.row),
@@ -216,79 +210,77 @@ inline void draw_both(const Part part, global const float* disc, global const in
 }
 
 // As splat_depth; bins without particles are left as they are.
-kernel void splat_fronts(global const float* disc, global const int* end, global const int2* entry,
+kernel void splat_fronts(global const float* disc, ENTRIES(end, entry),
                          global float* depth,   // [ny*nx] particle radii
                          global int* occupied,  // [blocks] out: at how many nodes the depth is finite;
                                                 // 0 before
-                         const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
-  const Part part = part_of(end, range, bins_x);
+                         const ListedBins bins, const Lattice nodes) {
+  const Part part = part_of(end, bins);
   if (part.begin == part.end) return;
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) map[row] = (floatv)(INFINITY);
-  draw_discs(part, disc, entry, map, 0, grid, 0);
-  store_rows(part, map, depth, nodes);
+  draw_discs(part, disc, entry, map, 0, nodes, 0);
+  store_rows(part, map, depth, nodes.nx, nodes.ny);
   count_finite(part, map, occupied, nodes);
 }
 
 // The nearest front, INFINITY where there is none, and the farthest back, 0 where there is none.
 // Bins without particles are left as they are, unless `asked` for: then there are no fronts.
-kernel void splat_extent(global const float* disc, global const int* end, global const int2* entry,
-                         global float* from, global float* to,
+kernel void splat_extent(global const float* disc, ENTRIES(end, entry), EXTENT(, from, to),
                          global int* occupied,     // [blocks] out: as of splat_fronts
                          global const int* asked,  // [blocks] not 0: is to be written
-                         const int2 range, const int bins_x,
-                         const int2 nodes, const float2 grid) {
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
+                         const ListedBins bins, const Lattice nodes) {
+  const Part part = part_of(end, bins);
+  if (part.bin >= bins.end) return;
   const int any_entries = part.begin < part.end;
-  if (!any_entries && !asked[block_of(part.i, part.j, nodes.x)]) return;
+  if (!any_entries && !asked[block_of(part.i, part.j, nodes.nx)]) return;
   floatv near[ROWS], far[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     near[row] = (floatv)(INFINITY);
     far[row] = (floatv)(0.0f);
   }
-  draw_both(part, disc, entry, near, far, grid);
-  store_rows(part, near, from, nodes);
+  draw_both(part, disc, entry, near, far, nodes);
+  store_rows(part, near, from, nodes.nx, nodes.ny);
   if (!any_entries) return;
-  store_rows(part, far, to, nodes);
+  store_rows(part, far, to, nodes.nx, nodes.ny);
   count_finite(part, near, occupied, nodes);
 }
 
 // The nearest front and the particle that owns it: the lowest index among the nearest.
 inline void draw_owners(const Part part, global const float* disc, global const int2* entry,
-                        intv* owner, const float2 grid) {
+                        intv* owner, const Lattice nodes) {
   floatv map[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     map[row] = (floatv)(INFINITY);
     owner[row] = (intv)(INT_MAX);
   }
-  draw_discs(part, disc, entry, map, owner, grid, 1);
+  draw_discs(part, disc, entry, map, owner, nodes, 1);
 }
 
 // The owner of every node; INT_MAX where there is none.
-kernel void splat_owner(global const float* disc, global const int* end, global const int2* entry,
+kernel void splat_owner(global const float* disc, ENTRIES(end, entry),
                         global int* owner,  // [ny*nx]
-                        const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
-  const Part part = part_of(end, range, bins_x);
-  if (part.bin >= range.y) return;
+                        const ListedBins bins, const Lattice nodes) {
+  const Part part = part_of(end, bins);
+  if (part.bin >= bins.end) return;
   intv owners[ROWS];
-  draw_owners(part, disc, entry, owners, grid);
-  for (int row = 0; row < ROWS && part.j + row < nodes.y; ++row) {
+  draw_owners(part, disc, entry, owners, nodes);
+  for (int row = 0; row < ROWS && part.j + row < nodes.ny; ++row) {
     int own[WIDTH];
     STOREI(owners[row], own);
-    for (int lane = 0; lane < WIDTH && part.i + lane < nodes.x; ++lane)
-      owner[(part.j + row) * nodes.x + part.i + lane] = own[lane];
+    for (int lane = 0; lane < WIDTH && part.i + lane < nodes.nx; ++lane)
+      owner[(part.j + row) * nodes.nx + part.i + lane] = own[lane];
   }
 }
 
 // How many nodes each particle owns. One addition for each owner in a part.
-kernel void count_owned(global const float* disc, global const int* end, global const int2* entry,
+kernel void count_owned(global const float* disc, ENTRIES(end, entry),
                         global int* owned,  // [n] 0 before
-                        const int2 range, const int bins_x, const int2 nodes, const float2 grid) {
-  const Part part = part_of(end, range, bins_x);
+                        const ListedBins bins, const Lattice nodes) {
+  const Part part = part_of(end, bins);
   if (part.begin == part.end) return;
   intv owners[ROWS];
-  draw_owners(part, disc, entry, owners, grid);
+  draw_owners(part, disc, entry, owners, nodes);
   for (;;) {
     intv least = owners[0];
     for (int row = 1; row < ROWS; ++row) least = min(least, owners[row]);

@@ -122,7 +122,7 @@ native::Cells cells_of(Frame& frame, const CapturedLaunch& launch, std::size_t f
 }
 
 native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
-  const cl_float4 limits = launch.scalar<cl_float4>(20);
+  const auto how = launch.scalar<records::Settling>(15);
   return {lists_of(frame, launch),
           launch.read<float>(2),
           launch.read<float>(3),
@@ -132,14 +132,14 @@ native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
           launch.write<std::int32_t>(7),
           launch.write<std::int32_t>(1) + tiles_of(frame),
           cells_of(frame, launch, 8),
-          launch.read<float>(15),
-          limits.s[0],
-          limits.s[2],
-          launch.scalar<cl_int>(21) != 0};
+          launch.read<float>(14),
+          how.limits.contour,
+          how.limits.vouching,
+          how.only_gaps != 0};
 }
 
 native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
-  const cl_float4 limits = launch.scalar<cl_float4>(22);
+  const auto limits = launch.scalar<records::Settling>(17).limits;
   native::Lists lists = lists_of(frame, launch);
   lists.count += tiles_of(frame);  // of the second list
   return {lists,
@@ -151,17 +151,18 @@ native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
           launch.write<std::uint8_t>(7),
           launch.write<float>(8),
           cells_of(frame, launch, 9),
+          launch.read<float>(15),
           launch.read<float>(16),
-          launch.read<float>(17),
           pixel_grid(frame.view).size(),
-          limits.s[0],
-          limits.s[1],
-          limits.s[3],
-          launch.scalar<cl_float>(23)};
+          limits.contour,
+          limits.level,
+          limits.before,
+          limits.beyond};
 }
 
 native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
-  const cl_int2 samples = launch.scalar<cl_int2>(11), cells = launch.scalar<cl_int2>(12);
+  const auto screen = launch.scalar<records::Screen>(11);
+  const auto between = launch.scalar<records::LatticeCells>(12);
   native::Interpolate input{launch.read<std::uint8_t>(0),
                             launch.read<float>(1),
                             launch.read<float>(2),
@@ -173,17 +174,17 @@ native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
                             launch.write<std::uint8_t>(8),
                             launch.write<std::uint8_t>(9),
                             launch.write<float>(10),
-                            samples.s[0],
-                            samples.s[1],
-                            cells.s[0],
-                            cells.s[1],
-                            launch.scalar<cl_int2>(13).s[0],
-                            launch.scalar<cl_float>(14),
-                            launch.scalar<cl_float>(15),
+                            screen.nx,
+                            screen.ny,
+                            between.cells_x,
+                            between.cells_y,
+                            between.stride,
+                            screen.first,
+                            screen.step,
                             {},
-                            launch.scalar<cl_int>(17),
-                            launch.scalar<cl_float>(18),
-                            launch.scalar<cl_int>(19) != 0};
+                            between.every,
+                            between.spread,
+                            between.perspective != 0};
   copy_rays(frame.view, input.ray);
   return input;
 }

@@ -449,19 +449,26 @@ bool left_out(Device& device, const std::string& file, const std::string& name,
 }
 
 /// Builds (once) and launches a kernel (device/kernels.hpp) whose work-items take `width` values at
-/// a time: launch(device, kernels::fill_words, 1, {n}, buffer, ...). Does not wait.
-template <class... Parameters, class... Arguments>
-void launch(Device& device, const KernelHandle<Parameters...>& kernel, int width,
-            const Range& range, const Arguments&... arguments) {
-  static_assert(sizeof...(Parameters) == sizeof...(Arguments),
+/// a time: launch(device, kernels::fill_words, 1, {n}, buffer, ...). For a noun of kernels/nouns.h it
+/// takes a value with the noun's members. Does not wait.
+template <class... Types, class... Arguments>
+void launch(Device& device, const KernelHandle<Types...>& kernel, int width, const Range& range,
+            const Arguments&... arguments) {
+  static_assert(sizeof...(Types) == sizeof...(Arguments),
                 "the kernel takes another number of arguments");
-  if constexpr (sizeof...(Parameters) == sizeof...(Arguments))
-    static_assert((takes<Parameters, Arguments> && ...), "the kernel takes another type");
-  if (device.state().guard &&
-      left_out(device, kernel.file, kernel.name, width_option(width), range, arguments...))
-    return;
-  launch(device, device.state().kernel(kernel.file, kernel.name, kernel.number, width), range,
-         arguments...);
+  if constexpr (sizeof...(Types) == sizeof...(Arguments)) {
+    static_assert((takes<Types, Arguments> && ...), "the kernel takes another type");
+    std::apply(
+        [&](const auto&... parts) {
+          Device::State& state = device.state();
+          if (state.guard &&
+              left_out(device, kernel.file, kernel.name, width_option(width), range, parts...))
+            return;
+          launch(device, state.kernel(kernel.file, kernel.name, kernel.number, width), range,
+                 parts...);
+        },
+        std::tuple_cat(parts_of<Types>(arguments)...));
+  }
 }
 
 /// The same of a kernel by its name and with any options of the compiler, for what probes a device.

@@ -16,34 +16,9 @@ namespace {
 constexpr std::size_t kBytesPerParticle = 16;  // x, y, z and a place in the list
 constexpr std::size_t kLeastChunk = 64, kMostChunk = std::size_t{1} << 20;
 
-cl_float4 row(const std::array<double, 4>& r) {
-  return {{static_cast<float>(r[0]), static_cast<float>(r[1]), static_cast<float>(r[2]),
-           static_cast<float>(r[3])}};
-}
-
-// What both kernels take of the camera and of the map.
-struct Projection {
-  cl_float16 from_world{};
-  cl_float4 u_row, v_row, w_row, extent, map;
-  cl_int2 cells;
-};
-
-Projection projection_of(const View& view, const FrontMap& map) {
-  Projection p;
-  for (int k = 0; k < 9; ++k)
-    p.from_world.s[k] = static_cast<float>(view.rotation[k] / view.radius);
-  const double tail[6] = {view.shift.x,  view.shift.y,  view.shift.z,
-                          view.origin.x, view.origin.y, view.origin.z};
-  for (int k = 0; k < 6; ++k) p.from_world.s[9 + k] = static_cast<float>(tail[k]);
-  p.u_row = row(view.u_row);
-  p.v_row = row(view.v_row);
-  p.w_row = row(view.w_row);
-  p.extent = {{static_cast<float>(view.u_scale), static_cast<float>(view.v_scale),
-               static_cast<float>(view.near_depth), static_cast<float>(map.margin)}};
-  p.map = {{static_cast<float>(1 / map.cell), static_cast<float>(map.border),
-            static_cast<float>(view.width), static_cast<float>(view.height)}};
-  p.cells = {{map.nx, map.ny}};
-  return p;
+records::FrontCells cells_of(const FrontMap& map) {
+  return {map.nx,    map.ny,      static_cast<float>(1 / map.cell), static_cast<float>(map.border),
+          map.block, map.blocks_x};
 }
 
 // The buffers that every chunk passes through.
@@ -202,15 +177,15 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
   FrontMap map = sized_map(view, cell, border, margin);
   const std::size_t size = static_cast<std::size_t>(map.nx) * map.ny;
   const auto fronts = filled<cl_uint>(device, size, std::bit_cast<cl_uint>(kNoSurface));
-  const Projection p = projection_of(view, map);
+  const records::Projection to = projection_of(view, map.margin);
+  const records::FrontCells cells = cells_of(map);
   ChunkBuffers buffers(device, chunk);
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   for_each_chunk(source, chunk, {}, [&](const ParticleChunk& now) {
     buffers.fill(device, now);
     launch(device, kernels::find_fronts, device.state().vector_width,
-           {(now.count + width - 1) / width}, buffers.x, buffers.y, buffers.z, fronts,
-           static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row, p.w_row, p.extent, p.map,
-           p.cells);
+           {(now.count + width - 1) / width}, buffers, fronts,
+           static_cast<cl_int>(now.count), to, cells);
   });
 
   std::vector<cl_uint> bits = download(device, fronts);
@@ -241,7 +216,8 @@ void select_near(
     Device& device, const View& view, const ParticleSource& source, std::size_t chunk,
     const FrontMap& map, const ChunkValues& also,
     const std::function<void(const ParticleChunk&, const std::vector<cl_uint>&)>& take) {
-  const Projection p = projection_of(view, map);
+  const records::Projection to = projection_of(view, map.margin);
+  const records::FrontCells cells = cells_of(map);
   ChunkBuffers buffers(device, chunk);
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const Buffer<cl_uint> selected = allocate<cl_uint>(device, chunk);
@@ -253,9 +229,8 @@ void select_near(
     buffers.fill(device, now);
     const Buffer<cl_int> count = filled<cl_int>(device, 1, 0);
     launch(device, kernels::select_near, device.state().vector_width,
-           {(now.count + width - 1) / width}, buffers.x, buffers.y, buffers.z, map.layer, limit,
-           selected, count, static_cast<cl_int>(now.count), p.from_world, p.u_row, p.v_row, p.w_row,
-           p.extent, p.map, p.cells, cl_int2{{map.block, map.blocks_x}});
+           {(now.count + width - 1) / width}, buffers, map.layer, limit, selected, count,
+           static_cast<cl_int>(now.count), to, cells);
     device.state().flush();
     if (!places.empty()) take(before, places);
     places.resize(static_cast<std::size_t>(download(device, count)[0]));

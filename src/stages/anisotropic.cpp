@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "device/kernels.hpp"
-#include "stages/cells.hpp"
+#include "stages/density.hpp"
 #include "stages/surface_buffers.hpp"
 
 namespace meniscus {
@@ -26,14 +26,14 @@ AnisotropicKernels shape_kernels(Device& device, const Projected& particles,
   const auto found = allocate<float>(device, kRows * n);
   // The variance along an axis of a full ball of radius 2 h with the weights 1 - (d / 2h)^3.
   const double full = 0.15 * ((2 * params.h) * (2 * params.h));
-  launch(device, kernels::shape_kernels, 1, {n}, upload(device, near.x), upload(device, near.y),
-         upload(device, near.z), upload(device, near.start), found, static_cast<cl_int>(n),
-         near.inverse_cell, near.mask,
-         cl_float4{{static_cast<float>(params.h), static_cast<float>(params.lambda),
-                    static_cast<float>(params.k_s / full),
-                    static_cast<float>(kMostStretch * params.k_s)}},
-         cl_float4{{static_cast<float>(params.k_r), static_cast<float>(params.k_n),
-                    static_cast<float>(params.n_eps), 0.0f}});
+  launch(device, kernels::shape_kernels, 1, {n}, upload_points(device, near),
+         upload(device, near.start), found, static_cast<cl_int>(n),
+         records::CellGrid{near.inverse_cell, near.mask},
+         records::KernelShape{static_cast<float>(params.h), static_cast<float>(params.lambda),
+                              static_cast<float>(params.k_s / full),
+                              static_cast<float>(kMostStretch * params.k_s),
+                              static_cast<float>(params.k_r), static_cast<float>(params.k_n),
+                              static_cast<float>(params.n_eps)});
   const std::vector<float> shapes = download(device, found);
 
   const auto row = [&](std::size_t r) {
@@ -52,8 +52,7 @@ AnisotropicKernels shape_kernels(Device& device, const Projected& particles,
   kernels.start = upload(device, cells.start);
   kernels.shapes = upload(device, kernels.host_shapes);
   kernels.count = static_cast<int>(n);
-  kernels.inverse_cell = cells.inverse_cell;
-  kernels.mask = cells.mask;
+  kernels.grid = {cells.inverse_cell, cells.mask};
   return kernels;
 }
 
@@ -65,10 +64,10 @@ std::vector<SurfaceSample> cast_field(Device& device, const View& view,
           "cast_field: points, from and to have different sizes");
   const auto depth = allocate<float>(device, n);
   const auto normal = allocate<float>(device, 3 * n);
-  launch(device, kernels::cast_field, 1, {n}, upload(device, rays.points), rays.from, rays.to,
-         depth, normal, kernels.x, kernels.y, kernels.z, kernels.start, kernels.shapes,
-         kernels.count, kernels.inverse_cell, kernels.mask, static_cast<cl_int>(n),
-         kernel_rays(view), static_cast<cl_float>(level));
+  launch(device, kernels::cast_field, 1, {n}, upload(device, rays.points), rays, depth, normal,
+         kernels, kernels.grid,
+         records::FieldRays{static_cast<int>(n), kernels.count, static_cast<float>(level),
+                            kernel_rays(view)});
   const std::vector<float> t = download(device, depth), m = download(device, normal);
   std::vector<SurfaceSample> samples(n);
   for (std::size_t k = 0; k < n; ++k) samples[k] = {t[k], {m[k], m[n + k], m[2 * n + k]}};

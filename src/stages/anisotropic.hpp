@@ -23,8 +23,7 @@ struct AnisotropicKernels {
   Buffer<cl_int> start;   // [buckets + 1] of a hash grid as wide as the longest reach
   Buffer<float> shapes;   // [11][n] centre, G, V det G / pi, reach^2 (anisotropic.cl)
   int count = 0;
-  float inverse_cell = 1;
-  cl_uint mask = 0;
+  records::CellGrid grid{1, 0};
   std::vector<float> host_shapes;  // the same as shapes, for those who look at them
 };
 

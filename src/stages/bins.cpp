@@ -34,6 +34,10 @@ BinGrid bins_of(const SampleGrid& grid) {
   return {(grid.nx + kBinSide - 1) / kBinSide, (grid.ny + kBinSide - 1) / kBinSide};
 }
 
+records::Outlined outlined_on(const SampleGrid& grid, const Outlines& outlines) {
+  return {outlines.count, outlines.stride, bins_of(grid).nx};
+}
+
 int cover_shift(double radius) { return radius >= 14 ? 3 : radius >= 7 ? 2 : 1; }
 
 Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid& grid, int shift) {
@@ -67,12 +71,12 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
   const std::size_t counts = padded_to_vectors(bins.size());
   const Chunks chunks = chunks_of(static_cast<std::size_t>(outlines.count), counts, width);
   const std::size_t all_counts = static_cast<std::size_t>(chunks.counted) * counts;
+  const records::Chunked chunked{outlines.count, outlines.stride, bins.nx, chunks.size, chunks.own};
   const auto count =
       chunks.own > 0 ? allocate<cl_int>(device, all_counts) : filled<cl_int>(device, all_counts, 0);
   const auto total = allocate<cl_int>(device, counts);
   const auto shown = allocate<cl_uchar>(device, static_cast<std::size_t>(outlines.stride));
-  launch(device, kernels::count_bins, width, chunks.range, outlines.box, outlines.key, bound, count,
-         shown, outlines.count, outlines.stride, bins.nx, chunks.size, chunks.own);
+  launch(device, kernels::count_bins, width, chunks.range, outlines, bound, count, shown, chunked);
   launch(device, kernels::sum_counts, width, {counts / static_cast<std::size_t>(width)}, count,
          total, cl_int{chunks.counted}, static_cast<cl_int>(counts));
   const std::vector<cl_int> totals = download(device, total);
@@ -88,17 +92,16 @@ void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bo
     }
     const BinLists lists{upload(device, end),
                          allocate<cl_int2>(device, std::max<std::size_t>(entries, 1)),
-                         static_cast<int>(first), static_cast<int>(last)};
+                         {static_cast<int>(first), static_cast<int>(last), bins.nx}};
     if (entries > 0)
-      launch(device, kernels::fill_bins, width, chunks.range, outlines.box, outlines.key, bound,
-             shown, lists.end, count, lists.entry, outlines.count, outlines.stride, bins.nx,
-             cl_int2{{lists.first, lists.last}}, chunks.size, chunks.own);
+      launch(device, kernels::fill_bins, width, chunks.range, outlines, bound, shown, lists.end,
+             count, lists.entry, chunked, lists.bins);
     draw(lists);
   }
 }
 
 Range bin_items(const BinLists& lists, int width) {
-  const std::size_t bins = static_cast<std::size_t>(lists.last - lists.first);
+  const std::size_t bins = static_cast<std::size_t>(lists.bins.end - lists.bins.begin);
   // Few bins a work-group where one item draws a whole bin: they differ much in cost.
   return width > 1 ? Range{bins, 1, 8} : Range{bins * kBinSide * kBinSide, 1, 64};
 }

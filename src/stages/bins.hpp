@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "device/device.hpp"
+#include "device/records.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {
@@ -26,6 +27,9 @@ struct Outlines {
   int count = 0, stride = 0;
 };
 
+/// The same for kernels that draw on a grid.
+records::Outlined outlined_on(const SampleGrid& grid, const Outlines& outlines);
+
 /// Where particles hide what is behind them. Arrays of `stride` values.
 struct Covers {
   Buffer<cl_int> cells;   // [4][stride] first and last cell along i and along j; as Outlines::box
@@ -45,7 +49,7 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
 struct BinLists {
   Buffer<cl_int> end;  // [bins] where each listed bin's entries end; they begin at the one before
   Buffer<cl_int2> entry;    // particle; its box within the bin, packed (bins.cl)
-  int first = 0, last = 0;  // the bins that are listed: [first, last)
+  records::ListedBins bins{};  // that are listed
 };
 
 /// Lists the particles of all bins and calls `draw` for some bins at a time, so that device memory

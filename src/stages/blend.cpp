@@ -129,18 +129,27 @@ bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k,
   return false;
 }
 
-// Where gradients are the same sheet, and how far sheets lie apart that meet, as kernels take it.
-cl_float4 sheets_of(const BlendParams& params) {
-  return {{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
-           static_cast<float>(params.crease), 0.0f}};
-}
+// The lists of FITS_OF_TILES.
+struct FitsOfTiles {
+  const Buffer<cl_int>&met_start, &met;
+  const Buffer<float>& met_place;
+  const Buffer<cl_int>&rim_start, &rim;
+  const Buffer<float>& rim_place;
+  cl_int2 strides;  // values in a row of the lists' places
+};
 
-// Values in a row of the lists' places.
-cl_int2 strides_of(const FitTiles& tiles) {
-  return {{static_cast<cl_int>(tiles.met.fit.size), static_cast<cl_int>(tiles.rim.fit.size)}};
+FitsOfTiles lists_of(const FitTiles& tiles) {
+  const auto &met = tiles.met, &rim = tiles.rim;
+  return {met.start, met.fit, met.place, rim.start, rim.fit, rim.place,
+          {{static_cast<cl_int>(met.fit.size), static_cast<cl_int>(rim.fit.size)}}};
 }
 
 }  // namespace
+
+records::Blending blending_of(const BlendParams& params) {
+  return {static_cast<float>(params.d_max), static_cast<float>(params.same_low),
+          static_cast<float>(params.same_high), static_cast<float>(params.crease)};
+}
 
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius) {
   const double alone = radius * std::max(fits.support[k] / fit.support, kLeastReach);
@@ -273,13 +282,9 @@ void blend_groups(Device& device, const View& view, const SampleLists& lists,
                   const DeviceRecords& records, const FitTiles& tiles,
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
-  const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  launch(device, kernels::blend_groups, width, range_of(lists, width), lists.sample, lists.count,
-         reference, records.record, records.foot, tiles.met.start, tiles.met.fit, tiles.met.place,
-         tiles.rim.start, tiles.rim.fit, tiles.rim.place, strides_of(tiles), surface.depth,
-         surface.normal, surface.group, surface.trust, cl_int2{{grid.nx, grid.ny}}, grid.first,
-         grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max), sheets_of(params));
+  launch(device, kernels::blend_groups, width, range_of(lists, width), lists, reference, records,
+         lists_of(tiles), surface, screen_of(view, surface.grid), blending_of(params));
 }
 
 Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuffers& surface,
@@ -292,8 +297,7 @@ Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuff
   const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
   const auto group = allocate<cl_int>(device, grid.size());
   launch(device, kernels::choose_groups, width, {across, down, 16, 1}, surface.depth, surface.group,
-         records.record, records.foot, group, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
-         kernel_rays(view), static_cast<cl_float>(params.d_max), cl_int{every});
+         records, group, screen_of(view, grid), static_cast<cl_float>(params.d_max), cl_int{every});
   return group;
 }
 
@@ -302,12 +306,11 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  launch(device, kernels::blend_points, 1, {n}, reference, points, records.record, records.foot,
-         tiles.met.start, tiles.met.fit, tiles.met.place, tiles.rim.start, tiles.rim.fit,
-         tiles.rim.place, strides_of(tiles), surface.depth, surface.normal, surface.group,
-         surface.trust, static_cast<cl_int>(n), cl_int2{{tiles.nx, tiles.ny}}, grid.first,
-         1.0f / (grid.step * kTile), kernel_rays(view), static_cast<cl_float>(params.d_max),
-         sheets_of(params));
+  const meniscus::records::PointsOnTiles on{static_cast<int>(n), tiles.nx,   tiles.ny,
+                                  grid.first,          1.0f / (grid.step * kTile),
+                                  kernel_rays(view)};
+  launch(device, kernels::blend_points, 1, {n}, reference, points, records, lists_of(tiles), surface,
+         on, blending_of(params));
 }
 
 }  // namespace meniscus

@@ -23,6 +23,9 @@ struct DeviceRecords {
   Buffer<float> record, foot;
 };
 
+/// How intersections are blended, as kernels take it.
+records::Blending blending_of(const BlendParams& params);
+
 /// The weight (1 - D²)³ of kernel blend_groups is as wide as Wendland's function, which method
 /// stable has, on this share of its radius.
 inline constexpr double kBlendReach = 0.84;

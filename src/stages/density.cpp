@@ -20,24 +20,28 @@ Range range_of_blocks(std::size_t n, int width) {
   return {(n + block - 1) / block, 1, width == 1 ? std::size_t{64} : 4, 1};
 }
 
+DevicePoints upload_points(Device& device, const Cells& cells) {
+  const auto [x, y, z] = upload_together(device, cells.x, cells.y, cells.z);
+  return {x, y, z};
+}
+
 DeviceCells upload_cells(Device& device, const Cells& cells) {
   const auto [x, y, z, tag, start] =
       upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
-  return {x,         y, z, filled(device, cells.x.size(), 1.0f), tag, start, cells.inverse_cell,
-          cells.mask};
+  return {x,   y,     z,  filled(device, cells.x.size(), 1.0f),
+          tag, start, {cells.inverse_cell, cells.mask}};
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points) {
   const std::size_t n = points.size();
   // Points of one cell share a search.
-  const Cells sorted = make_cells(points, 1 / cells.inverse_cell);
+  const Cells sorted = make_cells(points, 1 / cells.grid.inverse_cell);
   const auto density = allocate<float>(device, n);
   const int width = device.state().wide_width();
-  const auto [x, y, z] = upload_together(device, sorted.x, sorted.y, sorted.z);
-  launch(device, kernels::measure_density, width, items_for(n, width), x, y, z, density, cells.x,
-         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(n));
+  const DevicePoints at = upload_points(device, sorted);
+  launch(device, kernels::measure_density, width, items_for(n, width), at, density,
+         cells_with(cells, cells.weight), static_cast<cl_int>(n));
   const std::vector<float> found = download(device, density);
   std::vector<float> result(n);
   for (std::size_t k = 0; k < n; ++k) result[static_cast<std::size_t>(sorted.item[k])] = found[k];
@@ -48,9 +52,9 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measur
   const std::size_t n = cells.x.size;
   const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().wide_width();
-  launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), result, cells.x,
-         cells.y, cells.z, cells.weight, cells.tag, cells.start, cells.inverse_cell, cells.mask,
-         static_cast<cl_int>(n), where == Measured::everywhere ? 0 : kFilledCell);
+  launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), result,
+         cells_with(cells, cells.weight), static_cast<cl_int>(n),
+         where == Measured::everywhere ? 0 : kFilledCell);
   return result;
 }
 

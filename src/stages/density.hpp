@@ -3,6 +3,7 @@
 #pragma once
 
 #include "device/device.hpp"
+#include "device/records.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
 #include "stages/vec.hpp"
@@ -19,9 +20,27 @@ struct DeviceCells {
   Buffer<float> weight;   // [n] a particle's share in the field is multiplied by this
   Buffer<cl_uint> tag;    // [n] of each particle's cell (cells.hpp)
   Buffer<cl_int> start;   // [buckets + 1]
-  float inverse_cell = 1;
-  cl_uint mask = 0;
+  records::CellGrid grid{1, 0};
 };
+
+/// Cells whose particles have other values.
+struct CellsWith {
+  const Buffer<float>&x, &y, &z, &values;
+  const Buffer<cl_uint>& tag;
+  const Buffer<cl_int>& start;
+  records::CellGrid grid;
+};
+inline CellsWith cells_with(const DeviceCells& cells, const Buffer<float>& values) {
+  return {cells.x, cells.y, cells.z, values, cells.tag, cells.start, cells.grid};
+}
+
+/// Points, [n] each, particle radii.
+struct DevicePoints {
+  Buffer<float> x, y, z;
+};
+
+/// Uploads the points of cells, in bucket order.
+DevicePoints upload_points(Device& device, const Cells& cells);
 
 /// Work-items for n particles of cells that are taken cell by cell.
 Range range_of_blocks(std::size_t n, int width);

@@ -10,6 +10,12 @@ namespace {
 // Within cells up to this side, in radii of the smallest particle, normals may turn farther.
 constexpr double kFineCell = 2.0 / 3;
 
+// Those of FRONTS.
+struct FrontMaps {
+  const Buffer<float>&reference, &splash;
+  const OccupiedBlocks&occupied, &splash_occupied;
+};
+
 }  // namespace
 
 LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
@@ -20,32 +26,37 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
   const SampleGrid& grid = surface.grid;
   const int cell = 2 * every;
   const int nx = (grid.nx + cell - 1) / cell, ny = (grid.ny + cell - 1) / cell;
-  const cl_float step = grid.step * static_cast<cl_float>(every);
-  const cl_int2 samples{{grid.nx, grid.ny}}, cells{{nx, ny}};
   const int width = device.state().vector_width;
   // Rows as long as can be: the arrays are read ahead along them.
   const Range range{static_cast<std::size_t>((nx + width - 1) / width),
                     static_cast<std::size_t>(ny), 64, 1};
   // In radii of the smallest particle.
   const double side = 2 * every * static_cast<double>(grid.step) / least_radius;
-  const cl_float agreeing = side <= kFineCell ? 0.85f : 0.9f;
-  const cl_float spread = static_cast<cl_float>(std::min(0.5 / side, 1.25) * tolerance);
   // Padded to whole tiles of samples, and to what a work-item takes.
   const auto padded = [](int n) { return (n + 7) / 8 * 8; };
-  const cl_int stride = padded(nx), rows = padded(ny);
-  const Range padded_range{static_cast<std::size_t>(stride / width), static_cast<std::size_t>(rows),
-                           64, 1};
-  const std::size_t size = static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows);
+  const records::LatticeCells cells{nx,
+                                    ny,
+                                    padded(nx),
+                                    padded(ny),
+                                    every,
+                                    static_cast<float>(tolerance),
+                                    side <= kFineCell ? 0.85f : 0.9f,
+                                    static_cast<float>(std::min(0.5 / side, 1.25) * tolerance),
+                                    side <= kWidestCell,
+                                    !view.orthographic};
+  records::Screen asked = screen_of(view, grid);
+  asked.step *= static_cast<float>(every);
+  const Range padded_range{static_cast<std::size_t>(cells.stride / width),
+                           static_cast<std::size_t>(cells.rows), 64, 1};
+  const std::size_t size =
+      static_cast<std::size_t>(cells.stride) * static_cast<std::size_t>(cells.rows);
   const auto shows = allocate<cl_uchar>(device, size), wanted = allocate<cl_uchar>(device, size);
-  launch(device, kernels::compare_corners, width, range, surface.depth, surface.normal,
-         surface.kind, open, occupied, splash_occupied, shows, samples, cells, stride, grid.first,
-         step, kernel_rays(view), cl_int{every}, static_cast<cl_float>(tolerance), agreeing,
-         static_cast<cl_int>(side <= kWidestCell));
-  launch(device, kernels::interpolate_samples, width, padded_range, shows, reference, splash,
-         occupied, splash_occupied, surface.depth, surface.normal, surface.group, surface.kind,
-         wanted, open, samples, cells, cl_int2{{stride, rows}}, grid.first, step, kernel_rays(view),
-         cl_int{every}, spread, static_cast<cl_int>(!view.orthographic));
-  return list_between(device, grid, wanted, stride, every, blocks);
+  launch(device, kernels::compare_corners, width, range, surface, open, occupied, splash_occupied,
+         shows, asked, cells);
+  const FrontMaps fronts{reference, splash, occupied, splash_occupied};
+  launch(device, kernels::interpolate_samples, width, padded_range, shows, fronts, surface, wanted,
+         open, asked, cells);
+  return list_between(device, grid, wanted, cells.stride, every, blocks);
 }
 
 }  // namespace meniscus

@@ -25,29 +25,29 @@ inline Range disc_items(int count, int width) {
 ///   records  of the discs, spheres or triangles
 ///   bound    [bins] those with a greater key are left out of a bin
 ///   maps     what the kernel reads and lowers
-///   more     what it is told after the grid
+///   samples  a lattice of the grid, or a screen
+///   more     what it is told after them
 template <class... Maps, class... More>
 void draw_minima(Device& device, const auto& kernel, const Buffer<float>& records,
                  const Outlines& outlines, const Buffer<float>& bound, const SampleGrid& grid,
-                 const std::tuple<Maps&...>& maps, const More&... more) {
+                 const std::tuple<Maps&...>& maps, const auto& samples, const More&... more) {
   const int width = device.state().vector_width;
   std::apply(
       [&](Maps&... all) {
-        launch(device, kernel, width, disc_items(outlines.count, width), records, outlines.box,
-               outlines.key, bound, all..., outlines.count, outlines.stride, bins_of(grid).nx,
-               cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, more...);
+        launch(device, kernel, width, disc_items(outlines.count, width), records, outlines, bound,
+               all..., outlined_on(grid, outlines), samples, more...);
       },
       maps);
 }
 
 /// Whose disc or sphere a sample shows: the lowest index of those whose depth is the map's, INT_MAX
 /// where there is none. The kernel is own_discs or own_spheres. Does not wait.
-template <class... More>
-Buffer<cl_int> own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
-                          const Outlines& outlines, const Buffer<float>& bound,
-                          const SampleGrid& grid, const Buffer<float>& depth, const More&... more) {
+inline Buffer<cl_int> own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
+                                 const Outlines& outlines, const Buffer<float>& bound,
+                                 const SampleGrid& grid, const Buffer<float>& depth,
+                                 const auto& samples) {
   const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
-  draw_minima(device, kernel, records, outlines, bound, grid, std::tie(depth, owner), more...);
+  draw_minima(device, kernel, records, outlines, bound, grid, std::tie(depth, owner), samples);
   return owner;
 }
 

@@ -141,17 +141,15 @@ std::vector<Vec3> motion_of_samples(Device& device, const View& view, const Movi
   if (moving.velocity.empty()) return std::vector<Vec3>(n);
   const Buffer<float> depths = upload(device, depth);
   const auto motion = allocate<float>(device, 3 * n);
-  const DeviceCells& cells = moving.on_device;
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const std::size_t nx = static_cast<std::size_t>(grid.nx), ny = static_cast<std::size_t>(grid.ny);
   const std::size_t bins_x = (nx + kBin - 1) / kBin, bins_y = (ny + kBin - 1) / kBin;
   launch(device, kernels::motion_of_samples, device.state().vector_width,
          items_of(bins_x * bins_y * kBin * kBin / points_of_item(width), width), depths, motion,
-         cells.x, cells.y, cells.z, moving.device_velocity, cells.tag, cells.start,
-         cells.inverse_cell, cells.mask, static_cast<cl_int>(moving.velocity.size()),
-         cl_int2{{grid.nx, grid.ny}},
-         cl_int2{{static_cast<cl_int>(bins_x), static_cast<cl_int>(bins_y)}}, grid.first, grid.step,
-         kernel_rays(view));
+         cells_with(moving.on_device, moving.device_velocity),
+         static_cast<cl_int>(moving.velocity.size()),
+         cl_int2{{static_cast<cl_int>(bins_x), static_cast<cl_int>(bins_y)}},
+         screen_of(view, grid));
   return collect(
       device, moving, motion, n, [&](std::size_t s) { return depth[s] < kNoSurface; },
       [&](std::size_t s) {
@@ -173,13 +171,11 @@ std::vector<Vec3> motion_of_points(Device& device, const MovingParticles& moving
   // In the order of cells, so that a work-item's points lie close together.
   const Cells order = make_cells(x, y, z, kSupport / 2);
   const auto motion = allocate<float>(device, 3 * n);
-  const DeviceCells& cells = moving.on_device;
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const std::size_t each = points_of_item(width);
   launch(device, kernels::motion_of_points, device.state().vector_width,
-         items_of((n + each - 1) / each, width), upload(device, order.x), upload(device, order.y),
-         upload(device, order.z), motion, cells.x, cells.y, cells.z, moving.device_velocity,
-         cells.tag, cells.start, cells.inverse_cell, cells.mask,
+         items_of((n + each - 1) / each, width), upload_points(device, order), motion,
+         cells_with(moving.on_device, moving.device_velocity),
          static_cast<cl_int>(moving.velocity.size()), static_cast<cl_int>(n));
   const std::vector<Vec3> in_order = collect(
       device, moving, motion, n, [](std::size_t) { return true; },

@@ -199,8 +199,8 @@ PaperRegion draw_region(Device& device, const View& view, const Triangulation& m
   PaperRegion region{grid, allocate<cl_int>(device, grid.size()),
                      allocate<float>(device, grid.size())};
   launch(device, kernels::draw_region, 1, samples_of(grid), device_corners,
-         upload(device, groups.group_of_triangle), owner, region.group, region.depth,
-         static_cast<cl_int>(stride), samples, grid.first, grid.step,
+         upload(device, groups.group_of_triangle), owner, region,
+         static_cast<cl_int>(stride), lattice_of(grid),
          static_cast<cl_int>(!view.orthographic));
   return region;
 }
@@ -222,8 +222,8 @@ PaperRegion smooth_contour(Device& device, const PaperRegion& region, const Grou
   }
   PaperRegion smoothed{grid, allocate<cl_int>(device, grid.size()),
                        allocate<float>(device, grid.size())};
-  launch(device, kernels::smooth_contour, 1, samples_of(grid), region.group, region.depth,
-         upload(device, normal), upload(device, distance_weight), smoothed.group, smoothed.depth,
+  launch(device, kernels::smooth_contour, 1, samples_of(grid), region,
+         upload(device, normal), upload(device, distance_weight), smoothed,
          static_cast<cl_int>(n), cl_int2{{grid.nx, grid.ny}}, cl_int{reach},
          static_cast<cl_float>(1 / (2 * params.sigma_n * params.sigma_n)));
   return smoothed;
@@ -236,16 +236,17 @@ SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion
   const SurfaceBuffers surface = empty_surface(device, grid);
   fill(device, surface.normal, 0.0f);  // still unknown
   const TileLists tiles = list_tiles(view, records, grid);
-  cl_float4 w_row{};
-  for (std::size_t k = 0; k < 4; ++k) w_row.s[k] = static_cast<float>(view.w_row[k]);
+  meniscus::records::PrintedBlend how{static_cast<float>(view.u_scale),
+                                      static_cast<float>(view.v_scale),
+                                      {},
+                                      static_cast<float>(params.d_max),
+                                      static_cast<float>(paper.b_least),
+                                      static_cast<float>(paper.b_gain)};
+  for (std::size_t k = 0; k < 4; ++k) how.w_row[k] = static_cast<float>(view.w_row[k]);
   launch(device, kernels::blend_printed, 1,
          {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), kTile, kTile},
-         region.group, region.depth, upload(device, records.values), upload(device, tiles.start),
-         upload(device, tiles.group), surface.depth, surface.group, cl_int2{{grid.nx, grid.ny}},
-         grid.first, grid.step, kernel_rays(view),
-         cl_float2{{static_cast<float>(view.u_scale), static_cast<float>(view.v_scale)}}, w_row,
-         static_cast<cl_float>(params.d_max),
-         cl_float2{{static_cast<float>(paper.b_least), static_cast<float>(paper.b_gain)}});
+         region, upload(device, records.values), upload(device, tiles.start),
+         upload(device, tiles.group), surface.depth, surface.group, screen_of(view, grid), how);
   return surface;
 }
 
@@ -265,8 +266,7 @@ void draw_spheres(Device& device, const View& view, const Projected& projected,
     eye[2 * stride + k] = projected.z[i];
   }
   launch(device, kernels::draw_spheres, 1, samples_of(grid), depth, owner, upload(device, eye),
-         surface.depth, surface.normal, surface.group, surface.kind, splats.stride,
-         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view));
+         surface, splats.stride, screen_of(view, grid));
 }
 
 }  // namespace meniscus

@@ -167,17 +167,22 @@ std::size_t most_slots(Device& device) {
 }
 
 // What fits have of their roundness, see falloff_of in particle_fit.cl.
-cl_float8 model_of(const FitParams& params) {
-  const double flat[] = {params.normal_sigma, params.tau, params.off_surface, params.ridge};
-  const double round[] = {
-      std::max(params.normal_sigma, kRoundSigma), std::max(params.tau, kRoundTau),
-      std::min(params.off_surface, kRoundOffSurface), std::min(params.ridge, kRoundRidge)};
-  cl_float8 model;
-  for (std::size_t k = 0; k < 4; ++k) {
-    model.s[k] = static_cast<float>(flat[k]);
-    model.s[4 + k] = static_cast<float>(round[k] - flat[k]);
-  }
-  return model;
+records::FitModel model_of(const FitParams& params) {
+  const auto gain = [](double round, double flat) { return static_cast<float>(round - flat); };
+  return {static_cast<float>(params.normal_sigma),
+          static_cast<float>(params.tau),
+          static_cast<float>(params.off_surface),
+          static_cast<float>(params.ridge),
+          gain(std::max(params.normal_sigma, kRoundSigma), params.normal_sigma),
+          gain(std::max(params.tau, kRoundTau), params.tau),
+          gain(std::min(params.off_surface, kRoundOffSurface), params.off_surface),
+          gain(std::min(params.ridge, kRoundRidge), params.ridge)};
+}
+
+records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const FitPass& pass,
+                         const FitParams& params) {
+  return {static_cast<int>(lanes.residual.size), surface.nobody, pass.done, pass.left,
+          model_of(params),                      kHeight,        kHeightGrowth};
 }
 
 // The residual of each fit; negative: no fit.
@@ -360,13 +365,8 @@ Range range_of_lanes(Device& device, const FitLanes& lanes) {
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
                const FitParams& params) {
-  const cl_float2 heights{{kHeight, kHeightGrowth}};
-  const FitNeighbours::Part& part = *lanes.part;
   launch(device, kernels::fit_particles, device.state().wide_width(), range_of_lanes(device, lanes),
-         surface.place, from, part.particle, part.neighbour, part.first, part.length, lanes.support,
-         lanes.quadric, lanes.residual, lanes.weight, turned,
-         static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{pass.done},
-         cl_int{pass.left}, model_of(params), heights);
+         surface.place, from, *lanes.part, lanes, turned, pass_of(surface, lanes, pass, params));
 }
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
@@ -412,13 +412,10 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     fits.supporters.resize(count);
     fits.quadric.resize(count);
   }
-  for (const FitLanes& lanes : parts) {
-    const FitNeighbours::Part& part = *lanes.part;
+  for (const FitLanes& lanes : parts)
     launch(device, kernels::measure_edges, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, normals, part.particle, part.neighbour,
-           part.first, part.length, lanes.support, lanes.quadric, lanes.weight, lanes.residual,
-           lanes.rows, static_cast<cl_int>(lanes.residual.size), model_of(params), kEdgeReach);
-  }
+           range_of_lanes(device, lanes), surface.place, normals, *lanes.part, lanes,
+           pass_of(surface, lanes, {params.passes, 0}, params), kEdgeReach);
   fits.normal = normals_of(device, normals, place);
   fits.support.assign(rho.begin(), rho.end());
   fits.roundness.assign(roundness.begin(), roundness.end());

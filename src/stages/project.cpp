@@ -11,27 +11,36 @@
 namespace meniscus {
 namespace {
 
-cl_float4 row(const std::array<double, 4>& r) {
-  return {{static_cast<float>(r[0]), static_cast<float>(r[1]), static_cast<float>(r[2]),
-           static_cast<float>(r[3])}};
-}
-
 // Particles a launch takes: bounds the device memory for any number of particles.
 constexpr std::size_t kChunk = std::size_t{1} << 22;
 
 }  // namespace
 
+records::Projection projection_of(const View& view, double margin) {
+  records::Projection to{};
+  for (std::size_t k = 0; k < 9; ++k)
+    to.rotation[k] = static_cast<float>(view.rotation[k] / view.radius);
+  const auto put = [](const auto& from, float* values) {
+    std::transform(std::begin(from), std::end(from), values,
+                   [](double value) { return static_cast<float>(value); });
+  };
+  put(std::array{view.shift.x, view.shift.y, view.shift.z}, to.shift);
+  put(std::array{view.origin.x, view.origin.y, view.origin.z}, to.origin);
+  put(view.u_row, to.u_row);
+  put(view.v_row, to.v_row);
+  put(view.w_row, to.w_row);
+  to.u_scale = static_cast<float>(view.u_scale);
+  to.v_scale = static_cast<float>(view.v_scale);
+  to.near_depth = static_cast<float>(view.near_depth);
+  to.margin = static_cast<float>(margin);
+  to.width = static_cast<float>(view.width);
+  to.height = static_cast<float>(view.height);
+  return to;
+}
+
 Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
                             double margin) {
-  cl_float16 from_world{};
-  for (int k = 0; k < 9; ++k) from_world.s[k] = static_cast<float>(view.rotation[k] / view.radius);
-  const double tail[6] = {view.shift.x,  view.shift.y,  view.shift.z,
-                          view.origin.x, view.origin.y, view.origin.z};
-  for (int k = 0; k < 6; ++k) from_world.s[9 + k] = static_cast<float>(tail[k]);
-  const cl_float4 extent{{static_cast<float>(view.u_scale), static_cast<float>(view.v_scale),
-                          static_cast<float>(view.near_depth), static_cast<float>(margin)}};
-  const cl_float2 size{{static_cast<float>(view.width), static_cast<float>(view.height)}};
-
+  const records::Projection to = projection_of(view, margin);
   Projected kept;
   const std::size_t n = particles.x.size();
   for (std::size_t first = 0; first < n; first += kChunk) {
@@ -51,8 +60,7 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     const auto& [eye, screen] = made.parts;
     const int width = device.state().vector_width;
     launch(device, kernels::project_particles, width, {stride / static_cast<std::size_t>(width)}, x,
-           y, z, scale, eye, screen, static_cast<cl_int>(stride), from_world, row(view.u_row),
-           row(view.v_row), row(view.w_row), extent, size);
+           y, z, scale, eye, screen, static_cast<cl_int>(stride), to);
     const ViewTogether on_host(device, made);
     const float *const e = on_host.data<0>(), *const u = on_host.data<1>();
     const float *v = u + stride, *ku = v + stride, *kv = ku + stride;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "device/records.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {
@@ -28,6 +29,9 @@ struct Projected {
   std::size_t size() const { return x.size(); }
   Vec3d eye(std::size_t i) const { return {x[i], y[i], z[i]}; }
 };
+
+/// A view as kernels take it; margin: particle radii around the screen.
+records::Projection projection_of(const View& view, double margin);
 
 /// Projects every particle (kernel project_particles) and keeps those beyond the near plane whose
 /// disc of `margin` particle radii meets the screen. Waits. Throws DeviceError.

@@ -26,28 +26,25 @@ Buffer<float> draw_triangles(Device& device, const View& view, const Triangulati
     }
   for (std::size_t row = 0; row < 9; ++row)
     std::fill(corners.data() + row * stride + n, corners.data() + (row + 1) * stride, 0.0f);
-  const cl_int2 samples{{grid.nx, grid.ny}};
   const cl_int perspective = !view.orthographic;
   const auto records = allocate<float>(device, 16 * stride);
   const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                           static_cast<int>(n), static_cast<int>(stride)};
-  launch(device, kernels::outline_triangles, 1, {n}, corners.done(), records, outlines.box,
-         outlines.key, outlines.count, outlines.stride, samples, grid.first, grid.step,
-         perspective);
+  launch(device, kernels::outline_triangles, 1, {n}, corners.done(), records, outlines,
+         outlines.count, outlines.stride, lattice_of(grid), perspective);
   if (draws_by_minima(device)) {
     const auto [depth, no_bound] =
         filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
     draw_minima(device, kernels::lower_triangles, records, outlines, no_bound, grid,
-                std::tie(depth), perspective, asked);
+                std::tie(depth), lattice_of(grid), perspective, asked);
     return depth;
   }
   const auto no_bound = filled<float>(device, bins_of(grid).size(), kNoSurface);
   const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   draw_bins(device, outlines, no_bound, grid, [&](const BinLists& lists) {
-    launch(device, kernels::draw_triangles, width, bin_items(lists, width), records, lists.end,
-           lists.entry, depth, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, samples,
-           cl_float2{{grid.first, grid.step}}, perspective, asked);
+    launch(device, kernels::draw_triangles, width, bin_items(lists, width), records, lists, depth,
+           lists.bins, lattice_of(grid), perspective, asked);
   });
   return depth;
 }

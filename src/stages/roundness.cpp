@@ -35,14 +35,12 @@ void place_models(Device& device, const FitSurface& surface, std::vector<FitLane
     // Another pass is to come as far as the kernel is told: residuals and weights are not wanted.
     fit_lanes(device, surface, lanes, surface.normal, surface.turned, {0, 2}, params);
   }
-  for (const FitLanes& lanes : parts) {
-    const FitNeighbours::Part& part = *lanes.part;
+  for (const FitLanes& lanes : parts)
     launch(device, kernels::place_models, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, surface.turned, part.particle,
-           part.neighbour, part.first, part.length, lanes.quadric, lanes.residual, model,
-           static_cast<cl_int>(lanes.residual.size), surface.nobody, cl_int{wide ? 0 : 1},
-           kEdgeReach);
-  }
+           range_of_lanes(device, lanes), surface.place, surface.turned, *lanes.part,
+           lanes.quadric, lanes.residual, model,
+           records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, !wide,
+                          kEdgeReach, 0, 0});
 }
 
 }  // namespace
@@ -64,14 +62,12 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const auto [narrow, wide] = filled_together<float, float>(device, 0.0f, {values, values});
   place_models(device, surface, parts, false, count, params, narrow);
   place_models(device, surface, parts, true, count, params, wide);
-  const cl_float2 sheets{{static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)}};
-  for (const FitLanes& lanes : parts) {
-    const FitNeighbours::Part& part = *lanes.part;
+  for (const FitLanes& lanes : parts)
     launch(device, kernels::measure_evidence, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, narrow, wide, part.particle,
-           part.neighbour, part.first, part.length, lanes.rows,
-           static_cast<cl_int>(lanes.residual.size), surface.nobody, kEvidenceReach, sheets);
-  }
+           range_of_lanes(device, lanes), surface.place, narrow, wide, *lanes.part, lanes.rows,
+           records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, true,
+                          kEvidenceReach, static_cast<float>(blend.same_low),
+                          static_cast<float>(blend.same_high)});
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   evidence.normal = normals_of(device, surface.turned, place);
   for (std::size_t p = 0; p < parts.size(); ++p) {

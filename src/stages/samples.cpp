@@ -21,8 +21,7 @@ SampleLists room_for_samples(Device& device, const SampleGrid& grid) {
 SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                  const OccupiedBlocks& occupied, int every, const ListedBlocks& blocks) {
   const SampleLists lists = room_for_samples(device, grid);
-  launch(device, kernels::list_samples, 1, {lists.tiles()}, wanted, occupied, lists.sample,
-         lists.count, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
+  launch(device, kernels::list_samples, 1, {lists.tiles()}, wanted, occupied, lists, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
          static_cast<cl_int>(every));
   return lists;
 }
@@ -32,8 +31,8 @@ enum class Where : cl_int { nearer, nearer_unless, finite };  // as in list_samp
 SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                  const Buffer<float>& depth, const Buffer<float>& unwanted, Where where) {
   const SampleLists kept = room_for_samples(device, lists.grid);
-  launch(device, kernels::keep_samples, device.state().vector_width, {lists.tiles()}, lists.sample,
-         lists.count, nearer, depth, unwanted, kept.sample, kept.count,
+  launch(device, kernels::keep_samples, device.state().vector_width, {lists.tiles()}, lists,
+         nearer, depth, unwanted, kept,
          static_cast<cl_int>(lists.tiles()), static_cast<cl_int>(where));
   return kept;
 }
@@ -67,8 +66,7 @@ LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<c
                           int stride, int every, const ListedBlocks& blocks) {
   const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
   const auto& [surface, splash] = lists;
-  launch(device, kernels::list_between, 1, {surface.tiles()}, wanted, surface.sample, surface.count,
-         splash.sample, splash.count, blocks, cl_int2{{grid.nx, grid.ny}},
+  launch(device, kernels::list_between, 1, {surface.tiles()}, wanted, surface, splash, blocks, cl_int2{{grid.nx, grid.ny}},
          cl_int2{{surface.nx, surface.ny}}, cl_int{stride}, cl_int{every});
   return lists;
 }

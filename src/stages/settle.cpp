@@ -14,9 +14,13 @@ constexpr float kTriangleReach = 3;
 constexpr float kSearch = 2;
 constexpr float kFarSearch = 12;
 
-cl_float4 limits_of(const RegionParams& params) {
-  return {{static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
-           kTriangleReach, kSearch}};
+// `beyond`: how far behind the field is sought.
+records::Settling settling(const View& view, const SampleGrid& grid, const RegionParams& params,
+                           float beyond, bool only_gaps) {
+  return {screen_of(view, grid),
+          {static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
+           kTriangleReach, kSearch, beyond},
+          only_gaps};
 }
 
 }  // namespace
@@ -26,19 +30,15 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const Buffer<float>& triangle_depth, const Buffer<float>& reference,
                     const SurfaceBuffers& surface, const Buffer<float>& behind,
                     const RegionParams& params, bool only_gaps) {
-  const SampleGrid& grid = surface.grid;
-  const auto left = allocate<cl_int>(device, lists.sample.size);
+  SampleLists left = lists;
+  left.sample = allocate<cl_int>(device, lists.sample.size);
   const int width = device.state().vector_width, wide = device.state().wide_width();
-  launch(device, kernels::settle_samples, width, range_of(lists, width), lists.sample, lists.count,
-         triangle_depth, reference, surface.trust, surface.depth, behind, left, cells.x, cells.y,
-         cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask, cells.weight,
-         cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view), limits_of(params),
-         static_cast<cl_int>(only_gaps));
-  launch(device, kernels::follow_field, wide, range_of(lists, wide), left, lists.count, reference,
-         surface.trust, surface.depth, surface.normal, surface.group, surface.kind, behind, cells.x,
-         cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask, cells.weight,
-         levelled.weight, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step, kernel_rays(view),
-         limits_of(params), static_cast<cl_float>(only_gaps ? kFarSearch : 2 * kSearch));
+  const records::Settling how = settling(view, surface.grid, params,
+                                         only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
+  launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
+         reference, surface, behind, left.sample, cells, how);
+  launch(device, kernels::follow_field, wide, range_of(lists, wide), left, reference, surface,
+         behind, cells, levelled.weight, how);
 }
 
 void settle_points(Device& device, const View& view, const DeviceCells& cells,
@@ -46,12 +46,9 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const Buffer<float>& reference, const SurfaceBuffers& surface,
                    const RegionParams& params) {
   const std::size_t n = surface.grid.size();
-  const auto no_triangle = filled<float>(device, n, kNoSurface);
-  const auto behind = allocate<float>(device, n);
-  launch(device, kernels::settle_points, 1, {n}, no_triangle, reference, surface.trust,
-         surface.depth, surface.normal, surface.group, surface.kind, behind, points, cells.x,
-         cells.y, cells.z, cells.tag, cells.start, cells.inverse_cell, cells.mask, cells.weight,
-         levelled.weight, static_cast<cl_int>(n), kernel_rays(view), limits_of(params), kSearch);
+  launch(device, kernels::settle_points, 1, {n}, filled<float>(device, n, kNoSurface), reference,
+         surface, allocate<float>(device, n), points, cells, levelled.weight,
+         settling(view, surface.grid, params, kSearch, false));
 }
 
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
@@ -64,18 +61,15 @@ Extent splash_extent(Device& device, const SplatParticles& splash, const SampleG
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
                  const RegionParams& params, const Buffer<float>* open) {
-  const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
   // One sample an item sees for itself that it has nothing to do; vectors are to be full.
   const SampleLists nearer = width == 1 ? lists
                              : open ? keep_samples(device, lists, extent.from, surface.depth, *open)
                                     : keep_samples(device, lists, extent.from, surface.depth);
-  launch(device, kernels::draw_splash, width, range_of(nearer, width), nearer.sample, nearer.count,
-         extent.from, extent.to, surface.depth, surface.normal, surface.group, surface.kind,
-         levelled.x, levelled.y, levelled.z, levelled.weight, levelled.tag, levelled.start,
-         levelled.inverse_cell, levelled.mask, cl_int2{{grid.nx, grid.ny}}, grid.first, grid.step,
-         kernel_rays(view), static_cast<cl_float>(params.blob_density),
-         open ? *open : surface.depth, cl_int{open == nullptr});
+  launch(device, kernels::draw_splash, width, range_of(nearer, width), nearer, extent, surface,
+         cells_with(levelled, levelled.weight), screen_of(view, surface.grid),
+         static_cast<cl_float>(params.blob_density), open ? *open : surface.depth,
+         cl_int{open == nullptr});
 }
 
 }  // namespace meniscus

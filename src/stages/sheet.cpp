@@ -53,9 +53,9 @@ std::vector<std::vector<float>> average_in_cells(Device& device, const Cells& ce
   const int width = device.state().vector_width;
   const auto average = [&](const Buffer<float>& value, const Buffer<float>& mean) {
     const auto& [x, y, z, tag, start, toward, own_share, one, two] = on_device;
-    launch(device, kernels::average_on_sheets, width, range_of_blocks(n, width), mean, x, y, z, tag,
-           start, cells.inverse_cell, cells.mask, static_cast<cl_int>(n), toward, own_share, value,
-           weights.reach, weights.low, weights.high);
+    launch(device, kernels::average_on_sheets, width, range_of_blocks(n, width), mean,
+           DeviceCells{x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}},
+           static_cast<cl_int>(n), toward, own_share, value, weights);
   };
   average(std::get<7>(on_device), means.part<0>());
   if (pairs > 1) average(std::get<8>(on_device), means.part<1>());

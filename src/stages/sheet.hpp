@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "device/records.hpp"
 #include "stages/cells.hpp"
 #include "stages/vec.hpp"
 
@@ -13,10 +14,7 @@ namespace meniscus {
 
 /// Which fits belong to the sheet of another, and how much they count: at distance l, with the
 /// normals n and n', share (1 - l / reach) smoothstep(low, high, n.n'), nothing beyond reach.
-struct SheetWeights {
-  float reach;      // particle radii
-  float low, high;  // of n.n'
-};
+using records::SheetWeights;
 
 /// The mean of two values over the sheet around each of n fits [n]; 0 where nothing counts. Waits.
 ///

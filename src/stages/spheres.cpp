@@ -52,9 +52,8 @@ Outlined outline_spheres(Device& device, const View& view, const DeviceSpheres& 
                       spheres.count, spheres.stride};
   const int shift = cover_shift(spheres.pixels / grid.step);
   launch(device, kernels::outline_spheres, width, {stride / static_cast<std::size_t>(width)},
-         spheres.values, outlined.records, outlined.outlines.box, outlined.outlines.key,
-         covers.cells, covers.deepest, spheres.stride, cl_int2{{grid.nx, grid.ny}},
-         cl_float2{{grid.first, grid.step}}, kernel_rays(view), largest, shift);
+         spheres.values, outlined.records, outlined.outlines, covers, spheres.stride,
+         screen_of(view, grid), largest, shift);
   outlined.bound = bound_bins(device, covers, grid, shift);
   return outlined;
 }
@@ -64,9 +63,8 @@ void draw(Device& device, const auto& kernel, const View& view, const Outlined& 
           const SampleGrid& grid, const Buffer<float>& result) {
   const int width = device.state().vector_width;
   draw_bins(device, spheres.outlines, spheres.bound, grid, [&](const BinLists& lists) {
-    launch(device, kernel, width, bin_items(lists, width), spheres.records, lists.end, lists.entry,
-           result, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx,
-           cl_int2{{grid.nx, grid.ny}}, cl_float2{{grid.first, grid.step}}, kernel_rays(view));
+    launch(device, kernel, width, bin_items(lists, width), spheres.records, lists, result, lists.bins,
+           screen_of(view, grid));
   });
 }
 
@@ -75,7 +73,7 @@ Buffer<float> lower_spheres(Device& device, const View& view, const Outlined& sp
                             const SampleGrid& grid) {
   const auto depth = filled<float>(device, grid.size(), kNoSurface);
   draw_minima(device, kernels::lower_spheres, spheres.records, spheres.outlines, spheres.bound,
-              grid, std::tie(depth), kernel_rays(view));
+              grid, std::tie(depth), screen_of(view, grid));
   return depth;
 }
 
@@ -84,14 +82,13 @@ Buffer<float> normals_by_minima(Device& device, const View& view, const Outlined
   const Buffer<float> depth = lower_spheres(device, view, spheres, grid);
   const Buffer<cl_int> owner =
       own_minima(device, kernels::own_spheres, spheres.records, spheres.outlines, spheres.bound,
-                 grid, depth, kernel_rays(view));
+                 grid, depth, screen_of(view, grid));
   const auto normal = allocate<float>(device, 3 * grid.size());
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   launch(device, kernels::normals_of_owners, static_cast<int>(width),
          {(static_cast<std::size_t>(grid.nx) + width - 1) / width,
           static_cast<std::size_t>(grid.ny), 16, 4},
-         spheres.records, depth, owner, normal, cl_int2{{grid.nx, grid.ny}},
-         cl_float2{{grid.first, grid.step}}, kernel_rays(view));
+         spheres.records, depth, owner, normal, screen_of(view, grid));
   return normal;
 }
 

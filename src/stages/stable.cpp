@@ -113,9 +113,9 @@ OwnerMap own_triangles(Device& device, const View& view, const Triangulation& me
   const auto device_corners = upload(device, corners);
   const auto device_particle = upload(device, particle);
   for (const cl_int owner_pass : {0, 1})
-    launch(device, kernels::own_triangles, 1, {n}, device_corners, device_particle, map.depth,
-           map.owner, static_cast<cl_int>(n), static_cast<cl_int>(stride), size_of(grid),
-           grid.first, grid.step, static_cast<cl_int>(!view.orthographic), owner_pass);
+    launch(device, kernels::own_triangles, 1, {n}, device_corners, device_particle, map,
+           static_cast<cl_int>(n), static_cast<cl_int>(stride), lattice_of(grid),
+           static_cast<cl_int>(!view.orthographic), owner_pass);
   return map;
 }
 
@@ -139,12 +139,12 @@ OwnerMap own_capsules(Device& device, const View& view, const Triangulation& mes
   const OwnerMap map = empty_map(device, grid);
   const auto device_ends = upload(device, ends);
   const auto device_particle = upload(device, particle);
+  const meniscus::records::Capsules capsules{static_cast<int>(n), static_cast<int>(stride),
+                                             static_cast<float>(view.u_scale / view.v_scale),
+                                             static_cast<float>(radius), static_cast<float>(apart)};
   for (const cl_int owner_pass : {0, 1})
     launch(device, kernels::own_capsules, 1, {n, 1, 8, 1}, device_ends, device_particle, records,
-           triangle_depth, map.depth, map.owner, static_cast<cl_int>(n),
-           static_cast<cl_int>(stride), size_of(grid), grid.first, grid.step, kernel_rays(view),
-           static_cast<cl_float>(view.u_scale / view.v_scale), static_cast<cl_float>(radius),
-           static_cast<cl_float>(apart), owner_pass);
+           triangle_depth, map, capsules, screen_of(view, grid), owner_pass);
   return map;
 }
 
@@ -223,12 +223,9 @@ SurfaceBuffers blend_particles(Device& device, const View& view, const StableReg
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const Range range{static_cast<std::size_t>(tiles.nx) * kTile / width,
                     static_cast<std::size_t>(tiles.ny) * kTile, kTile / width, kTile};
-  launch(device, kernels::blend_particles, static_cast<int>(width), range, region.reference,
-         region.front, region.owner, records, upload(device, tiles.start),
-         upload(device, tiles.group), surface.depth, surface.normal, surface.group, size_of(grid),
-         grid.first, grid.step, kernel_rays(view), static_cast<cl_float>(params.d_max),
-         cl_float4{{static_cast<float>(params.same_low), static_cast<float>(params.same_high),
-                    static_cast<float>(params.crease), 0.0f}});
+  launch(device, kernels::blend_particles, static_cast<int>(width), range, region, records,
+         upload(device, tiles.start), upload(device, tiles.group), surface, screen_of(view, grid),
+         blending_of(params));
   return surface;
 }
 

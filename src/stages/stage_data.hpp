@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "device/records.hpp"
 #include "stages/vec.hpp"
 #include "stages/view.hpp"
 
@@ -23,6 +24,11 @@ struct SampleGrid {
   std::size_t size() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
   bool operator==(const SampleGrid&) const = default;
 };
+
+/// The same as kernels take it.
+inline records::Lattice lattice_of(const SampleGrid& grid) {
+  return {grid.nx, grid.ny, grid.first, grid.step};
+}
 
 /// The image: W x H samples at pixel centres.
 inline SampleGrid pixel_grid(const View& view) { return {view.width, view.height, 0.5f, 1.0f}; }

@@ -80,10 +80,13 @@ SurfaceBuffers upload(Device& device, const SurfaceMap& map) {
           {},       upload(device, kind)};
 }
 
-cl_float16 kernel_rays(const View& view) {
-  cl_float16 rays{};
-  for (std::size_t k = 0; k < 12; ++k) rays.s[k] = static_cast<float>(view.ray[k]);
-  return rays;
+records::RayMap kernel_rays(const View& view) {
+  const auto at = [&](std::size_t k) { return static_cast<float>(view.ray[k]); };
+  return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), at(10), at(11)};
+}
+
+records::Screen screen_of(const View& view, const SampleGrid& grid) {
+  return {grid.nx, grid.ny, grid.first, grid.step, kernel_rays(view)};
 }
 
 }  // namespace meniscus

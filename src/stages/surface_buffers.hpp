@@ -2,6 +2,7 @@
 #pragma once
 
 #include "device/device.hpp"
+#include "device/records.hpp"
 #include "device/together.hpp"
 #include "stages/stage_data.hpp"
 
@@ -30,7 +31,10 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface);
 /// The other way, without trust.
 SurfaceBuffers upload(Device& device, const SurfaceMap& map);
 
-/// The rays of a view, as kernels take them (density.cl).
-cl_float16 kernel_rays(const View& view);
+/// The rays of a view, as kernels take them.
+records::RayMap kernel_rays(const View& view);
+
+/// Where a grid's samples lie, and the rays of a view through them.
+records::Screen screen_of(const View& view, const SampleGrid& grid);
 
 }  // namespace meniscus

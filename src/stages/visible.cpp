@@ -21,7 +21,6 @@ namespace {
 
 cl_int2 nodes_of(const SampleGrid& grid) { return {{grid.nx, grid.ny}}; }
 cl_float2 origin_of(const SampleGrid& grid) { return {{grid.first, 1.0f / grid.step}}; }
-cl_float2 lattice_of(const SampleGrid& grid) { return {{grid.first, grid.step}}; }
 cl_float2 sphere_of(double footprint) { return {{static_cast<float>(footprint), 1.0f}}; }
 
 Range vectors(Device& device, std::size_t n) {
@@ -36,7 +35,7 @@ Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, c
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       particles.count, particles.stride};
   launch(device, kernels::cover_discs, device.state().vector_width, vectors(device, stride),
-         particles.values, covers.cells, covers.deepest, particles.stride, nodes_of(grid),
+         particles.values, covers, particles.stride, nodes_of(grid),
          origin_of(grid), grid.step, discs.sphere, cl_int{shift});
   return bound_bins(device, covers, grid, shift);
 }
@@ -46,7 +45,7 @@ Buffer<float> lower_discs(Device& device, const Discs& discs, const Buffer<float
                           const SampleGrid& grid) {
   const auto depth = filled<float>(device, grid.size(), kNoSurface);
   draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
-              std::tie(depth));
+              std::tie(depth), lattice_of(grid));
   return depth;
 }
 
@@ -54,7 +53,7 @@ Buffer<float> lower_discs(Device& device, const Discs& discs, const Buffer<float
 Buffer<cl_int> owners_by_minima(Device& device, const Discs& discs, const Buffer<float>& bound,
                                 const SampleGrid& grid) {
   return own_minima(device, kernels::own_discs, discs.records, discs.outlines, bound, grid,
-                    lower_discs(device, discs, bound, grid));
+                    lower_discs(device, discs, bound, grid), lattice_of(grid));
 }
 
 // The bound of bins in which nothing is left out.
@@ -68,9 +67,7 @@ void draw(Device& device, const auto& kernel, const Discs& discs, const Buffer<f
           const SampleGrid& grid, const Buffer<T>& result) {
   draw_bins(device, discs.outlines, bound, grid, [&](const BinLists& lists) {
     launch(device, kernel, device.state().vector_width,
-           bin_items(lists, device.state().vector_width), discs.records, lists.end, lists.entry,
-           result, cl_int2{{lists.first, lists.last}}, bins_of(grid).nx, nodes_of(grid),
-           lattice_of(grid));
+           bin_items(lists, device.state().vector_width), discs.records, lists, result, lists.bins, lattice_of(grid));
   });
 }
 
@@ -82,9 +79,8 @@ void draw_all(Device& device, const auto& kernel, const Discs& discs, const Samp
     std::apply(
         [&](Maps&... all) {
           launch(device, kernel, device.state().vector_width,
-                 bin_items(lists, device.state().vector_width), discs.records, lists.end,
-                 lists.entry, all..., cl_int2{{lists.first, lists.last}}, bins_of(grid).nx,
-                 nodes_of(grid), lattice_of(grid));
+                 bin_items(lists, device.state().vector_width), discs.records, lists,
+                 all..., lists.bins, lattice_of(grid));
         },
         maps);
   });
@@ -114,7 +110,7 @@ Discs outline_discs(Device& device, const SplatParticles& particles, const Sampl
                     {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                      particles.count, particles.stride}};
   launch(device, kernels::outline_discs, device.state().vector_width, vectors(device, stride),
-         particles.values, discs.records, discs.outlines.box, discs.outlines.key, particles.stride,
+         particles.values, discs.records, discs.outlines, particles.stride,
          nodes_of(grid), origin_of(grid), sphere, static_cast<cl_int>(drawn));
   return discs;
 }
@@ -182,7 +178,7 @@ Fronts splat_fronts(Device& device, const SplatParticles& particles, const Sampl
         filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
     maps.depth = depth;
     draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
-                std::tie(maps.depth));
+                std::tie(maps.depth), lattice_of(grid));
     count_finite(device, grid, maps.depth, maps.occupied);
     return maps;
   }
@@ -204,12 +200,12 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
     extent.from = from;
     extent.to = filled<float>(device, grid.size(), 0.0f);
     draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines, bound, grid,
-                std::tie(extent.from, extent.to));
+                std::tie(extent.from, extent.to), lattice_of(grid));
     count_finite(device, grid, extent.from, extent.occupied);
     return extent;
   }
   draw_all(device, kernels::splat_extent, discs, grid,
-           std::tie(extent.from, extent.to, extent.occupied, asked));
+           std::tie(extent, extent.occupied, asked));
   return extent;
 }
 

@@ -12,6 +12,7 @@
 
 #include "base/printed.hpp"
 #include "device/probe.hpp"
+#include "device/records.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/probe.hpp"
 
@@ -129,7 +130,7 @@ double build_seconds(Device& device, const std::string& option) {
   return seconds_of([&] {
     launch(device, "density.cl", "measure_gradients", {64},
            width_option(device.state().vector_width) + option, floats, floats, floats, floats,
-           floats, words, starts, 1.0f, cl_uint{63}, cl_int{0}, cl_int{0});
+           floats, words, starts, records::CellGrid{1, 63}, cl_int{0}, cl_int{0});
     device.state().queue.finish();
   });
 }

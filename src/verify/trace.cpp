@@ -1,7 +1,7 @@
 #include "verify/trace.hpp"
 
 #include <algorithm>
-#include <regex>
+#include <sstream>
 
 #include "base/content_hash.hpp"
 #include "device/kernel_sources.hpp"
@@ -15,22 +15,15 @@ bool empty(const KernelLaunch& launch) { return launch.range.nx == 0 || launch.r
 }  // namespace
 
 const std::vector<std::string>& argument_names(const std::string& file, const std::string& kernel) {
-  // Every launch asks for them, so each text is read once.
+  // Every launch asks for them.
   static std::map<std::pair<std::string, std::string>, std::vector<std::string>> known;
   const auto [place, first] = known.try_emplace({file, kernel});
   std::vector<std::string>& names = place->second;
   if (!first) return names;
-  for (const KernelSource& source : kernel_sources()) {
-    if (source.file != file) continue;
-    std::string text = std::regex_replace(std::string(source.text), std::regex("//[^\n]*"), "");
-    std::smatch head;
-    if (!std::regex_search(text, head,
-                           std::regex("kernel\\s+void\\s+" + kernel + "\\s*\\(([^)]*)\\)")))
-      break;
-    const std::string list = head[1];
-    const std::regex last("(\\w+)\\s*(,|$)");
-    for (std::sregex_iterator name(list.begin(), list.end(), last), end; name != end; ++name)
-      names.push_back((*name)[1]);
+  for (const KernelArguments& arguments : kernel_arguments()) {
+    if (arguments.file != file || arguments.kernel != kernel) continue;
+    std::istringstream all{std::string(arguments.names)};
+    for (std::string name; all >> name;) names.push_back(name);
   }
   return names;
 }

@@ -27,15 +27,15 @@ TEST_P(Bins, HoldTheParticlesWhoseKeyIsAtMostTheBound) {
           device_, outlines, upload(device_, of.bound), grid,
           [&](const BinLists& lists) {
             ++rounds;
-            EXPECT_EQ(lists.first, next);
-            ASSERT_GT(lists.last, lists.first);
-            next = lists.last;
+            EXPECT_EQ(lists.bins.begin, next);
+            ASSERT_GT(lists.bins.end, lists.bins.begin);
+            next = lists.bins.end;
             const auto end = download(device_, lists.end);
             const auto entry = download(device_, lists.entry);
             int begin = 0;
-            for (int bin = lists.first; bin < lists.last; begin = end[bin++]) {
+            for (int bin = lists.bins.begin; bin < lists.bins.end; begin = end[bin++]) {
               if (static_cast<std::size_t>(end[bin]) > most) {
-                EXPECT_EQ(lists.last, lists.first + 1);
+                EXPECT_EQ(lists.bins.end, lists.bins.begin + 1);
               }
               for (int e = begin; e < end[bin]; ++e)
                 actual.emplace(bin, entry[e].s[0], entry[e].s[1]);

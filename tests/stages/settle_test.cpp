@@ -64,21 +64,17 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   const auto reference = upload(device_, before.reference);
   const SampleLists lists = list_samples(device_, scene_.grid, reference);
   const auto behind = allocate<float>(device_, n_);
-  const auto left = allocate<cl_int>(device_, lists.sample.size);
-  const cl_float4 limits{{static_cast<float>(scene_.params.contour_density),
-                          static_cast<float>(scene_.params.blob_density), 3, 2}};
-  launch(device_, kernels::settle_samples, 1, range_of(lists, 1), lists.sample, lists.count,
-         upload(device_, before.triangle), reference, samples.trust, samples.depth, behind, left,
-         scene_.cells.x, scene_.cells.y, scene_.cells.z, scene_.cells.tag, scene_.cells.start,
-         scene_.cells.inverse_cell, scene_.cells.mask, scene_.cells.weight,
-         cl_int2{{scene_.grid.nx, scene_.grid.ny}}, scene_.grid.first, scene_.grid.step,
-         kernel_rays(scene_.view), limits, cl_int{0});
-  launch(device_, kernels::follow_field, 1, range_of(lists, 1), left, lists.count, reference,
-         samples.trust, samples.depth, samples.normal, samples.group, samples.kind, behind,
-         scene_.cells.x, scene_.cells.y, scene_.cells.z, scene_.cells.tag, scene_.cells.start,
-         scene_.cells.inverse_cell, scene_.cells.mask, scene_.cells.weight, scene_.levelled.weight,
-         cl_int2{{scene_.grid.nx, scene_.grid.ny}}, scene_.grid.first, scene_.grid.step,
-         kernel_rays(scene_.view), limits, 2.0f);
+  SampleLists left = lists;
+  left.sample = allocate<cl_int>(device_, lists.sample.size);
+  const records::Settling how{screen_of(scene_.view, scene_.grid),
+                              {static_cast<float>(scene_.params.contour_density),
+                               static_cast<float>(scene_.params.blob_density), 3, 2, 2},
+                              0};
+  launch(device_, kernels::settle_samples, 1, range_of(lists, 1), lists,
+         upload(device_, before.triangle), reference, samples, behind, left.sample, scene_.cells,
+         how);
+  launch(device_, kernels::follow_field, 1, range_of(lists, 1), left, reference, samples, behind,
+         scene_.cells, scene_.levelled.weight, how);
   const Layer expected = download(device_, before, samples);
 
   const Layer actual = settled_at_points(device_, scene_, before);

@@ -35,7 +35,7 @@ struct Fault {
 
 // A factor that is off by little in the kernels of each stage.
 const Fault kFaults[] = {
-    {"project", 63, "project.cl", "extent.x * LOADF(scale + i)",
+    {"project", 63, "project.cl", "to.u_scale * LOADF(scale + i)",
      "extent.x * 1.0001f * LOADF(scale + i)"},
     {"bins", 61, "bins.cl", "!(nearest <= bound[bin])", "!(nearest < bound[bin])"},
     {"visible", 63, "visible.cl", "front = t - bulge * sqrt(",
@@ -70,7 +70,8 @@ const Fault kFaults[] = {
     {"settle", 37, "settle.cl", "0.1f * (1.0f - trusted)", "0.11f * (1.0f - trusted)"},
     {"settle", 37, "settle.cl", "#define OFF_FIELD 1.0f", "#define OFF_FIELD 1.02f"},
     {"settle", 37, "settle.cl", "#define TURNED_OFF 0.6f", "#define TURNED_OFF 0.65f"},
-    {"settle", 37, "settle.cl", "smaller(t, t0) - limits.w", "larger(t, t0) - limits.w"},
+    {"settle", 37, "settle.cl", "smaller(t, t0) - limits.before",
+     "larger(t, t0) - limits.before"},
     {"settle", 37, "settle.cl", "l.used & (c.depth < end)", "l.used & (c.depth > end)"},
     {"settle", 37, "field.cl", "#define W1 (0.456322f", "#define W1 (0.4562f"},
     {"settle", 37, "density.cl", "(0.45f - level) *", "(0.46f - level) *"},
@@ -80,7 +81,7 @@ const Fault kFaults[] = {
     {"specks", 71, "specks.cl", "(agreement > 0.93f) &\n                     (along",
      "(agreement > 0.94f) &\n                     (along"},
     {"paper blend", 53, "paper.cl", "4.0f * A * C", "4.05f * A * C"},
-    {"paper blend", 53, "paper.cl", "b_share.y * like", "1.002f * b_share.y * like"},
+    {"paper blend", 53, "paper.cl", "how.b_gain * like", "1.002f * how.b_gain * like"},
     {"paper", 40, "paper.cl", "total * (r < 3", "1.01f * total * (r < 3"},
     {"ssm", 21, "ssm.cl", "weight * ((n - tap) / (n + (tap + 1.0f)))",
      "weight * ((n - tap) / (n + (tap + 1.01f)))"},

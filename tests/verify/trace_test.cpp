@@ -29,7 +29,7 @@ Buffer<cl_int> count(Device& device, int box_end) {
   const auto bound = upload(device, std::vector<float>{5});
   const auto counts = filled<cl_int>(device, 1, 0);
   launch(device, "bins.cl", "count_bins", {2}, "", box, key, bound, counts,
-         filled<cl_uchar>(device, 2, 0), cl_int{2}, cl_int{2}, cl_int{1}, cl_int{1}, cl_int{0});
+         filled<cl_uchar>(device, 2, 0), records::Chunked{2, 2, 1, 1, 0});
   return counts;
 }
 

@@ -20,7 +20,7 @@ ReferenceError lists(Device& device, const SampleGrid& grid) {
               const auto end = download(device, lists.end);
               const auto entry = download(device, lists.entry);
               int e = 0;
-              for (int bin = lists.first; bin < lists.last; ++bin)
+              for (int bin = lists.bins.begin; bin < lists.bins.end; ++bin)
                 for (; e < end[bin]; ++e) found.emplace(bin, entry[e].s[0], entry[e].s[1]);
             });
   std::vector<reference::BinEntry> differing;

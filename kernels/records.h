@@ -1,0 +1,201 @@
+// records.h: what kernels and C++ both know. Kernels have it in front of their text; C++ includes it
+// through device/records.hpp, in namespace meniscus::records.
+//
+// A record is a kernel's argument, by value. All members have four bytes, so that no compiler puts
+// anything between them (RecordsOnDevice.ArriveAsTheHostHasThem).
+
+#ifdef __OPENCL_VERSION__
+#define RECORD(name) typedef struct name name; struct name
+#endif
+
+enum {
+  TILE = 16,  // samples are taken in tiles of TILE x TILE (samples.cl),
+  BIN = 8,    // and drawn in bins of BIN x BIN (bins.cl)
+  // Set in the group of a sample that was interpolated: its group is the one of a corner, until
+  // choose_groups.cl has looked at those around. All bits are set in -1, no group.
+  OF_CORNER = 1 << 30
+};
+
+// Added to the trust in a blended sample.
+#define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on
+#define ENDED 4.0f    // beyond a convex edge of the fluid
+
+// Where samples lie on the screen: sample (i, j) at pixel (first + i step, first + j step).
+RECORD(Lattice) {
+  int nx, ny;
+  float first, step;  // pixels
+};
+
+// The ray of pixel (u, v): eye point (o + t d, -t) at depth t, affine in the pixel coordinates:
+// o.x = ox + ox_u u + ox_v v.
+RECORD(RayMap) {
+  float ox, ox_u, ox_v, oy, oy_u, oy_v;
+  float dx, dx_u, dx_v, dy, dy_u, dy_v;
+};
+
+// Samples and the rays through them.
+RECORD(Screen) {
+  int nx, ny;
+  float first, step;  // pixels; interpolate.cl: from one that is asked for to the next
+  RayMap rays;
+};
+
+// From the world to eye space and the screen (paper 2.1, step 1): eye e = rotation (X - origin) + shift,
+// particle radii; u = u_row.(e, 1) / w_row.(e, 1), pixels.
+RECORD(Projection) {
+  float rotation[9], shift[3], origin[3];  // over the particle radius; particle radii; world units
+  float u_row[4], v_row[4], w_row[4];
+  float u_scale, v_scale;      // pixels w per particle radius
+  float near_depth, margin;    // particle radii
+  float width, height;         // of the image, pixels
+};
+
+// The map of the nearest particles (stream.cl).
+RECORD(FrontCells) {
+  int nx, ny;
+  float per_pixel, border;  // cells; those beyond the screen's edge
+  int block, blocks;        // cells along a block's side; blocks in a row
+};
+
+// A hash grid (cells.cl).
+RECORD(CellGrid) {
+  float inverse_cell;  // 1 / particle radii
+  uint mask;           // buckets - 1
+};
+
+// What settle.cl asks of the density field.
+RECORD(FieldLimits) {
+  float contour;   // the density below which the surface has ended
+  float level;     // of the levelled field: the surface
+  float vouching;  // a triangle this near to a sample vouches for it, particle radii
+  float before;    // the field is sought so far before the blend or the reference, and
+  float beyond;    // so far behind them, particle radii
+};
+
+RECORD(Settling) {
+  Screen screen;
+  FieldLimits limits;
+  int only_gaps;  // 1: samples that show something stay
+};
+
+// What is sorted into bins (bins.cl), `across` of them in a row.
+RECORD(Outlined) {
+  int count, stride;  // discs; values in a row of theirs
+  int across;
+};
+
+// In chunks, one to a work-item.
+RECORD(Chunked) {
+  int count, stride, across;
+  int chunk;  // discs
+  int own;    // counts of a chunk, bins and some more; 0: shared ones, which are 0 before
+};
+
+// The bins whose entries are given.
+RECORD(ListedBins) {
+  int begin, end;
+  int across;
+};
+
+// What an anisotropic kernel is shaped by (anisotropic.cl).
+RECORD(KernelShape) {
+  float h, lambda;           // particle radii; share of the mean in the centre
+  float per_variance, most;  // k_s over the variance of a full neighbourhood; most stretch
+  float k_r, k_n, n_eps;
+};
+
+// Rays through the field of `kernels` kernels.
+RECORD(FieldRays) {
+  int rays, kernels;
+  float level;
+  RayMap map;
+};
+
+// How groups are blended as printed (paper.cl).
+RECORD(PrintedBlend) {
+  float u_scale, v_scale;  // see View
+  float w_row[4];
+  float d_max;             // particle radii
+  float b_least, b_gain;   // of R: at right angles, gain to equal normals
+};
+
+// Edges of the contour, drawn as capsules (stable.cl).
+RECORD(Capsules) {
+  int count, stride;
+  float aspect;  // pixels along u over pixels along v
+  float radius;  // particle radii
+  float apart;   // depth at which there are two layers, particle radii
+};
+
+// What a pass fits with (particle_fit.cl).
+RECORD(FitModel) {
+  float sigma, tau, off_surface, ridge;  // at roundness 0
+  float sigma_gain, tau_gain, off_surface_gain, ridge_gain;  // of roundness 1 over these
+};
+
+RECORD(FitPass) {
+  int lanes;
+  int nobody;      // the particle of lanes that are not in use
+  int done, left;  // passes before and after this one
+  FitModel model;
+  float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
+};
+
+// Lanes of trial fits and what counts around them (roundness.cl).
+RECORD(Trial) {
+  int lanes, nobody;
+  int edges;                  // 1: a fit weighs e u, not u
+  float reach;                // particle radii
+  float same_low, same_high;  // as of Blending
+};
+
+// Samples and the blocks of them that a round takes (specks.cl).
+RECORD(Blocks) {
+  int nx, ny;          // samples
+  int across, down;    // blocks
+  int stride;          // blocks in a row, and those that pad it to runs
+};
+
+RECORD(Closing) {
+  Blocks blocks;
+  int round;
+  float jump;  // particle radii
+  int large;   // 1: particles have a radius of some samples
+};
+
+// Cells between the samples of a lattice, two of the samples asked for along each side
+// (interpolate.cl).
+RECORD(LatticeCells) {
+  int cells_x, cells_y;
+  int stride, rows;  // cells in a row and those that pad it; the same of rows
+  int every;         // samples from one that is asked for to the next
+  float tolerance;   // of corners to the planes of others, particle radii
+  float agreeing;    // the least cosine between their normals
+  float spread;      // of the depths by the corners' planes, at most, particle radii
+  int trust_empty;   // 1: nothing fits between the lattice's samples
+  int perspective;
+};
+
+// Points on a grid's tiles, whose lists of fits serve them, and their rays.
+RECORD(PointsOnTiles) {
+  int count, tiles_x, tiles_y;
+  float first, inverse_tile;  // pixels, 1 / pixels
+  RayMap rays;
+};
+
+// Whose fits count in a mean (sheet.cl).
+RECORD(SheetWeights) {
+  float reach;      // particle radii
+  float low, high;  // cosines between normals from which fits begin to count, and count in full
+};
+
+// How intersections are blended (blend.cl).
+RECORD(Blending) {
+  float d_max;                // of a hit from the reference, particle radii
+  float same_low, same_high;  // cosines between which normals become those of one sheet
+  float crease;               // two sheets meet within this of each other, particle radii
+};
+
+#ifdef __OPENCL_VERSION__
+#undef RECORD
+#endif
