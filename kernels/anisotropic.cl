@@ -52,7 +52,8 @@ inline void turn(float* pp, float* qq, float* pq, float* pr, float* qr, float* a
 kernel void shape_kernels(POINTS(x, y, z), global const int* start,
                           global float* kernels,  // [11][n] centre; G xx, yy, zz, xy, xz, yz;
                                                   // V det G / pi; square of the reach, radii^2
-                          const int n, const CellGrid cells, const KernelShape shape) { // k_r, k_n, N_eps, 0
+                          const int n, const CellGrid cells,
+                          const KernelShape shape) {
   const float inverse_cell = cells.inverse_cell;
   const uint mask = cells.mask;
   const int p = get_global_id(0);

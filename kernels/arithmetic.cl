@@ -190,6 +190,35 @@ kernel void read_arguments(global float* result, const int a, const int2 b, cons
 }
 #endif
 
+#ifdef PROBE_RECORDS
+// Records of records.h, nested and with arrays, between numbers of other sizes: every word of them.
+#define COPY_WORDS(record)                                        \
+  for (int k = 0; k < (int)(sizeof(record) / sizeof(uint)); ++k) \
+    words[at++] = ((const uint*)&(record))[k];
+kernel void read_records(global uint* words, const Settling a, const float b, const Projection c,
+                         const Chunked d, const float4 e, const FitPass f, const Closing g) {
+  if (get_global_id(0) > 0) return;
+  int at = 0;
+  COPY_WORDS(a)
+  COPY_WORDS(b)
+  COPY_WORDS(c)
+  COPY_WORDS(d)
+  COPY_WORDS(e)
+  COPY_WORDS(f)
+  COPY_WORDS(g)
+  // And by the members' names: the last of each.
+  words[at++] = (uint)a.only_gaps;
+  words[at++] = as_uint(a.screen.rays.dy_v);
+  words[at++] = as_uint(c.height);
+  words[at++] = as_uint(c.w_row[3]);
+  words[at++] = (uint)d.own;
+  words[at++] = as_uint(f.height_growth);
+  words[at++] = as_uint(f.model.ridge_gain);
+  words[at++] = (uint)g.large;
+  words[at++] = (uint)g.blocks.stride;
+}
+#endif
+
 #ifdef PROBE_TICKETS
 // Each item draws a number from its counter: all different, none left out.
 kernel void take_tickets(global uint* counter, global uint* ticket, const uint mask) {

@@ -45,7 +45,8 @@ kernel void splat_behind(SAMPLES(const, sample, count),
     STOREI(i, column);
     STOREI(j, row);
     STOREI(in_bin, bin);
-    const floatv u = samples.first + samples.step * TO_FLOATV(i), v = samples.first + samples.step * TO_FLOATV(j);
+    const floatv u = samples.first + samples.step * TO_FLOATV(i),
+                 v = samples.first + samples.step * TO_FLOATV(j);
     const floatv least = gather_float(behind, at) + gap;
     intv left = used & (in_bin >= bins.begin) & (in_bin < bins.end);
     for (int lane = 0; lane < WIDTH; ++lane) {  // the lanes of one bin go together

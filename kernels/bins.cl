@@ -101,8 +101,7 @@ kernel void count_bins(OUTLINES(const, box, key),
                        global const float* bound,  // [bins]
                        global int* count,          // [chunks][own] or [bins], out
                        global uchar* shown,        // [n] out: 1 where a particle shows in any bin
-                       const Chunked all) {  // counts of a chunk, bins and some more; 0: shared ones,
-                                         // which are 0 before
+                       const Chunked all) {
   const int n = all.count, stride = all.stride, bins_x = all.across;
   const int chunk = all.chunk, own = all.own, first = get_global_id(0) * chunk;
   global int* counts = count + get_global_id(0) * own;

@@ -268,8 +268,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
         hit = cache[k];
       else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
-      const floatv share =
-          smooth_step(blending.same_low, blending.same_high, dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+      const floatv share = smooth_step(blending.same_low, blending.same_high,
+                                       dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(&A, foot, s, hit, share);
       add_hit(&B, foot, s, hit, 1.0f - share);
     }
@@ -330,8 +330,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       gx *= slope;
       gy *= slope;
       gz *= slope;
-      const floatv same =
-          smooth_step(blending.same_low, blending.same_high, dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
+      const floatv same = smooth_step(blending.same_low, blending.same_high,
+                                      dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
       const floatv q = larger(1.0f - squared, (floatv)(0.0f));
       const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
       const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
@@ -406,9 +406,9 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
 // TILE_ITEMS work-items per tile; one takes WIDTH samples of its list (samples.cl) at a time.
 kernel void blend_groups(SAMPLES(const, sample, count),
                          global const float* reference,  // [samples] depth, finite where listed
-                         FITS(record, foot), FITS_OF_TILES(),
-                         BLENDED(, ),  // out where listed
-                         const Screen screen, const Blending blending) {  // same_low, same_high; crease, particle radii
+                         FITS(record, foot), FITS_OF_TILES(), BLENDED(, ),  // out where listed
+                         const Screen screen,
+                         const Blending blending) {
   const Fits fits = {record, foot};
   const Listed listed = {list_of(tile_of_group(), met_start, met, met_place, strides.x),
                          list_of(tile_of_group(), rim_start, rim, rim_place, strides.y)};

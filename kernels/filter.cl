@@ -199,7 +199,8 @@ kernel void flow_step(global const float* depth,  // padded; +inf: no surface
   // a U + b V + d (D + a DU + b DV), in z: -d.
   const floatv u = first + step * ((float)i + LANES);
   const float v = first + step * (float)j;
-  const floatv dx = rays.dx + rays.dx_u * u + rays.dx_v * v, dy = rays.dy + rays.dy_u * u + rays.dy_v * v;
+  const floatv dx = rays.dx + rays.dx_u * u + rays.dx_v * v,
+               dy = rays.dy + rays.dy_u * u + rays.dy_v * v;
   const float dux = step * rays.dx_u, duy = step * rays.dy_u;
   const float dvx = step * rays.dx_v, dvy = step * rays.dy_v;
   const floatv ux = step * rays.ox_u + t * dux, uy = step * rays.oy_u + t * duy;

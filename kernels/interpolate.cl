@@ -144,9 +144,9 @@ kernel void compare_corners(CORNERS(depth, normal, kind),  // of the lattice's s
                                                            // of a block
                             global const int* splash_occupied,  // [blocks] where both are 0 there
                                                                 // is no surface
-                            global uchar* shows,  // [rows][stride] of cells, out
-                            const Screen screen, const LatticeCells cells) {  // 1: nothing fits between the lattice's
-                                                      // samples
+                            global uchar* shows,                // [rows][stride] of cells, out
+                            const Screen screen,
+                            const LatticeCells cells) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.cells_x || b >= cells.cells_y) return;
   const int every = cells.every, stride = cells.stride;

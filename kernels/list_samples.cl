@@ -92,12 +92,6 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
   count[tiles.x * tiles.y + tile] = splash_count[tiles.x * tiles.y + tile] = 0;
 }
 
-// Those of a list where `nearer` is less than `depth`, and so where `unwanted` is not finite, or where
-// `nearer` is finite.
-#define NEARER 0
-#define NEARER_UNLESS 1
-#define FINITE 2
-
 // Samples that are looked at before any of them is kept: a GPU's work-item waits for each it loads.
 #if WIDTH == 1
 #define AT_ONCE 16
@@ -105,6 +99,8 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
 #define AT_ONCE 1
 #endif
 
+// Those of a list where `nearer` is less than `depth`, and so where `unwanted` is not finite, or where
+// `nearer` is finite (records.h).
 kernel void keep_samples(SAMPLES(const, sample, count),
                          global const float* nearer,    // [samples]
                          global const float* depth,     // [samples], read unless FINITE

@@ -103,7 +103,7 @@
 #define FITTED(support, quadric, residual, weight) \
   global const float* support, global float* quadric, global float* residual, global float* weight
 
-// What is measured behind the last pass: [4][lanes] rows.
+// What is measured behind the last pass: [4][lanes] rows; the weights are that pass's.
 #define MEASURED(support, quadric, weight, residual, rows) \
   global const float* support, global const float* quadric, global const float* weight, \
   global float* residual, global float* rows

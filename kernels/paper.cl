@@ -161,7 +161,8 @@ kernel void draw_region(global const float* corners,          // [9][stride] see
     depth[s] = INFINITY;
     return;
   }
-  const Place at = place_in(corners, stride, k, samples.first + samples.step * (float)i, samples.first + samples.step * (float)j);
+  const Place at = place_in(corners, stride, k, samples.first + samples.step * (float)i,
+                            samples.first + samples.step * (float)j);
   const float t0 = corners[2 * stride + k], t1 = corners[5 * stride + k];
   const float t2 = corners[8 * stride + k];
   group[s] = group_of_triangle[k];
@@ -236,7 +237,8 @@ kernel void blend_printed(REGION(const, region, reference),  // owning group, -1
                           global const int* tile_group,      // group ids, ascending in each tile
                           global float* depth,               // [samples] out
                           global int* group,                 // [samples] out: the heaviest
-                          const Screen screen, const PrintedBlend how) {  // of R: at right angles, gain to equal normals
+                          const Screen screen,
+                          const PrintedBlend how) {
   const int i = get_global_id(0), j = get_global_id(1);
   const int tile = tile_under_group(screen.nx);
   if (i >= screen.nx || j >= screen.ny) return;
@@ -301,8 +303,10 @@ kernel void draw_spheres(global const float* sphere_depth,  // [samples] +infini
   if (!(t < depth[s])) return;
   const int p = sphere[s];
   const float u = screen.first + screen.step * (float)i, v = screen.first + screen.step * (float)j;
-  const float x = screen.rays.ox + screen.rays.ox_u * u + screen.rays.ox_v * v + t * (screen.rays.dx + screen.rays.dx_u * u + screen.rays.dx_v * v);
-  const float y = screen.rays.oy + screen.rays.oy_u * u + screen.rays.oy_v * v + t * (screen.rays.dy + screen.rays.dy_u * u + screen.rays.dy_v * v);
+  const float x = screen.rays.ox + screen.rays.ox_u * u + screen.rays.ox_v * v +
+                  t * (screen.rays.dx + screen.rays.dx_u * u + screen.rays.dx_v * v);
+  const float y = screen.rays.oy + screen.rays.oy_u * u + screen.rays.oy_v * v +
+                  t * (screen.rays.dy + screen.rays.dy_u * u + screen.rays.dy_v * v);
   const float nx = x - eye[p], ny = y - eye[stride + p], nz = -t - eye[2 * stride + p];
   const float size = sqrt(nx * nx + ny * ny + nz * nz);
   depth[s] = t;

@@ -141,14 +141,17 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
 // tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before. Particles
 // of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
 // the particle; the side stays.
-kernel void fit_particles(    global const float4* place,   // [n + 1] of the particles
-    global const float4* normal,  // [n + 1] as the pass before left them
-    AROUND(particle, neighbour, first, length),
-    FITTED(support, quadric, residual, weight),  // quadric, residual: of the pass before, and out; where
-                                                 // one pass is to come, the RMS of f; weight: out, where
-                                                 // one is to come or none
-    global float* turned,                        // [n + 1][4] normals out
-    const FitPass by) {  // h_0, particle radii; h_1, 1 / particle radii
+//
+// Of the pass before, and out: quadric, [10][lanes] f through the particle, from it along the eye axes,
+// particle radii, divided by |grad f|; residual, [lanes] negative where there is no fit, and where one
+// pass is to come the RMS of f. Out where one is to come or none: weight, [slots].
+kernel void fit_particles(
+    global const float4* place,                  // [n + 1] of the particles
+    global const float4* normal,                 // [n + 1] as the pass before left them
+    AROUND(particle, neighbour, first, length),  // a lane's fit; its neighbours
+    FITTED(support, quadric, residual, weight),
+    global float* turned,  // [n + 1][4] normals out
+    const FitPass by) {
   const int lanes = by.lanes, nobody = by.nobody, left = by.left;
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH;
@@ -279,8 +282,8 @@ kernel void fit_particles(    global const float4* place,   // [n + 1] of the pa
 // Fits get their residual, the RMS distance with the weights of the last pass.
 kernel void measure_edges(global const float4* place, global const float4* normal,
                           AROUND(particle, neighbour, first, length),
-                          MEASURED(support, quadric, kept, residual, rows),  // kept: of the last pass;
-                                                                             // residual: in and out
+                          MEASURED(support, quadric, kept, residual, rows),  // e; firmness; distance,
+                                                                             // radii; number
                           const FitPass by, const float reach) {  // particle radii
   const int lanes = by.lanes;
   const FitModel model = by.model;

@@ -9,7 +9,7 @@ kernel void project_particles(global const float* x,      // [stride] world unit
                               global float* eye,          // [3][stride] x, y, z, particle radii
                               global float* screen,       // [4][stride] u, v, pixels per particle
                                                           // radius along u and along v
-                              const int stride, const Projection to) {  // image, pixels
+                              const int stride, const Projection to) {
   const int i = get_global_id(0) * WIDTH;
   if (i >= stride) return;
   const floatv px = LOADF(x + i) - to.origin[0];

@@ -2,7 +2,7 @@
 // through device/records.hpp, in namespace meniscus::records.
 //
 // A record is a kernel's argument, by value. All members have four bytes, so that no compiler puts
-// anything between them (RecordsOnDevice.ArriveAsTheHostHasThem).
+// anything between them (`meniscus verify`, probe `records`).
 
 #ifdef __OPENCL_VERSION__
 #define RECORD(name) typedef struct name name; struct name
@@ -15,6 +15,13 @@ enum {
   // choose_groups.cl has looked at those around. All bits are set in -1, no group.
   OF_CORNER = 1 << 30
 };
+
+// What is drawn of discs: the nearest fronts, those behind a map (behind.cl), or all (visible.cl).
+enum { FRONT = 0, BEHIND = 1, EVERY = 2 };
+
+// Which samples of a list are kept: those where one map is less than another, and so where a third is
+// not finite, or where it is finite (list_samples.cl).
+enum { NEARER = 0, NEARER_UNLESS = 1, FINITE = 2 };
 
 // Added to the trust in a blended sample.
 #define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on

@@ -22,11 +22,14 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
   const float low_u = fmin(u[0], fmin(u[1], u[2])), high_u = fmax(u[0], fmax(u[1], u[2]));
   const float low_v = fmin(v[0], fmin(v[1], v[2])), high_v = fmax(v[0], fmax(v[1], v[2]));
   box[k] = (int)ceil(clamp((low_u - samples.first) / samples.step, 0.0f, 1e6f));
-  box[stride + k] = fabs(doubled) < 1e-9f
-                        ? -1
-                        : min(samples.nx - 1, (int)floor(clamp((high_u - samples.first) / samples.step, -1.0f, 1e6f)));
+  box[stride + k] =
+      fabs(doubled) < 1e-9f
+          ? -1
+          : min(samples.nx - 1,
+                (int)floor(clamp((high_u - samples.first) / samples.step, -1.0f, 1e6f)));
   box[2 * stride + k] = (int)ceil(clamp((low_v - samples.first) / samples.step, 0.0f, 1e6f));
-  box[3 * stride + k] = min(samples.ny - 1, (int)floor(clamp((high_v - samples.first) / samples.step, -1.0f, 1e6f)));
+  box[3 * stride + k] =
+      min(samples.ny - 1, (int)floor(clamp((high_v - samples.first) / samples.step, -1.0f, 1e6f)));
   key[k] = -INFINITY;
   vstore16((float16)(u[0], v[0], u1, v1, u2, v2, 1.0f / doubled, t[0], t[1], t[2], 0.0f, 0.0f, 0.0f,
                      0.0f, 0.0f, 0.0f),

@@ -17,7 +17,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
                          global const float* quadric,   // [10][lanes]
                          global const float* residual,  // [lanes] negative: no fit
                          global float* model,           // [MODEL][n + 1][4] out; nobody's is 0
-                         const Trial trial) {            // of edge_of, particle radii
+                         const Trial trial) {
   const int lanes = trial.lanes, nobody = trial.nobody;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
@@ -118,7 +118,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
                              global const float4* wide,    // [MODEL][n + 1]
                              AROUND(particle, neighbour, first, length),
                              global float* rows,  // [3][lanes] out
-                             const Trial trial) {  // same_low, same_high of the blend
+                             const Trial trial) {
   const int lanes = trial.lanes, nobody = trial.nobody;
   const float reach = trial.reach;
   const int lane = get_global_id(0) * WIDTH;

@@ -307,13 +307,14 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
 }
 
 // Leaves the samples where the field is to be followed to follow_field.
-kernel void settle_samples(    SAMPLES(, sample, count),       // of those that are left, out: how many
+kernel void settle_samples(
+    SAMPLES(, sample, count),       // of those that are left, out: how many
     global const float* triangle,   // [samples] depth of kept triangles
     global const float* reference,  // [samples] reference depth
     TRUSTED(, trust, depth),        // of the blend; the depth in and out
     global float* behind,           // [samples] out
     global int* selected,           // [tiles][256] out, those that are left
-    FIELD(cell_, weight), const Settling how) {  // 1: samples that show something stay
+    FIELD(cell_, weight), const Settling how) {
   const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
@@ -342,11 +343,12 @@ kernel void settle_samples(    SAMPLES(, sample, count),       // of those that 
 #endif
 }
 
-kernel void follow_field(    SAMPLES(const, selected, count),  // that settle_samples has left
-    global const float* reference,
-    SURFACE(, ),           // of the blend; in and out; kind 2 where the field shows
-    global float* behind,  // [samples] out where nothing is found
-    FIELD(cell_, weight), global const float* level_weight, const Settling how) {  // search behind, particle radii
+kernel void follow_field(SAMPLES(const, selected, count),  // that settle_samples has left
+                         global const float* reference,
+                         SURFACE(, ),  // of the blend; in and out; kind 2 where the field shows
+                         global float* behind,  // [samples] out where nothing is found
+                         FIELD(cell_, weight), global const float* level_weight,
+                         const Settling how) {
   const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
@@ -368,10 +370,11 @@ kernel void follow_field(    SAMPLES(const, selected, count),  // that settle_sa
 
 // Both at a list of positions. One work-item per point, WIDTH 1.
 #if WIDTH == 1
-kernel void settle_points(    global const float* triangle, global const float* reference, SURFACE(, ), global float* behind,
-    global const float* points,  // [2][n] u, v, pixels
-    FIELD(cell_, weight), global const float* level_weight,
-    const Settling how) {
+kernel void settle_points(global const float* triangle, global const float* reference, SURFACE(, ),
+                          global float* behind,
+                          global const float* points,  // [2][n] u, v, pixels
+                          FIELD(cell_, weight), global const float* level_weight,
+                          const Settling how) {
   const int p = get_global_id(0), n = how.screen.nx;
   if (p >= n) return;
   const Cells cells = CELLS_OF(cell_);

@@ -41,7 +41,8 @@ inline void add_fits(const Fits fits, const int* item, const int count, const fl
 // Up to WIDTH fits of SPAN cells of a row at a time, BLOCK a work-item. A fit at distance l whose
 // normal is n' weighs
 //   share (1 - l / reach) smoothstep(low, high, n.n').
-kernel void average_on_sheets(    global float* mean,  // [2][n] of the values; 0 where nothing weighs anything
+kernel void average_on_sheets(
+    global float* mean,  // [2][n] of the values; 0 where nothing weighs anything
     CELLS(cell_), const int n,
     global const float* normal,  // [3][n] in bucket order
     global const float* share,   // [n]

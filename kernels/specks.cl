@@ -213,7 +213,7 @@ kernel void close_specks(SHOWN(const, ),
                          global const uchar* changed,  // [rows][stride] in the round before; in the
                                                        // first, the listed blocks (samples.hpp)
                          global uchar* changes,        // [rows][stride] of blocks, out: in this round
-                         const Closing how) {  // 1: particles have a radius of some samples
+                         const Closing how) {
   const int2 samples = (int2)(how.blocks.nx, how.blocks.ny);
   const int2 blocks = (int2)(how.blocks.across, how.blocks.down);
   const int stride = how.blocks.stride;

@@ -59,7 +59,8 @@ kernel void outline_spheres(global const float* particles,  // [8][stride] eye x
   for (int k = 0; k < 4; ++k) {
     const intv i = k & 1 ? last_of(i1, screen.nx, shift) : first_of(i0, shift);
     const intv j = k & 2 ? last_of(j1, screen.ny, shift) : first_of(j0, shift);
-    const Rays r = rays_at(screen.rays, screen.first + screen.step * TO_FLOATV(i), screen.first + screen.step * TO_FLOATV(j));
+    const Rays r = rays_at(screen.rays, screen.first + screen.step * TO_FLOATV(i),
+                           screen.first + screen.step * TO_FLOATV(j));
     const floatv qx = r.ox + t * r.dx - x, qy = r.oy + t * r.dy - y;
     const floatv b = qx * r.dx + qy * r.dy;
     const floatv discriminant = b * b - r.a * (qx * qx + qy * qy - radius * radius);

@@ -44,13 +44,14 @@ kernel void own_triangles(global const float* corners,  // [12][stride] u, v, t,
   const float doubled = (u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]);
   if (fabs(doubled) < 1e-9f) return;
   const float inverse = 1.0f / doubled;
-  const int2 is = samples_between(fmin(u[0], fmin(u[1], u[2])), fmax(u[0], fmax(u[1], u[2])), samples.first,
-                                  samples.step, samples.nx);
-  const int2 js = samples_between(fmin(v[0], fmin(v[1], v[2])), fmax(v[0], fmax(v[1], v[2])), samples.first,
-                                  samples.step, samples.ny);
+  const int2 is = samples_between(fmin(u[0], fmin(u[1], u[2])), fmax(u[0], fmax(u[1], u[2])),
+                                  samples.first, samples.step, samples.nx);
+  const int2 js = samples_between(fmin(v[0], fmin(v[1], v[2])), fmax(v[0], fmax(v[1], v[2])),
+                                  samples.first, samples.step, samples.ny);
   for (int j = js.x; j <= js.y; ++j)
     for (int i = is.x; i <= is.y; ++i) {
-      const float x = samples.first + samples.step * (float)i, y = samples.first + samples.step * (float)j;
+      const float x = samples.first + samples.step * (float)i,
+                  y = samples.first + samples.step * (float)j;
       const float l1 = ((x - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (y - v[0])) * inverse;
       const float l2 = ((u[1] - u[0]) * (y - v[0]) - (x - u[0]) * (v[1] - v[0])) * inverse;
       const float l0 = 1.0f - l1 - l2;
@@ -322,12 +323,14 @@ inline int in_reach(global const float* g, const Sample s) {
 // the ray meets no fit, the place where the fits come nearest to it is shown.
 // One work-item per WIDTH samples of a row; a work-group is a tile of 16x16 samples or
 // a part of one.
-kernel void blend_particles(    STABLE_REGION(reference, front, owner),  // +inf: leave the sample; depth where no fit is met
+kernel void blend_particles(
+    STABLE_REGION(reference, front, owner),  // +inf: leave the sample; depth where no fit is met
     global const float* records,             // [particles][RECORD]
     global const int* tile_start,            // [tiles + 1]
     global const int* tile_group,            // particles, ascending in each tile
     FOUND(depth, normal, group),             // the heaviest particle
-    const Screen screen, const Blending blending) {  // sigma's ends, largest distance of two sheets, unused
+    const Screen screen,
+    const Blending blending) {
   const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
   const int tile = tile_under_group(screen.nx);
   const int begin = tile_start[tile], end = tile_start[tile + 1];
@@ -410,7 +413,8 @@ kernel void blend_particles(    STABLE_REGION(reference, front, owner),  // +inf
       const int id = k < kept ? cached_id[k] : tile_group[rest + k - kept];
       global const float* g = records + id * RECORD;
       const Hit hit = k < kept ? cache[k] : hit_particle(g, s, blending.d_max);
-      const floatv same = smooth_step(blending.same_low, blending.same_high, hit.gx * ax + hit.gy * ay + hit.gz * az);
+      const floatv same = smooth_step(blending.same_low, blending.same_high,
+                                      hit.gx * ax + hit.gy * ay + hit.gz * az);
       const floatv w = fmax(hit.weight, (floatv)(0.0f)), a = w * same, b = w - a;
       nax += a * hit.gx;
       nay += a * hit.gy;

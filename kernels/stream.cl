@@ -20,8 +20,10 @@ inline Places places_of(const floatv x, const floatv y, const floatv z, const Pr
   const floatv u = (to.u_row[0] * ex + to.u_row[1] * ey + to.u_row[2] * ez + to.u_row[3]) * share;
   const floatv v = (to.v_row[0] * ex + to.v_row[1] * ey + to.v_row[2] * ez + to.v_row[3]) * share;
   const floatv mu = to.margin * to.u_scale * share, mv = to.margin * to.v_scale * share;
-  const floatv i = clamp(u * map.per_pixel + map.border, (floatv)(0.0f), (floatv)((float)map.nx - 0.01f));
-  const floatv j = clamp(v * map.per_pixel + map.border, (floatv)(0.0f), (floatv)((float)map.ny - 0.01f));
+  const floatv i =
+      clamp(u * map.per_pixel + map.border, (floatv)(0.0f), (floatv)((float)map.nx - 0.01f));
+  const floatv j =
+      clamp(v * map.per_pixel + map.border, (floatv)(0.0f), (floatv)((float)map.ny - 0.01f));
   // A coordinate that is not a number fails these comparisons.
   const floatv kept =
       SELECT((floatv)(-1.0f), i,
@@ -55,7 +57,8 @@ kernel void select_near(POINTS(x, y, z),
                         global const float* limit,   // [blocks] deepest depth that is of interest
                         global uint* selected,       // [count]
                         global int* selected_count,  // 0 before
-                        const int count, const Projection to, const FrontCells map) {  // cells along a block's side; blocks in a row
+                        const int count, const Projection to,
+                        const FrontCells map) {
   const int first = get_global_id(0) * WIDTH;
   if (first >= count) return;
   const Places at = places_of(LOADF(x + first), LOADF(y + first), LOADF(z + first), to, map);

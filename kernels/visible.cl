@@ -9,11 +9,6 @@
 // nodes of a rectangle, none has a deeper computed front than the largest |du| and |dv| among them
 // give, and none a nearer one than the centre. Bounds made so hold to the last bit.
 
-// What is drawn: the nearest fronts, those behind a map (behind.cl), or all discs.
-#define FRONT 0
-#define BEHIND 1
-#define EVERY 2
-
 // What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
                           global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, nearest
@@ -135,7 +130,7 @@ __attribute__((always_inline)) inline void draw_discs(const Part part, global co
 kernel void splat_depth(global const float* disc,  // [stride][8]
                         ENTRIES(end, entry),
                         global float* depth,  // [ny*nx] particle radii
-                        const ListedBins bins, const Lattice nodes) {  // first node and step, pixels
+                        const ListedBins bins, const Lattice nodes) {
   const Part part = part_of(end, bins);
   if (part.bin >= bins.end) return;  // the range is rounded up to whole work-groups
   floatv map[ROWS];

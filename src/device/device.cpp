@@ -203,7 +203,8 @@ cl::Program& Device::State::program(const std::string& file, const std::string& 
 
 std::string Device::State::source_of(const std::string& file) const {
   std::string source;
-  std::istringstream parts("records.h nouns.h prelude.cl " + std::string(embedded(file).uses) + " " + file);
+  std::istringstream parts("records.h nouns.h prelude.cl " + std::string(embedded(file).uses) +
+                           " " + file);
   for (std::string part; parts >> part;) {
     const std::string text(embedded(part).text);
     source += "\n#line 1 \"" + part + "\"\n" + (kernel_text ? kernel_text(part, text) : text);

@@ -449,8 +449,8 @@ bool left_out(Device& device, const std::string& file, const std::string& name,
 }
 
 /// Builds (once) and launches a kernel (device/kernels.hpp) whose work-items take `width` values at
-/// a time: launch(device, kernels::fill_words, 1, {n}, buffer, ...). For a noun of kernels/nouns.h it
-/// takes a value with the noun's members. Does not wait.
+/// a time: launch(device, kernels::fill_words, 1, {n}, buffer, ...). For a noun of kernels/nouns.h
+/// it takes a value with the noun's members. Does not wait.
 template <class... Types, class... Arguments>
 void launch(Device& device, const KernelHandle<Types...>& kernel, int width, const Range& range,
             const Arguments&... arguments) {

@@ -27,7 +27,9 @@ struct ArgumentTypes {};
 
 /// A noun: one argument of a launch, several of the kernel.
 template <class T>
-concept Noun = requires { typename T::Types; };
+concept Noun = requires {
+  typename T::Types;
+};
 
 /// A kernel of kernels/<file> and the types of its arguments, as the text has them: launch() checks
 /// them when it is compiled. cmake/embed.cmake makes one for each (device/kernels.hpp).

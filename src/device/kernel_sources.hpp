@@ -12,8 +12,8 @@ struct KernelSource {
   std::string_view uses;  // "cells.cl field.cl": the files that go before it, see cmake/embed.cmake
 };
 
-/// Every embedded kernel file; "records.h", "nouns.h" and "prelude.cl", which go before all, are among
-/// them.
+/// Every embedded kernel file; "records.h", "nouns.h" and "prelude.cl", which go before all, are
+/// among them.
 const std::vector<KernelSource>& kernel_sources();
 
 struct KernelArguments {

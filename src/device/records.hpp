@@ -17,7 +17,8 @@ inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED;
 
 /// Whether a record has the same layout on every device: plain, and all members have four bytes.
 template <class T>
-inline constexpr bool is_record = std::is_class_v<T> && std::is_trivially_copyable_v<T> &&
-                                  std::is_standard_layout_v<T> && alignof(T) == 4;
+inline constexpr bool is_record =
+    std::is_class_v<T>&& std::is_trivially_copyable_v<T>&& std::is_standard_layout_v<T> &&
+    alignof(T) == 4;
 
 }  // namespace meniscus::records

@@ -184,8 +184,8 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
   for_each_chunk(source, chunk, {}, [&](const ParticleChunk& now) {
     buffers.fill(device, now);
     launch(device, kernels::find_fronts, device.state().vector_width,
-           {(now.count + width - 1) / width}, buffers, fronts,
-           static_cast<cl_int>(now.count), to, cells);
+           {(now.count + width - 1) / width}, buffers, fronts, static_cast<cl_int>(now.count), to,
+           cells);
   });
 
   std::vector<cl_uint> bits = download(device, fronts);

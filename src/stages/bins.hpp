@@ -16,7 +16,7 @@ struct BinGrid {
   int nx = 0, ny = 0;
   std::size_t size() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
-inline constexpr int kBinSide = 8;  // samples; BIN in the kernels
+inline constexpr int kBinSide = records::BIN;  // samples
 BinGrid bins_of(const SampleGrid& grid);
 
 /// What the particles may cover. Arrays of `stride` values, `count` of them used.
@@ -48,7 +48,7 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
 /// Particles of consecutive bins.
 struct BinLists {
   Buffer<cl_int> end;  // [bins] where each listed bin's entries end; they begin at the one before
-  Buffer<cl_int2> entry;    // particle; its box within the bin, packed (bins.cl)
+  Buffer<cl_int2> entry;       // particle; its box within the bin, packed (bins.cl)
   records::ListedBins bins{};  // that are listed
 };
 

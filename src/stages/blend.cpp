@@ -140,7 +140,12 @@ struct FitsOfTiles {
 
 FitsOfTiles lists_of(const FitTiles& tiles) {
   const auto &met = tiles.met, &rim = tiles.rim;
-  return {met.start, met.fit, met.place, rim.start, rim.fit, rim.place,
+  return {met.start,
+          met.fit,
+          met.place,
+          rim.start,
+          rim.fit,
+          rim.place,
           {{static_cast<cl_int>(met.fit.size), static_cast<cl_int>(rim.fit.size)}}};
 }
 
@@ -306,11 +311,11 @@ void blend_points(Device& device, const View& view, const DeviceRecords& records
                   const Buffer<float>& reference, const SurfaceBuffers& surface,
                   const BlendParams& params) {
   const std::size_t n = surface.grid.size();
-  const meniscus::records::PointsOnTiles on{static_cast<int>(n), tiles.nx,   tiles.ny,
-                                  grid.first,          1.0f / (grid.step * kTile),
-                                  kernel_rays(view)};
-  launch(device, kernels::blend_points, 1, {n}, reference, points, records, lists_of(tiles), surface,
-         on, blending_of(params));
+  const meniscus::records::PointsOnTiles on{
+      static_cast<int>(n),        tiles.nx,         tiles.ny, grid.first,
+      1.0f / (grid.step * kTile), kernel_rays(view)};
+  launch(device, kernels::blend_points, 1, {n}, reference, points, records, lists_of(tiles),
+         surface, on, blending_of(params));
 }
 
 }  // namespace meniscus

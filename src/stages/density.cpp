@@ -28,8 +28,8 @@ DevicePoints upload_points(Device& device, const Cells& cells) {
 DeviceCells upload_cells(Device& device, const Cells& cells) {
   const auto [x, y, z, tag, start] =
       upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
-  return {x,   y,     z,  filled(device, cells.x.size(), 1.0f),
-          tag, start, {cells.inverse_cell, cells.mask}};
+  return {
+      x, y, z, filled(device, cells.x.size(), 1.0f), tag, start, {cells.inverse_cell, cells.mask}};
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,

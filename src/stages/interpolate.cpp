@@ -13,7 +13,7 @@ constexpr double kFineCell = 2.0 / 3;
 // Those of FRONTS.
 struct FrontMaps {
   const Buffer<float>&reference, &splash;
-  const OccupiedBlocks&occupied, &splash_occupied;
+  const OccupiedBlocks &occupied, &splash_occupied;
 };
 
 }  // namespace

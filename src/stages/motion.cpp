@@ -96,7 +96,7 @@ std::vector<Vec3> collect(Device& device, const MovingParticles& moving,
 }
 
 // Work-items for n samples or points: one takes a bin's (COUNT of motion.cl), or one.
-constexpr std::size_t kBin = 8;
+constexpr std::size_t kBin = records::BIN;
 std::size_t points_of_item(std::size_t width) { return width == 1 ? 1 : kBin * width; }
 // Items of many points differ much in cost: few a work-group.
 Range items_of(std::size_t items, std::size_t width) {

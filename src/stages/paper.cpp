@@ -199,9 +199,8 @@ PaperRegion draw_region(Device& device, const View& view, const Triangulation& m
   PaperRegion region{grid, allocate<cl_int>(device, grid.size()),
                      allocate<float>(device, grid.size())};
   launch(device, kernels::draw_region, 1, samples_of(grid), device_corners,
-         upload(device, groups.group_of_triangle), owner, region,
-         static_cast<cl_int>(stride), lattice_of(grid),
-         static_cast<cl_int>(!view.orthographic));
+         upload(device, groups.group_of_triangle), owner, region, static_cast<cl_int>(stride),
+         lattice_of(grid), static_cast<cl_int>(!view.orthographic));
   return region;
 }
 
@@ -222,9 +221,9 @@ PaperRegion smooth_contour(Device& device, const PaperRegion& region, const Grou
   }
   PaperRegion smoothed{grid, allocate<cl_int>(device, grid.size()),
                        allocate<float>(device, grid.size())};
-  launch(device, kernels::smooth_contour, 1, samples_of(grid), region,
-         upload(device, normal), upload(device, distance_weight), smoothed,
-         static_cast<cl_int>(n), cl_int2{{grid.nx, grid.ny}}, cl_int{reach},
+  launch(device, kernels::smooth_contour, 1, samples_of(grid), region, upload(device, normal),
+         upload(device, distance_weight), smoothed, static_cast<cl_int>(n),
+         cl_int2{{grid.nx, grid.ny}}, cl_int{reach},
          static_cast<cl_float>(1 / (2 * params.sigma_n * params.sigma_n)));
   return smoothed;
 }

@@ -181,8 +181,13 @@ records::FitModel model_of(const FitParams& params) {
 
 records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const FitPass& pass,
                          const FitParams& params) {
-  return {static_cast<int>(lanes.residual.size), surface.nobody, pass.done, pass.left,
-          model_of(params),                      kHeight,        kHeightGrowth};
+  return {static_cast<int>(lanes.residual.size),
+          surface.nobody,
+          pass.done,
+          pass.left,
+          model_of(params),
+          kHeight,
+          kHeightGrowth};
 }
 
 // The residual of each fit; negative: no fit.

@@ -37,10 +37,10 @@ void place_models(Device& device, const FitSurface& surface, std::vector<FitLane
   }
   for (const FitLanes& lanes : parts)
     launch(device, kernels::place_models, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, surface.turned, *lanes.part,
-           lanes.quadric, lanes.residual, model,
-           records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, !wide,
-                          kEdgeReach, 0, 0});
+           range_of_lanes(device, lanes), surface.place, surface.turned, *lanes.part, lanes.quadric,
+           lanes.residual, model,
+           records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, !wide, kEdgeReach,
+                          0, 0});
 }
 
 }  // namespace
@@ -63,11 +63,11 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   place_models(device, surface, parts, false, count, params, narrow);
   place_models(device, surface, parts, true, count, params, wide);
   for (const FitLanes& lanes : parts)
-    launch(device, kernels::measure_evidence, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, narrow, wide, *lanes.part, lanes.rows,
-           records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, true,
-                          kEvidenceReach, static_cast<float>(blend.same_low),
-                          static_cast<float>(blend.same_high)});
+    launch(
+        device, kernels::measure_evidence, device.state().wide_width(),
+        range_of_lanes(device, lanes), surface.place, narrow, wide, *lanes.part, lanes.rows,
+        records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, true, kEvidenceReach,
+                       static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)});
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   evidence.normal = normals_of(device, surface.turned, place);
   for (std::size_t p = 0; p < parts.size(); ++p) {

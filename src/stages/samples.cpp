@@ -21,19 +21,16 @@ SampleLists room_for_samples(Device& device, const SampleGrid& grid) {
 SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                  const OccupiedBlocks& occupied, int every, const ListedBlocks& blocks) {
   const SampleLists lists = room_for_samples(device, grid);
-  launch(device, kernels::list_samples, 1, {lists.tiles()}, wanted, occupied, lists, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         static_cast<cl_int>(every));
+  launch(device, kernels::list_samples, 1, {lists.tiles()}, wanted, occupied, lists, blocks,
+         cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}}, static_cast<cl_int>(every));
   return lists;
 }
 
-enum class Where : cl_int { nearer, nearer_unless, finite };  // as in list_samples.cl
-
 SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
-                 const Buffer<float>& depth, const Buffer<float>& unwanted, Where where) {
+                 const Buffer<float>& depth, const Buffer<float>& unwanted, cl_int where) {
   const SampleLists kept = room_for_samples(device, lists.grid);
-  launch(device, kernels::keep_samples, device.state().vector_width, {lists.tiles()}, lists,
-         nearer, depth, unwanted, kept,
-         static_cast<cl_int>(lists.tiles()), static_cast<cl_int>(where));
+  launch(device, kernels::keep_samples, device.state().vector_width, {lists.tiles()}, lists, nearer,
+         depth, unwanted, kept, static_cast<cl_int>(lists.tiles()), where);
   return kept;
 }
 
@@ -66,23 +63,24 @@ LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<c
                           int stride, int every, const ListedBlocks& blocks) {
   const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
   const auto& [surface, splash] = lists;
-  launch(device, kernels::list_between, 1, {surface.tiles()}, wanted, surface, splash, blocks, cl_int2{{grid.nx, grid.ny}},
-         cl_int2{{surface.nx, surface.ny}}, cl_int{stride}, cl_int{every});
+  launch(device, kernels::list_between, 1, {surface.tiles()}, wanted, surface, splash, blocks,
+         cl_int2{{grid.nx, grid.ny}}, cl_int2{{surface.nx, surface.ny}}, cl_int{stride},
+         cl_int{every});
   return lists;
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth) {
-  return keep(device, lists, nearer, depth, depth, Where::nearer);
+  return keep(device, lists, nearer, depth, depth, records::NEARER);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted) {
-  return keep(device, lists, wanted, wanted, wanted, Where::finite);
+  return keep(device, lists, wanted, wanted, wanted, records::FINITE);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth, const Buffer<float>& unwanted) {
-  return keep(device, lists, nearer, depth, unwanted, Where::nearer_unless);
+  return keep(device, lists, nearer, depth, unwanted, records::NEARER_UNLESS);
 }
 
 Range range_of(const SampleLists& lists, int width) {

@@ -6,8 +6,8 @@
 
 namespace meniscus {
 
-/// Side of a tile, samples: TILE of prelude.cl.
-inline constexpr int kTile = 16;
+/// Side of a tile, samples.
+inline constexpr int kTile = records::TILE;
 
 /// Samples of a grid, by tile of 16 x 16.
 struct SampleLists {

@@ -33,8 +33,8 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
   SampleLists left = lists;
   left.sample = allocate<cl_int>(device, lists.sample.size);
   const int width = device.state().vector_width, wide = device.state().wide_width();
-  const records::Settling how = settling(view, surface.grid, params,
-                                         only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
+  const records::Settling how =
+      settling(view, surface.grid, params, only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
   launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
          reference, surface, behind, left.sample, cells, how);
   launch(device, kernels::follow_field, wide, range_of(lists, wide), left, reference, surface,

@@ -35,7 +35,8 @@ void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlo
   const auto change = allocate<cl_uchar>(device, n);
   auto changed = listed;
   auto changes = allocate<cl_uchar>(device, static_cast<std::size_t>(blocks.stride) * range.ny);
-  auto more_changes = allocate<cl_uchar>(device, static_cast<std::size_t>(blocks.stride) * range.ny);
+  auto more_changes =
+      allocate<cl_uchar>(device, static_cast<std::size_t>(blocks.stride) * range.ny);
   for (int round = 0; round < kRounds; ++round) {
     const records::Closing how{blocks, round, kJump, least_radius >= kLarge * grid.step};
     launch(device, kernels::close_specks, width, range, surface, closed, change, changed, changes,

@@ -63,8 +63,8 @@ void draw(Device& device, const auto& kernel, const View& view, const Outlined& 
           const SampleGrid& grid, const Buffer<float>& result) {
   const int width = device.state().vector_width;
   draw_bins(device, spheres.outlines, spheres.bound, grid, [&](const BinLists& lists) {
-    launch(device, kernel, width, bin_items(lists, width), spheres.records, lists, result, lists.bins,
-           screen_of(view, grid));
+    launch(device, kernel, width, bin_items(lists, width), spheres.records, lists, result,
+           lists.bins, screen_of(view, grid));
   });
 }
 

@@ -35,8 +35,8 @@ Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, c
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       particles.count, particles.stride};
   launch(device, kernels::cover_discs, device.state().vector_width, vectors(device, stride),
-         particles.values, covers, particles.stride, nodes_of(grid),
-         origin_of(grid), grid.step, discs.sphere, cl_int{shift});
+         particles.values, covers, particles.stride, nodes_of(grid), origin_of(grid), grid.step,
+         discs.sphere, cl_int{shift});
   return bound_bins(device, covers, grid, shift);
 }
 
@@ -67,7 +67,8 @@ void draw(Device& device, const auto& kernel, const Discs& discs, const Buffer<f
           const SampleGrid& grid, const Buffer<T>& result) {
   draw_bins(device, discs.outlines, bound, grid, [&](const BinLists& lists) {
     launch(device, kernel, device.state().vector_width,
-           bin_items(lists, device.state().vector_width), discs.records, lists, result, lists.bins, lattice_of(grid));
+           bin_items(lists, device.state().vector_width), discs.records, lists, result, lists.bins,
+           lattice_of(grid));
   });
 }
 
@@ -79,8 +80,8 @@ void draw_all(Device& device, const auto& kernel, const Discs& discs, const Samp
     std::apply(
         [&](Maps&... all) {
           launch(device, kernel, device.state().vector_width,
-                 bin_items(lists, device.state().vector_width), discs.records, lists,
-                 all..., lists.bins, lattice_of(grid));
+                 bin_items(lists, device.state().vector_width), discs.records, lists, all...,
+                 lists.bins, lattice_of(grid));
         },
         maps);
   });
@@ -110,8 +111,8 @@ Discs outline_discs(Device& device, const SplatParticles& particles, const Sampl
                     {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                      particles.count, particles.stride}};
   launch(device, kernels::outline_discs, device.state().vector_width, vectors(device, stride),
-         particles.values, discs.records, discs.outlines, particles.stride,
-         nodes_of(grid), origin_of(grid), sphere, static_cast<cl_int>(drawn));
+         particles.values, discs.records, discs.outlines, particles.stride, nodes_of(grid),
+         origin_of(grid), sphere, static_cast<cl_int>(drawn));
   return discs;
 }
 
@@ -204,8 +205,7 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
     count_finite(device, grid, extent.from, extent.occupied);
     return extent;
   }
-  draw_all(device, kernels::splat_extent, discs, grid,
-           std::tie(extent, extent.occupied, asked));
+  draw_all(device, kernels::splat_extent, discs, grid, std::tie(extent, extent.occupied, asked));
   return extent;
 }
 

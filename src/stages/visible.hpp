@@ -32,7 +32,11 @@ struct Discs {
   Outlines outlines;
 };
 
-enum class Drawn : cl_int { front, behind, every };  // as in visible.cl
+enum class Drawn : cl_int {
+  front = records::FRONT,
+  behind = records::BEHIND,
+  every = records::EVERY
+};
 
 /// sphere: footprint, particle radii, and bulge over footprint. Does not wait.
 Discs outline_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,

@@ -1,9 +1,12 @@
 // How a device moves data and runs work-items, against what the host does in a plain loop.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <numeric>
 #include <random>
 
 #include "device/kernel_sources.hpp"
+#include "device/records.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/bits.hpp"
 #include "verify/probe.hpp"
@@ -147,6 +150,36 @@ Finding read_arguments(Device& device) {
          cl_int2{{2, 3}}, cl_float{4}, d, cl_uint{21}, cl_float2{{22, 23}},
          cl_float4{{24, 25, 26, 27}});
   return same(expected, download(device, result), "component");
+}
+
+// A record whose words are numbered from `first` on; they are put behind `all`.
+template <class Record>
+Record numbered(std::vector<cl_uint>& all, cl_uint first) {
+  std::array<cl_uint, sizeof(Record) / sizeof(cl_uint)> words;
+  std::iota(words.begin(), words.end(), first);
+  all.insert(all.end(), words.begin(), words.end());
+  return std::bit_cast<Record>(words);
+}
+
+Finding read_records(Device& device) {
+  std::vector<cl_uint> expected;
+  const auto a = numbered<records::Settling>(expected, 100);
+  const auto b = numbered<cl_float>(expected, 200);
+  const auto c = numbered<records::Projection>(expected, 300);
+  const auto d = numbered<records::Chunked>(expected, 400);
+  const auto e = numbered<cl_float4>(expected, 500);
+  const auto f = numbered<records::FitPass>(expected, 600);
+  const auto g = numbered<records::Closing>(expected, 700);
+  for (const auto value :
+       {static_cast<cl_uint>(a.only_gaps), std::bit_cast<cl_uint>(a.screen.rays.dy_v),
+        std::bit_cast<cl_uint>(c.height), std::bit_cast<cl_uint>(c.w_row[3]),
+        static_cast<cl_uint>(d.own), std::bit_cast<cl_uint>(f.height_growth),
+        std::bit_cast<cl_uint>(f.model.ridge_gain), static_cast<cl_uint>(g.large),
+        static_cast<cl_uint>(g.blocks.stride)})
+    expected.push_back(value);
+  const auto words = filled<cl_uint>(device, expected.size(), 0u);
+  launch(device, kFile, "read_records", {1}, "-D PROBE_RECORDS", words, a, b, c, d, e, f, g);
+  return same(expected, download(device, words), "word");
 }
 
 // --- Atomics -------------------------------------------------------------------------------------
@@ -355,6 +388,8 @@ void probe_execution(Device& device, const Tell& tell) {
       [&] { return take_lanes(device); });
   ask("arguments", "", "27 components", true, "OpenCL API 1.2, 5.7.2; C 6.1.5",
       [&] { return read_arguments(device); });
+  ask("records", "", "7 arguments", true, "OpenCL C 1.2, 6.9 and 6.3",
+      [&] { return read_records(device); });
 
   for (const cl_uint counters : {1u, 64u}) {
     const std::string variant = counters == 1 ? "one word" : "64 words";

@@ -183,9 +183,10 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
           "- Device: " +
           in_one_line(device_.name + ", " + device_.platform + ", driver " + device_.driver + ", " +
                       device_.version) +
-          "\n- Source: kernel.cl, which is prelude.cl " + launch.file + " in one; built with `" +
-          launch.build_options + "`\n- Range: " + range_of(launch.range) + "\n- Expected bits: " +
-          origin + "\n\n| argument | name | size | value |\n|---|---|---|---|\n" + table);
+          "\n- Source: kernel.cl, which is records.h, nouns.h, prelude.cl and " + launch.file +
+          " in one; built with `" + launch.build_options + "`\n- Range: " + range_of(launch.range) +
+          "\n- Expected bits: " + origin +
+          "\n\n| argument | name | size | value |\n|---|---|---|---|\n" + table);
   fs::rename(unfinished, folder, error);
   if (error) throw OutputError(cannot_be_written(folder.string(), error.value()));
   return folder.string();

@@ -461,7 +461,7 @@ TEST_P(Blend, InterpolatedSamplesChooseTheHeaviestFit) {
   const DeviceRecords records = upload_records(
       device_, make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius));
   for (const int every : {2, 4, 8, 16}) {  // from half a radius on
-    constexpr cl_int kOfCorner = 1 << 30;  // as in prelude.cl
+    constexpr cl_int kOfCorner = records::OF_CORNER;
     std::vector<cl_int> found(n);
     std::size_t others = 0;
     for (std::size_t s = 0; s < n; ++s) {

@@ -145,7 +145,7 @@ TEST_P(Interpolate, FollowsASphere) {
       // corners does: by the same order over the radius, less than 0.01.
       EXPECT_LT(length(Vec3d(result.map.normal[s]) - (x - centre) / radius), 0.01);
       EXPECT_EQ(result.map.kind[s], Kind::surface);
-      constexpr int kOfCorner = 1 << 30;  // as in prelude.cl
+      constexpr int kOfCorner = records::OF_CORNER;
       const int corner = result.map.group[s] - kOfCorner;
       EXPECT_TRUE(on_lattice(corner));
       EXPECT_LE(std::abs(corner % kWidth - s % kWidth), 1);

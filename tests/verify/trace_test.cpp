@@ -17,6 +17,13 @@ TEST(ArgumentNames, AreThoseOfTheKernel) {
               ElementsAre("cell", "bound", "cells", "bins", "side"));
   EXPECT_THAT(argument_names("density.cl", "level_weights"),
               ElementsAre("field", "weight", "level", "n"));
+  // Those behind nouns, as the kernel calls them.
+  EXPECT_THAT(argument_names("sheet.cl", "average_on_sheets"),
+              ElementsAre("mean", "cell_x", "cell_y", "cell_z", "cell_tag", "cell_start",
+                          "cell_grid", "n", "normal", "share", "value", "weights"));
+  EXPECT_THAT(argument_names("list_samples.cl", "keep_samples"),
+              ElementsAre("sample", "count", "nearer", "depth", "unwanted", "kept", "kept_count",
+                          "tiles", "where"));
   EXPECT_TRUE(argument_names("bins.cl", "no_such_kernel").empty());
 }
 

@@ -11,7 +11,7 @@
 namespace meniscus::verify {
 namespace {
 
-constexpr cl_int kOfCorner = 1 << 30;  // as in prelude.cl
+constexpr cl_int kOfCorner = records::OF_CORNER;
 
 // At the lattice's samples from the one before those that begin the 16 x 8 samples around (i, j),
 // to the one after them.

@@ -65,7 +65,7 @@ struct Seen {
 // `tolerance`: of corners to planes, particle radii.
 void run(Device& device, const View& view, const SampleGrid& grid, int every, bool trust_empty,
          double tolerance, Seen* seen) {
-  constexpr cl_int kOfCorner = 1 << 30;  // as in prelude.cl
+  constexpr cl_int kOfCorner = records::OF_CORNER;
   const reference::Lattice lattice = rough_water(view, grid, every);
   SurfaceMap map{
       grid, lattice.depth, lattice.normal, std::vector<cl_int>(grid.size(), -1), lattice.kind, {}};

@@ -113,9 +113,11 @@ struct Layer {
     sample.triangle = triangle[s];
     sample.reference = reference[s];
     sample.depth = depth[s];
-    sample.ended = trust[s] >= 4;
-    sample.on_edge = !sample.ended && trust[s] >= 2;
-    sample.trust = trust[s] - (sample.ended ? 4 : sample.on_edge ? 2 : 0);
+    sample.ended = trust[s] >= records::kEnded;
+    sample.on_edge = !sample.ended && trust[s] >= records::kOnEdge;
+    sample.trust = trust[s] - (sample.ended     ? records::kEnded
+                               : sample.on_edge ? records::kOnEdge
+                                                : 0);
     sample.normal = normal_at(s);
     return sample;
   }
