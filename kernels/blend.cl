@@ -162,7 +162,9 @@ typedef struct {
 // Vectors of a structure go by address: a call would copy them byte by byte.
 inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                      const Blending blending, Blended* blended) {
-  const float d_max = blending.d_max;
+  // Read once: in the loops it would be done each time.
+  const float d_max = blending.d_max, crease = blending.crease;
+  const float same_low = blending.same_low, same_high = blending.same_high;
   const floatv none = (floatv)(0.0f);
   const Sample s = *sample;
   const Beam beam = beam_of(sample);
@@ -233,7 +235,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                                dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az),
                                cache[k].weight > 0.0f),
                         least);
-      one_sheet = !ANY(smooth_step(blending.same_low, blending.same_high, least) < 1.0f);
+      one_sheet = !ANY(smooth_step(same_low, same_high, least) < 1.0f);
     }
     floatv nx = A.nx, ny = A.ny, nz = A.nz;
     if (!one_sheet) {
@@ -244,7 +246,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
           hit = cache[k];
         else if (!hit_fit(fits, listed.met.fit[rest + k - kept], s, d_max, &hit))
           continue;
-        const floatv a = hit.weight * smooth_step(blending.same_low, blending.same_high,
+        const floatv a = hit.weight * smooth_step(same_low, same_high,
                                                   dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
         nx = fma(a, hit.gx, nx);
         ny = fma(a, hit.gy, ny);
@@ -268,7 +270,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
         hit = cache[k];
       else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
-      const floatv share = smooth_step(blending.same_low, blending.same_high,
+      const floatv share = smooth_step(same_low, same_high,
                                        dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
       add_hit(&A, foot, s, hit, share);
       add_hit(&B, foot, s, hit, 1.0f - share);
@@ -283,7 +285,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // The mean of each sheet's centre over the other's plane.
   const floatv h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
   const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
-  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= blending.crease);
+  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= crease);
   const intv only_b = !(A.w > 1e-9f * B.w);
   floatv share = smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
   share = SELECT((floatv)(0.0f), share, takes_b);
@@ -330,7 +332,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       gx *= slope;
       gy *= slope;
       gz *= slope;
-      const floatv same = smooth_step(blending.same_low, blending.same_high,
+      const floatv same = smooth_step(same_low, same_high,
                                       dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
       const floatv q = larger(1.0f - squared, (floatv)(0.0f));
       const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
@@ -356,7 +358,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
-  const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= blending.crease);
+  const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
   *blended = out;
 }

@@ -145,8 +145,7 @@ kernel void compare_corners(CORNERS(depth, normal, kind),  // of the lattice's s
                             global const int* splash_occupied,  // [blocks] where both are 0 there
                                                                 // is no surface
                             global uchar* shows,                // [rows][stride] of cells, out
-                            const Screen screen,
-                            const LatticeCells cells) {
+                            const Screen screen, const LatticeCells cells) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
   if (a >= cells.cells_x || b >= cells.cells_y) return;
   const int every = cells.every, stride = cells.stride;
@@ -310,7 +309,10 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
                                                        // nothing: its reference depth
                                 const Screen screen, const LatticeCells cells) {
   const int a = get_global_id(0) * WIDTH, b = get_global_id(1);
-  const int stride = cells.stride, every = cells.every;
+  // Read once: behind each store it would be done again.
+  const int stride = cells.stride, every = cells.every, perspective = cells.perspective;
+  const float spread = cells.spread;
+  const Screen asked = screen;
   const int2 samples = (int2)(screen.nx, screen.ny);
   if (a >= stride || b >= cells.rows) return;
   global uchar* wanted_here = wanted + b * stride + a;
@@ -332,9 +334,9 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
     // Between the lower corners the cells below write.
     pair_of(depth + upper, side * a, side, last, 1, &corner[0].t, &corner[1].t);
     pair_of(depth + lower, side * a, side, last, 0, &corner[2].t, &corner[3].t);
-    complete_corners(normal, n, a, b, upper, lower, side, last, 0, screen, corner);
+    complete_corners(normal, n, a, b, upper, lower, side, last, 0, asked, corner);
 #pragma unroll
-    for (int k = 0; k < 4; ++k) corner[k].linear = cells.perspective ? 1.0f / corner[k].t : corner[k].t;
+    for (int k = 0; k < 4; ++k) corner[k].linear = perspective ? 1.0f / corner[k].t : corner[k].t;
   }
   Between found[3];
 #pragma unroll  // so that corners stay in registers
@@ -346,8 +348,8 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
     if (every * (2 * b + down) >= samples.y || !ANY(smooth)) continue;
     const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
     found[m] =
-        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(screen, a, b, right, down),
-                smooth, cells.spread, cells.perspective);
+        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(asked, a, b, right, down),
+                smooth, spread, perspective);
   }
   const int corners = side * (b * samples.x + a);
   const Surface surface = {depth, normal, n, group, kind};
