@@ -381,8 +381,8 @@ TEST_P(Blend, DoubtsCountNineTimesWhereFewFitsAreFirm) {
       scene.trust.back() = given;
       scene.fits.firmness.back() = firm / given;  // a weight has the trust in it
       const Samples samples = blended(device_, view, kGrids[0], scene, 20);
-      // The passage's slope is 1.5 / .4 at most, that of the ninth power 9; what goes into them takes
-      // eight roundings at most.
+      // The passage's slope is 1.5 / .4 at most, that of the ninth power 9; what goes into them
+      // takes eight roundings at most.
       EXPECT_NEAR(samples.trust[centre], expected, 8 * kEpsilon * (9 + 1.5 / 0.4))
           << given << " " << firm;
     }
