@@ -242,13 +242,13 @@ inline void settle(const Verdict v, const int* at, const intv listed, const Rays
 }
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
-// to behind them.
+// to behind them. (A blend far before the reference once ended the search in the air: holes in rims.)
 inline floatv search_from(const floatv t, const floatv t0, const FieldLimits limits) {
   return larger(smaller(t, t0) - limits.before, (floatv)(1e-3f));
 }
 
 inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limits) {
-  return SELECT(t0, t, t < INFINITY) + limits.beyond;
+  return SELECT(t0, larger(t, t0), t < INFINITY) + limits.beyond;
 }
 
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or

@@ -56,6 +56,37 @@ TEST_P(Settle, LevelWeightsRunFromALoneParticleToTheInside) {
   EXPECT_EQ(scene_.field.weight.back(), 1) << "the lone particle";
 }
 
+// Fits that reach out into the air, farther before the reference than the field is followed behind
+// them: the search used to end there, and rims had holes.
+TEST_P(Settle, ABlendFarBeforeTheReferenceHidesNoField) {
+  Layer before(n_);
+  std::vector<reference::Crossing> expected(n_);
+  for (std::size_t s = 0; s < n_; ++s) {
+    const reference::FieldOnRay ray = scene_.ray(s);
+    expected[s] =
+        reference::first_crossing(ray, scene_.kStart, scene_.kEnd, scene_.params.blob_density);
+    const double at = expected[s].sure && expected[s].depth < kNoSurface ? expected[s].depth : 20;
+    before.reference[s] = static_cast<float>(at - 0.5);
+    before.depth[s] = static_cast<float>(at - 8);
+    before.trust[s] = 0.5f;
+    const Vec3d towards = normalized(-ray.direction);
+    before.normal[s] = static_cast<float>(towards.x);
+    before.normal[n_ + s] = static_cast<float>(towards.y);
+    before.normal[2 * n_ + s] = static_cast<float>(towards.z);
+  }
+  const Layer after = settled(device_, scene_, before, false);
+  const Layer at_points = settled_at_points(device_, scene_, before);
+  std::size_t met = 0;
+  for (std::size_t s = 0; s < n_; ++s) {
+    if (!expected[s].sure || !(expected[s].depth < kNoSurface)) continue;
+    ++met;
+    EXPECT_NEAR(after.depth[s], expected[s].depth, expected[s].error) << "sample " << s;
+    EXPECT_EQ(after.kind[s], static_cast<cl_uchar>(Kind::splash));
+    EXPECT_NEAR(at_points.depth[s], expected[s].depth, expected[s].error) << "point " << s;
+  }
+  EXPECT_GT(met, n_ / 10);
+}
+
 TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   Layer before = random_layer(scene_, 3);
   before.triangle.assign(n_, kNoSurface);

@@ -265,8 +265,8 @@ inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
 /// docs/method.md, "density", and 2.4.1: where fits are trusted the blend stays on a triangle that
 /// is at most 3 radii away or where the density reaches the contour; beyond an edge it stays on a
 /// triangle alone. Where they are not, or there is no blend, the field is followed from 2 radii
-/// before the blend or the reference, whichever is nearer, to `beyond` behind the blend or, where
-/// there is none, the reference, and both are mixed. Where it is not crossed, the larger share
+/// before the blend or the reference, whichever is nearer, to `beyond` behind the farther of both,
+/// and both are mixed. Where it is not crossed, the larger share
 /// decides. With `only_gaps` nothing but samples without a blend change.
 inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour, double level,
                      double beyond, bool only_gaps) {
@@ -290,7 +290,8 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
     }
   }
   const double from = std::max(std::min(s.depth, s.reference) - 2, 1e-3);
-  const Crossing c = first_crossing(ray, from, (met ? s.depth : s.reference) + beyond, level);
+  const Crossing c = first_crossing(
+      ray, from, (met ? std::max(s.depth, s.reference) : s.reference) + beyond, level);
   if (!c.sure) return unsure;
   // The share's bounds: it rises with the density and falls with the distance.
   double low = 0, high = 0;
