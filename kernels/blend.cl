@@ -18,10 +18,6 @@
 #else
 #define BLOCK 128
 #endif
-// The sum of firm fits' weights at a sample, 3.5 within a flat face (the integral of (1 - D^2)^3 over
-// 4 square radii a fit): up to the first the blend is not trusted, from the second on it is.
-#define ALONE 0.002f
-#define COMPANY 0.015f
 #define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far

@@ -34,4 +34,7 @@ struct Projected {
 Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
                             double margin);
 
+/// Without a camera: all particles in the eye space of make_world_view(), without pixels.
+Projected place_particles(const View& view, const WorldParticles& particles);
+
 }  // namespace meniscus

@@ -5,9 +5,11 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/batch/camera_track.hpp"
@@ -20,6 +22,7 @@ namespace meniscus {
 
 struct BatchSettings {
   Parameters parameters;
+  std::optional<ClosedParams> closed;  // closed meshes are wanted, and no camera is looked at
   WriteOptions writing;             // its job is made for each frame
   double particle_radius = 0;       // world units; 0: the files'
   ReadOptions reading{};            // of the files, but for the radius
