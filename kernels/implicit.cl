@@ -11,7 +11,9 @@
 
 // Fits that are listed before they are asked; where more are near, each pass looks for them again.
 #define LISTED 256
-// Denser than on any face: inside the fluid, whatever fits say. A concave corner has 7/8.
+// Between these densities fits give way to the field, which knows that the fluid is all around: a
+// concave corner has 7/8.
+#define FILLING 0.9f
 #define FILLED 0.97f
 #define FARTHEST 4.0f  // particle radii, either way: what a fit says of farther points means nothing
 // Between these levels per particle radius the levelled field is taken for a distance. A face has
@@ -145,10 +147,13 @@ inline Said ask_fit(global const float* g, const float fx, const float fy, const
   floatv gx, gy, gz;
   gradient_at(g, n.x, n.y, n.z, &gx, &gy, &gz);
   const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
-  n.f = clamp(value_at(g, n.x, n.y, n.z, gx, gy, gz) * slope, -FARTHEST, FARTHEST);
-  n.gx = gx * slope;
-  n.gy = gy * slope;
-  n.gz = gz * slope;
+  const floatv f = clamp(value_at(g, n.x, n.y, n.z, gx, gy, gz) * slope, -FARTHEST, FARTHEST);
+  // Where a quadric has turned round it comes back to the surface from within: this is inside.
+  const intv turned = dot_of(gx, gy, gz, (floatv)(g[1]), (floatv)(g[2]), (floatv)(g[3])) < 0.0f;
+  n.f = SELECT(f, -fabs(f), turned);
+  n.gx = SELECT(gx, -gx, turned) * slope;
+  n.gy = SELECT(gy, -gy, turned) * slope;
+  n.gz = SELECT(gz, -gz, turned) * slope;
   return n;
 }
 
@@ -398,7 +403,7 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
     const floatv agreement = (1.0f - smooth_step(NEAR_FIELD, OFF_FIELD, apart)) *
                              smooth_step(TURNED_OFF, TURNED_ALIKE, alike);
     const floatv compared = clamp(100.0f * doubt, 0.0f, 1.0f) * (1.0f - fitted.edge);
-    share *= 1.0f - compared * (1.0f - agreement);
+    share *= (1.0f - compared * (1.0f - agreement)) * (1.0f - smooth_step(FILLING, FILLED, c));
     level = mix_of(level, fitted.level, SELECT(none, share, open));
   }
   *result = level;

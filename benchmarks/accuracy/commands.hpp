@@ -1,4 +1,4 @@
-// The program's two commands, and what they share.
+// The program's three commands, and what they share.
 #pragma once
 
 #include <string>
@@ -35,6 +35,17 @@ struct RealOptions {
   double particle_radius = 0;                             // world units; 0: the file's
   std::string reference;                                  // mesh file; empty: splashsurf's
 };
+
+struct ClosedOptions {
+  std::vector<double> cells{1};  // particle radii
+  bool splashsurf = false;       // beside it
+  std::string meshes;            // folder for the meshes; empty: they are not kept
+};
+
+/// Measures closed meshes of the analytic scenes: a row for each scene and seed, then the means (of
+/// volumes those of the absolute values; counts are sums).
+void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
+                       const ClosedOptions& options);
 
 /// Measures the analytic scenes.
 void run_scenes(const CommonOptions& common, const ScenesOptions& options);
