@@ -56,7 +56,11 @@ struct Joined {
   void join(std::uint32_t a, std::uint32_t b) { parent[of(a)] = of(b); }
 };
 
-void check_topology(const Mesh& mesh, ClosedFigures& figures) {
+}  // namespace
+
+ClosedFigures check_topology(const Mesh& mesh) {
+  ClosedFigures figures;
+  figures.triangles = static_cast<std::int64_t>(mesh.triangle.size());
   // Half edges from the lower to the higher vertex, and back.
   std::vector<std::array<std::uint32_t, 3>> half;  // low, high, 0 forward or 1 back
   for (const auto& t : mesh.triangle)
@@ -113,14 +117,11 @@ void check_topology(const Mesh& mesh, ClosedFigures& figures) {
     figures.bubbles += used[k] && volume[k] < 0;
     figures.volume += volume[k] / 6;
   }
+  return figures;
 }
 
-}  // namespace
-
 ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh& mesh) {
-  ClosedFigures figures;
-  figures.triangles = static_cast<std::int64_t>(mesh.triangle.size());
-  check_topology(mesh, figures);
+  ClosedFigures figures = check_topology(mesh);
   figures.volume = figures.volume / true_volume - 1;
 
   // Four places a triangle, each for a quarter of its area.

@@ -21,8 +21,11 @@ struct ClosedFigures {
   double distance_999 = 0;        // 99.9th percentile
   double normal_median = 0, normal_95 = 0;  // degrees, vertices' normals
   double crease_rms = 0;          // distance near creases; NaN: there are none
-  double volume = 0;              // of the mesh over the truth's, less 1
+  double volume = 0;              // of the mesh over the truth's, less 1 (check_topology: its volume)
 };
+
+/// What a mesh is like by itself: counts, and its volume, s^3.
+ClosedFigures check_topology(const Mesh& mesh);
 
 /// Measures a mesh against a scene without splash.
 ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh& mesh);

@@ -143,7 +143,8 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
     set_corners(grid, measure_implicit(device, function, unknown_corners(grid)).value);
   } while (want_closed(grid));
   clock.start("crossings");
-  const CrossedEdges edges = find_crossings(device, function, grid, kRounds, kEnough);
+  CrossedEdges edges = list_crossings(grid);
+  find_crossings(device, function, grid, kRounds, kEnough, edges);
 
   // 2.5
   clock.start("mesh");

@@ -187,7 +187,7 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
   std::size_t count = 0;
   Vec3d middle, normal;
   for (int e = 0; e < 12; ++e) {
-    const int low = kTables.ends[e][0], high = kTables.ends[e][1];
+    const int low = kTables.ends[e][0];
     const auto is_crossed = [&] {
       const Corner corner =
           corner_at(grid, static_cast<std::size_t>(cell.block), (cell.bit & 3) + (low & 1),
@@ -196,7 +196,7 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
                   corner.bit &
               1) != 0;
     };
-    if ((cell.piece >> 2 * e & 3) != piece || low == high || !is_crossed()) continue;
+    if ((cell.piece >> 2 * e & 3) != piece || !is_crossed()) continue;
     crossing[count] = crossing_of(grid, edges, cell, e);
     middle += edges.position[crossing[count]];
     normal += edges.normal[crossing[count]];

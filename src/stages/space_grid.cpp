@@ -273,8 +273,7 @@ bool want_closed(SpaceGrid& grid) {
   return true;
 }
 
-CrossedEdges find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
-                            int rounds, double enough) {
+CrossedEdges list_crossings(const SpaceGrid& grid) {
   CrossedEdges edges;
   const std::size_t blocks = grid.blocks.size();
   edges.mask.resize(blocks);
@@ -306,7 +305,12 @@ CrossedEdges find_crossings(Device& device, const ImplicitFunction& function, co
   edges.position.resize(n);
   edges.normal.resize(n);
   edges.value.resize(n);
+  return edges;
+}
 
+void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
+                    int rounds, double enough, CrossedEdges& edges) {
+  const std::size_t n = edges.size();
   // False position (Illinois) between two ends, until F is near zero.
   struct Bracket {
     Vec3d from;
@@ -364,7 +368,6 @@ CrossedEdges find_crossings(Device& device, const ImplicitFunction& function, co
     }
     left = std::move(rest);
   }
-  return edges;
 }
 
 }  // namespace meniscus

@@ -63,7 +63,7 @@ void set_corners(SpaceGrid& grid, const std::vector<float>& values);
 /// closed.
 bool want_closed(SpaceGrid& grid);
 
-/// Edges of the grid whose ends lie on both sides of the surface.
+/// Edges of the grid whose ends lie on both sides of the surface, by block, axis and bit.
 struct CrossedEdges {
   /// Of each block and axis: the corners from which such an edge goes on along the axis, and the
   /// place of the first of these edges.
@@ -80,9 +80,13 @@ struct CrossedEdges {
   std::size_t size() const { return block.size(); }
 };
 
-/// The edges of a grid whose surface is closed, and where they cross it: F is asked at up to
-/// `rounds` points of each, until it is less than `enough` particle radii. Waits.
-CrossedEdges find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
-                            int rounds, double enough);
+/// The edges of a grid whose surface is closed, in order. Where they cross it is not said yet. Throws
+/// InvalidArgument where there are more than the program can hold.
+CrossedEdges list_crossings(const SpaceGrid& grid);
+
+/// Where they cross the surface: F is asked at up to `rounds` points of each, until it is less than
+/// `enough` particle radii. Waits.
+void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
+                    int rounds, double enough, CrossedEdges& edges);
 
 }  // namespace meniscus
