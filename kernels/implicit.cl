@@ -20,6 +20,10 @@
 // .56, a lone particle .7.
 #define FLATTEST 0.35f
 #define STEEPEST 1.3f
+// From the first share of the weights on another sheet is a sheet, from the second in full. (Rays,
+// which see one side, take .003 to .02 in blend.cl.)
+#define SOME 0.03f
+#define ENOUGH 0.1f
 // Sheets whose centres lie within this of each other's planes are between convex and concave.
 #define HINGE 0.25f
 // Blend and field are compared as in settle.cl.
@@ -324,7 +328,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
   const Sheet sheet_a = sheet_of(&sum_a);
   Level level = sheet_a.level;
   const floatv per_all = 1.0f / larger(all, (floatv)(1e-30f));
-  if (ANY(wanted & (sum_b.w * per_all > 0.003f))) {
+  if (ANY(wanted & (sum_b.w * per_all > SOME))) {
     floatv nx = none, ny = none, nz = none;
     for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
       for (int k = 0; k < count; ++k) {
@@ -349,8 +353,8 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
         add_near(&sum_c, &n, g[15], FOOT(p), rest * (1.0f - share));
       }
     const Sheet sheet_b = sheet_of(&sum_b), sheet_c = sheet_of(&sum_c);
-    const floatv share_b = smooth_step(0.003f, 0.02f, sum_b.w * per_all),
-                 share_c = smooth_step(0.003f, 0.02f, sum_c.w * per_all);
+    const floatv share_b = smooth_step(SOME, ENOUGH, sum_b.w * per_all),
+                 share_c = smooth_step(SOME, ENOUGH, sum_c.w * per_all);
     const floatv ab = smooth_step(-HINGE, HINGE, height_of(&sheet_a, &sheet_b)),
                  ac = smooth_step(-HINGE, HINGE, height_of(&sheet_a, &sheet_c)),
                  bc = smooth_step(-HINGE, HINGE, height_of(&sheet_b, &sheet_c));
@@ -366,7 +370,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
         three, meeting_of(level, meeting_of(sheet_b.level, sheet_c.level, bc), ab), odd_bc);
     level = mix_of(mix_of(level, pair, share_b), three, share_c);
     result->edge =
-        smooth_step(0.02f, 0.04f, sum_b.w / larger(sum_a.w, (floatv)(1e-30f))) * (1.0f - ab);
+        smooth_step(SOME, ENOUGH, sum_b.w / larger(sum_a.w, (floatv)(1e-30f))) * (1.0f - ab);
   }
   result->level = level;
   result->trust = smaller(1.001f * all / larger(trust, (floatv)(1e-30f)), one) *

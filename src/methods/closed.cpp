@@ -100,7 +100,10 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   // Eye space is the world's axes: stages that need no pixels take it as any other.
   const Projected placed = place_particles(view, particles);
   result.counts.particles = static_cast<std::int64_t>(placed.size());
-  if (placed.size() == 0) return result;
+  if (placed.size() == 0) {
+    result.counts.in_view = 0;  // which to_world() warns of
+    return result;
+  }
 
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");

@@ -180,6 +180,54 @@ Vec3d clamped(const Vec3d& x, const std::array<Vec3d, 2>& bounds) {
           std::clamp(x.z, bounds[0].z, bounds[1].z)};
 }
 
+// The x in a box, `low` to `low + side` along each axis, whose planes x - off is least: where the
+// least of all lies outside, on the side that it is farthest beyond, and so on. `rank`: directions
+// that the planes tell of.
+Eigen::Vector3d within(const Eigen::Matrix3d& planes, const Eigen::Vector3d& off,
+                       const Eigen::Vector3d& low, double side, double flat, int* rank) {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  std::array<bool, 3> fixed{};
+  double most = 0;  // eigenvalue of all
+  for (int round = 0; round < 4; ++round) {
+    // The rest of the planes, once fixed coordinates are taken into account.
+    Eigen::Matrix3d free = planes;
+    Eigen::Vector3d rest = off;
+    for (int k = 0; k < 3; ++k) {
+      if (!fixed[k]) continue;
+      rest -= planes.col(k) * x[k];
+      free.row(k).setZero();
+      free.col(k).setZero();
+    }
+    for (int k = 0; k < 3; ++k)
+      if (fixed[k]) rest[k] = 0;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(free);
+    const Eigen::Vector3d values = solver.eigenvalues();
+    if (round == 0) most = values[2];
+    Eigen::Vector3d move = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      if (!(values[k] > flat * most)) continue;
+      const Eigen::Vector3d v = solver.eigenvectors().col(k);
+      move += v * (v.dot(rest) / values[k]);
+      if (round == 0) ++*rank;
+    }
+    int farthest = -1;
+    double beyond = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (fixed[k]) continue;
+      x[k] = move[k];
+      const double over = std::max(low[k] - x[k], x[k] - low[k] - side);
+      if (over > beyond) {
+        beyond = over;
+        farthest = k;
+      }
+    }
+    if (farthest < 0) break;
+    fixed[farthest] = true;
+    x[farthest] = std::clamp(x[farthest], low[farthest], low[farthest] + side);
+  }
+  return x;
+}
+
 // Where the planes of a piece's crossings meet, its normal, and whether it is on a crease.
 void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
                   std::uint32_t piece, double flat, DualMesh& mesh) {
@@ -214,22 +262,15 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
     planes += v * v.transpose();
     off += v * out;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(planes);
-  const Eigen::Vector3d values = solver.eigenvalues();
-  Eigen::Vector3d move = Eigen::Vector3d::Zero();
-  int rank = 0;
-  for (int k = 0; k < 3; ++k) {
-    if (!(values[k] > flat * values[2])) continue;
-    const Eigen::Vector3d v = solver.eigenvectors().col(k);
-    move += v * (v.dot(off) / values[k]);
-    ++rank;
-  }
   const Vec3d low = grid.position(static_cast<std::size_t>(cell.block), cell.bit & 3,
                                   cell.bit >> 2 & 3, cell.bit >> 4);
   const double margin = kMargin * grid.cell, side = grid.cell - 2 * margin;
   const Vec3d from = low + Vec3d(margin, margin, margin);
   const std::size_t vertex = cell.first + piece;
   mesh.bounds[vertex] = {from, from + Vec3d(side, side, side)};
+  int rank = 0;
+  const Eigen::Vector3d from_middle(from.x - middle.x, from.y - middle.y, from.z - middle.z);
+  const Eigen::Vector3d move = within(planes, off, from_middle, side, flat, &rank);
   mesh.position[vertex] =
       clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
   mesh.normal[vertex] = normalized(normal);

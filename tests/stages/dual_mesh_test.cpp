@@ -87,7 +87,7 @@ TEST(DualMesh, OfNoiseIsClosedAndManifold) {
       }
     }
   EXPECT_GT(between, 100);
-  EXPECT_GT(triangles, 50000);
+  EXPECT_GT(triangles, 30000);
 }
 
 // Planes that cross all edges exactly: their edges and corners are met to rounding.

@@ -142,7 +142,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     }
     Level fitted = a.level;
     double edge = 0;
-    if (others / all > 0.003) {
+    if (others / all > 0.03) {
       const Vec3d axis_b = leading(rest, 1);
       const FitSheet b = sheet_of([&](const Said& s) { return rest(s) * same(s.g, axis_b); });
       const FitSheet d = sheet_of([&](const Said& s) { return rest(s) * (1 - same(s.g, axis_b)); });
@@ -152,8 +152,8 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
       const auto meeting = [&](const Level& p, const Level& q, double k) {
         return decide(p.f - q.f) ? detail::mixed(p, q, k) : detail::mixed(q, p, k);
       };
-      const double ab = concave(a, b), share_b = smooth_passage(0.003, 0.02, b.weight / all),
-                   share_d = smooth_passage(0.003, 0.02, d.weight / all);
+      const double ab = concave(a, b), share_b = smooth_passage(0.03, 0.1, b.weight / all),
+                   share_d = smooth_passage(0.03, 0.1, d.weight / all);
       const Level pair = share_b > 0 || share_d > 0 ? meeting(a.level, b.level, ab) : a.level;
       fitted = detail::mixed(a.level, pair, share_b);
       if (share_d > 0) {
@@ -168,7 +168,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
           three = meeting(pair, d.level, ad);
         fitted = detail::mixed(fitted, three, share_d);
       }
-      edge = smooth_passage(0.02, 0.04, b.weight / a.weight) * (1 - ab);
+      edge = smooth_passage(0.03, 0.1, b.weight / a.weight) * (1 - ab);
     }
     const double trusted =
         std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
