@@ -91,10 +91,9 @@ ClosedFigures check_topology(const Mesh& mesh) {
     std::size_t steps = 0, at = k;
     do {
       const std::uint32_t next = spoke[at][2];
-      const auto found =
-          std::find_if(spoke.begin() + static_cast<std::ptrdiff_t>(k),
-                       spoke.begin() + static_cast<std::ptrdiff_t>(end),
-                       [&](const auto& s) { return s[1] == next; });
+      const auto found = std::find_if(spoke.begin() + static_cast<std::ptrdiff_t>(k),
+                                      spoke.begin() + static_cast<std::ptrdiff_t>(end),
+                                      [&](const auto& s) { return s[1] == next; });
       at = static_cast<std::size_t>(found - spoke.begin());
       ++steps;
     } while (at < end && at != k && steps <= end - k);

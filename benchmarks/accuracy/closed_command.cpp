@@ -45,9 +45,10 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
   using Make = std::function<Mesh(const Particles&)>;
   std::vector<std::pair<std::string, Make>> methods;
   for (const double cell : options.cells)
-    methods.emplace_back("cell " + printed("%g", cell), [&device, cell](const Particles& particles) {
-      return extract_closed(device, particles, {.cell = cell}).mesh;
-    });
+    methods.emplace_back("cell " + printed("%g", cell),
+                         [&device, cell](const Particles& particles) {
+                           return extract_closed(device, particles, {.cell = cell}).mesh;
+                         });
   if (options.splashsurf)
     methods.emplace_back("splashsurf", [&](const Particles& particles) {
       return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);
@@ -101,8 +102,8 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
   if (count == 0) return;
   for (std::size_t m = 0; m < methods.size(); ++m) {
     ClosedFigures& s = sum[m];
-    for (double* const value : {&s.distance_rms, &s.distance_999, &s.normal_median, &s.normal_95,
-                                &s.volume})
+    for (double* const value :
+         {&s.distance_rms, &s.distance_999, &s.normal_median, &s.normal_95, &s.volume})
       *value /= count;
     s.crease_rms /= of_creases[m];
     print("mean", methods[m].first, s, seconds[m] / count);

@@ -53,8 +53,9 @@ void run_scenes(const CommonOptions& common, const ScenesOptions& options);
 /// Measures real frames and sequences.
 void run_real(const CommonOptions& common, const RealOptions& options);
 
-/// The names of what is measured unless others are asked for: the library's methods, and paper-best,
-/// method paper with the settings that a search on the tuning seeds found best (docs/rivals.md).
+/// The names of what is measured unless others are asked for: the library's methods, and
+/// paper-best, method paper with the settings that a search on the tuning seeds found best
+/// (docs/rivals.md).
 std::vector<std::string> method_names();
 
 /// The methods in their order. Throws InvalidArgument for an unknown name or setting.

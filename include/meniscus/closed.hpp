@@ -30,9 +30,9 @@ struct ClosedParams {
 /// attributes are there where the particles carry them. Empty, with a warning, where there are no
 /// particles. The same particles give the same mesh on every device, with any number of threads.
 ///
-/// Throws InvalidArgument for bad parameters or arrays, for a method other than fit, and where cells
-/// are so small that the mesh would be too large; InputError for values that are not finite where
-/// parameters.strict is set; DeviceError when the device fails.
+/// Throws InvalidArgument for bad parameters or arrays, for a method other than fit, and where
+/// cells are so small that the mesh would be too large; InputError for values that are not finite
+/// where parameters.strict is set; DeviceError when the device fails.
 Surface extract_closed(Device& device, const Particles& particles, const ClosedParams& closed = {},
                        const Parameters& parameters = {},
                        std::vector<StageTime>* timings = nullptr);

@@ -30,17 +30,17 @@ Parameters of_meshes(const Parameters& parameters) {
   return params;
 }
 
-Surface mesh_frame(const Filling& filling, const ParticleSource& source,
-                   const ClosedParams& closed, std::vector<StageTime>* timings) {
+Surface mesh_frame(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
+                   std::vector<StageTime>* timings) {
   const FilledFrame frame = fill_everything(filling, source);
   Surface surface;
   surface.particle_radius = frame.radius;
   surface.notices = std::move(filling.notices);
   if (!source.team().leads()) return surface;
-  return to_world(filling.device, frame.view,
-                  run_closed(filling.device, frame.view, frame.particles, closed, filling.params,
-                             timings),
-                  std::move(surface), filling.params, timings);
+  return to_world(
+      filling.device, frame.view,
+      run_closed(filling.device, frame.view, frame.particles, closed, filling.params, timings),
+      std::move(surface), filling.params, timings);
 }
 
 }  // namespace

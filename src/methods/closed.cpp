@@ -39,6 +39,9 @@ constexpr double kEnough = 0.004;
 // smooth sheet.
 constexpr double kFlat = 0.05;
 
+// Particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
+constexpr double kLeastFluid = 1, kLeastAir = 8;
+
 // All that stand for the surface and are fitted.
 Visible fitted_of(const FieldSurface& shell) {
   Visible fitted;
@@ -57,8 +60,7 @@ void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits&
                    std::vector<double>& trust) {
   constexpr double kBefore = 1.5;  // particle radii
   std::vector<Vec3d> before(fits.size());
-  for (std::size_t k = 0; k < fits.size(); ++k)
-    before[k] = fits.foot[k] + fits.normal[k] * kBefore;
+  for (std::size_t k = 0; k < fits.size(); ++k) before[k] = fits.foot[k] + fits.normal[k] * kBefore;
   const std::vector<float> density = measure_density(device, cells, before);
   for (std::size_t k = 0; k < fits.size(); ++k) trust[k] *= 1 - smooth_step(0.55, 0.75, density[k]);
 }
@@ -154,6 +156,7 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   DualMesh mesh = place_vertices(grid, edges, kFlat);
   settle_vertices(device, function, mesh);
   join_vertices(grid, edges, mesh);
+  drop_crumbs(mesh, kLeastFluid, kLeastAir);
   result.mesh = to_world(view, std::move(mesh));
   result.counts.fits = static_cast<std::int64_t>(fits.size());
   result.residual = std::move(fits.residual);

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "base/parallel.hpp"
 
@@ -20,10 +21,10 @@ constexpr double kMostOff = 0.05;
 // A cell's corners are i + 2 j + 4 k; its edges 0 to 3 along x, then y, then z, in the order of
 // their lower corners; its faces 2 axis + side.
 struct Tables {
-  std::array<std::array<int, 2>, 12> ends{};      // corners of an edge
-  std::array<std::array<int, 4>, 6> corners{};    // of a face, all around
-  std::array<std::array<int, 4>, 6> edges{};      // edge q lies between corners q and q + 1
-  std::array<std::array<int, 2>, 12> faces{};     // on which an edge lies
+  std::array<std::array<int, 2>, 12> ends{};    // corners of an edge
+  std::array<std::array<int, 4>, 6> corners{};  // of a face, all around
+  std::array<std::array<int, 4>, 6> edges{};    // edge q lies between corners q and q + 1
+  std::array<std::array<int, 2>, 12> faces{};   // on which an edge lies
   std::array<std::array<int, 8>, 8> edge_between{};
 };
 
@@ -76,9 +77,7 @@ bool alternates(const Values& value, int face) {
 // both outer corners or both inner ones.
 std::array<int, 4> partners(const Values& value, int face) {
   const auto& q = kTables.corners[face];
-  const auto product = [&](int a, int b) {
-    return double{value[q[a]]} * double{value[q[b]]};
-  };
+  const auto product = [&](int a, int b) { return double{value[q[a]]} * double{value[q[b]]}; };
   const bool even_inside = inside(value[q[0]]);
   const double of_inner = even_inside ? product(0, 2) : product(1, 3);
   const double of_outer = even_inside ? product(1, 3) : product(0, 2);
@@ -160,19 +159,16 @@ std::uint32_t crossing_of(const SpaceGrid& grid, const CrossedEdges& edges, cons
   const Corner corner =
       corner_at(grid, static_cast<std::size_t>(cell.block), (cell.bit & 3) + (low & 1),
                 (cell.bit >> 2 & 3) + (low >> 1 & 1), (cell.bit >> 4) + (low >> 2));
-  const std::size_t b = static_cast<std::size_t>(corner.block),
-                    a = static_cast<std::size_t>(axis);
+  const std::size_t b = static_cast<std::size_t>(corner.block), a = static_cast<std::size_t>(axis);
   const std::uint64_t before = (std::uint64_t{1} << corner.bit) - 1;
-  return edges.first[b][a] +
-         static_cast<std::uint32_t>(std::popcount(edges.mask[b][a] & before));
+  return edges.first[b][a] + static_cast<std::uint32_t>(std::popcount(edges.mask[b][a] & before));
 }
 
 // The place of a cell among all.
 std::uint32_t cell_at(const DualMesh& mesh, const Corner& lowest) {
   const std::size_t b = static_cast<std::size_t>(lowest.block);
   const std::uint64_t before = (std::uint64_t{1} << lowest.bit) - 1;
-  return mesh.first_cell[b] +
-         static_cast<std::uint32_t>(std::popcount(mesh.mask[b] & before));
+  return mesh.first_cell[b] + static_cast<std::uint32_t>(std::popcount(mesh.mask[b] & before));
 }
 
 Vec3d clamped(const Vec3d& x, const std::array<Vec3d, 2>& bounds) {
@@ -257,7 +253,8 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
     const std::uint32_t e = crossing[k];
     const Vec3d& n = edges.normal[e];
     const double value = edges.value[e];
-    const double out = dot(n, edges.position[e] - middle) - (std::abs(value) < kMostOff ? value : 0);
+    const double out =
+        dot(n, edges.position[e] - middle) - (std::abs(value) < kMostOff ? value : 0);
     const Eigen::Vector3d v(n.x, n.y, n.z);
     planes += v * v.transpose();
     off += v * out;
@@ -271,8 +268,7 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
   int rank = 0;
   const Eigen::Vector3d from_middle(from.x - middle.x, from.y - middle.y, from.z - middle.z);
   const Eigen::Vector3d move = within(planes, off, from_middle, side, flat, &rank);
-  mesh.position[vertex] =
-      clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
+  mesh.position[vertex] = clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
   mesh.normal[vertex] = normalized(normal);
   mesh.sharp[vertex] = rank > 1;
 }
@@ -335,8 +331,7 @@ void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh&
   const Levels before = measure();
   for (std::size_t k = 0; k < smooth.size(); ++k) {
     Vec3d& at = mesh.position[smooth[k]];
-    at = clamped(at - Vec3d(before.gradient[k]) * double{before.value[k]},
-                 mesh.bounds[smooth[k]]);
+    at = clamped(at - Vec3d(before.gradient[k]) * double{before.value[k]}, mesh.bounds[smooth[k]]);
   }
   const Levels after = measure();
   constexpr double kAlike = 0.5;  // of a vertex's normal with its crossings': else F jumps there
@@ -415,8 +410,7 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
     }
     const Vec3d& normal = edges.normal[e];
     const Corner low{edges.block[e], edges.bit[e]};
-    const bool outward_up =
-        inside(grid.blocks[block].value[static_cast<std::size_t>(low.bit)]);
+    const bool outward_up = inside(grid.blocks[block].value[static_cast<std::size_t>(low.bit)]);
     if (!outward_up) {
       std::reverse(ring.begin(), ring.begin() + static_cast<std::ptrdiff_t>(count));
       if (first_between >= 0) first_between = static_cast<int>(count) - 1 - first_between;
@@ -440,6 +434,53 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
     for (std::size_t k = 1; k + 1 < count; ++k)
       mesh.triangle.push_back({ring[from], ring[(from + k) % count], ring[(from + k + 1) % count]});
   }
+}
+
+void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
+  const std::size_t vertices = mesh.position.size();
+  std::vector<std::uint32_t> parent(vertices);
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto piece_of = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangle)
+    for (const std::uint32_t v : {t[1], t[2]}) {
+      // The lower one leads, so that sums have one order.
+      const std::uint32_t a = piece_of(t[0]), b = piece_of(v);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<double> volume(vertices, 0.0);
+  for (const auto& t : mesh.triangle) {
+    const std::uint32_t piece = piece_of(t[0]);
+    const Vec3d& from = mesh.position[piece];  // near by, so that little cancels
+    volume[piece] += dot(mesh.position[t[0]] - from,
+                         cross(mesh.position[t[1]] - from, mesh.position[t[2]] - from)) /
+                     6;
+  }
+  std::vector<std::uint32_t> place(vertices);
+  std::uint32_t left = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    const double of = volume[piece_of(v)];
+    if (of >= 0 ? of < least_fluid : of > -least_air) {
+      place[v] = ~0u;
+      continue;
+    }
+    mesh.position[left] = mesh.position[v];
+    mesh.normal[left] = mesh.normal[v];
+    mesh.sharp[left] = mesh.sharp[v];
+    place[v] = left++;
+  }
+  if (left == vertices) return;
+  mesh.position.resize(left);
+  mesh.normal.resize(left);
+  mesh.sharp.resize(left);
+  std::erase_if(mesh.triangle, [&](const auto& t) { return place[t[0]] == ~0u; });
+  for (auto& t : mesh.triangle)
+    for (std::uint32_t& v : t) v = place[v];
+  // What stood for cells stands for others now.
+  mesh.cells.clear();
+  mesh.bounds.clear();
 }
 
 }  // namespace meniscus

@@ -28,13 +28,13 @@ struct SurfaceCell {
 };
 
 struct DualMesh {
-  std::vector<SurfaceCell> cells;             // in the order of blocks and bits
-  std::vector<std::uint64_t> mask;            // [blocks] which cells these are
-  std::vector<std::uint32_t> first_cell;      // [blocks]
-  std::vector<Vec3d> position;                // [vertices] particle radii
-  std::vector<Vec3d> normal;                  // [vertices] unit, outward
-  std::vector<std::uint8_t> sharp;            // [vertices] on a crease or a corner
-  std::vector<std::array<Vec3d, 2>> bounds;   // [vertices] of the vertex's place in its cell
+  std::vector<SurfaceCell> cells;            // in the order of blocks and bits
+  std::vector<std::uint64_t> mask;           // [blocks] which cells these are
+  std::vector<std::uint32_t> first_cell;     // [blocks]
+  std::vector<Vec3d> position;               // [vertices] particle radii
+  std::vector<Vec3d> normal;                 // [vertices] unit, outward
+  std::vector<std::uint8_t> sharp;           // [vertices] on a crease or a corner
+  std::vector<std::array<Vec3d, 2>> bounds;  // [vertices] of the vertex's place in its cell
   std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
 };
 
@@ -50,5 +50,9 @@ void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh&
 /// A quadrangle around each crossed edge, in two triangles: of both diagonals the one whose middle
 /// is nearer to the surface. Adds the vertices between doubled neighbours.
 void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh);
+
+/// Leaves out pieces of the mesh that enclose less fluid, or less air, than so much (particle radii
+/// cubed), and the vertices that are theirs.
+void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air);
 
 }  // namespace meniscus

@@ -62,8 +62,8 @@ class BlockIndex {
 };
 
 [[noreturn]] void refuse(double cell, const std::string& what) {
-  throw InvalidArgument(setting("cell") + " is " + printed("%g", cell) + " particle radii: " +
-                        what + " (use a larger " + setting("cell") + ")");
+  throw InvalidArgument(setting("cell") + " is " + printed("%g", cell) +
+                        " particle radii: " + what + " (use a larger " + setting("cell") + ")");
 }
 
 void find_around(SpaceGrid& grid) {
@@ -74,9 +74,9 @@ void find_around(SpaceGrid& grid) {
       for (int n = 0; n < 27; ++n) {
         const Place& at = grid.blocks[b].at;
         grid.around[b][static_cast<std::size_t>(n)] =
-            n == 13 ? static_cast<std::int32_t>(b)
-                    : index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1,
-                                         at[2] + n / 9 - 1}));
+            n == 13
+                ? static_cast<std::int32_t>(b)
+                : index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
       }
   });
 }
@@ -108,8 +108,7 @@ std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
   const CornerBlock& own = grid.blocks[block];
   const auto [x, y, z] = kAlong[static_cast<std::size_t>(axis)];
   each_bit(own.known, [&](int bit) {
-    const Corner next =
-        corner_at(grid, block, (bit & 3) + x, (bit >> 2 & 3) + y, (bit >> 4) + z);
+    const Corner next = corner_at(grid, block, (bit & 3) + x, (bit >> 2 & 3) + y, (bit >> 4) + z);
     if (next.block == kNoBlock) return;
     const CornerBlock& other = grid.blocks[static_cast<std::size_t>(next.block)];
     if ((other.known >> next.bit & 1) == 0) return;
@@ -163,9 +162,9 @@ SpaceGrid grid_around(const Points& points, double reach, double cell) {
       for (std::int64_t k = z[0]; k <= z[1]; ++k)
         for (std::int64_t j = y[0]; j <= y[1]; ++j)
           for (std::int64_t i = x[0]; i <= x[1]; ++i) {
-            const std::uint64_t key = key_of({static_cast<std::int32_t>(i),
-                                              static_cast<std::int32_t>(j),
-                                              static_cast<std::int32_t>(k)});
+            const std::uint64_t key =
+                key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
+                        static_cast<std::int32_t>(k)});
             if (key != last) own.push_back(key);
             last = key;
           }
@@ -200,10 +199,10 @@ SpaceGrid grid_around(const Points& points, double reach, double cell) {
             }
             std::uint64_t near = 0;
             for (int bit = 0; bit < 64; ++bit)
-              near |= std::uint64_t{apart[0][bit & 3] + apart[1][bit >> 2 & 3] +
-                                        apart[2][bit >> 4] <=
-                                    squared}
-                      << bit;
+              near |=
+                  std::uint64_t{apart[0][bit & 3] + apart[1][bit >> 2 & 3] + apart[2][bit >> 4] <=
+                                squared}
+                  << bit;
             std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(near, std::memory_order_relaxed);
           }
     }
@@ -218,9 +217,8 @@ Points unknown_corners(const SpaceGrid& grid) {
     count += static_cast<std::size_t>(std::popcount(block.wanted & ~block.known));
   points.reserve(count);
   for (std::size_t b = 0; b < grid.blocks.size(); ++b)
-    each_bit(grid.blocks[b].wanted & ~grid.blocks[b].known, [&](int bit) {
-      points.add(grid.position(b, bit & 3, bit >> 2 & 3, bit >> 4));
-    });
+    each_bit(grid.blocks[b].wanted & ~grid.blocks[b].known,
+             [&](int bit) { points.add(grid.position(b, bit & 3, bit >> 2 & 3, bit >> 4)); });
   return points;
 }
 
@@ -235,7 +233,7 @@ void set_corners(SpaceGrid& grid, const std::vector<float>& values) {
 
 bool want_closed(SpaceGrid& grid) {
   std::mutex joining;
-  std::vector<std::uint64_t> keys;  // of blocks that are not there
+  std::vector<std::uint64_t> keys;                             // of blocks that are not there
   std::vector<std::pair<std::uint64_t, std::uint64_t>> later;  // their keys; what is wanted of them
   std::atomic<bool> any{false};
   parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {

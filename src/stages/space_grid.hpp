@@ -43,7 +43,8 @@ struct Corner {
   int bit = 0;
 };
 
-/// The corner (i, j, k) from a block's first one, -4 .. 7 each; without a block where there is none.
+/// The corner (i, j, k) from a block's first one, -4 .. 7 each; without a block where there is
+/// none.
 inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, int k) {
   const int x = (i + 4) >> 2, y = (j + 4) >> 2, z = (k + 4) >> 2;
   return {grid.around[block][static_cast<std::size_t>(x + 3 * y + 9 * z)],
@@ -80,8 +81,8 @@ struct CrossedEdges {
   std::size_t size() const { return block.size(); }
 };
 
-/// The edges of a grid whose surface is closed, in order. Where they cross it is not said yet. Throws
-/// InvalidArgument where there are more than the program can hold.
+/// The edges of a grid whose surface is closed, in order. Where they cross it is not said yet.
+/// Throws InvalidArgument where there are more than the program can hold.
 CrossedEdges list_crossings(const SpaceGrid& grid);
 
 /// Where they cross the surface: F is asked at up to `rounds` points of each, until it is less than

@@ -47,7 +47,8 @@ TEST_P(ClosedMesh, IsNearTheTruth) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Solids, ClosedMesh,
-                         testing::Values(Solid{"sphere", 0.032, 2.1, 0}, Solid{"box", 0.045, 5.5, 0.1},
+                         testing::Values(Solid{"sphere", 0.032, 2.1, 0},
+                                         Solid{"box", 0.045, 5.5, 0.1},
                                          Solid{"notch", 0.04, 5, 0.1},
                                          Solid{"capsules", 0.06, 19, 0.2}),
                          [](const auto& info) { return std::string(info.param.scene); });

@@ -94,8 +94,8 @@ TEST(DualMesh, OfNoiseIsClosedAndManifold) {
 TEST(DualMesh, OfABoxHasItsCorners) {
   const Vec3d low(1.3, 1.2, 1.4), high(4.6, 3.9, 4.3);
   const auto distance = [&](const Vec3d& p) {
-    return std::max({low.x - p.x, p.x - high.x, low.y - p.y, p.y - high.y, low.z - p.z,
-                     p.z - high.z});
+    return std::max(
+        {low.x - p.x, p.x - high.x, low.y - p.y, p.y - high.y, low.z - p.z, p.z - high.z});
   };
   const SpaceGrid grid =
       grid_of(14, [&](const Vec3d& p) { return static_cast<float>(distance(p)); });
@@ -117,6 +117,35 @@ TEST(DualMesh, OfABoxHasItsCorners) {
   const Vec3d size = high - low;
   // All vertices are on the box, its corners among them: the volume is off by floats alone.
   EXPECT_NEAR(figures.volume, size.x * size.y * size.z, 1e-4);
+}
+
+// A ball of fluid of radius 1.5 with air of radius .5 in it, and a drop of radius .3 beside it.
+TEST(DualMesh, LosesWhatIsTooSmall) {
+  const Vec3d ball(2.6, 3, 3), drop(5.3, 3.1, 3.1);
+  const SpaceGrid grid = grid_of(15, [&](const Vec3d& p) {
+    const double around = length(p - ball);
+    return static_cast<float>(
+        std::min(std::max(around - 1.6, 0.7 - around), length(p - drop) - 0.4));
+  });
+  const CrossedEdges edges = halved(grid);
+  DualMesh whole = place_vertices(grid, edges, 0.05);
+  join_vertices(grid, edges, whole);
+  const accuracy::ClosedFigures all = accuracy::check_topology(plain(whole));
+  ASSERT_EQ(all.pieces, 3);
+  ASSERT_EQ(all.bubbles, 1);
+  const auto kept = [&](double fluid, double air) {
+    DualMesh mesh = whole;
+    drop_crumbs(mesh, fluid, air);
+    for (const auto& t : mesh.triangle)
+      for (const std::uint32_t v : t) EXPECT_LT(v, mesh.position.size());
+    const accuracy::ClosedFigures f = accuracy::check_topology(plain(mesh));
+    EXPECT_EQ(f.open_edges + f.bad_edges + f.bad_vertices, 0);
+    return std::pair{f.pieces, f.bubbles};
+  };
+  EXPECT_EQ(kept(0, 0), (std::pair<std::int64_t, std::int64_t>{3, 1}));
+  EXPECT_EQ(kept(0, 8), (std::pair<std::int64_t, std::int64_t>{2, 0}));
+  EXPECT_EQ(kept(1, 0), (std::pair<std::int64_t, std::int64_t>{2, 1}));
+  EXPECT_EQ(kept(1e9, 8), (std::pair<std::int64_t, std::int64_t>{0, 0}));
 }
 
 TEST(SpaceGrid, RefusesCellsThatAreTooSmallForIt) {

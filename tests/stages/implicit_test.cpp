@@ -35,14 +35,12 @@ struct Corner {
         }
   }
   ImplicitFunction function(Device& device, const Parameters& params) const {
-    const DeviceCells cells = upload_cells(
-        device, make_cells(particles.x, particles.y, particles.z, kDensitySupport));
-    return make_implicit(device,
-                         make_records(given.fits, given.trust, params.fit,
-                                      kBlendReach * params.blend.radius),
-                         level_cells(device, cells, measure_gradients(device, cells),
-                                     params.region),
-                         params);
+    const DeviceCells cells =
+        upload_cells(device, make_cells(particles.x, particles.y, particles.z, kDensitySupport));
+    return make_implicit(
+        device,
+        make_records(given.fits, given.trust, params.fit, kBlendReach * params.blend.radius),
+        level_cells(device, cells, measure_gradients(device, cells), params.region), params);
   }
 };
 
@@ -104,8 +102,7 @@ TEST_P(Implicit, IsTheSameAtEveryWidthAndInAnyOrder) {
   EXPECT_EQ(found[0].value, found[1].value);
   EXPECT_EQ(found[0].gradient, found[1].gradient);
   Points turned;
-  for (std::size_t p = points.size(); p-- > 0;)
-    turned.add({points.x[p], points.y[p], points.z[p]});
+  for (std::size_t p = points.size(); p-- > 0;) turned.add({points.x[p], points.y[p], points.z[p]});
   Levels back = measure_implicit(device_, corner.function(device_, params), turned);
   std::reverse(back.value.begin(), back.value.end());
   EXPECT_EQ(back.value, found[0].value);

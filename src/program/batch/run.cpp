@@ -252,7 +252,8 @@ class Batch {
       } catch (const DeviceError& error) {
         failure = words_of(error);
       }
-    } else if (no_memory) try {
+    } else if (no_memory)
+      try {
         for (Worker& other : workers_) other.device.state().pool->drop_idle();
         Surface surface =
             extract_sparingly(worker.device, *frame.particles, frame.camera, settings_.parameters,

@@ -341,10 +341,11 @@ void add_mesh_options(CLI::App& command, ExtractOptions& o) {
       ->allow_extra_args(false)
       ->type_name("FILE");
   command
-      .add_option("--cell", closed.cell,
-                  printed("side of the cells that the mesh is made of, particle radii (default %g): "
-                          "half of it makes four times as many triangles",
-                          closed.cell))
+      .add_option(
+          "--cell", closed.cell,
+          printed("side of the cells that the mesh is made of, particle radii (default %g): "
+                  "half of it makes four times as many triangles",
+                  closed.cell))
       ->type_name("NUMBER");
   add_source_options(command, o);
   add_device_options(command, o);

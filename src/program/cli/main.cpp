@@ -113,7 +113,8 @@ int run(int argc, char** argv) {
       return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
                                  " more, e.g. " + unknown.front() +
                                  " (of a sequence give one name in quotes, e.g. "
-                                 "'dam.####.ply', see " + command + " --help)");
+                                 "'dam.####.ply', see " +
+                                 command + " --help)");
     return fail(kBadUsage, error.what() + see);
   }
 }

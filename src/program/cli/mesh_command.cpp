@@ -72,12 +72,12 @@ void mesh_one(const ExtractOptions& options) {
   }
   working.built();
   working.phase("");
-  for (const Notice& notice : surface.notices)
-    say_warning(options.input + ": " + words_of(notice));
+  for (const Notice& notice : surface.notices) say_warning(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, *source, surface.particle_radius));
   say("found", counts_line(named(surface.counts)));
-  say("mesh", counted(surface.mesh.position.size(), "vert", surface.mesh.position.size() == 1 ? "ex" : "ices") + ", " +
-                  counted(surface.mesh.triangle.size(), "triangle"));
+  say("mesh", counted(surface.mesh.position.size(), "vert",
+                      surface.mesh.position.size() == 1 ? "ex" : "ices") +
+                  ", " + counted(surface.mesh.triangle.size(), "triangle"));
 
   const auto writing = Clock::now();
   std::string names;
@@ -125,8 +125,8 @@ int run_mesh(ExtractOptions options) {
 }  // namespace
 
 void add_mesh_command(CLI::App& program, int& exit_code) {
-  CLI::App& command = *program.add_subcommand(
-      "mesh", "Make a closed mesh of all of the fluid, without a camera");
+  CLI::App& command =
+      *program.add_subcommand("mesh", "Make a closed mesh of all of the fluid, without a camera");
   const auto options = std::make_shared<ExtractOptions>();
   add_mesh_options(command, *options);
   command.callback([options, &exit_code] { exit_code = run_mesh(*options); });

@@ -53,11 +53,10 @@ ReferenceErrors implicit_case(Device& device, int size) {
     other_fits.push_back(meniscus::rounded(scene, random).fits);
     other_fluids.push_back(rounded(fluid, random));
   }
-  const BlendRecords records = make_records(scene.fits, scene.trust, params.fit,
-                                            kBlendReach * params.blend.radius);
+  const BlendRecords records =
+      make_records(scene.fits, scene.trust, params.fit, kBlendReach * params.blend.radius);
   Points points;
-  for (int k = 0; k < size; ++k)
-    points.add({random(-10, 10), random(-8, 8), random(-26, -15)});
+  for (int k = 0; k < size; ++k) points.add({random(-10, 10), random(-8, 8), random(-26, -15)});
   const Levels found =
       measure_implicit(device, make_implicit(device, records, levelled, params), points);
 
