@@ -18,6 +18,10 @@ struct ParameterEntry {
   double least, most;
   bool above;  // the value must exceed `least` instead of reaching it
   std::string effect;
+  std::string methods = {};  // that use it: "fit, groups and stable"; empty: all
+
+  /// The effect, with the methods where the default is not among them.
+  std::string description() const;
 
   double get() const {
     return std::holds_alternative<int*>(value) ? *std::get<int*>(value) : *std::get<double*>(value);

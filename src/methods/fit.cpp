@@ -63,7 +63,7 @@ struct Shell {
   SeenMesh triangulated;
   FieldSurface found;
   Visible rim;           // the particles that are fitted, or merge first
-  FitNeighbours trial;   // of the rim, for its roundness
+  FitNeighbours trial;   // of the rim, for its roundness and for what merges
   FitNeighbours fitted;  // of the rim, where each of its particles is fitted
   SplatParticles splash;
   double least_radius = 0;  // of a particle on the screen, pixels
@@ -80,8 +80,9 @@ struct Seeds {
 // How a method chooses its seeds: what it looks for while the triangulation keeps the other
 // processor busy, and the rest.
 struct Seeding {
-  std::int64_t Counts::*counted;  // what its fits count as
-  double rim_reach;               // see with_rim(), particle radii
+  std::int64_t Counts::*counted;                    // what its fits count as
+  double rim_reach;                                 // see with_rim(), particle radii
+  double (*trial_reach)(const Parameters& params);  // of Shell::trial, at least kTrialReach
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
   Seeds (*choose)(const Frame& frame, const Fluid& fluid, Shell& shell,
                   const SurfaceParticles& around, std::vector<float> roundness);
@@ -89,7 +90,7 @@ struct Seeding {
 
 // Method fit: every particle of the rim.
 constexpr Seeding kEveryParticle{
-    &Counts::fits, kRimReach,
+    &Counts::fits, kRimReach, [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
                              frame.params.fit.support);
@@ -103,12 +104,14 @@ constexpr Seeding kEveryParticle{
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
 constexpr Seeding kMergedGroups{
     &Counts::groups, kRimReachGroups,
+    [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
     [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
        std::vector<float> roundness) {
       const auto& [device, view, params, clock] = frame;
       clock.start("merge");
-      MergedGroups groups = merge_particles(view, fluid.particles, shell.rim, around, params.merge);
+      MergedGroups groups =
+          merge_particles(view, fluid.particles, shell.rim, around, shell.trial.near, params.merge);
       clock.start("fit");
       Seeds seeds{
           std::move(groups.seed), {}, {}, std::move(groups.share), std::move(groups.extent)};
@@ -139,7 +142,7 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         shell.trial = find_neighbours(device, fluid.particles, shell.rim.index, shell.found.index,
-                                      kTrialReach);
+                                      seeding.trial_reach(params));
         shell.splash = upload_splats(device, fluid.particles, fluid.split.splash, kLargestDrop);
         shell.least_radius =
             std::min(bounds_of(fluid.particles.ku).least, bounds_of(fluid.particles.kv).least);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "meniscus/parameters.hpp"
-#include "stages/surface.hpp"
+#include "stages/particle_fit.hpp"
 
 namespace meniscus {
 
@@ -42,9 +42,14 @@ struct MergedGroups {
 ///
 ///   rim     the particles to merge, ascending, places in Projected (with_rim)
 ///   around  the surface, `rim` among it: normals and weights u
+///   near    the particles of `around` within merge_reach(params) of each of `rim`, or farther
 ///
 /// The groups do not depend on the number of threads, and on the camera only where the rim ends.
 MergedGroups merge_particles(const View& view, const Projected& projected, const Visible& rim,
-                             const SurfaceParticles& around, const MergeParams& params);
+                             const SurfaceParticles& around, const NearLists& near,
+                             const MergeParams& params);
+
+/// How far merging looks around a particle, particle radii.
+double merge_reach(const MergeParams& params);
 
 }  // namespace meniscus

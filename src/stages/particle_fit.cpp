@@ -24,28 +24,24 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 constexpr double kNoise = 0.14, kOverLeast = 1.5;
 constexpr SheetWeights kSheet{6, 0.8f, 0.95f};
 
-constexpr std::size_t kRecord = 4;   // values of a particle's records, see particle_fit.cl
-constexpr std::size_t kLanes = 16;   // fits of a batch, whatever the device's WIDTH
-constexpr std::size_t kBlock = 256;  // fits that a processor takes at a time: whole batches
+constexpr std::size_t kRecord = 4;  // values of a particle's records, see particle_fit.cl
+constexpr std::size_t kLanes = 16;  // fits of a batch, whatever the device's WIDTH
+static_assert(NearLists::kBlock % kLanes == 0);
 
-// The lists of some fits by themselves, neighbours fit by fit.
+// The lists of a block's fits by themselves, neighbours fit by fit.
 struct Block {
-  FitLists lists;                    // without neighbours
-  std::vector<std::size_t> start;    // [fits + 1] where those of each fit begin
-  std::vector<cl_int> near;          // neighbours of all of them
-  std::size_t begin = 0, slots = 0;  // first fit; slots that the lists take
+  FitLists lists;                // without neighbours
+  const NearLists::Block* near;  // these
+  std::size_t begin, slots = 0;  // first fit; slots that the lists take
 };
 
-// The lists of fits [begin, end).
-Block list_block(const Projected& projected, const std::vector<std::int32_t>& centre,
-                 const std::vector<std::int32_t>& place, const Cells& cells, float reach,
-                 std::size_t begin, std::size_t end) {
+// The neighbours of centres [begin, end).
+NearLists::Block look_around(const Projected& projected, const std::vector<std::int32_t>& centre,
+                             const Cells& cells, float reach, std::size_t begin, std::size_t end) {
   NearFinder* const find = near_finders()[0];
-  Block block;
-  block.begin = begin;
+  NearLists::Block block;
   block.near.reserve(128 * (end - begin));  // mostly enough
-  std::vector<std::size_t>& start = block.start;
-  start.push_back(0);
+  block.start.push_back(0);
   std::vector<cl_int> found;
   for (std::size_t k = begin; k < end; ++k) {
     const std::int32_t i = centre[k];
@@ -60,12 +56,19 @@ Block list_block(const Projected& projected, const std::vector<std::int32_t>& ce
         });
     block.near.insert(block.near.end(), found.begin(),
                       found.begin() + static_cast<std::ptrdiff_t>(count));
-    start.push_back(block.near.size());
+    block.start.push_back(block.near.size());
   }
-  // Fits with about as many neighbours share a batch; the order touches no result.
+  return block;
+}
+
+// The lists of a block whose first fit is `begin`, of fits at `place` in the surface. Fits with
+// about as many neighbours share a batch; the order touches no result.
+Block list_block(const NearLists::Block& near, const std::vector<std::int32_t>& place,
+                 cl_int nobody, std::size_t begin) {
+  Block block{{}, &near, begin};
   std::vector<std::uint64_t> order;  // number of neighbours, fit
-  for (std::size_t l = 0; l < end - begin; ++l)
-    order.push_back((start[l + 1] - start[l]) << 32 | l);
+  for (std::size_t l = 0; l + 1 < near.start.size(); ++l)
+    order.push_back((near.start[l + 1] - near.start[l]) << 32 | l);
   std::sort(order.begin(), order.end());
   FitLists& lists = block.lists;
   for (const std::uint64_t sized : order) {
@@ -80,21 +83,19 @@ Block list_block(const Projected& projected, const std::vector<std::int32_t>& ce
     block.slots += kLanes * longest;
   }
   lists.fit.resize(kLanes * lists.first.size(), -1);
-  lists.particle.resize(lists.fit.size(), static_cast<cl_int>(cells.item.size()));
+  lists.particle.resize(lists.fit.size(), nobody);
   return block;
 }
 
 // The lists of blocks of fits.
-std::vector<Block> list_blocks(const Projected& projected, const std::vector<std::int32_t>& centre,
-                               const std::vector<std::int32_t>& around, double reach) {
-  const Cells cells = cells_of(projected, around, reach);
+std::vector<Block> list_blocks(const NearLists& near, const std::vector<std::int32_t>& centre,
+                               const std::vector<std::int32_t>& around) {
   const std::vector<std::int32_t> place = places_in(around, centre);
-  const std::size_t n = centre.size();
-  std::vector<Block> blocks((n + kBlock - 1) / kBlock);
+  const cl_int nobody = static_cast<cl_int>(around.size());
+  std::vector<Block> blocks(near.blocks.size());
   parallel_for(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t block = begin; block < end; ++block)
-      blocks[block] = list_block(projected, centre, place, cells, static_cast<float>(reach),
-                                 block * kBlock, std::min(n, (block + 1) * kBlock));
+    for (std::size_t b = begin; b < end; ++b)
+      blocks[b] = list_block(near.blocks[b], place, nobody, b * NearLists::kBlock);
   });
   return blocks;
 }
@@ -135,8 +136,8 @@ void fill_slots(const Block& block, cl_int nobody, cl_int* slots) {
     cl_int* const end = slot + kLanes * static_cast<std::size_t>(block.lists.length[batch]);
     if (block.lists.fit[lane] >= 0) {
       const std::size_t k = static_cast<std::size_t>(block.lists.fit[lane]) - block.begin;
-      for (std::size_t p = block.start[k]; p < block.start[k + 1]; ++p, slot += kLanes)
-        *slot = block.near[p];
+      for (std::size_t p = block.near->start[k]; p < block.near->start[k + 1]; ++p, slot += kLanes)
+        *slot = block.near->near[p];
     }
     for (; slot < end; slot += kLanes) *slot = nobody;
   }
@@ -273,12 +274,27 @@ FitRecords fit_records(const Projected& projected, const SurfaceParticles& aroun
   return records;
 }
 
+NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
+                    const std::vector<std::int32_t>& around, double reach) {
+  constexpr std::size_t kBlock = NearLists::kBlock;
+  const Cells cells = cells_of(projected, around, reach);
+  const std::size_t n = centre.size();
+  NearLists near{std::vector<NearLists::Block>((n + kBlock - 1) / kBlock)};
+  parallel_for(near.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      near.blocks[b] = look_around(projected, centre, cells, static_cast<float>(reach), b * kBlock,
+                                   std::min(n, (b + 1) * kBlock));
+  });
+  return near;
+}
+
 std::vector<FitLists> list_neighbours(const Projected& projected,
                                       const std::vector<std::int32_t>& centre,
                                       const std::vector<std::int32_t>& around, double reach,
                                       std::size_t most_slots) {
   std::vector<FitLists> parts;
-  in_parts(list_blocks(projected, centre, around, reach), most_slots, [&](Blocks blocks) {
+  const NearLists near = list_near(projected, centre, around, reach);
+  in_parts(list_blocks(near, centre, around), most_slots, [&](Blocks blocks) {
     std::vector<cl_int> neighbour(slots_of(blocks));
     parts.push_back(joined(blocks, static_cast<cl_int>(around.size()), neighbour.data()));
     parts.back().neighbour = std::move(neighbour);
@@ -289,8 +305,8 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
 FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, double reach) {
-  FitNeighbours neighbours;
-  const std::vector<Block> blocks = list_blocks(projected, centre, around, reach);
+  FitNeighbours neighbours{{}, list_near(projected, centre, around, reach)};
+  const std::vector<Block> blocks = list_blocks(neighbours.near, centre, around);
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,

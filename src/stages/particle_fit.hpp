@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "device/device.hpp"
@@ -74,6 +75,28 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
                                       const std::vector<std::int32_t>& around, double reach,
                                       std::size_t most_slots);
 
+/// Who lies near each of some centres, in blocks of so many of them.
+struct NearLists {
+  static constexpr std::size_t kBlock = 256;
+  struct Block {
+    std::vector<std::size_t> start;  // [centres + 1] where those of each begin
+    std::vector<cl_int> near;        // places in the surface
+  };
+  std::vector<Block> blocks;
+
+  /// The places near centre k.
+  std::span<const cl_int> operator[](std::size_t k) const {
+    const Block& block = blocks[k / kBlock];
+    const std::size_t* const own = block.start.data() + k % kBlock;
+    return std::span(block.near).subspan(own[0], own[1] - own[0]);
+  }
+};
+
+/// All particles of `around` within `reach` of each of `centre` (itself among them), particle
+/// radii.
+NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
+                    const std::vector<std::int32_t>& around, double reach);
+
 /// Lists of neighbours on the device, and the fits of their lanes.
 struct FitNeighbours {
   struct Part {
@@ -81,6 +104,7 @@ struct FitNeighbours {
     Buffer<cl_int> particle, neighbour, first, length;
   };
   std::vector<Part> parts;
+  NearLists near;  // the same neighbours on the host
 };
 
 /// What fits need of places alone: the neighbours within `reach` (particle radii) of each of

@@ -25,7 +25,7 @@ struct Evidence {
 ///
 ///   seen        the particles to fit, ascending
 ///   around      the surface, `seen` among it
-///   neighbours  of `seen` within kTrialReach
+///   neighbours  of `seen` within kTrialReach, or farther: those count nothing
 Evidence measure_evidence(Device& device, const Projected& projected, const Visible& seen,
                           const SurfaceParticles& around, const FitNeighbours& neighbours,
                           const FitParams& params, const BlendParams& blend);

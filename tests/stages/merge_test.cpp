@@ -47,6 +47,12 @@ Placed placed(const Sheets& sheets) {
   return p;
 }
 
+MergedGroups merged(const View& view, const Placed& p, const MergeParams& params) {
+  return merge_particles(view, p.projected, p.rim, p.around,
+                         list_near(p.projected, p.rim.index, p.around.index, merge_reach(params)),
+                         params);
+}
+
 // A level face and one that falls off from its edge, at 90 degrees.
 Sheets two_faces(float share = 0.3f) {
   Random random(5);
@@ -70,7 +76,7 @@ bool stands_for(const Placed& p, const MergedGroups& groups, std::size_t k) {
 
 TEST(Merge, EveryParticleIsInAGroupOfItsOwnSheet) {
   const Placed p = placed(two_faces());
-  const MergedGroups groups = merge_particles(plain_view(), p.projected, p.rim, p.around, {});
+  const MergedGroups groups = merged(plain_view(), p, {});
   ASSERT_TRUE(std::is_sorted(groups.seed.index.begin(), groups.seed.index.end()));
   for (std::size_t k = 0; k < p.rim.index.size(); ++k)
     EXPECT_TRUE(stands_for(p, groups, k)) << "particle " << k;
@@ -83,13 +89,13 @@ TEST(Merge, CalmWaterHasFewGroupsAndSmallReachesManyMore) {
   const Placed p = placed(sheets);
   MergeParams params;
   params.reach = 5;
-  const MergedGroups calm = merge_particles(plain_view(), p.projected, p.rim, p.around, params);
+  const MergedGroups calm = merged(plain_view(), p, params);
   EXPECT_LT(calm.extent.size(), 900u / 4);
   EXPECT_GT(calm.extent.size(), 900u / 30);
   for (const double extent : calm.extent) EXPECT_FLOAT_EQ(static_cast<float>(extent), 5);
   // Nearer than any two particles: nothing merges.
   params.reach = params.least_reach = 1;
-  const MergedGroups alone = merge_particles(plain_view(), p.projected, p.rim, p.around, params);
+  const MergedGroups alone = merged(plain_view(), p, params);
   EXPECT_EQ(alone.seed.index, p.rim.index);
   EXPECT_EQ(alone.share, std::vector<double>(900, 1.0));
 }
@@ -100,7 +106,7 @@ TEST(Merge, FlatFacesAreCalmUpToTheirEdge) {
   MergeParams params;
   params.reach = 5;
   params.least_reach = 2.5;
-  const MergedGroups groups = merge_particles(plain_view(), p.projected, p.rim, p.around, params);
+  const MergedGroups groups = merged(plain_view(), p, params);
   ASSERT_FALSE(groups.extent.empty());
   for (const double extent : groups.extent) EXPECT_FLOAT_EQ(static_cast<float>(extent), 5);
 }
@@ -119,7 +125,7 @@ TEST(Merge, GroupsAreSmallWhereTheSurfaceBends) {
   MergeParams params;
   params.reach = 5;
   params.least_reach = 2.5;
-  const MergedGroups groups = merge_particles(plain_view(), p.projected, p.rim, p.around, params);
+  const MergedGroups groups = merged(plain_view(), p, params);
   ASSERT_FALSE(groups.extent.empty());
   for (const double extent : groups.extent) EXPECT_LT(extent, 2.6);
 }
@@ -128,7 +134,7 @@ TEST(Merge, AGroupIsSeenAsFarAsItsMembersAre) {
   Sheets sheets = two_faces(0);
   sheets.owned[205] = 0.5f;
   const Placed p = placed(sheets);
-  const MergedGroups groups = merge_particles(plain_view(), p.projected, p.rim, p.around, {});
+  const MergedGroups groups = merged(plain_view(), p, {});
   const Vec3d at = p.projected.eye(205);
   float most = 0;
   for (std::size_t g = 0; g < groups.extent.size(); ++g) {
@@ -145,7 +151,7 @@ TEST(Merge, AGroupIsSeenAsFarAsItsMembersAre) {
 TEST(Merge, GroupsDoNotDependOnTheCamera) {
   const Placed p = placed(two_faces());
   const View view = plain_view();
-  const MergedGroups expected = merge_particles(view, p.projected, p.rim, p.around, {});
+  const MergedGroups expected = merged(view, p, {});
   View turned = view;  // by a rotation about the eye's z axis, and shifted
   const double c = std::cos(0.7), s = std::sin(0.7);
   const auto rotate = [&](const Vec3d& v) {
@@ -171,7 +177,7 @@ TEST(Merge, GroupsDoNotDependOnTheCamera) {
     other.projected.z[i] = static_cast<float>(at.z);
     other.around.normal[i] = rotate(p.around.normal[i]);
   }
-  const MergedGroups groups = merge_particles(turned, other.projected, other.rim, other.around, {});
+  const MergedGroups groups = merged(turned, other, {});
   ASSERT_EQ(groups.seed.index, expected.seed.index);
   // Coordinates round at 1e-5; smoothsteps over .02 of a rank are the steepest.
   for (std::size_t g = 0; g < groups.share.size(); ++g) {
@@ -186,8 +192,7 @@ TEST(Merge, SmallMotionsChangeSharesLittle) {
   const auto shares = [&](double step) {
     Placed moved = p;
     for (float& x : moved.projected.x) x += static_cast<float>(step);
-    const MergedGroups groups =
-        merge_particles(plain_view(), moved.projected, moved.rim, moved.around, {});
+    const MergedGroups groups = merged(plain_view(), moved, {});
     std::vector<double> share(p.rim.index.size(), 0.0);
     for (std::size_t g = 0; g < groups.share.size(); ++g)
       share[static_cast<std::size_t>(groups.seed.index[g])] = groups.share[g];
@@ -210,7 +215,7 @@ TEST(Merge, SmallMotionsChangeSharesLittle) {
 }
 
 TEST(Merge, NothingMergesToNothing) {
-  const MergedGroups groups = merge_particles(plain_view(), place({}), {}, {}, {});
+  const MergedGroups groups = merge_particles(plain_view(), place({}), {}, {}, {}, {});
   EXPECT_TRUE(groups.seed.index.empty());
   EXPECT_TRUE(groups.share.empty());
 }

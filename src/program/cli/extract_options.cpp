@@ -64,7 +64,7 @@ void add_parameters(CLI::App& command, Parameters& parameters) {
     char value[32];
     std::snprintf(value, sizeof value, "%g", entry.get());
     const std::string unit = entry.unit.empty() ? "" : entry.unit + ", ";
-    const std::string description = entry.effect + " (" + unit + "default " + value + ")";
+    const std::string description = entry.description() + " (" + unit + "default " + value + ")";
     std::visit(
         [&](auto* number) {
           command.add_option("--" + entry.name, *number, description)

@@ -12,20 +12,13 @@
 namespace meniscus::cli {
 namespace {
 
-// "Method ssm" and "method paper: ..." say which methods a parameter is of.
-std::string methods_of(const ParameterEntry& entry) {
-  constexpr std::string_view kGroup = "Method ";
-  if (entry.group.starts_with(kGroup)) return entry.group.substr(kGroup.size());
-  if (!entry.effect.starts_with("method")) return "";
-  const std::size_t begin = entry.effect.find(' ') + 1;
-  return entry.effect.substr(begin, entry.effect.find(':') - begin);
-}
-
 // `methods` as in "fit, groups and stable".
 bool is_of(std::string methods, const std::string& method) {
   std::replace(methods.begin(), methods.end(), ',', ' ');
   return (" " + methods + " ").find(" " + method + " ") != std::string::npos;
 }
+
+bool is_one(const std::string& methods) { return methods.find(' ') == std::string::npos; }
 
 }  // namespace
 
@@ -51,9 +44,9 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
   Parameters parameters = options.parameters;
   const std::string method = to_string(parameters.method);
   for (const ParameterEntry& entry : parameter_list(parameters)) {
-    const std::string methods = methods_of(entry);
-    tell(entry.name, methods.empty() || is_of(methods, method),
-         "it is of method " + methods + ", and this is " + method);
+    tell(entry.name, entry.methods.empty() || is_of(entry.methods, method),
+         "it is of method" + std::string(is_one(entry.methods) ? " " : "s ") + entry.methods +
+             ", and this is " + method);
     tell(entry.name, mesh || !entry.group.starts_with("Mesh"), "no output is a mesh");
   }
   return warnings;

@@ -112,6 +112,11 @@ TEST_F(ProgramOutput, WarnsOfOptionsWithoutEffect) {
             "meniscus: warning: --half has no effect: no output is an .exr\n"
             "meniscus: warning: --cell has no effect: no output is a mesh\n"
             "meniscus: warning: --ssm-sigma has no effect: it is of method ssm, and this is fit\n");
+  EXPECT_EQ(run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-q", "--method", "spheres",
+                 "--support", "5"})
+                .err,
+            "meniscus: warning: --support has no effect: it is of methods fit, groups and stable, "
+            "and this is spheres\n");
   // Of a parameter of several methods each counts.
   for (const char* method : {"fit", "groups", "stable"})
     EXPECT_EQ(run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-q", "--method", method,
