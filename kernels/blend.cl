@@ -18,11 +18,7 @@
 #else
 #define BLOCK 128
 #endif
-// The sum of firm fits' weights at a sample, 3.5 within a flat face (the integral of (1 - D^2)^3 over
-// 4 square radii a fit): up to the first the blend is not trusted, from the second on it is.
-#define ALONE 0.002f
-#define COMPANY 0.015f
-// Up to the third each doubt of the fits' counts nine times, from the fourth on once: few firm fits
+// Up to the first each doubt of the fits' counts nine times, from the second on once: few firm fits
 // that follow their particles badly are mostly a bevel or reach out into the air.
 #define FEW 0.1f
 #define SOME 0.5f

@@ -8,6 +8,11 @@
 
 #define FIT 16
 
+// The sum of firm fits' weights at a sample, 3.5 within a flat face (the integral of (1 - D^2)^3 over
+// 4 square radii a fit): up to the first the blend is not trusted, from the second on it is.
+#define ALONE 0.002f
+#define COMPANY 0.015f
+
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
   floatv dx, dy;     // direction (dx, dy, -1)

@@ -134,6 +134,14 @@ RECORD(Capsules) {
   float apart;   // depth at which there are two layers, particle radii
 };
 
+// Points of the implicit function (implicit.cl).
+RECORD(Implicit) {
+  int count, stride;
+  float reach;                // of the fits' weights, at most, particle radii
+  float contour, level;       // as of FieldLimits
+  float same_low, same_high;  // as of Blending
+};
+
 // What a pass fits with (particle_fit.cl).
 RECORD(FitModel) {
   float sigma, tau, off_surface, ridge;  // at roundness 0

@@ -86,6 +86,21 @@ std::unique_ptr<Made> extract_frame(Session& session, const Frame& frame, const 
   return made;
 }
 
+std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, double cell,
+                                  const Parameters& parameters, const nb::object& progress) {
+  auto made = std::make_unique<Made>();
+  made->parameters = parameters;
+  const nb::gil_scoped_release released;
+  const auto watch = [&progress](const std::string& stage) {
+    const nb::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (!progress.is_none()) progress(stage);
+  };
+  made->surface = session.extract_closed(*frame.source, {cell}, parameters,
+                                         {kStreamMemory, watch});
+  return made;
+}
+
 nb::object error_class(const char* name) {
   return nb::module_::import_("meniscus._errors").attr(name);
 }
@@ -272,6 +287,8 @@ void bind_devices(nb::module_& module) {
   });
   module.def("extract", &extract_frame, "device"_a, "frame"_a, "camera"_a, "parameters"_a,
              "memory"_a, "timed"_a, "progress"_a.none());
+  module.def("extract_closed", &close_frame, "device"_a, "frame"_a, "cell"_a, "parameters"_a,
+             "progress"_a.none());
   module.attr("STREAM_MEMORY") = kStreamMemory;
 }
 

@@ -22,6 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LIST = ROOT / "cmake" / "unity_groups.txt"
 FOLDERS = ("src", "src/program", "src/verify", "benchmarks", "benchmarks/kernels", "tests")
 INCLUDED = ("src", "include", "benchmarks", "tests")
+REFERENCES = "src/verify/reference/"
 ALONE = {"src/stages/delaunay.cpp"}  # CGAL takes seven seconds and a gigabyte
 TARGETS_ALONE = {"meniscus_native_kernels", "meniscus_program", "every_call", "failing_call",
                  "limits", "faulty_kernel"}
@@ -144,6 +145,12 @@ def shared(one, other):
     for a, b in ((one, other), (other, one)):
         for header in headers_of(b) - headers_of(a):
             names = names | (own_names(a) & names_of_header(header))
+    # The loops that stages are compared with define what they like, each header by itself.
+    loops = [[header for header in headers_of(a) - headers_of(b) if header.startswith(REFERENCES)]
+             for a, b in ((one, other), (other, one))]
+    for header in loops[0]:
+        for rival in loops[1]:
+            names = names | (names_of_header(header) & names_of_header(rival))
     return names
 
 

@@ -1,4 +1,4 @@
-// The program's two commands, and what they share.
+// The program's three commands, and what they share.
 #pragma once
 
 #include <string>
@@ -36,14 +36,26 @@ struct RealOptions {
   std::string reference;                                  // mesh file; empty: splashsurf's
 };
 
+struct ClosedOptions {
+  std::vector<double> cells{1};  // particle radii
+  bool splashsurf = false;       // beside it
+  std::string meshes;            // folder for the meshes; empty: they are not kept
+};
+
+/// Measures closed meshes of the analytic scenes: a row for each scene and seed, then the means (of
+/// volumes those of the absolute values; counts are sums).
+void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
+                       const ClosedOptions& options);
+
 /// Measures the analytic scenes.
 void run_scenes(const CommonOptions& common, const ScenesOptions& options);
 
 /// Measures real frames and sequences.
 void run_real(const CommonOptions& common, const RealOptions& options);
 
-/// The names of what is measured unless others are asked for: the library's methods, and paper-best,
-/// method paper with the settings that a search on the tuning seeds found best (docs/rivals.md).
+/// The names of what is measured unless others are asked for: the library's methods, and
+/// paper-best, method paper with the settings that a search on the tuning seeds found best
+/// (docs/rivals.md).
 std::vector<std::string> method_names();
 
 /// The methods in their order. Throws InvalidArgument for an unknown name or setting.

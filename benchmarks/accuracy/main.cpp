@@ -88,6 +88,7 @@ int main(int argc, char** argv) {
   accuracy::CommonOptions common;
   accuracy::ScenesOptions scenes;
   accuracy::RealOptions real;
+  accuracy::ClosedOptions closed;
   common.methods = accuracy::method_names();
   CLI::App app{
       "Extracts analytic scenes and prints how far the maps are from the truth. Lengths are in s, "
@@ -105,9 +106,19 @@ int main(int argc, char** argv) {
       "real", "Extracts real frames and compares them with a reference; takes the options above");
   real_command.fallthrough();
   accuracy::add_real(real_command, real);
+  CLI::App& closed_command = *app.add_subcommand(
+      "closed", "Measures closed meshes of the scenes; takes --scene, --seeds and --noise, too");
+  closed_command.fallthrough();
+  closed_command.add_option("--cell", closed.cells, "Sides of cells, particle radii")
+      ->delimiter(',');
+  closed_command.add_flag("--beside-splashsurf", closed.splashsurf,
+                          "Measure what splashsurf makes of the same particles, too");
+  closed_command.add_option("--meshes", closed.meshes, "Write the meshes to this folder");
   try {
     app.parse(argc, argv);
-    if (real_command.parsed())
+    if (closed_command.parsed())
+      accuracy::run_closed_scenes(common, scenes, closed);
+    else if (real_command.parsed())
       accuracy::run_real(common, real);
     else
       accuracy::run_scenes(common, scenes);

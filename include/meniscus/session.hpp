@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/export.hpp"
 #include "meniscus/meniscus.hpp"
@@ -51,6 +52,12 @@ class Session {
   Surface extract(const BorrowedParticles& particles, const Camera& camera,
                   const Parameters& parameters = {}, const Settings& settings = {},
                   std::vector<StageTime>* timings = nullptr);
+
+  /// As extract_closed() of closed.hpp. settings.memory has no effect. Threads take turns. Throws
+  /// as extract_closed(), and Cancelled.
+  Surface extract_closed(const ParticleSource& particles, const ClosedParams& closed = {},
+                         const Parameters& parameters = {}, const Settings& settings = {},
+                         std::vector<StageTime>* timings = nullptr);
 
   /// Ends the extraction that is under way at its next stage; without one nothing happens. From any
   /// thread.

@@ -21,7 +21,7 @@ except ImportError as error:
     raise ImportError("meniscus needs the system's OpenCL loader, libOpenCL.so.1 (Debian: "
                       "apt-get install ocl-icd-libopencl1; Fedora: dnf install ocl-icd)") from None
 from ._camera import Camera
-from ._device import STREAM_MEMORY, Device, default_device, devices, extract
+from ._device import STREAM_MEMORY, Device, default_device, devices, extract, extract_closed
 from ._errors import (Cancelled, DeviceError, Error, InputError, InvalidArgument, MeniscusWarning,
                       Notice, OutOfDeviceMemory, OutputError)
 from ._particles import Particles, open_particles, read_particles
@@ -42,5 +42,5 @@ def named_parameters() -> list[dict[str, object]]:
 
 __all__ = ["STREAM_MEMORY", "Camera", "Cancelled", "Device", "DeviceError", "Error", "InputError",
            "InvalidArgument", "Mesh", "MeniscusWarning", "Notice", "OutOfDeviceMemory", "OutputError",
-           "Particles", "Surface", "default_device", "devices", "extract", "methods",
-           "named_parameters", "open_particles", "read_exr", "read_particles", "write"]
+           "Particles", "Surface", "default_device", "devices", "extract", "extract_closed",
+           "methods", "named_parameters", "open_particles", "read_exr", "read_particles", "write"]

@@ -14,7 +14,7 @@ from . import _core
 from ._camera import Camera
 from ._errors import InvalidArgument, MeniscusWarning
 from ._particles import Particles, frame_of
-from ._surface import Surface
+from ._surface import Mesh, Surface, mesh_of
 
 #: Device memory that the passes over particles that stream may take, bytes.
 STREAM_MEMORY: int = _core.STREAM_MEMORY
@@ -149,3 +149,34 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         warning.notice = notice
         _warnings.warn(warning, stacklevel=2)
     return surface
+
+
+def extract_closed(points: ArrayLike | Particles, *, cell: float = 1,
+                   velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
+                   attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
+                   motion: bool = True, strict: bool = False, device: Device | None = None,
+                   progress: Callable[[str], object] | None = None, **parameters: float) -> Mesh:
+    """Meshes all of the fluid, without a camera: closed, manifold, triangles counter-clockwise seen
+    from outside.
+
+    cell
+        Side of the cells that the mesh is made of, particle radii, .1 to 4. Half of it makes four
+        times as many triangles.
+
+    All else is as in extract(); the method is `fit`. All particles are held in memory. Raises
+    InvalidArgument also where cells are so small that the mesh would be too large.
+    """
+    bare = _core.Parameters()
+    bare.motion, bare.strict = motion, strict
+    bare.particle_radius = float(particle_radius)
+    for name, value in parameters.items():
+        bare.set(name.replace("_", "-"), float(value))
+    frame, keep = frame_of(points, velocities, radii, 0, attributes)
+    made = _core.extract_closed((device or default_device())._bare, frame, float(cell), bare,
+                                progress)
+    del keep
+    for notice in made.notices:
+        warning = MeniscusWarning(notice.text)
+        warning.notice = notice
+        _warnings.warn(warning, stacklevel=2)
+    return mesh_of(made)

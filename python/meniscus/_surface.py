@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,8 @@ from ._errors import InvalidArgument, Notice
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles with a normal at each vertex, in world space; open where the camera sees no further.
+    """Triangles with a normal at each vertex, in world space; of extract() open where the camera sees
+    no further, of extract_closed() closed.
 
     positions
         (vertices, 3) float32, world units.
@@ -38,6 +39,17 @@ class Mesh:
     velocities: NDArray[np.float32] | None
     triangles: NDArray[np.uint32]
     attributes: dict[str, NDArray[np.float32]]
+    _bare: Any = field(repr=False)
+
+    def write(self, path: str | PathLike[str]) -> None:
+        """Writes .ply, .vtp, .glb, .obj or .stl, by the ending. The file appears under its name when
+        it is complete. Raises OutputError, InvalidArgument."""
+        self._bare.write_mesh(fspath(path))
+
+
+def mesh_of(bare: _core.Surface) -> Mesh:
+    return Mesh(bare.mesh_positions, bare.mesh_normals, bare.mesh_velocities, bare.mesh_triangles,
+                bare.mesh_attributes, bare)
 
 
 class Surface:
@@ -118,9 +130,7 @@ class Surface:
     @property
     def mesh(self) -> Mesh:
         """The mesh of what the camera sees; without triangles where it was not asked for."""
-        bare = self._bare
-        return Mesh(bare.mesh_positions, bare.mesh_normals, bare.mesh_velocities,
-                    bare.mesh_triangles, bare.mesh_attributes)
+        return mesh_of(self._bare)
 
     def set_forward(self, next_camera: Camera | None = None, frames_per_second: float = 24) -> None:
         """Makes the map `forward`: where each pixel's point goes within 1 / frames_per_second seconds,

@@ -350,3 +350,24 @@ def test_a_second_device_gives_the_same(points, camera, device):
     with pytest.raises(meniscus.DeviceError, match="no such device"):
         meniscus.Device("no such device")
     assert any(entry["name"] == device.name for entry in meniscus.devices())
+
+
+def test_a_closed_mesh_has_two_triangles_at_every_edge(tmp_path):
+    points = ball_points()
+    spin = np.cross([0, 0, 2], points)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mesh = meniscus.extract_closed(points, cell=.8, velocities=spin, particle_radius=RADIUS)
+    corners = mesh.triangles.astype(np.int64)
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    forward = {tuple(edge) for edge in edges}
+    assert len(forward) == len(edges)
+    assert forward == {(b, a) for a, b in forward}
+    a, b, c = (mesh.positions[corners[:, k]].astype(float) for k in range(3))
+    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+    assert volume == pytest.approx(len(points) * (2 * RADIUS) ** 3, rel=.1)
+    assert mesh.velocities.shape == mesh.positions.shape
+    mesh.write(tmp_path / "ball.ply")
+    assert (tmp_path / "ball.ply").stat().st_size > 12 * len(mesh.positions)
+    with pytest.raises(meniscus.InvalidArgument, match="cell is 9, must be"):
+        meniscus.extract_closed(points, cell=9, particle_radius=RADIUS)

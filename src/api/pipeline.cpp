@@ -44,7 +44,15 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
   if (!moves && (particles.attributes.empty() || !(params.image || params.mesh))) return made;
   StageClock clock(device, timings);
   clock.start("motion");
-  const Projected projected = project_particles(device, view, particles, kMotionMargin);
+  carry_values(device, view, project_particles(device, view, particles, kMotionMargin), particles,
+               params, made);
+  clock.stop();
+  return made;
+}
+
+void carry_values(Device& device, const View& view, const Projected& projected,
+                  const WorldParticles& particles, const Parameters& params, Extraction& made) {
+  const bool moves = particles.moving && ((params.image && params.aovs.velocity) || params.mesh);
   std::vector<float> depth;
   if (params.image) depth = download(device, made.image.depth);
   std::vector<Vec3d> vertices;
@@ -67,8 +75,6 @@ Extraction run_pipeline(Device& device, const View& view, const WorldParticles& 
       add_attributes(triple, particles.attributes, motion_of_points(device, carriers, vertices),
                      made.mesh.attributes);
   }
-  clock.stop();
-  return made;
 }
 
 Counts count_particles(const WorldParticles& particles, const Projected& projected) {

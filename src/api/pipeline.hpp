@@ -23,4 +23,11 @@ struct Extraction {
 Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
                         const Parameters& params, std::vector<StageTime>* timings);
 
+/// Carries what particles have to what was made of them: velocities and attributes, to samples and
+/// vertices.
+///
+///   projected  the particles within kMotionMargin
+void carry_values(Device& device, const View& view, const Projected& projected,
+                  const WorldParticles& particles, const Parameters& params, Extraction& made);
+
 }  // namespace meniscus

@@ -68,6 +68,15 @@ Surface Session::extract(const BorrowedParticles& particles, const Camera& camer
   return extract(*source_of(particles), camera, parameters, settings, timings);
 }
 
+Surface Session::extract_closed(const ParticleSource& particles, const ClosedParams& closed,
+                                const Parameters& parameters, const Settings& settings,
+                                std::vector<StageTime>* timings) {
+  const std::lock_guard turn(state_->in_use);
+  state_->cancelled = false;
+  const Watch watch(state_->device, state_->cancelled, settings);
+  return meniscus::extract_closed(state_->device, particles, closed, parameters, timings);
+}
+
 void Session::cancel() { state_->cancelled = true; }
 
 const DeviceInfo& Session::device() const { return state_->device.info(); }

@@ -4,6 +4,17 @@
 
 namespace meniscus {
 
+std::vector<ProgramName> closed_programs(const Parameters& params, const Device::State& device) {
+  const std::string width = width_option(device.vector_width);
+  const std::string wide = width_option(device.wide_width());
+  std::vector<ProgramName> programs{{"density.cl", wide},   {"density.cl", width_option(1)},
+                                    {"roundness.cl", wide}, {"particle_fit.cl", wide},
+                                    {"sheet.cl", width},    {"implicit.cl", wide}};
+  if (device.is_in_place()) programs.push_back({"fill.cl", width_option(1)});
+  if (params.motion) programs.push_back({"motion.cl", width});
+  return programs;
+}
+
 std::vector<ProgramName> programs_of(const Parameters& params, const Device::State& device) {
   if (params.method != Method::fit) return {};
   const std::string width = width_option(device.vector_width);

@@ -14,4 +14,7 @@ namespace meniscus {
 /// particles with velocities `motion.cl`.
 std::vector<ProgramName> programs_of(const Parameters& params, const Device::State& device);
 
+/// The same of a closed mesh.
+std::vector<ProgramName> closed_programs(const Parameters& params, const Device::State& device);
+
 }  // namespace meniscus

@@ -81,7 +81,10 @@ double middle_radius(const BorrowedParticles& particles, const std::vector<std::
   return median_of(std::move(radii));
 }
 
-FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particles) {
+/// Puts particles in order. `view` makes the view of a radius and an origin.
+template <class MakeView>
+FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particles,
+                       const MakeView& view) {
   FilledFrame frame;
   filling.clock.start("order");
   std::vector<std::size_t> order = canonical_order(particles, filling.params, filling.notices);
@@ -103,7 +106,7 @@ FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particle
       sample.push_back({frame.particles.x[i], frame.particles.y[i], frame.particles.z[i]});
     origin = origin_of(made.low, made.high, sample);
   }
-  frame.view = make_view(filling.camera, frame.radius, origin);
+  frame.view = view(frame.radius, origin);
   filling.clock.stop();
   return frame;
 }
@@ -139,16 +142,30 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
   return frame;
 }
 
-}  // namespace
-
-FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {
-  if (source.size() >= kStreamed) return fill_streaming(filling, source);
-  if (const BorrowedParticles* const all = source.in_memory()) return fill_whole(filling, *all);
+template <class MakeView>
+FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
+                           const MakeView& view) {
+  if (const BorrowedParticles* const all = source.in_memory())
+    return fill_whole(filling, *all, view);
   survey_of(source);  // throws as for a larger frame
   const Particles all = read_all(source);
   if (!source.team().leads()) return {};
   check(all);
-  return fill_whole(filling, all);
+  return fill_whole(filling, all, view);
+}
+
+}  // namespace
+
+FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {
+  if (source.size() >= kStreamed) return fill_streaming(filling, source);
+  return fill_in_memory(filling, source, [&](double radius, const std::array<double, 3>& origin) {
+    return make_view(filling.camera, radius, origin);
+  });
+}
+
+FilledFrame fill_everything(const Filling& filling, const ParticleSource& source) {
+  require(source.size() < (std::int64_t{1} << 31), "particles: more than 2^31 - 1");
+  return fill_in_memory(filling, source, make_world_view);
 }
 
 }  // namespace meniscus

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -93,6 +94,27 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
     });
   }
   return kept;
+}
+
+Projected place_particles(const View& view, const WorldParticles& particles) {
+  const std::size_t n = particles.x.size();
+  Projected placed;
+  placed.index.resize(n);
+  std::iota(placed.index.begin(), placed.index.end(), std::uint32_t{0});
+  placed.scale = particles.scale;
+  placed.scale.resize(n, 1.0f);
+  const auto place = [&](const std::vector<float>& world, double origin, std::vector<float>& to) {
+    to.resize(n);
+    constexpr std::size_t kGrain = 16384;  // particles that are worth a thread
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        to[i] = static_cast<float>((world[i] - origin) / view.radius);
+    });
+  };
+  place(particles.x, view.origin.x, placed.x);
+  place(particles.y, view.origin.y, placed.y);
+  place(particles.z, view.origin.z, placed.z);
+  return placed;
 }
 
 }  // namespace meniscus

@@ -38,4 +38,7 @@ records::Projection projection_of(const View& view, double margin);
 Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
                             double margin);
 
+/// Without a camera: all particles in the eye space of make_world_view(), without pixels.
+Projected place_particles(const View& view, const WorldParticles& particles);
+
 }  // namespace meniscus

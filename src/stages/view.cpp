@@ -59,6 +59,14 @@ View make_view(const Camera& camera, double radius, const std::array<double, 3>&
   return view;
 }
 
+View make_world_view(double radius, const std::array<double, 3>& origin) {
+  View view;
+  view.radius = radius;
+  view.origin = {origin[0], origin[1], origin[2]};
+  view.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  return view;
+}
+
 Vec3d eye_from_world(const View& view, const Vec3d& world) {
   const auto& m = view.rotation;
   const Vec3d x = (world - view.origin) / view.radius;

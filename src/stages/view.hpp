@@ -29,6 +29,9 @@ struct View {
 /// Prepares a checked camera for particles around `origin` (world units) of `radius` world units.
 View make_view(const Camera& camera, double radius, const std::array<double, 3>& origin);
 
+/// Without a camera: eye space is the world's axes around `origin`. Nothing is projected.
+View make_world_view(double radius, const std::array<double, 3>& origin);
+
 struct PixelPosition {
   double u, v;  // pixels
   double w;     // clip w; > 0 in front of a perspective camera, constant for an orthographic one

@@ -15,6 +15,7 @@ const std::vector<StageCase>& stage_cases() {
       {"particle_fit", {4, 11}, particle_fit_case},
       {"roundness", {4, 11}, roundness_case},
       {"blend", {9, 37}, blend_case},
+      {"implicit", {1, 65, 600}, implicit_case},
       {"interpolate", {5, 67}, interpolate_case},
       {"choose_groups", {9, 61}, choose_groups_case},
       {"sheet", {1, 63, 400}, sheet_case},

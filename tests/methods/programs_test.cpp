@@ -8,6 +8,7 @@
 
 #include "device/device.hpp"
 #include "frame/input.hpp"
+#include "meniscus/closed.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
@@ -29,6 +30,18 @@ TEST(Programs, OfFitAreThoseThatAFrameBuilds) {
   for (const ProgramName& program : programs_of(parameters, device.state()))
     EXPECT_TRUE(listed.insert(program.file + " " + program.options).second) << program.file;
   extract(device, frame.particles, frame.camera, parameters);
+  EXPECT_EQ(built(device.state()), listed);
+}
+
+TEST(Programs, OfClosedMeshesAreThoseThatAMeshBuilds) {
+  Device device;
+  FrameInput frame = dam_frame();
+  frame.particles.vx = frame.particles.vy = frame.particles.vz =
+      std::vector<float>(frame.particles.size(), 1.0f);
+  std::set<std::string> listed;
+  for (const ProgramName& program : closed_programs({}, device.state()))
+    EXPECT_TRUE(listed.insert(program.file + " " + program.options).second) << program.file;
+  extract_closed(device, frame.particles);
   EXPECT_EQ(built(device.state()), listed);
 }
 

@@ -222,6 +222,9 @@ class Batch {
     std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
     const auto extract_on = [&](Device& device) {
       frame.record.device = device.info().name;
+      if (settings_.closed)
+        return extract_closed(device, *frame.particles, *settings_.closed, settings_.parameters,
+                              times);
       return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
                      settings_.memory);
     };
@@ -240,7 +243,17 @@ class Batch {
     }
     const std::lock_guard turn(gate_);
     const std::unique_lock alone(extracting_);
-    if (no_memory) try {
+    if (no_memory && settings_.closed) {
+      for (Worker& other : workers_) other.device.state().pool->drop_idle();
+      try {
+        Surface surface = extract_on(worker.device);
+        worker.failures = 0;
+        return surface;
+      } catch (const DeviceError& error) {
+        failure = words_of(error);
+      }
+    } else if (no_memory)
+      try {
         for (Worker& other : workers_) other.device.state().pool->drop_idle();
         Surface surface =
             extract_sparingly(worker.device, *frame.particles, frame.camera, settings_.parameters,
@@ -383,6 +396,10 @@ std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next
   add(settings.writing.half);
   add(static_cast<double>(settings.writing.preview));
   for (const std::string& name : settings.reading.attributes) text += name + '\n';
+  if (settings.closed) {
+    text += "closed ";
+    add(settings.closed->cell);
+  }
   text += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
   return hex_digits(content_hash(text));
 }

@@ -5,9 +5,11 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/batch/camera_track.hpp"
@@ -20,13 +22,14 @@ namespace meniscus {
 
 struct BatchSettings {
   Parameters parameters;
-  WriteOptions writing;             // its job is made for each frame
-  double particle_radius = 0;       // world units; 0: the files'
-  ReadOptions reading{};            // of the files, but for the radius
-  double frames_per_second = 24;    // of the sequence
-  std::vector<DeviceInfo> devices;  // at least one
-  int in_flight = 2;                // frames that are extracted at once on each device
-  int writers = 1;                  // frames that are written at once
+  std::optional<ClosedParams> closed;  // closed meshes are wanted, and no camera is looked at
+  WriteOptions writing;                // its job is made for each frame
+  double particle_radius = 0;          // world units; 0: the files'
+  ReadOptions reading{};               // of the files, but for the radius
+  double frames_per_second = 24;       // of the sequence
+  std::vector<DeviceInfo> devices;     // at least one
+  int in_flight = 2;                   // frames that are extracted at once on each device
+  int writers = 1;                     // frames that are written at once
   std::size_t memory = kStreamMemory;
   bool stage_times = false;  // into the records; the device waits for the host after each stage
   bool resume = false;       // skip frames whose outputs are whole and of the same job

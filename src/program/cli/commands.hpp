@@ -10,6 +10,9 @@ namespace meniscus::cli {
 /// end as a whole sets the exit code (sequence.hpp).
 void add_extract_command(CLI::App& program, int& exit_code);
 
+/// Adds `mesh`: particles in, all of their surface out, closed. As `extract` else.
+void add_mesh_command(CLI::App& program, int& exit_code);
+
 /// Adds `devices`: what OpenCL devices there are, and which one is the default and why.
 void add_devices_command(CLI::App& program);
 

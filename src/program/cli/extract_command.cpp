@@ -27,18 +27,6 @@
 namespace meniscus::cli {
 namespace {
 
-// In the order in which extract() chooses.
-std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
-                        double used) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", used);
-  const char* origin = options.particle_radius           ? "given"
-                       : particles.has_radius()          ? "the middle of the file's radii"
-                       : particles.particle_radius() > 0 ? "from the file"
-                                                         : "see the warning";
-  return std::string(text) + ", " + origin;
-}
-
 /// extract(), with the file's name before what it finds wrong with the particles.
 Surface extract_from(const ExtractOptions& options, Device& device, const ParticleSource& particles,
                      const Camera& camera, std::vector<StageTime>& stages) {

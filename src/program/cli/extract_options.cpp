@@ -75,6 +75,113 @@ void add_parameters(CLI::App& command, Parameters& parameters) {
   }
 }
 
+void add_input_option(CLI::App& command, ExtractOptions& o) {
+  command
+      .add_option("INPUT", o.input,
+                  "particles: .ply, .vtk (legacy), .vtp, .vtu, .npy, .npz, .h5, .bgeo (classic, "
+                  "also .gz, and .sc), .bi4, .ffp3, .lammpstrj, .dump, "
+#ifdef MENISCUS_OPENVDB
+                  ".vdb, "
+#endif
+                  ".xyz or .csv; a name "
+                  "with a place for the frame's number is a sequence: dam.####.ply, dam.%04d.ply, "
+                  "dam.$F4.ply or dam.{}.ply, and so are a folder and a .pvd; * stands for the "
+                  "parts of one frame: dam.rank*.ply")
+      ->required()
+      ->type_name("FILE");
+}
+
+/// --particle-radius and what else a file is read by.
+void add_source_options(CLI::App& command, ExtractOptions& o) {
+  add_positive_option(
+      command, "-r,--particle-radius", "world units",
+      [&o](double radius) { o.particle_radius = radius; },
+      "radius of the particles in world units, half their spacing (default: the file's, "
+      "else estimated from the spacing)")
+      ->type_name("R");
+  command
+      .add_option("--attribute", o.reading.attributes,
+                  "an array of the particles, by its name in the file, that is carried to the EXR "
+                  "and to the mesh, weighed as velocities are; give it several times for several")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+  command
+      .add_option("--dataset", o.reading.dataset,
+                  "where a file holds several: the group or dataset of an HDF5 file, the array of "
+                  "positions of an .npz")
+      ->type_name("NAME");
+  command
+      .add_option("--timestep", o.reading.timestep,
+                  "which timestep of a LAMMPS dump that holds several")
+      ->check(from_to(0.0, 9e18))
+      ->type_name("N");
+}
+
+void add_device_options(CLI::App& command, ExtractOptions& o) {
+  add_device_option(
+      command, o.device,
+      " (default: the fastest kind found, see meniscus devices); for sequences also all");
+  command.add_flag("--strict", o.parameters.strict,
+                   "NaN and infinite coordinates and velocities are an error instead of being "
+                   "dropped");
+}
+
+void add_no_motion_option(CLI::App& command, ExtractOptions& o) {
+  command.add_flag_callback(
+      "--no-motion", [&o] { o.parameters.motion = false; },
+      "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");
+}
+
+void add_talk_options(CLI::App& command, ExtractOptions& o) {
+  command.add_flag("--timings", o.timings,
+                   "print what reading, building kernels, each stage and writing took, counts and "
+                   "memory; of a sequence, add the stages to --log and --report");
+  CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
+  command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
+}
+
+void add_sequence_options(CLI::App& command, ExtractOptions& o) {
+  const std::string sequence = "Sequences";
+  command
+      .add_option("--frames", o.frames,
+                  "which frames: 1-240, 1-240x2, 1,5,10-20, 10-1x-3 (default: all there are)")
+      ->type_name("LIST")
+      ->check([](const std::string& text) {
+        return text.empty() ? "is empty, must name frames, e.g. 1-240" : std::string();
+      })
+      ->group(sequence);
+  add_choice<bool>(command, "--missing", o.skip_missing, {{"fail", false}, {"skip", true}},
+                   "what to do when frames of --frames are missing: fail (default) or skip")
+      ->group(sequence);
+  command
+      .add_option("--shard", o.shard,
+                  "do only part k of N of the frames (default: SLURM_ARRAY_TASK_ID of "
+                  "SLURM_ARRAY_TASK_COUNT where they are set; 1/1: all)")
+      ->type_name("k/N")
+      ->group(sequence);
+  command
+      .add_flag("--resume", o.resume,
+                "skip frames whose outputs are whole, made with the same parameters, and newer "
+                "than the input")
+      ->group(sequence);
+  command.add_flag("--fail-fast", o.fail_fast, "stop at the first frame that fails")
+      ->group(sequence);
+  command
+      .add_option("--in-flight", o.in_flight,
+                  "frames that are extracted at the same time on each device (default 2)")
+      ->check(from_to(1, 64))
+      ->type_name("N")
+      ->group(sequence);
+  command.add_option("--log", o.log, "a file of JSON lines, one a frame; --resume goes on with it")
+      ->type_name("FILE")
+      ->group(sequence);
+  command
+      .add_option("--report", o.report,
+                  "an HTML page about the frames, with pictures and plots (see meniscus report)")
+      ->type_name("FILE")
+      ->group(sequence);
+}
+
 }  // namespace
 
 ReadOptions reading_of(const ExtractOptions& options) {
@@ -125,19 +232,7 @@ const char* sequence_option(const ExtractOptions& options) {
 
 void add_extract_options(CLI::App& command, ExtractOptions& o) {
   command.set_help_all_flag("--help-all", "print this help with all options");
-  command
-      .add_option("INPUT", o.input,
-                  "particles: .ply, .vtk (legacy), .vtp, .vtu, .npy, .npz, .h5, .bgeo (classic, "
-                  "also .gz, and .sc), .bi4, .ffp3, .lammpstrj, .dump, "
-#ifdef MENISCUS_OPENVDB
-                  ".vdb, "
-#endif
-                  ".xyz or .csv; a name "
-                  "with a place for the frame's number is a sequence: dam.####.ply, dam.%04d.ply, "
-                  "dam.$F4.ply or dam.{}.ply, and so are a folder and a .pvd; * stands for the "
-                  "parts of one frame: dam.rank*.ply")
-      ->required()
-      ->type_name("FILE");
+  add_input_option(command, o);
   command
       .add_option("-o,--output", o.outputs,
                   "what to write, by its ending: .exr (maps), .ply, .vtp, .glb, .obj or .stl "
@@ -147,28 +242,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
-  add_positive_option(
-      command, "-r,--particle-radius", "world units",
-      [&o](double radius) { o.particle_radius = radius; },
-      "radius of the particles in world units, half their spacing (default: the file's, "
-      "else estimated from the spacing)")
-      ->type_name("R");
-  command
-      .add_option("--attribute", o.reading.attributes,
-                  "an array of the particles, by its name in the file, that is carried to the EXR "
-                  "and to the mesh, weighed as velocities are; give it several times for several")
-      ->allow_extra_args(false)
-      ->type_name("NAME");
-  command
-      .add_option("--dataset", o.reading.dataset,
-                  "where a file holds several: the group or dataset of an HDF5 file, the array of "
-                  "positions of an .npz")
-      ->type_name("NAME");
-  command
-      .add_option("--timestep", o.reading.timestep,
-                  "which timestep of a LAMMPS dump that holds several")
-      ->check(from_to(0.0, 9e18))
-      ->type_name("N");
+  add_source_options(command, o);
   Choices<Method> choices;
   std::string explained;
   for (const MethodEntry& entry : method_list()) {
@@ -177,12 +251,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                  (entry.method == o.parameters.method ? " (default)" : "");
   }
   add_choice<Method>(command, "--method", o.parameters.method, choices, explained);
-  add_device_option(
-      command, o.device,
-      " (default: the fastest kind found, see meniscus devices); for sequences also all");
-  command.add_flag("--strict", o.parameters.strict,
-                   "NaN and infinite coordinates and velocities are an error instead of being "
-                   "dropped");
+  add_device_options(command, o);
   add_positive_option(
       command, "--fps", "frames per second", [&o](double rate) { o.frames_per_second = rate; },
       "frames per second of the simulation's files, for motion on the screen (default 24)")
@@ -196,56 +265,11 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
           "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
           "forward comes with (default: all); what a PNG shows is made, too")
       ->type_name("LIST");
-  command.add_flag_callback(
-      "--no-motion", [&o] { o.parameters.motion = false; },
-      "leave the particles' velocities alone: no V, no forward, no vx vy vz in the outputs");
+  add_no_motion_option(command, o);
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
-  command.add_flag("--timings", o.timings,
-                   "print what reading, building kernels, each stage and writing took, counts and "
-                   "memory; of a sequence, add the stages to --log and --report");
-  CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
-  command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
-
-  const std::string sequence = "Sequences";
-  command
-      .add_option("--frames", o.frames,
-                  "which frames: 1-240, 1-240x2, 1,5,10-20, 10-1x-3 (default: all there are)")
-      ->type_name("LIST")
-      ->check([](const std::string& text) {
-        return text.empty() ? "is empty, must name frames, e.g. 1-240" : std::string();
-      })
-      ->group(sequence);
-  add_choice<bool>(command, "--missing", o.skip_missing, {{"fail", false}, {"skip", true}},
-                   "what to do when frames of --frames are missing: fail (default) or skip")
-      ->group(sequence);
-  command
-      .add_option("--shard", o.shard,
-                  "do only part k of N of the frames (default: SLURM_ARRAY_TASK_ID of "
-                  "SLURM_ARRAY_TASK_COUNT where they are set; 1/1: all)")
-      ->type_name("k/N")
-      ->group(sequence);
-  command
-      .add_flag("--resume", o.resume,
-                "skip frames whose outputs are whole, made with the same parameters, and newer "
-                "than the input")
-      ->group(sequence);
-  command.add_flag("--fail-fast", o.fail_fast, "stop at the first frame that fails")
-      ->group(sequence);
-  command
-      .add_option("--in-flight", o.in_flight,
-                  "frames that are extracted at the same time on each device (default 2)")
-      ->check(from_to(1, 64))
-      ->type_name("N")
-      ->group(sequence);
-  command.add_option("--log", o.log, "a file of JSON lines, one a frame; --resume goes on with it")
-      ->type_name("FILE")
-      ->group(sequence);
-  command
-      .add_option("--report", o.report,
-                  "an HTML page about the frames, with pictures and plots (see meniscus report)")
-      ->type_name("FILE")
-      ->group(sequence);
+  add_talk_options(command, o);
+  add_sequence_options(command, o);
 
   const std::string camera = "Camera (default: one that frames the particles)";
   const auto triple = [&command, &camera](const std::string& name, auto set,
@@ -303,6 +327,43 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                        {"groups", Preview::groups}},
                       "what the PNG shows: lit (default), normal, depth or groups");
   add_parameters(command, o.parameters);
+}
+
+void add_mesh_options(CLI::App& command, ExtractOptions& o) {
+  ClosedParams& closed = o.closed.emplace();
+  add_input_option(command, o);
+  command
+      .add_option("-o,--output", o.outputs,
+                  "what to write, by its ending: .ply, .vtp, .glb, .obj or .stl; give it several "
+                  "times for several files; of a sequence with a place for the number, e.g. "
+                  "-o out.####.ply")
+      ->required()
+      ->allow_extra_args(false)
+      ->type_name("FILE");
+  command
+      .add_option(
+          "--cell", closed.cell,
+          printed("side of the cells that the mesh is made of, particle radii (default %g): "
+                  "half of it makes four times as many triangles",
+                  closed.cell))
+      ->type_name("NUMBER");
+  add_source_options(command, o);
+  add_device_options(command, o);
+  add_no_motion_option(command, o);
+  add_threads_option(command, o.threads);
+  add_talk_options(command, o);
+  add_sequence_options(command, o);
+}
+
+std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
+                        double used) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", used);
+  const char* origin = options.particle_radius           ? "given"
+                       : particles.has_radius()          ? "the middle of the file's radii"
+                       : particles.particle_radius() > 0 ? "from the file"
+                                                         : "see the warning";
+  return std::string(text) + ", " + origin;
 }
 
 }  // namespace meniscus::cli

@@ -1,4 +1,4 @@
-// What `extract` is asked to do.
+// What `extract` and `mesh` are asked to do.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/closed.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/batch/outputs.hpp"
 
@@ -27,6 +28,7 @@ struct ExtractOptions {
   ReadOptions reading;                    // of the input, but for the radius
   double frames_per_second = 24;
   Parameters parameters;
+  std::optional<ClosedParams> closed;  // of `mesh`; else a camera's surface is wanted
   std::string device;
   WriteOptions writing;
   int threads = 0;  // 0: all
@@ -65,5 +67,12 @@ const char* sequence_option(const ExtractOptions& options);
 
 /// Adds all options of `extract`; they are parsed into `options`.
 void add_extract_options(CLI::App& command, ExtractOptions& options);
+
+/// Adds all options of `mesh`; they are parsed into `options`, whose `closed` is set.
+void add_mesh_options(CLI::App& command, ExtractOptions& options);
+
+/// The radius that was used and where it is from, in the order in which extract() chooses.
+std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
+                        double used);
 
 }  // namespace meniscus::cli

@@ -64,6 +64,7 @@ int run(int argc, char** argv) {
   program.require_subcommand(1);
   int exit_code = kDone;
   meniscus::cli::add_extract_command(program, exit_code);
+  meniscus::cli::add_mesh_command(program, exit_code);
   meniscus::cli::add_devices_command(program);
   meniscus::cli::add_generate_command(program);
   meniscus::cli::add_report_command(program);
@@ -108,11 +109,12 @@ int run(int argc, char** argv) {
       return fail(kBadUsage, what + see);
     // A shell puts all frames in the place of a * without quotes.
     if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
-        chosen.front()->get_name() == "extract")
+        (chosen.front()->get_name() == "extract" || chosen.front()->get_name() == "mesh"))
       return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
                                  " more, e.g. " + unknown.front() +
                                  " (of a sequence give one name in quotes, e.g. "
-                                 "'dam.####.ply', see meniscus extract --help)");
+                                 "'dam.####.ply', see " +
+                                 command + " --help)");
     return fail(kBadUsage, error.what() + see);
   }
 }

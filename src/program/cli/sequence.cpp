@@ -139,7 +139,9 @@ void warn_of_cameras(const Plan& plan, const CameraTrack& cameras, const Extract
 // where no file states one. One frame settles it for all shards.
 std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& options,
                                             std::unique_ptr<CameraTrack> cameras, const Talk& say) {
-  if (cameras) {
+  if (options.closed) {
+    if (options.particle_radius) return cameras;
+  } else if (cameras) {
     say("camera", options.camera_file + (cameras->moves() ? ", one for each frame" : ""));
     if (options.particle_radius) return cameras;
   }
@@ -182,6 +184,7 @@ BatchSettings settings_of(const ExtractOptions& options, const Shard& shard, con
   settings.devices = chosen_devices(options.device, &why);
   for (const DeviceInfo& device : settings.devices) say("device", device.name + ": " + why);
   settings.parameters = options.parameters;
+  settings.closed = options.closed;
   settings.writing = options.writing;
   settings.particle_radius = options.particle_radius.value_or(0);
   settings.reading = options.reading;
@@ -294,7 +297,9 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   const auto [whole, shard_origin] = choose_shard(options);
   const Shard shard = part_of(whole, team.rank(), team.size());
   std::unique_ptr<CameraTrack> cameras;
-  if (!options.camera_file.empty())
+  if (options.closed)
+    cameras = std::make_unique<CameraTrack>(Camera{});  // none
+  else if (!options.camera_file.empty())
     cameras = std::make_unique<CameraTrack>(options.camera_file);
   else
     check_aim(options);
@@ -312,12 +317,12 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
                      (team.size() > 1 ? "one of the processes" : shard_origin));
   if (plan.jobs.empty()) return 0;
   const bool framed = !cameras && !options.eye;
-  if (cameras && team.leads()) warn_of_cameras(plan, *cameras, options);
+  if (cameras && !options.closed && team.leads()) warn_of_cameras(plan, *cameras, options);
   BatchSettings settings = settings_of(options, shard, say);
   cameras = settle_for_all(plan, options, std::move(cameras), say);
   settings.parameters = options.parameters;  // now with a radius
   fit_into_memory(settings, plan, *cameras);
-  say("method", to_string(options.parameters.method));
+  if (!options.closed) say("method", to_string(options.parameters.method));
   if (options.verbose && team.leads()) print_lines(stderr, describe(options.parameters));
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
 
@@ -342,7 +347,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
     const BuildAhead ahead(first, programs);
     const auto over = [&](FrameRecord record) {
       working.built();  // the line is the batch's from now on
-      if (leaves_image(record))
+      if (!options.closed && leaves_image(record))
         record.warnings.push_back(
             std::string("more than a twentieth of the particles is outside the image") +
             (framed ? ", whose camera was framed around the first, middle and last frame (give "

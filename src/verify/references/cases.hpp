@@ -18,6 +18,7 @@ ReferenceErrors roundness_case(Device& device, int size);
 ReferenceErrors blend_case(Device& device, int size);
 ReferenceErrors stable_case(Device& device, int size);
 ReferenceErrors choose_groups_case(Device& device, int size);
+ReferenceErrors implicit_case(Device& device, int size);
 ReferenceErrors interpolate_case(Device& device, int size);
 ReferenceErrors behind_case(Device& device, int size);
 ReferenceErrors region_case(Device& device, int size);

@@ -81,7 +81,8 @@ TEST_F(ProgramUsage, HelpFitsATerminal) {
                                                 {"bench", "frame", "--help"},
                                                 {"verify", "--help"},
                                                 {"tune", "--help"},
-                                                {"generate", "--help"}}) {
+                                                {"generate", "--help"},
+                                                {"mesh", "--help"}}) {
     std::istringstream lines(run(words).out);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100u) << line;
   }

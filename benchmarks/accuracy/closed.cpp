@@ -1,0 +1,179 @@
+#include "accuracy/closed.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "accuracy/parallel.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+constexpr double kCrease = 0.3;         // s, so far around it counts as one
+constexpr double kCreaseCosine = 0.77;  // 40 degrees between normals so far apart
+
+double square(double x) { return x * x; }
+
+/// Whether the truth has a crease near a point: its normals around differ.
+bool near_crease(const Scene& scene, const Vec3d& at) {
+  const Vec3d own = outward(scene.distance, at);
+  const Vec3d side = std::abs(own.x) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+  const Vec3d u = normalized(cross(own, side)), v = cross(own, u);
+  for (int k = 0; k < 8; ++k) {
+    const double angle = k * 0.78539816339744831;
+    const Vec3d there = at + (u * std::cos(angle) + v * std::sin(angle)) * kCrease;
+    if (dot(outward(scene.distance, there), own) < kCreaseCosine) return true;
+  }
+  return false;
+}
+
+struct Weighed {
+  double value, weight;
+};
+
+double percentile_of(std::vector<Weighed> values, double share) {
+  std::sort(values.begin(), values.end(),
+            [](const Weighed& a, const Weighed& b) { return a.value < b.value; });
+  double all = 0, sum = 0;
+  for (const Weighed& v : values) all += v.weight;
+  for (const Weighed& v : values)
+    if ((sum += v.weight) >= share * all) return v.value;
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Sets that are joined.
+struct Joined {
+  std::vector<std::uint32_t> parent;
+  explicit Joined(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0u); }
+  std::uint32_t of(std::uint32_t k) {
+    while (parent[k] != k) k = parent[k] = parent[parent[k]];
+    return k;
+  }
+  void join(std::uint32_t a, std::uint32_t b) { parent[of(a)] = of(b); }
+};
+
+}  // namespace
+
+ClosedFigures check_topology(const Mesh& mesh) {
+  ClosedFigures figures;
+  figures.triangles = static_cast<std::int64_t>(mesh.triangle.size());
+  // Half edges from the lower to the higher vertex, and back.
+  std::vector<std::array<std::uint32_t, 3>> half;  // low, high, 0 forward or 1 back
+  for (const auto& t : mesh.triangle)
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      half.push_back(a < b ? std::array{a, b, 0u} : std::array{b, a, 1u});
+    }
+  std::sort(half.begin(), half.end());
+  for (std::size_t k = 0; k < half.size();) {
+    std::size_t end = k, back = 0;
+    for (; end < half.size() && half[end][0] == half[k][0] && half[end][1] == half[k][1]; ++end)
+      back += half[end][2];
+    if (end - k == 1)
+      ++figures.open_edges;
+    else if (end - k != 2 || back != 1)
+      ++figures.bad_edges;
+    k = end;
+  }
+  // Around a vertex each triangle goes from one neighbour to another: one ring, or there are more
+  // fans than one.
+  std::vector<std::array<std::uint32_t, 3>> spoke;  // vertex, from, to
+  for (const auto& t : mesh.triangle)
+    for (int k = 0; k < 3; ++k) spoke.push_back({t[k], t[(k + 1) % 3], t[(k + 2) % 3]});
+  std::sort(spoke.begin(), spoke.end());
+  for (std::size_t k = 0; k < spoke.size();) {
+    std::size_t end = k;
+    while (end < spoke.size() && spoke[end][0] == spoke[k][0]) ++end;
+    std::size_t steps = 0, at = k;
+    do {
+      const std::uint32_t next = spoke[at][2];
+      const auto found = std::find_if(spoke.begin() + static_cast<std::ptrdiff_t>(k),
+                                      spoke.begin() + static_cast<std::ptrdiff_t>(end),
+                                      [&](const auto& s) { return s[1] == next; });
+      at = static_cast<std::size_t>(found - spoke.begin());
+      ++steps;
+    } while (at < end && at != k && steps <= end - k);
+    figures.bad_vertices += at != k || steps != end - k;
+    k = end;
+  }
+  Joined joined(mesh.position.size());
+  for (const auto& t : mesh.triangle) {
+    joined.join(t[0], t[1]);
+    joined.join(t[0], t[2]);
+  }
+  std::vector<double> volume(mesh.position.size(), 0.0);
+  for (const auto& t : mesh.triangle)
+    volume[joined.of(t[0])] += dot(Vec3d(mesh.position[t[0]]),
+                                   cross(Vec3d(mesh.position[t[1]]), Vec3d(mesh.position[t[2]])));
+  std::vector<char> used(mesh.position.size(), 0);
+  for (const auto& t : mesh.triangle) used[joined.of(t[0])] = 1;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    figures.pieces += used[k];
+    figures.bubbles += used[k] && volume[k] < 0;
+    figures.volume += volume[k] / 6;
+  }
+  return figures;
+}
+
+ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh& mesh) {
+  ClosedFigures figures = check_topology(mesh);
+  figures.volume = figures.volume / true_volume - 1;
+
+  // Four places a triangle, each for a quarter of its area.
+  struct Sample {
+    double distance, area;
+    bool crease;
+  };
+  const std::size_t n = mesh.triangle.size();
+  std::vector<Sample> samples(4 * n);
+  std::vector<double> area(mesh.position.size(), 0.0);
+  constexpr std::size_t kBlock = 256;
+  for_each_index(static_cast<int>((n + kBlock - 1) / kBlock), [&](int block) {
+    const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
+    for (std::size_t t = begin; t < std::min(n, begin + kBlock); ++t) {
+      const auto& v = mesh.triangle[t];
+      const Vec3d a(mesh.position[v[0]]), b(mesh.position[v[1]]), c(mesh.position[v[2]]);
+      const double whole = 0.5 * length(cross(b - a, c - a));
+      const std::array places{(a + b + c) / 3.0, (a * 4 + b + c) / 6.0, (a + b * 4 + c) / 6.0,
+                              (a + b + c * 4) / 6.0};
+      for (std::size_t k = 0; k < 4; ++k)
+        samples[4 * t + k] = {std::abs(scene.distance(places[k])), whole / 4,
+                              !scene.smooth && near_crease(scene, places[k])};
+    }
+  });
+  double sum = 0, weight = 0, creases = 0, crease_weight = 0;
+  std::vector<Weighed> distances;
+  for (const Sample& s : samples) {
+    (s.crease ? creases : sum) += s.area * square(s.distance);
+    (s.crease ? crease_weight : weight) += s.area;
+    if (!s.crease) distances.push_back({s.distance, s.area});
+  }
+  figures.distance_rms = std::sqrt(sum / weight);
+  figures.distance_999 = percentile_of(std::move(distances), 0.999);
+  figures.crease_rms = crease_weight > 0 ? std::sqrt(creases / crease_weight)
+                                         : std::numeric_limits<double>::quiet_NaN();
+
+  for (std::size_t t = 0; t < n; ++t)
+    for (const std::uint32_t v : mesh.triangle[t])
+      for (std::size_t k = 0; k < 4; ++k) area[v] += samples[4 * t + k].area / 3;
+  std::vector<Weighed> angles(mesh.position.size());
+  for_each_index(static_cast<int>((angles.size() + kBlock - 1) / kBlock), [&](int block) {
+    const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
+    for (std::size_t v = begin; v < std::min(angles.size(), begin + kBlock); ++v) {
+      const Vec3d at(mesh.position[v]);
+      const double cosine = std::clamp(
+          dot(normalized(Vec3d(mesh.normal[v])), outward(scene.distance, at)), -1.0, 1.0);
+      const bool crease = !scene.smooth && near_crease(scene, at);
+      angles[v] = {std::acos(cosine) * 57.295779513082323, crease ? 0.0 : area[v]};
+    }
+  });
+  figures.normal_median = percentile_of(angles, 0.5);
+  figures.normal_95 = percentile_of(std::move(angles), 0.95);
+  return figures;
+}
+
+}  // namespace meniscus::accuracy

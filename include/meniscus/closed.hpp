@@ -1,0 +1,49 @@
+// All of the fluid's surface as one closed mesh, without a camera.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "meniscus/borrowed.hpp"
+#include "meniscus/export.hpp"
+#include "meniscus/meniscus.hpp"
+#include "meniscus/parameters.hpp"
+#include "meniscus/source.hpp"
+#include "meniscus/types.hpp"
+
+namespace meniscus MENISCUS_API {
+
+/// What a closed mesh is told beside Parameters.
+struct ClosedParams {
+  double cell = 1;  // side of the cells that are contoured, particle radii, .1 to 4
+};
+
+/// Meshes all of the fluid: method fit's implicit function with a quadric around every particle of
+/// the surface, contoured by dual contouring, so that creases stay sharp.
+///
+///   particles   any order; the result does not depend on it. All are held in memory
+///   parameters  of method fit; what concerns cameras and maps has no effect
+///   timings     when given, receives an entry each time a stage runs, in order
+///
+/// Returns a surface without camera and maps. Its mesh is closed (every edge has two triangles),
+/// manifold, and counter-clockwise seen from outside; normals point outward; velocities and
+/// attributes are there where the particles carry them. Empty, with a warning, where there are no
+/// particles. The same particles give the same mesh on every device, with any number of threads.
+///
+/// Throws InvalidArgument for bad parameters or arrays, for a method other than fit, and where
+/// cells are so small that the mesh would be too large; InputError for values that are not finite
+/// where parameters.strict is set; DeviceError when the device fails.
+Surface extract_closed(Device& device, const Particles& particles, const ClosedParams& closed = {},
+                       const Parameters& parameters = {},
+                       std::vector<StageTime>* timings = nullptr);
+Surface extract_closed(Device& device, const BorrowedParticles& particles,
+                       const ClosedParams& closed = {}, const Parameters& parameters = {},
+                       std::vector<StageTime>* timings = nullptr);
+Surface extract_closed(Device& device, const ParticleSource& source,
+                       const ClosedParams& closed = {}, const Parameters& parameters = {},
+                       std::vector<StageTime>* timings = nullptr);
+
+/// Throws InvalidArgument where a cell is out of its range.
+void check(const ClosedParams& closed);
+
+}  // namespace MENISCUS_API

@@ -1,0 +1,443 @@
+// implicit.cl: the fluid's implicit function F at points in space, < 0 inside, about the distance
+// from the surface in particle radii near it, and its gradient (paper 2.4.2, without a camera).
+//
+// As blend.cl and settle.cl do along rays: fits average within a sheet, sheets meet in a crease, and
+// where fits are not trusted the levelled density field speaks. Where blend.cl has two sheets there
+// are three here: at a corner of a box no camera chooses two of its faces (docs/mesh.md).
+//
+// Fits lie in cells by their feet, records in the order of the cells.
+//
+// uses: field.cl hits.cl
+
+// Fits that are listed before they are asked; where more are near, each pass looks for them again.
+#define LISTED 256
+// Between these densities fits give way to the field, which knows that the fluid is all around: a
+// concave corner has 7/8.
+#define FILLING 0.9f
+#define FILLED 0.97f
+#define FARTHEST 4.0f  // particle radii, either way: what a fit says of farther points means nothing
+// Between these levels per particle radius the levelled field is taken for a distance. A face has
+// .56, a lone particle .7.
+#define FLATTEST 0.35f
+#define STEEPEST 1.3f
+// From the first share of the weights on another sheet is a sheet, from the second in full. (Rays,
+// which see one side, take .003 to .02 in blend.cl.)
+#define SOME 0.03f
+#define ENOUGH 0.1f
+// Sheets whose centres lie within this of each other's planes are between convex and concave.
+#define HINGE 0.25f
+// Blend and field are compared as in settle.cl.
+#define NEAR_FIELD 0.5f
+#define OFF_FIELD 1.0f
+#define TURNED_OFF 0.6f
+#define TURNED_ALIKE 0.92f
+
+// A function's value and gradient.
+typedef struct {
+  floatv f, x, y, z;
+} Level;
+
+// What both density fields say: C, and the levelled one with a quarter of its gradient.
+typedef struct {
+  floatv c, l, gx, gy, gz;
+} Fields;
+
+// Goes through what cells hold within `reach` of a box, in the order of cells: z, then y, then x.
+typedef struct {
+  Box box;
+  float reach;
+  int i0, wide, j0, j1, k0, k1;  // cells
+  int j, k, tag, p;              // the row that is next; of the one under way
+  Row row;
+  int whole;  // how many there are, once all have been listed at a time; else -1
+} Search;
+
+inline void rewind(Search* s) {
+  s->j = s->j0;
+  s->k = s->k0;
+  s->p = s->row.end = s->row.left = 0;
+}
+
+inline Search search_of(const Cells cells, const Box box, const float reach) {
+  const float c = cells.inverse_cell;
+  Search s;
+  s.box = box;
+  s.reach = reach;
+  s.i0 = cell_of(box.x0 - reach, c);
+  s.wide = cell_of(box.x1 + reach, c) - s.i0 + 1;
+  s.j0 = cell_of(box.y0 - reach, c);
+  s.j1 = cell_of(box.y1 + reach, c);
+  s.k0 = cell_of(box.z0 - reach, c);
+  s.k1 = cell_of(box.z1 + reach, c);
+  s.whole = -1;
+  rewind(&s);
+  return s;
+}
+
+// Lists the next ones; 0: there are no more. A list that held all is used again.
+inline int list_more(Search* s, const Cells cells, int* item) {
+  if (s->whole >= 0) {
+    const int count = s->k > s->k1 ? 0 : s->whole;
+    s->k = s->k1 + 1;
+    return count;
+  }
+  const int first = s->k == s->k0 && s->j == s->j0 && s->row.left == 0 && s->p >= s->row.end;
+  int count = 0;
+  for (;;) {
+    for (; s->p < s->row.end; s->p += WIDTH) {
+      if (count >= LISTED) return count;
+      count = append(near_box(s->box, cells, s->p, s->reach) &
+                         SAME_ROW(LOADI((global const int*)cells.tag + s->p), s->tag) &
+                         (LANES < (float)(s->row.end - s->p)),
+                     s->p, item, count);
+    }
+    if (next_range(&s->row, cells.start, cells.mask)) {
+      s->p = s->row.begin;
+      continue;
+    }
+    if (s->k > s->k1) break;
+    s->tag = (int)tag_of(s->i0, s->j, s->k);
+    s->row = row_of(s->i0, s->j, s->k, s->wide, cells.mask);
+    if (++s->j > s->j1) {
+      s->j = s->j0;
+      ++s->k;
+    }
+  }
+  if (first) s->whole = count;
+  return count;
+}
+
+// Adds the listed particles.
+inline void add_fields(const Cells cells, global const float* weight, const int* item,
+                       const int count, const floatv x, const floatv y, const floatv z,
+                       Fields* result) {
+  Fields sum = *result;
+  for (int k = 0; k < count; ++k) {
+    const int p = item[k];
+    const float w = weight[p];
+    const floatv dx = x - cells.x[p], dy = y - cells.y[p], dz = z - cells.z[p];
+    const floatv v = larger(
+        fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(SUPPORT * SUPPORT)))), (floatv)(0.0f));
+    const floatv vv = v * v;
+    const floatv share =
+        fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0));
+    const floatv c = share * (vv * v);
+    sum.c += c;
+    sum.l = fma((floatv)(w), c, sum.l);
+    const floatv cubic = fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2));
+    const floatv g = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0)) * (vv * w);
+    sum.gx = fma(g, dx, sum.gx);
+    sum.gy = fma(g, dy, sum.gy);
+    sum.gz = fma(g, dz, sum.gz);
+  }
+  *result = sum;
+}
+
+// What a fit says of points: how far outside they are, its unit gradient, and its weight there, 0
+// beyond its reach.
+typedef struct {
+  floatv weight, steep, f, gx, gy, gz, x, y, z;  // x, y, z: from its foot
+} Said;
+
+inline Said ask_fit(global const float* g, const float fx, const float fy, const float fz,
+                    const floatv x, const floatv y, const floatv z) {
+  Said n;
+  n.x = x - fx;
+  n.y = y - fy;
+  n.z = z - fz;
+  const floatv near = larger(1.0f - square_of(n.x, n.y, n.z) * g[10], (floatv)(0.0f));
+  n.steep = near * near * g[11];
+  n.weight = n.steep * near;
+  floatv gx, gy, gz;
+  gradient_at(g, n.x, n.y, n.z, &gx, &gy, &gz);
+  const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
+  const floatv f = clamp(value_at(g, n.x, n.y, n.z, gx, gy, gz) * slope, -FARTHEST, FARTHEST);
+  // Where a quadric has turned round it comes back to the surface from within: this is inside.
+  const intv turned = dot_of(gx, gy, gz, (floatv)(g[1]), (floatv)(g[2]), (floatv)(g[3])) < 0.0f;
+  n.f = SELECT(f, -fabs(f), turned);
+  n.gx = SELECT(gx, -gx, turned) * slope;
+  n.gy = SELECT(gy, -gy, turned) * slope;
+  n.gz = SELECT(gz, -gz, turned) * slope;
+  return n;
+}
+
+// Sums over the fits of a sheet, see Sheet in blend.cl.
+typedef struct {
+  floatv w, f, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
+} Sums;
+
+inline void clear_sums(Sums* s) {
+  const floatv none = (floatv)(0.0f);
+  s->w = s->f = s->cx = s->cy = s->cz = s->nx = s->ny = s->nz = none;
+  s->vx = s->vy = s->vz = s->ux = s->uy = s->uz = none;
+}
+
+inline void add_near(Sums* s, const Said* n, const float pull, const float fx, const float fy,
+                     const float fz, const floatv share) {
+  const floatv w = share * n->weight, u = share * (pull * n->steep), v = u * n->f;
+  s->w += w;
+  s->f = fma(w, n->f, s->f);
+  s->cx = fma(w, (floatv)(fx), s->cx);
+  s->cy = fma(w, (floatv)(fy), s->cy);
+  s->cz = fma(w, (floatv)(fz), s->cz);
+  s->nx = fma(w, n->gx, s->nx);
+  s->ny = fma(w, n->gy, s->ny);
+  s->nz = fma(w, n->gz, s->nz);
+  s->vx = fma(v, n->x, s->vx);
+  s->vy = fma(v, n->y, s->vy);
+  s->vz = fma(v, n->z, s->vz);
+  s->ux = fma(u, n->x, s->ux);
+  s->uy = fma(u, n->y, s->uy);
+  s->uz = fma(u, n->z, s->uz);
+}
+
+typedef struct {
+  floatv x, y, z;
+} Vector;
+
+inline Vector unit_of(const floatv x, const floatv y, const floatv z) {
+  const floatv size = 1.0f / sqrt(larger(square_of(x, y, z), (floatv)(1e-30f)));
+  const Vector v = {x * size, y * size, z * size};
+  return v;
+}
+
+// A sheet: its level, the middle of its feet, and its mean direction.
+typedef struct {
+  Level level;
+  Vector centre, normal;
+} Sheet;
+
+inline Sheet sheet_of(const Sums* s) {
+  const floatv v = 1.0f / larger(s->w, (floatv)(1e-30f)), f = s->f * v;
+  const Vector n = unit_of(s->nx + (s->vx - f * s->ux), s->ny + (s->vy - f * s->uy),
+                           s->nz + (s->vz - f * s->uz));
+  const Sheet sheet = {{f, n.x, n.y, n.z},
+                       {s->cx * v, s->cy * v, s->cz * v},
+                       unit_of(s->nx, s->ny, s->nz)};
+  return sheet;
+}
+
+// How far the mean of each sheet's centre lies over the other's plane: below 0 where they meet in a
+// convex edge.
+inline floatv height_of(const Sheet* a, const Sheet* b) {
+  return dot_of(b->centre.x - a->centre.x, b->centre.y - a->centre.y, b->centre.z - a->centre.z,
+                a->normal.x - b->normal.x, a->normal.y - b->normal.y, a->normal.z - b->normal.z);
+}
+
+inline Level mix_of(const Level a, const Level b, const floatv share) {
+  const floatv rest = 1.0f - share;
+  const Level level = {a.f * rest + b.f * share, a.x * rest + b.x * share,
+                       a.y * rest + b.y * share, a.z * rest + b.z * share};
+  return level;
+}
+
+// The outer one of two levels at a convex edge (0), the inner one at a concave edge (1).
+inline Level meeting_of(const Level a, const Level b, const floatv concave) {
+  const intv outer = a.f > b.f;
+  return mix_of(b, a, SELECT(concave, 1.0f - concave, outer));
+}
+
+inline Level select_level(const Level no, const Level yes, const intv test) {
+  const Level level = {SELECT(no.f, yes.f, test), SELECT(no.x, yes.x, test),
+                       SELECT(no.y, yes.y, test), SELECT(no.z, yes.z, test)};
+  return level;
+}
+
+typedef struct {
+  Cells cells;  // of the feet
+  global const float* record;
+  float reach;  // of a fit's weight, at most
+} FitCells;
+
+// What the fits near points say together.
+typedef struct {
+  Level level;
+  floatv trust;  // 0 .. 1
+  floatv edge;   // how far they are at a convex edge, where the density is low, 0 .. 1
+} Fitted;
+
+// Where gradients agree with (x, y, z).
+inline floatv same_sheet(const Said* n, const Vector v, const float2 sheets) {
+  return smooth_step(sheets.x, sheets.y, dot_of(n->gx, n->gy, n->gz, v.x, v.y, v.z));
+}
+
+#define FOOT(p) cells.x[p], cells.y[p], cells.z[p]
+
+// Vectors of a structure go by address: a call would copy them byte by byte.
+inline void ask_fits(const FitCells of, const floatv x, const floatv y, const floatv z,
+                     const intv wanted, const float2 sheets, Fitted* result) {
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
+  const Cells cells = of.cells;
+  int item[LISTED + 2 * WIDTH], count;
+  Search search = search_of(cells, box_of(x, y, z, wanted), of.reach);
+  floatv best = none, trust = none, firm = none, all = none;
+  Vector a = {none, none, none};
+  while ((count = list_more(&search, cells, item)) > 0)
+    for (int k = 0; k < count; ++k) {
+      const int p = item[k];
+      global const float* g = of.record + FIT * p;
+      const Said n = ask_fit(g, FOOT(p), x, y, z);
+      const intv better = n.weight > best;
+      best = SELECT(best, n.weight, better);
+      a.x = SELECT(a.x, n.gx, better);
+      a.y = SELECT(a.y, n.gy, better);
+      a.z = SELECT(a.z, n.gz, better);
+      all += n.weight;
+      trust = fma(n.weight, (floatv)(g[12]), trust);
+      firm = fma(n.weight, (floatv)(g[14]), firm);
+    }
+  result->level.f = result->level.x = result->level.y = result->level.z = none;
+  result->trust = result->edge = none;
+  if (!ANY(wanted & (best > 0.0f))) return;
+
+  // The sheet that dominates, by two rounds of mean shift from the heaviest fit's gradient.
+  for (int round = 0; round < 2; ++round) {
+    floatv nx = none, ny = none, nz = none;
+    for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
+      for (int k = 0; k < count; ++k) {
+        const int p = item[k];
+        const Said n = ask_fit(of.record + FIT * p, FOOT(p), x, y, z);
+        const floatv w = n.weight * same_sheet(&n, a, sheets);
+        nx = fma(w, n.gx, nx);
+        ny = fma(w, n.gy, ny);
+        nz = fma(w, n.gz, nz);
+      }
+    a = unit_of(nx, ny, nz);
+  }
+
+  // That sheet and the rest, whose heaviest fit leads the next.
+  Sums sum_a, sum_b, sum_c;
+  clear_sums(&sum_a);
+  clear_sums(&sum_b);
+  Vector b = {none, none, none};
+  best = none;
+  for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
+    for (int k = 0; k < count; ++k) {
+      const int p = item[k];
+      global const float* g = of.record + FIT * p;
+      const Said n = ask_fit(g, FOOT(p), x, y, z);
+      const floatv share = same_sheet(&n, a, sheets), rest = n.weight * (1.0f - share);
+      add_near(&sum_a, &n, g[15], FOOT(p), share);
+      sum_b.w += rest;
+      const intv better = rest > best;
+      best = SELECT(best, rest, better);
+      b.x = SELECT(b.x, n.gx, better);
+      b.y = SELECT(b.y, n.gy, better);
+      b.z = SELECT(b.z, n.gz, better);
+    }
+  const Sheet sheet_a = sheet_of(&sum_a);
+  Level level = sheet_a.level;
+  const floatv per_all = 1.0f / larger(all, (floatv)(1e-30f));
+  if (ANY(wanted & (sum_b.w * per_all > SOME))) {
+    floatv nx = none, ny = none, nz = none;
+    for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
+      for (int k = 0; k < count; ++k) {
+        const int p = item[k];
+        const Said n = ask_fit(of.record + FIT * p, FOOT(p), x, y, z);
+        const floatv w =
+            n.weight * (1.0f - same_sheet(&n, a, sheets)) * same_sheet(&n, b, sheets);
+        nx = fma(w, n.gx, nx);
+        ny = fma(w, n.gy, ny);
+        nz = fma(w, n.gz, nz);
+      }
+    b = unit_of(nx, ny, nz);
+    clear_sums(&sum_b);
+    clear_sums(&sum_c);
+    for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
+      for (int k = 0; k < count; ++k) {
+        const int p = item[k];
+        global const float* g = of.record + FIT * p;
+        const Said n = ask_fit(g, FOOT(p), x, y, z);
+        const floatv rest = 1.0f - same_sheet(&n, a, sheets), share = same_sheet(&n, b, sheets);
+        add_near(&sum_b, &n, g[15], FOOT(p), rest * share);
+        add_near(&sum_c, &n, g[15], FOOT(p), rest * (1.0f - share));
+      }
+    const Sheet sheet_b = sheet_of(&sum_b), sheet_c = sheet_of(&sum_c);
+    const floatv share_b = smooth_step(SOME, ENOUGH, sum_b.w * per_all),
+                 share_c = smooth_step(SOME, ENOUGH, sum_c.w * per_all);
+    const floatv ab = smooth_step(-HINGE, HINGE, height_of(&sheet_a, &sheet_b)),
+                 ac = smooth_step(-HINGE, HINGE, height_of(&sheet_a, &sheet_c)),
+                 bc = smooth_step(-HINGE, HINGE, height_of(&sheet_b, &sheet_c));
+    const Level pair = meeting_of(level, sheet_b.level, ab);
+    // Of three edges two are of one kind: the pair of the third meets first, then the other.
+    const intv is_ab = ab > 0.5f, is_ac = ac > 0.5f, is_bc = bc > 0.5f;
+    const intv odd_ac = (is_ab == is_bc) & (is_ab != is_ac);
+    const intv odd_bc = (is_ab == is_ac) & (is_ab != is_bc);
+    Level three = meeting_of(pair, sheet_c.level, ac);
+    three = select_level(
+        three, meeting_of(meeting_of(level, sheet_c.level, ac), sheet_b.level, ab), odd_ac);
+    three = select_level(
+        three, meeting_of(level, meeting_of(sheet_b.level, sheet_c.level, bc), ab), odd_bc);
+    level = mix_of(mix_of(level, pair, share_b), three, share_c);
+    result->edge =
+        smooth_step(SOME, ENOUGH, sum_b.w / larger(sum_a.w, (floatv)(1e-30f))) * (1.0f - ab);
+  }
+  result->level = level;
+  result->trust = smaller(1.001f * all / larger(trust, (floatv)(1e-30f)), one) *
+                  smooth_step(ALONE, COMPANY, firm);
+}
+
+// F and its gradient at points that lie in few cells of a row, where wanted.
+inline void implicit_at(const Cells cells, global const float* weight, const FitCells fits,
+                        const floatv x, const floatv y, const floatv z, const intv wanted,
+                        const float2 limits, const float2 sheets, Level* result) {
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
+  int item[LISTED + 2 * WIDTH], count;
+  Search search = search_of(cells, box_of(x, y, z, wanted), SUPPORT);
+  Fields sum = {none, none, none, none, none};
+  while ((count = list_more(&search, cells, item)) > 0)
+    add_fields(cells, weight, item, count, x, y, z, &sum);
+  const floatv c = sum.c * NORM, l = sum.l * (NORM / limits.y);
+  const float steep = -4.0f * NORM / limits.y;
+  const floatv gx = sum.gx * steep, gy = sum.gy * steep, gz = sum.gz * steep;
+  const floatv size = sqrt(square_of(gx, gy, gz));
+  const floatv slope = smaller(larger(size, (floatv)(FLATTEST)), (floatv)(STEEPEST));
+  const Vector n = unit_of(gx, gy, gz);
+  Level level = {(1.0f - l) / slope, n.x, n.y, n.z};
+  const intv open = wanted & (c > 0.3f * limits.x) & (c < FILLED);
+  if (ANY(open)) {
+    Fitted fitted;
+    ask_fits(fits, x, y, z, open, sheets, &fitted);
+    const floatv contour = limits.x * (1.0f - 0.7f * fitted.edge), doubt = 1.0f - fitted.trust;
+    floatv share = fitted.trust * clamp(20.0f * (c - contour - 0.1f * doubt), 0.0f, 1.0f);
+    // Where fits follow their particles badly, what they say is compared with the field.
+    const floatv apart = fabs(fitted.level.f - level.f);
+    const floatv alike =
+        dot_of(fitted.level.x, fitted.level.y, fitted.level.z, level.x, level.y, level.z);
+    const floatv agreement = (1.0f - smooth_step(NEAR_FIELD, OFF_FIELD, apart)) *
+                             smooth_step(TURNED_OFF, TURNED_ALIKE, alike);
+    const floatv compared = clamp(100.0f * doubt, 0.0f, 1.0f) * (1.0f - fitted.edge);
+    share *= (1.0f - compared * (1.0f - agreement)) * (1.0f - smooth_step(FILLING, FILLED, c));
+    level = mix_of(level, fitted.level, SELECT(none, share, open));
+  }
+  *result = level;
+}
+
+// One work-item per WIDTH points.
+kernel void measure_implicit(
+    POINTS(x, y, z),              // [n] particle radii
+    global float* result,         // [4][stride]: F, particle radii; its unit gradient
+    global const float* records,  // [fits][FIT] in the order of their cells
+    CELLS(foot_), CELLS_WITH(cell_, level_weight),
+    const Implicit of) {
+  const int p = get_global_id(0) * WIDTH, n = of.count, stride = of.stride;
+  const float2 limits = (float2)(of.contour, of.level), sheets = (float2)(of.same_low, of.same_high);
+  if (p >= n) return;
+  const Cells cells = CELLS_OF(cell_);
+  const FitCells fits = {CELLS_OF(foot_), records, of.reach};
+  const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
+  Level level = {none, none, none, none};
+  Points points = points_at(cells, px, py, pz);
+  points.left = TO_INTV(LANES) < n - p;  // what lies beyond is in no order
+  while (ANY(points.left)) {
+    const intv here = take_cells(&points, SPAN);
+    Level at;
+    implicit_at(cells, level_weight, fits, px, py, pz, here, limits, sheets, &at);
+    level = select_level(level, at, here);
+  }
+  const Vector v = unit_of(level.x, level.y, level.z);
+  STOREF(plain_zero(level.f), result + p);
+  STOREF(plain_zero(v.x), result + stride + p);
+  STOREF(plain_zero(v.y), result + 2 * stride + p);
+  STOREF(plain_zero(v.z), result + 3 * stride + p);
+}

@@ -1,0 +1,172 @@
+// The closed surface: the steps of method fit (section 2 of the paper) without a camera. All
+// particles of the surface get a quadric, not only those near the visible ones; the sampler of
+// rays gives way to the implicit function at points in space, and the mesh of the screen to dual
+// contouring (docs/mesh.md).
+#include "methods/closed.hpp"
+
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "base/stage_clock.hpp"
+#include "methods/methods.hpp"
+#include "stages/dual_mesh.hpp"
+#include "stages/implicit.hpp"
+#include "stages/motion.hpp"
+#include "stages/particle_fit.hpp"
+#include "stages/roundness.hpp"
+#include "stages/surface.hpp"
+#include "stages/trust.hpp"
+
+namespace meniscus {
+namespace {
+
+// Particles of the surface with less u are not fitted, as in with_rim().
+constexpr double kOpen = 0.5;
+
+// Corners of cells are asked this near to particles that see air; the surface is one particle
+// radius outside them, and wherever else it goes more corners are asked for.
+constexpr double kBand = 2;
+
+// Of particles that see air: the density at them is lower or its slope steeper (1 / particle
+// radii). A face has .85 and .25, a single layer .70 and 0.
+constexpr double kLowDensity = 0.9, kSlope = 0.1;
+
+// An edge's crossing is sought until F is this small, particle radii.
+constexpr int kRounds = 6;
+constexpr double kEnough = 0.004;
+
+// See place_vertices(): planes that all are within about 15 degrees of each other's mean are one
+// smooth sheet.
+constexpr double kFlat = 0.05;
+
+// Particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
+constexpr double kLeastFluid = 1, kLeastAir = 8;
+
+// All that stand for the surface and are fitted.
+Visible fitted_of(const FieldSurface& shell) {
+  Visible fitted;
+  for (std::size_t k = 0; k < shell.index.size(); ++k)
+    if (shell.weight[k] >= kOpen) {
+      fitted.index.push_back(shell.index[k]);
+      fitted.owned.push_back(1);
+    }
+  return fitted;
+}
+
+// Less trust to fits without air before them: particles around a gap in a lattice, as large as one
+// that is missing, seem to lie on a surface. No camera sees them. C is 1/8 there before a face, 3/8
+// before a concave edge, and 1 behind a gap.
+void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
+                   std::vector<double>& trust) {
+  constexpr double kBefore = 1.5;  // particle radii
+  std::vector<Vec3d> before(fits.size());
+  for (std::size_t k = 0; k < fits.size(); ++k) before[k] = fits.foot[k] + fits.normal[k] * kBefore;
+  const std::vector<float> density = measure_density(device, cells, before);
+  for (std::size_t k = 0; k < fits.size(); ++k) trust[k] *= 1 - smooth_step(0.55, 0.75, density[k]);
+}
+
+// The particles that see air.
+Points near_air(const Cells& cells, const float* gradients) {
+  const std::size_t n = cells.item.size();
+  Points points;
+  for (std::size_t p = 0; p < n; ++p) {
+    const Vec3d slope{gradients[p], gradients[n + p], gradients[2 * n + p]};
+    if (gradients[3 * n + p] < kLowDensity || dot(slope, slope) > kSlope * kSlope)
+      points.add({cells.x[p], cells.y[p], cells.z[p]});
+  }
+  return points;
+}
+
+Mesh to_world(const View& view, DualMesh made) {
+  const std::size_t n = made.position.size();
+  Mesh mesh;
+  mesh.position.resize(n);
+  mesh.normal.resize(n);
+  parallel_for(n, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      mesh.position[v] = static_cast<Vec3>(world_from_eye(view, made.position[v]));
+      mesh.normal[v] = static_cast<Vec3>(made.normal[v]);
+    }
+  });
+  mesh.triangle = std::move(made.triangle);
+  return mesh;
+}
+
+}  // namespace
+
+Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
+                      const ClosedParams& closed, const Parameters& params,
+                      std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  Extraction result;
+  // Eye space is the world's axes: stages that need no pixels take it as any other.
+  const Projected placed = place_particles(view, particles);
+  result.counts.particles = static_cast<std::int64_t>(placed.size());
+  if (placed.size() == 0) {
+    result.counts.in_view = 0;  // which to_world() warns of
+    return result;
+  }
+
+  // 2.1: the density field, and the particles of the surface.
+  clock.start("field");
+  const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);
+  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
+  const DeviceCells levelled = level_cells(device, cells, field, params.region);
+  clock.start("surface");
+  FieldSurface found;
+  Points seeds;
+  {
+    const HostView gradients(device, field);
+    found = find_surface({}, host_cells, {gradients.data(), gradients.size()});
+    seeds = near_air(host_cells, gradients.data());
+  }
+  const Visible fitted = fitted_of(found);
+
+  // 2.2, 2.3: a quadric around each of them.
+  clock.start("fit");
+  const FitNeighbours trial =
+      find_neighbours(device, placed, fitted.index, found.index, kTrialReach);
+  const FitNeighbours neighbours =
+      find_neighbours(device, placed, fitted.index, found.index, params.fit.support);
+  const SurfaceParticles around = with_normals(std::move(found), {}, {});
+  const std::vector<float> roundness =
+      measure_roundness(device, placed, fitted, around, trial, params.fit, params.blend);
+  ParticleFits fits =
+      fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit);
+  clock.start("trust");
+  std::vector<double> trust = measure_trust(device, fits, cells);
+  distrust_gaps(device, cells, fits, trust);
+  const ImplicitFunction function = make_implicit(
+      device, make_records(fits, trust, params.fit, kBlendReach * params.blend.radius), levelled,
+      params);
+
+  // 2.4: F at the corners of cells around the surface, and where their edges cross it.
+  clock.start("corners");
+  SpaceGrid grid = grid_around(seeds, std::max(kBand, 1.8 * closed.cell), closed.cell);
+  do {
+    set_corners(grid, measure_implicit(device, function, unknown_corners(grid)).value);
+  } while (want_closed(grid));
+  clock.start("crossings");
+  CrossedEdges edges = list_crossings(grid);
+  find_crossings(device, function, grid, kRounds, kEnough, edges);
+
+  // 2.5
+  clock.start("mesh");
+  DualMesh mesh = place_vertices(grid, edges, kFlat);
+  settle_vertices(device, function, mesh);
+  join_vertices(grid, edges, mesh);
+  drop_crumbs(mesh, kLeastFluid, kLeastAir);
+  result.mesh = to_world(view, std::move(mesh));
+  result.counts.fits = static_cast<std::int64_t>(fits.size());
+  result.residual = std::move(fits.residual);
+
+  if (particles.moving || !particles.attributes.empty()) {
+    clock.start("motion");
+    carry_values(device, view, placed, particles, params, result);
+  }
+  clock.stop();
+  return result;
+}
+
+}  // namespace meniscus

@@ -1,0 +1,486 @@
+#include "stages/dual_mesh.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "base/parallel.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kGrain = 64;  // blocks that are worth a thread
+// Vertices keep this share of a cell from its faces, so that no two of them coincide.
+constexpr double kMargin = 0.01;
+// F at a crossing is off by at most this, particle radii; where it is more, F jumps there.
+constexpr double kMostOff = 0.05;
+
+// A cell's corners are i + 2 j + 4 k; its edges 0 to 3 along x, then y, then z, in the order of
+// their lower corners; its faces 2 axis + side.
+struct Tables {
+  std::array<std::array<int, 2>, 12> ends{};    // corners of an edge
+  std::array<std::array<int, 4>, 6> corners{};  // of a face, all around
+  std::array<std::array<int, 4>, 6> edges{};    // edge q lies between corners q and q + 1
+  std::array<std::array<int, 2>, 12> faces{};   // on which an edge lies
+  std::array<std::array<int, 8>, 8> edge_between{};
+};
+
+constexpr Tables make_tables() {
+  Tables t;
+  int edge = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int corner = 0; corner < 8; ++corner) {
+      if ((corner >> axis & 1) != 0) continue;
+      const int other = corner | 1 << axis;
+      t.ends[edge] = {corner, other};
+      t.edge_between[corner][other] = t.edge_between[other][corner] = edge;
+      ++edge;
+    }
+  for (int axis = 0; axis < 3; ++axis)
+    for (int side = 0; side < 2; ++side) {
+      const int b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3, from = side << axis;
+      t.corners[2 * axis + side] = {from, from | b, from | b | c, from | c};
+    }
+  std::array<int, 12> found{};
+  for (int face = 0; face < 6; ++face)
+    for (int q = 0; q < 4; ++q) {
+      const int e = t.edge_between[t.corners[face][q]][t.corners[face][(q + 1) % 4]];
+      t.edges[face][q] = e;
+      t.faces[e][found[e]++] = face;
+    }
+  return t;
+}
+
+constexpr Tables kTables = make_tables();
+
+// The edge of a cell along `axis` whose lower corner has these coordinates along the next axes.
+int edge_of(int axis, int b, int c) {
+  const int corner = b << (axis + 1) % 3 | c << (axis + 2) % 3;
+  return kTables.edge_between[corner][corner | 1 << axis];
+}
+
+using Values = std::array<float, 8>;
+
+bool inside(float value) { return value < 0; }
+
+// Whether a face's corners are alternately inside and outside.
+bool alternates(const Values& value, int face) {
+  const auto& q = kTables.corners[face];
+  return inside(value[q[0]]) != inside(value[q[1]]) && inside(value[q[1]]) != inside(value[q[2]]) &&
+         inside(value[q[2]]) != inside(value[q[3]]);
+}
+
+// Of such a face: which edge (a place in Tables::edges) each one goes on to. Pieces cut off either
+// both outer corners or both inner ones.
+std::array<int, 4> partners(const Values& value, int face) {
+  const auto& q = kTables.corners[face];
+  const auto product = [&](int a, int b) { return double{value[q[a]]} * double{value[q[b]]}; };
+  const bool even_inside = inside(value[q[0]]);
+  const double of_inner = even_inside ? product(0, 2) : product(1, 3);
+  const double of_outer = even_inside ? product(1, 3) : product(0, 2);
+  const bool inner_joined = of_inner > of_outer;  // the saddle lies inside
+  // Edges q - 1 and q meet at corner q: around even corners 3-0 and 1-2, around odd ones 0-1, 2-3.
+  const bool cut_even = even_inside != inner_joined;
+  return cut_even ? std::array{3, 2, 1, 0} : std::array{1, 0, 3, 2};
+}
+
+// The values at a cell's corners. Returns whether all are known.
+bool values_of(const SpaceGrid& grid, std::size_t block, int bit, Values& value) {
+  for (int c = 0; c < 8; ++c) {
+    const Corner corner = corner_at(grid, block, (bit & 3) + (c & 1), (bit >> 2 & 3) + (c >> 1 & 1),
+                                    (bit >> 4) + (c >> 2));
+    if (corner.block == kNoBlock) return false;
+    const CornerBlock& at = grid.blocks[static_cast<std::size_t>(corner.block)];
+    if ((at.known >> corner.bit & 1) == 0) return false;
+    value[static_cast<std::size_t>(c)] = at.value[static_cast<std::size_t>(corner.bit)];
+  }
+  return true;
+}
+
+bool crossed(const Values& value, int edge) {
+  return inside(value[kTables.ends[edge][0]]) != inside(value[kTables.ends[edge][1]]);
+}
+
+// Goes along the pieces of surface of a cell, from edge to edge across faces.
+void find_pieces(const Values& value, SurfaceCell& cell) {
+  std::array<std::array<int, 2>, 12> next{};  // across both faces of each crossed edge
+  for (int face = 0; face < 6; ++face) {
+    const auto& edges = kTables.edges[face];
+    const auto link = [&](int from, int to) {
+      next[from][kTables.faces[from][0] == face ? 0 : 1] = to;
+    };
+    if (alternates(value, face)) {
+      const std::array<int, 4> to = partners(value, face);
+      for (int q = 0; q < 4; ++q) link(edges[q], edges[to[q]]);
+      continue;
+    }
+    int first = -1;
+    for (const int e : edges) {
+      if (!crossed(value, e)) continue;
+      if (first >= 0) {
+        link(first, e);
+        link(e, first);
+      }
+      first = e;
+    }
+  }
+  std::uint32_t seen = 0;
+  cell.pieces = 0;
+  cell.piece = 0;
+  for (int start = 0; start < 12; ++start) {
+    if (!crossed(value, start) || (seen >> start & 1) != 0) continue;
+    int edge = start, face = kTables.faces[start][0];
+    do {
+      seen |= 1u << edge;
+      cell.piece |= static_cast<std::uint32_t>(cell.pieces) << 2 * edge;
+      const int to = next[edge][kTables.faces[edge][0] == face ? 0 : 1];
+      // On from the face that it did not come by.
+      face = kTables.faces[to][0] == face ? kTables.faces[to][1] : kTables.faces[to][0];
+      edge = to;
+    } while (edge != start);
+    ++cell.pieces;
+  }
+  cell.doubled = 0;
+  for (int face = 0; face < 6; ++face) {
+    if (!alternates(value, face)) continue;
+    const auto piece = [&](int q) { return cell.piece >> 2 * kTables.edges[face][q] & 3; };
+    if (piece(0) == piece(1) && piece(0) == piece(2) && piece(0) == piece(3))
+      cell.doubled |= static_cast<std::uint8_t>(1 << face);
+  }
+}
+
+// The crossed edge of a cell, among all.
+std::uint32_t crossing_of(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
+                          int edge) {
+  const int low = kTables.ends[edge][0], axis = edge / 4;
+  const Corner corner =
+      corner_at(grid, static_cast<std::size_t>(cell.block), (cell.bit & 3) + (low & 1),
+                (cell.bit >> 2 & 3) + (low >> 1 & 1), (cell.bit >> 4) + (low >> 2));
+  const std::size_t b = static_cast<std::size_t>(corner.block), a = static_cast<std::size_t>(axis);
+  const std::uint64_t before = (std::uint64_t{1} << corner.bit) - 1;
+  return edges.first[b][a] + static_cast<std::uint32_t>(std::popcount(edges.mask[b][a] & before));
+}
+
+// The place of a cell among all.
+std::uint32_t cell_at(const DualMesh& mesh, const Corner& lowest) {
+  const std::size_t b = static_cast<std::size_t>(lowest.block);
+  const std::uint64_t before = (std::uint64_t{1} << lowest.bit) - 1;
+  return mesh.first_cell[b] + static_cast<std::uint32_t>(std::popcount(mesh.mask[b] & before));
+}
+
+Vec3d clamped(const Vec3d& x, const std::array<Vec3d, 2>& bounds) {
+  return {std::clamp(x.x, bounds[0].x, bounds[1].x), std::clamp(x.y, bounds[0].y, bounds[1].y),
+          std::clamp(x.z, bounds[0].z, bounds[1].z)};
+}
+
+// The x in a box, `low` to `low + side` along each axis, whose planes x - off is least: where the
+// least of all lies outside, on the side that it is farthest beyond, and so on. `rank`: directions
+// that the planes tell of.
+Eigen::Vector3d within(const Eigen::Matrix3d& planes, const Eigen::Vector3d& off,
+                       const Eigen::Vector3d& low, double side, double flat, int* rank) {
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  std::array<bool, 3> fixed{};
+  double most = 0;  // eigenvalue of all
+  for (int round = 0; round < 4; ++round) {
+    // The rest of the planes, once fixed coordinates are taken into account.
+    Eigen::Matrix3d free = planes;
+    Eigen::Vector3d rest = off;
+    for (int k = 0; k < 3; ++k) {
+      if (!fixed[k]) continue;
+      rest -= planes.col(k) * x[k];
+      free.row(k).setZero();
+      free.col(k).setZero();
+    }
+    for (int k = 0; k < 3; ++k)
+      if (fixed[k]) rest[k] = 0;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(free);
+    const Eigen::Vector3d values = solver.eigenvalues();
+    if (round == 0) most = values[2];
+    Eigen::Vector3d move = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      if (!(values[k] > flat * most)) continue;
+      const Eigen::Vector3d v = solver.eigenvectors().col(k);
+      move += v * (v.dot(rest) / values[k]);
+      if (round == 0) ++*rank;
+    }
+    int farthest = -1;
+    double beyond = 0;
+    for (int k = 0; k < 3; ++k) {
+      if (fixed[k]) continue;
+      x[k] = move[k];
+      const double over = std::max(low[k] - x[k], x[k] - low[k] - side);
+      if (over > beyond) {
+        beyond = over;
+        farthest = k;
+      }
+    }
+    if (farthest < 0) break;
+    fixed[farthest] = true;
+    x[farthest] = std::clamp(x[farthest], low[farthest], low[farthest] + side);
+  }
+  return x;
+}
+
+// Where the planes of a piece's crossings meet, its normal, and whether it is on a crease.
+void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
+                  std::uint32_t piece, double flat, DualMesh& mesh) {
+  std::array<std::uint32_t, 12> crossing;
+  std::size_t count = 0;
+  Vec3d middle, normal;
+  for (int e = 0; e < 12; ++e) {
+    const int low = kTables.ends[e][0];
+    const auto is_crossed = [&] {
+      const Corner corner =
+          corner_at(grid, static_cast<std::size_t>(cell.block), (cell.bit & 3) + (low & 1),
+                    (cell.bit >> 2 & 3) + (low >> 1 & 1), (cell.bit >> 4) + (low >> 2));
+      return (edges.mask[static_cast<std::size_t>(corner.block)][static_cast<std::size_t>(e / 4)] >>
+                  corner.bit &
+              1) != 0;
+    };
+    if ((cell.piece >> 2 * e & 3) != piece || !is_crossed()) continue;
+    crossing[count] = crossing_of(grid, edges, cell, e);
+    middle += edges.position[crossing[count]];
+    normal += edges.normal[crossing[count]];
+    ++count;
+  }
+  middle = middle / static_cast<double>(count);
+  Eigen::Matrix3d planes = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d off = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t e = crossing[k];
+    const Vec3d& n = edges.normal[e];
+    const double value = edges.value[e];
+    const double out =
+        dot(n, edges.position[e] - middle) - (std::abs(value) < kMostOff ? value : 0);
+    const Eigen::Vector3d v(n.x, n.y, n.z);
+    planes += v * v.transpose();
+    off += v * out;
+  }
+  const Vec3d low = grid.position(static_cast<std::size_t>(cell.block), cell.bit & 3,
+                                  cell.bit >> 2 & 3, cell.bit >> 4);
+  const double margin = kMargin * grid.cell, side = grid.cell - 2 * margin;
+  const Vec3d from = low + Vec3d(margin, margin, margin);
+  const std::size_t vertex = cell.first + piece;
+  mesh.bounds[vertex] = {from, from + Vec3d(side, side, side)};
+  int rank = 0;
+  const Eigen::Vector3d from_middle(from.x - middle.x, from.y - middle.y, from.z - middle.z);
+  const Eigen::Vector3d move = within(planes, off, from_middle, side, flat, &rank);
+  mesh.position[vertex] = clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
+  mesh.normal[vertex] = normalized(normal);
+  mesh.sharp[vertex] = rank > 1;
+}
+
+}  // namespace
+
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, double flat) {
+  DualMesh mesh;
+  const std::size_t blocks = grid.blocks.size();
+  mesh.mask.resize(blocks);
+  mesh.first_cell.resize(blocks);
+  std::vector<std::vector<SurfaceCell>> found(blocks);
+  parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (int bit = 0; bit < 64; ++bit) {
+        if ((grid.blocks[b].known >> bit & 1) == 0) continue;
+        Values value;
+        if (!values_of(grid, b, bit, value)) continue;
+        const auto of_first = [&](float v) { return inside(v) == inside(value[0]); };
+        if (std::all_of(value.begin(), value.end(), of_first)) continue;
+        SurfaceCell cell;
+        cell.block = static_cast<std::int32_t>(b);
+        cell.bit = static_cast<std::uint8_t>(bit);
+        find_pieces(value, cell);
+        found[b].push_back(cell);
+        mesh.mask[b] |= std::uint64_t{1} << bit;
+      }
+  });
+  std::uint32_t vertices = 0;
+  for (std::size_t b = 0; b < blocks; ++b) {
+    mesh.first_cell[b] = static_cast<std::uint32_t>(mesh.cells.size());
+    for (SurfaceCell& cell : found[b]) {
+      cell.first = vertices;
+      vertices += cell.pieces;
+      mesh.cells.push_back(cell);
+    }
+  }
+  mesh.position.resize(vertices);
+  mesh.normal.resize(vertices);
+  mesh.sharp.resize(vertices);
+  mesh.bounds.resize(vertices);
+  parallel_for(mesh.cells.size(), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c)
+      for (std::uint32_t piece = 0; piece < mesh.cells[c].pieces; ++piece)
+        place_vertex(grid, edges, mesh.cells[c], piece, flat, mesh);
+  });
+  return mesh;
+}
+
+void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh& mesh) {
+  std::vector<std::uint32_t> smooth;
+  for (std::size_t v = 0; v < mesh.position.size(); ++v)
+    if (!mesh.sharp[v]) smooth.push_back(static_cast<std::uint32_t>(v));
+  const auto measure = [&] {
+    Points points;
+    points.reserve(smooth.size());
+    for (const std::uint32_t v : smooth) points.add(mesh.position[v]);
+    return measure_implicit(device, function, points);
+  };
+  const Levels before = measure();
+  for (std::size_t k = 0; k < smooth.size(); ++k) {
+    Vec3d& at = mesh.position[smooth[k]];
+    at = clamped(at - Vec3d(before.gradient[k]) * double{before.value[k]}, mesh.bounds[smooth[k]]);
+  }
+  const Levels after = measure();
+  constexpr double kAlike = 0.5;  // of a vertex's normal with its crossings': else F jumps there
+  for (std::size_t k = 0; k < smooth.size(); ++k) {
+    const Vec3d normal(after.gradient[k]);
+    if (dot(normal, mesh.normal[smooth[k]]) > kAlike) mesh.normal[smooth[k]] = normal;
+  }
+}
+
+void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh) {
+  std::map<std::uint64_t, std::uint32_t> between;  // vertices between doubled neighbours
+  mesh.triangle.reserve(2 * edges.size());
+  // The vertex in the second edge through a doubled face of `cell`, if `edge` belongs to that one.
+  const auto vertex_between = [&](std::uint32_t cell, int face, int edge, std::uint32_t& vertex) {
+    const SurfaceCell& of = mesh.cells[cell];
+    Values value;
+    values_of(grid, static_cast<std::size_t>(of.block), of.bit, value);
+    const std::array<int, 4> to = partners(value, face);
+    const auto& around = kTables.edges[face];
+    // The second one is the one without the face's first edge.
+    if (edge == around[0] || edge == around[to[0]]) return false;
+    const std::uint64_t key = std::uint64_t{cell} * 6 + static_cast<std::uint64_t>(face);
+    const auto [entry, is_new] =
+        between.try_emplace(key, static_cast<std::uint32_t>(mesh.position.size()));
+    vertex = entry->second;
+    if (!is_new) return true;
+    Vec3d middle, normal;
+    for (int q = 1; q < 4; ++q) {
+      if (q == to[0]) continue;
+      const std::uint32_t e = crossing_of(grid, edges, of, around[q]);
+      middle += edges.position[e] * 0.5;
+      normal += edges.normal[e];
+    }
+    mesh.position.push_back(middle);
+    mesh.normal.push_back(normalized(normal));
+    mesh.sharp.push_back(0);
+    return true;
+  };
+
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    const std::size_t block = static_cast<std::size_t>(edges.block[e]);
+    const int at[3] = {edges.bit[e] & 3, edges.bit[e] >> 2 & 3, edges.bit[e] >> 4};
+    // The cells around the edge, counter-clockwise seen from its upper end: how far each lies back
+    // along b and c, which is where the edge lies in it.
+    constexpr std::array<std::array<int, 2>, 4> kAround{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+    std::array<std::uint32_t, 4> cell;
+    std::array<int, 4> edge;
+    std::array<std::uint32_t, 8> ring;
+    std::size_t count = 0;
+    int first_between = -1;
+    for (std::size_t q = 0; q < 4; ++q) {
+      int corner[3] = {at[0], at[1], at[2]};
+      corner[b] -= kAround[q][0];
+      corner[c] -= kAround[q][1];
+      cell[q] = cell_at(mesh, corner_at(grid, block, corner[0], corner[1], corner[2]));
+      edge[q] = edge_of(axis, kAround[q][0], kAround[q][1]);
+    }
+    for (std::size_t q = 0; q < 4; ++q) {
+      const SurfaceCell& own = mesh.cells[cell[q]];
+      ring[count++] = own.first + (own.piece >> 2 * edge[q] & 3);
+      // To the next cell across a face along b (q even) or c: from whose low side?
+      const std::size_t to = (q + 1) % 4;
+      const int across = q % 2 == 0 ? b : c;
+      const std::size_t coordinate = q % 2 == 0 ? 0 : 1;
+      const bool from_low = kAround[q][coordinate] == 0;
+      const int face = 2 * across + (from_low ? 0 : 1), opposite = face ^ 1;
+      if ((own.doubled >> face & 1) == 0 || (mesh.cells[cell[to]].doubled >> opposite & 1) == 0)
+        continue;
+      // Named by the cell of which it is the low face.
+      const std::size_t owner = from_low ? q : to;
+      std::uint32_t vertex = 0;
+      if (!vertex_between(cell[owner], 2 * across, edge[owner], vertex)) continue;
+      if (first_between < 0) first_between = static_cast<int>(count);
+      ring[count++] = vertex;
+    }
+    const Vec3d& normal = edges.normal[e];
+    const Corner low{edges.block[e], edges.bit[e]};
+    const bool outward_up = inside(grid.blocks[block].value[static_cast<std::size_t>(low.bit)]);
+    if (!outward_up) {
+      std::reverse(ring.begin(), ring.begin() + static_cast<std::ptrdiff_t>(count));
+      if (first_between >= 0) first_between = static_cast<int>(count) - 1 - first_between;
+    }
+    std::size_t from = 0;
+    if (first_between >= 0) {
+      from = static_cast<std::size_t>(first_between);
+    } else {
+      // How far a diagonal's middle is from the surface, and how far its triangles turn back.
+      const auto badness = [&](std::size_t k) {
+        const std::array<Vec3d, 4> p{mesh.position[ring[k]], mesh.position[ring[(k + 1) % 4]],
+                                     mesh.position[ring[(k + 2) % 4]],
+                                     mesh.position[ring[(k + 3) % 4]]};
+        const Vec3d one = cross(p[1] - p[0], p[2] - p[0]), two = cross(p[2] - p[0], p[3] - p[0]);
+        const double turned = std::max(0.0, -dot(normal, one)) + std::max(0.0, -dot(normal, two));
+        return std::abs(dot(normal, (p[0] + p[2]) * 0.5 - edges.position[e])) +
+               0.02 * length(p[2] - p[0]) + 4 * turned / grid.cell;
+      };
+      from = badness(1) < badness(0) ? 1 : 0;
+    }
+    for (std::size_t k = 1; k + 1 < count; ++k)
+      mesh.triangle.push_back({ring[from], ring[(from + k) % count], ring[(from + k + 1) % count]});
+  }
+}
+
+void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
+  const std::size_t vertices = mesh.position.size();
+  std::vector<std::uint32_t> parent(vertices);
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto piece_of = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangle)
+    for (const std::uint32_t v : {t[1], t[2]}) {
+      // The lower one leads, so that sums have one order.
+      const std::uint32_t a = piece_of(t[0]), b = piece_of(v);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  std::vector<double> volume(vertices, 0.0);
+  for (const auto& t : mesh.triangle) {
+    const std::uint32_t piece = piece_of(t[0]);
+    const Vec3d& from = mesh.position[piece];  // near by, so that little cancels
+    volume[piece] += dot(mesh.position[t[0]] - from,
+                         cross(mesh.position[t[1]] - from, mesh.position[t[2]] - from)) /
+                     6;
+  }
+  std::vector<std::uint32_t> place(vertices);
+  std::uint32_t left = 0;
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    const double of = volume[piece_of(v)];
+    if (of >= 0 ? of < least_fluid : of > -least_air) {
+      place[v] = ~0u;
+      continue;
+    }
+    mesh.position[left] = mesh.position[v];
+    mesh.normal[left] = mesh.normal[v];
+    mesh.sharp[left] = mesh.sharp[v];
+    place[v] = left++;
+  }
+  if (left == vertices) return;
+  mesh.position.resize(left);
+  mesh.normal.resize(left);
+  mesh.sharp.resize(left);
+  std::erase_if(mesh.triangle, [&](const auto& t) { return place[t[0]] == ~0u; });
+  for (auto& t : mesh.triangle)
+    for (std::uint32_t& v : t) v = place[v];
+  // What stood for cells stands for others now.
+  mesh.cells.clear();
+  mesh.bounds.clear();
+}
+
+}  // namespace meniscus

@@ -1,0 +1,58 @@
+// dual_mesh: a closed surface from where the edges of a grid cross it, by dual contouring (Ju,
+// Losasso, Schaefer and Warren 2002), made manifold.
+//
+// A cell has a vertex for each piece of surface in it, as in dual marching cubes (Nielson 2004), so
+// that sheets that pass through one cell stay apart. Where a face of a cell has its corners
+// alternately inside and outside, both cells beside it decide alike how the surface passes (by the
+// saddle of the values at its corners, Nielson and Hamann 1991). Where two vertices are neighbours
+// through such a face twice, the second edge between them gets a vertex of its own in its middle.
+// So every edge has two triangles, and the triangles around a vertex are one fan.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "stages/space_grid.hpp"
+
+namespace meniscus {
+
+/// A cell that the surface passes through.
+struct SurfaceCell {
+  std::int32_t block = 0;
+  std::uint8_t bit = 0;      // of its lowest corner
+  std::uint8_t pieces = 0;   // of surface, one vertex each; 1 to 4
+  std::uint8_t doubled = 0;  // faces, a bit each, that one piece crosses twice
+  std::uint32_t piece = 0;   // of each of the 12 edges, two bits each
+  std::uint32_t first = 0;   // its first vertex
+};
+
+struct DualMesh {
+  std::vector<SurfaceCell> cells;            // in the order of blocks and bits
+  std::vector<std::uint64_t> mask;           // [blocks] which cells these are
+  std::vector<std::uint32_t> first_cell;     // [blocks]
+  std::vector<Vec3d> position;               // [vertices] particle radii
+  std::vector<Vec3d> normal;                 // [vertices] unit, outward
+  std::vector<std::uint8_t> sharp;           // [vertices] on a crease or a corner
+  std::vector<std::array<Vec3d, 2>> bounds;  // [vertices] of the vertex's place in its cell
+  std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
+};
+
+/// The vertices of a grid's surface: each is where the planes of its piece's crossings meet, as far
+/// as they tell, and else in the middle of the crossings; within its cell (the smallest squared
+/// distance from the planes, directions with less than `flat` of the largest eigenvalue left out).
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, double flat);
+
+/// Moves vertices that are on no crease onto F = 0, within their cells, and gives them F's normals.
+/// Waits.
+void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh& mesh);
+
+/// A quadrangle around each crossed edge, in two triangles: of both diagonals the one whose middle
+/// is nearer to the surface. Adds the vertices between doubled neighbours.
+void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh);
+
+/// Leaves out pieces of the mesh that enclose less fluid, or less air, than so much (particle radii
+/// cubed), and the vertices that are theirs.
+void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air);
+
+}  // namespace meniscus

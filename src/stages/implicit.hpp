@@ -1,0 +1,45 @@
+// implicit: the fluid's implicit function F at points in space (paper 2.4.2, without a camera): the
+// fits near a point, blended in sheets, and the density field where they are not trusted.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "device/device.hpp"
+#include "meniscus/parameters.hpp"
+#include "stages/blend.hpp"
+#include "stages/density.hpp"
+
+namespace meniscus {
+
+/// All that F is told from; nothing changes it.
+struct ImplicitFunction {
+  Buffer<float> records;         // [fits][16] in the order of the feet's cells, see hits.cl
+  DeviceCells feet;              // of the fits, side `reach`; weights are not used
+  float reach = 0;               // of the fits' weights, at most, particle radii
+  DeviceCells levelled;          // all particles, see level_cells()
+  cl_float2 limits{}, sheets{};  // see implicit.cl
+};
+
+/// Fits that do not count (untrusted ones) are left out.
+ImplicitFunction make_implicit(Device& device, const BlendRecords& records,
+                               const DeviceCells& levelled, const Parameters& params);
+
+/// Points in space, particle radii.
+struct Points {
+  std::vector<float> x, y, z;
+  std::size_t size() const { return x.size(); }
+  void reserve(std::size_t n);
+  void add(const Vec3d& at);
+};
+
+/// F and the unit vector along its gradient at points.
+struct Levels {
+  std::vector<float> value;    // [n] particle radii, < 0 inside the fluid; a distance near F = 0
+  std::vector<Vec3> gradient;  // [n] unit, outward; zero where F is flat
+};
+
+/// F at points, those that lie near each other best one after another. Waits. Throws DeviceError.
+Levels measure_implicit(Device& device, const ImplicitFunction& function, const Points& points);
+
+}  // namespace meniscus

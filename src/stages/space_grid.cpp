@@ -1,0 +1,371 @@
+#include "stages/space_grid.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <mutex>
+#include <numeric>
+
+#include "base/parallel.hpp"
+#include "base/printed.hpp"
+#include "meniscus/error.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kMostBlocks = std::size_t{1} << 24;  // 6 GiB
+constexpr std::int64_t kFarthestBlock = (1 << 20) - 2;     // in a key, to either side
+constexpr std::size_t kGrain = 64;                         // blocks that are worth a thread
+
+using Place = std::array<std::int32_t, 3>;
+
+// Keys are in the order of z, y, x.
+std::uint64_t key_of(const Place& at) {
+  const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + (1 << 20)); };
+  return part(at[2]) << 42 | part(at[1]) << 21 | part(at[0]);
+}
+Place place_of(std::uint64_t key) {
+  const auto part = [&](int shift) {
+    return static_cast<std::int32_t>(key >> shift & 0x1fffff) - (1 << 20);
+  };
+  return {part(0), part(21), part(42)};
+}
+
+// Finds blocks by their keys.
+class BlockIndex {
+ public:
+  explicit BlockIndex(const std::vector<CornerBlock>& blocks)
+      : slots_(std::bit_ceil(2 * blocks.size() + 1), kNoBlock), keys_(slots_.size()) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      const std::uint64_t key = key_of(blocks[b].at);
+      std::size_t slot = slot_of(key);
+      while (slots_[slot] != kNoBlock) slot = (slot + 1) & (slots_.size() - 1);
+      slots_[slot] = static_cast<std::int32_t>(b);
+      keys_[slot] = key;
+    }
+  }
+  std::int32_t find(std::uint64_t key) const {
+    for (std::size_t slot = slot_of(key); slots_[slot] != kNoBlock;
+         slot = (slot + 1) & (slots_.size() - 1))
+      if (keys_[slot] == key) return slots_[slot];
+    return kNoBlock;
+  }
+
+ private:
+  std::size_t slot_of(std::uint64_t key) const {
+    key *= 0x9e3779b97f4a7c15ull;
+    return static_cast<std::size_t>(key >> 20) & (slots_.size() - 1);
+  }
+  std::vector<std::int32_t> slots_;
+  std::vector<std::uint64_t> keys_;
+};
+
+[[noreturn]] void refuse(double cell, const std::string& what) {
+  throw InvalidArgument(setting("cell") + " is " + printed("%g", cell) +
+                        " particle radii: " + what + " (use a larger " + setting("cell") + ")");
+}
+
+void find_around(SpaceGrid& grid) {
+  const BlockIndex index(grid.blocks);
+  grid.around.resize(grid.blocks.size());
+  parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (int n = 0; n < 27; ++n) {
+        const Place& at = grid.blocks[b].at;
+        grid.around[b][static_cast<std::size_t>(n)] =
+            n == 13
+                ? static_cast<std::int32_t>(b)
+                : index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+      }
+  });
+}
+
+// Adds blocks that are not there, in the order of their keys, and finds who is around whom.
+void add_blocks(SpaceGrid& grid, std::vector<std::uint64_t> keys) {
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  if (grid.blocks.size() + keys.size() > kMostBlocks)
+    refuse(grid.cell, "the surface takes more than " +
+                          grouped(static_cast<std::int64_t>(kMostBlocks * 64)) +
+                          " corners of cells");
+  for (const std::uint64_t key : keys) grid.blocks.push_back({.at = place_of(key)});
+  find_around(grid);
+}
+
+template <class Visit>
+void each_bit(std::uint64_t mask, Visit&& visit) {
+  for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
+}
+
+bool inside(float value) { return value < 0; }
+
+constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+// The corners of a block from which a crossed edge goes on along an axis, whose ends are known.
+std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
+  std::uint64_t crossed = 0;
+  const CornerBlock& own = grid.blocks[block];
+  const auto [x, y, z] = kAlong[static_cast<std::size_t>(axis)];
+  each_bit(own.known, [&](int bit) {
+    const Corner next = corner_at(grid, block, (bit & 3) + x, (bit >> 2 & 3) + y, (bit >> 4) + z);
+    if (next.block == kNoBlock) return;
+    const CornerBlock& other = grid.blocks[static_cast<std::size_t>(next.block)];
+    if ((other.known >> next.bit & 1) == 0) return;
+    if (inside(own.value[static_cast<std::size_t>(bit)]) !=
+        inside(other.value[static_cast<std::size_t>(next.bit)]))
+      crossed |= std::uint64_t{1} << bit;
+  });
+  return crossed;
+}
+
+// The cells around an edge along `axis` have 18 corners: two along it, three along the others.
+template <class Visit>
+void each_corner_around(int bit, int axis, Visit&& visit) {
+  const int at[3] = {bit & 3, bit >> 2 & 3, bit >> 4};
+  const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+  for (int along = 0; along <= 1; ++along)
+    for (int db = -1; db <= 1; ++db)
+      for (int dc = -1; dc <= 1; ++dc) {
+        int corner[3] = {at[0], at[1], at[2]};
+        corner[axis] += along;
+        corner[b] += db;
+        corner[c] += dc;
+        visit(corner[0], corner[1], corner[2]);
+      }
+}
+
+}  // namespace
+
+SpaceGrid grid_around(const Points& points, double reach, double cell) {
+  SpaceGrid grid;
+  grid.cell = cell;
+  const double side = kBlockSide * cell;
+  const std::size_t n = points.size();
+  // Block b has the corners side b .. side (b + 1) - cell.
+  const auto range_of = [&](float at) {
+    const double first = std::ceil((at - reach) / cell), last = std::floor((at + reach) / cell);
+    return std::array<std::int64_t, 2>{static_cast<std::int64_t>(std::floor(first / kBlockSide)),
+                                       static_cast<std::int64_t>(std::floor(last / kBlockSide))};
+  };
+  std::mutex joining;
+  std::vector<std::uint64_t> keys;
+  std::atomic<bool> too_far{false};
+  parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint64_t> own;
+    std::uint64_t last = ~std::uint64_t{0};
+    for (std::size_t p = begin; p < end; ++p) {
+      const auto x = range_of(points.x[p]), y = range_of(points.y[p]), z = range_of(points.z[p]);
+      for (const auto& range : {x, y, z})
+        if (range[0] < -kFarthestBlock || range[1] > kFarthestBlock) too_far = true;
+      if (too_far) return;
+      for (std::int64_t k = z[0]; k <= z[1]; ++k)
+        for (std::int64_t j = y[0]; j <= y[1]; ++j)
+          for (std::int64_t i = x[0]; i <= x[1]; ++i) {
+            const std::uint64_t key =
+                key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
+                        static_cast<std::int32_t>(k)});
+            if (key != last) own.push_back(key);
+            last = key;
+          }
+    }
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    const std::scoped_lock lock(joining);
+    keys.insert(keys.end(), own.begin(), own.end());
+  });
+  if (too_far)
+    refuse(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
+  add_blocks(grid, std::move(keys));
+
+  const BlockIndex index(grid.blocks);
+  const double squared = reach * reach;
+  parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const auto x = range_of(points.x[p]), y = range_of(points.y[p]), z = range_of(points.z[p]);
+      for (std::int64_t k = z[0]; k <= z[1]; ++k)
+        for (std::int64_t j = y[0]; j <= y[1]; ++j)
+          for (std::int64_t i = x[0]; i <= x[1]; ++i) {
+            CornerBlock& block = grid.blocks[static_cast<std::size_t>(
+                index.find(key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
+                                   static_cast<std::int32_t>(k)})))];
+            // Squared distances along each axis of the block's four planes.
+            double apart[3][kBlockSide];
+            for (int c = 0; c < kBlockSide; ++c) {
+              const auto square = [](double v) { return v * v; };
+              apart[0][c] = square(side * static_cast<double>(i) + cell * c - points.x[p]);
+              apart[1][c] = square(side * static_cast<double>(j) + cell * c - points.y[p]);
+              apart[2][c] = square(side * static_cast<double>(k) + cell * c - points.z[p]);
+            }
+            std::uint64_t near = 0;
+            for (int bit = 0; bit < 64; ++bit)
+              near |=
+                  std::uint64_t{apart[0][bit & 3] + apart[1][bit >> 2 & 3] + apart[2][bit >> 4] <=
+                                squared}
+                  << bit;
+            std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(near, std::memory_order_relaxed);
+          }
+    }
+  });
+  return grid;
+}
+
+Points unknown_corners(const SpaceGrid& grid) {
+  Points points;
+  std::size_t count = 0;
+  for (const CornerBlock& block : grid.blocks)
+    count += static_cast<std::size_t>(std::popcount(block.wanted & ~block.known));
+  points.reserve(count);
+  for (std::size_t b = 0; b < grid.blocks.size(); ++b)
+    each_bit(grid.blocks[b].wanted & ~grid.blocks[b].known,
+             [&](int bit) { points.add(grid.position(b, bit & 3, bit >> 2 & 3, bit >> 4)); });
+  return points;
+}
+
+void set_corners(SpaceGrid& grid, const std::vector<float>& values) {
+  std::size_t next = 0;
+  for (CornerBlock& block : grid.blocks) {
+    each_bit(block.wanted & ~block.known,
+             [&](int bit) { block.value[static_cast<std::size_t>(bit)] = values[next++]; });
+    block.known |= block.wanted;
+  }
+}
+
+bool want_closed(SpaceGrid& grid) {
+  std::mutex joining;
+  std::vector<std::uint64_t> keys;                             // of blocks that are not there
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> later;  // their keys; what is wanted of them
+  std::atomic<bool> any{false};
+  parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::pair<std::uint64_t, std::uint64_t>> own;
+    bool wants = false;
+    for (std::size_t b = begin; b < end; ++b)
+      for (int axis = 0; axis < 3; ++axis)
+        each_bit(crossed_from(grid, b, axis), [&](int bit) {
+          each_corner_around(bit, axis, [&](int i, int j, int k) {
+            const Corner corner = corner_at(grid, b, i, j, k);
+            const std::uint64_t mask = std::uint64_t{1} << corner.bit;
+            if (corner.block == kNoBlock) {
+              const Place& at = grid.blocks[b].at;
+              own.emplace_back(key_of({at[0] + (i >> 2), at[1] + (j >> 2), at[2] + (k >> 2)}),
+                               mask);
+              return;
+            }
+            CornerBlock& block = grid.blocks[static_cast<std::size_t>(corner.block)];
+            if ((block.known & mask) != 0) return;
+            wants = true;
+            std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(mask, std::memory_order_relaxed);
+          });
+        });
+    if (wants) any = true;
+    if (own.empty()) return;
+    const std::scoped_lock lock(joining);
+    later.insert(later.end(), own.begin(), own.end());
+  });
+  if (later.empty()) return any;
+  for (const auto& [key, mask] : later) keys.push_back(key);
+  add_blocks(grid, std::move(keys));
+  const BlockIndex index(grid.blocks);
+  for (const auto& [key, mask] : later)
+    grid.blocks[static_cast<std::size_t>(index.find(key))].wanted |= mask;
+  return true;
+}
+
+CrossedEdges list_crossings(const SpaceGrid& grid) {
+  CrossedEdges edges;
+  const std::size_t blocks = grid.blocks.size();
+  edges.mask.resize(blocks);
+  edges.first.resize(blocks);
+  parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (int axis = 0; axis < 3; ++axis)
+        edges.mask[b][static_cast<std::size_t>(axis)] = crossed_from(grid, b, axis);
+  });
+  std::uint64_t count = 0;
+  for (std::size_t b = 0; b < blocks; ++b)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      edges.first[b][axis] = static_cast<std::uint32_t>(count);
+      count += static_cast<std::uint64_t>(std::popcount(edges.mask[b][axis]));
+    }
+  if (count > 0x7fffffffu) refuse(grid.cell, "the mesh has more than 2^31 - 1 quadrangles");
+  edges.block.reserve(count);
+  edges.bit.reserve(count);
+  edges.axis.reserve(count);
+  for (std::size_t b = 0; b < blocks; ++b)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      each_bit(edges.mask[b][axis], [&](int bit) {
+        edges.block.push_back(static_cast<std::int32_t>(b));
+        edges.bit.push_back(static_cast<std::uint8_t>(bit));
+        edges.axis.push_back(static_cast<std::uint8_t>(axis));
+      });
+  const std::size_t n = edges.size();
+  edges.at.resize(n);
+  edges.position.resize(n);
+  edges.normal.resize(n);
+  edges.value.resize(n);
+  return edges;
+}
+
+void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
+                    int rounds, double enough, CrossedEdges& edges) {
+  const std::size_t n = edges.size();
+  // False position (Illinois) between two ends, until F is near zero.
+  struct Bracket {
+    Vec3d from;
+    double low = 0, high = 1, at_low, at_high;
+    int side = 0;  // of the last point: -1 low, 1 high
+  };
+  std::vector<Bracket> bracket(n);
+  parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::size_t b = static_cast<std::size_t>(edges.block[e]);
+      const int bit = edges.bit[e], i = bit & 3, j = bit >> 2 & 3, k = bit >> 4;
+      const auto [x, y, z] = kAlong[edges.axis[e]];
+      const Corner next = corner_at(grid, b, i + x, j + y, k + z);
+      bracket[e].from = grid.position(b, i, j, k);
+      bracket[e].at_low = grid.blocks[b].value[static_cast<std::size_t>(bit)];
+      bracket[e].at_high = grid.blocks[static_cast<std::size_t>(next.block)]
+                               .value[static_cast<std::size_t>(next.bit)];
+    }
+  });
+  std::vector<std::uint32_t> left(n);
+  std::iota(left.begin(), left.end(), 0u);
+  for (int round = 0; round < rounds && !left.empty(); ++round) {
+    Points points;
+    points.reserve(left.size());
+    for (const std::uint32_t e : left) {
+      const Bracket& b = bracket[e];
+      const double share = std::clamp(b.at_low / (b.at_low - b.at_high), 0.02, 0.98);
+      const double at = b.low + (b.high - b.low) * share;
+      const auto [x, y, z] = kAlong[edges.axis[e]];
+      edges.at[e] = static_cast<float>(at);
+      edges.position[e] = b.from + Vec3d(x * at, y * at, z * at) * grid.cell;
+      points.add(edges.position[e]);
+    }
+    const Levels levels = measure_implicit(device, function, points);
+    std::vector<std::uint32_t> rest;
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      const std::uint32_t e = left[k];
+      Bracket& b = bracket[e];
+      const double value = levels.value[k];
+      edges.value[e] = levels.value[k];
+      edges.normal[e] = Vec3d(levels.gradient[k]);
+      if (std::abs(value) < enough) continue;
+      rest.push_back(e);
+      if ((value < 0) == (b.at_low < 0)) {
+        b.low = edges.at[e];
+        b.at_low = value;
+        if (b.side == -1) b.at_high *= 0.5;
+        b.side = -1;
+      } else {
+        b.high = edges.at[e];
+        b.at_high = value;
+        if (b.side == 1) b.at_low *= 0.5;
+        b.side = 1;
+      }
+    }
+    left = std::move(rest);
+  }
+}
+
+}  // namespace meniscus

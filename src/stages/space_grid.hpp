@@ -1,0 +1,93 @@
+// space_grid: a grid of cubic cells that exists near the surface alone. F is asked at the corners
+// of cells, and where edges between corners cross the surface.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "stages/implicit.hpp"
+
+namespace meniscus {
+
+/// 4 x 4 x 4 corners. Bit i + 4 j + 16 k of a mask, and as many values, stand for the corner (i, j,
+/// k) from the block's first one on.
+struct CornerBlock {
+  std::array<std::int32_t, 3> at{};  // the first corner is (4 at) cells from the origin
+  std::uint64_t wanted = 0;          // corners whose values matter
+  std::uint64_t known = 0;           // corners whose values are there
+  std::array<float, 64> value{};     // F
+};
+
+inline constexpr int kBlockSide = 4;  // corners
+inline constexpr std::int32_t kNoBlock = -1;
+
+struct SpaceGrid {
+  double cell = 1;  // side of a cell, particle radii
+  std::vector<CornerBlock> blocks;
+  /// The blocks around each, (dx + 1) + 3 (dy + 1) + 9 (dz + 1), kNoBlock where there is none.
+  std::vector<std::array<std::int32_t, 27>> around;
+
+  /// The position of a corner of a block, particle radii; (i, j, k) may lie outside the block.
+  Vec3d position(std::size_t block, int i, int j, int k) const {
+    const CornerBlock& b = blocks[block];
+    return {cell * (kBlockSide * b.at[0] + i), cell * (kBlockSide * b.at[1] + j),
+            cell * (kBlockSide * b.at[2] + k)};
+  }
+};
+
+/// A corner as a block and the corner's bit in it.
+struct Corner {
+  std::int32_t block = kNoBlock;
+  int bit = 0;
+};
+
+/// The corner (i, j, k) from a block's first one, -4 .. 7 each; without a block where there is
+/// none.
+inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, int k) {
+  const int x = (i + 4) >> 2, y = (j + 4) >> 2, z = (k + 4) >> 2;
+  return {grid.around[block][static_cast<std::size_t>(x + 3 * y + 9 * z)],
+          (i & 3) + 4 * (j & 3) + 16 * (k & 3)};
+}
+
+/// A grid whose corners within `reach` of one of the points (particle radii) are wanted. Throws
+/// InvalidArgument where that is more than the program can hold.
+SpaceGrid grid_around(const Points& points, double reach, double cell);
+
+/// The corners that are wanted and not known, block by block, and where to put what is found there.
+Points unknown_corners(const SpaceGrid& grid);
+void set_corners(SpaceGrid& grid, const std::vector<float>& values);
+
+/// Wants all corners of all cells around the edges that cross the surface, as far as corners are
+/// known. Returns whether any of them is not known. Once none is, the surface of these edges is
+/// closed.
+bool want_closed(SpaceGrid& grid);
+
+/// Edges of the grid whose ends lie on both sides of the surface, by block, axis and bit.
+struct CrossedEdges {
+  /// Of each block and axis: the corners from which such an edge goes on along the axis, and the
+  /// place of the first of these edges.
+  std::vector<std::array<std::uint64_t, 3>> mask;
+  std::vector<std::array<std::uint32_t, 3>> first;
+
+  std::vector<std::int32_t> block;  // [edges] ascending
+  std::vector<std::uint8_t> bit;    // [edges] the corner at the lower end
+  std::vector<std::uint8_t> axis;   // [edges]
+  std::vector<float> at;            // [edges] 0 at the lower end .. 1
+  std::vector<Vec3d> position;      // [edges] particle radii
+  std::vector<Vec3d> normal;        // [edges] unit, outward
+  std::vector<float> value;         // [edges] F there: about zero
+  std::size_t size() const { return block.size(); }
+};
+
+/// The edges of a grid whose surface is closed, in order. Where they cross it is not said yet.
+/// Throws InvalidArgument where there are more than the program can hold.
+CrossedEdges list_crossings(const SpaceGrid& grid);
+
+/// Where they cross the surface: F is asked at up to `rounds` points of each, until it is less than
+/// `enough` particle radii. Waits.
+void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
+                    int rounds, double enough, CrossedEdges& edges);
+
+}  // namespace meniscus

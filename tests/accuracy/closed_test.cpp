@@ -1,0 +1,132 @@
+// Closed meshes: right on solids that are known, closed, and the same however they are made.
+#include "meniscus/closed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "accuracy/closed.hpp"
+#include "accuracy/particles.hpp"
+#include "base/parallel.hpp"
+#include "meniscus/device.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+struct Solid {
+  const char* scene;
+  double distance, normal_95, crease;  // s, degrees; about 1.5 times what is found
+};
+
+void PrintTo(const Solid& solid, std::ostream* out) { *out << solid.scene; }
+
+class ClosedMesh : public testing::TestWithParam<Solid> {};
+
+TEST_P(ClosedMesh, IsNearTheTruth) {
+  const Solid& solid = GetParam();
+  const Scene& scene = find_scene(solid.scene);
+  Device device;
+  const Surface surface = extract_closed(device, make_particles(scene, 0.05, 1));
+  EXPECT_TRUE(surface.depth.empty());
+  const ClosedFigures f = measure_closed(scene, volume(scene), surface.mesh);
+  EXPECT_GT(f.triangles, 10000);
+  EXPECT_EQ(f.open_edges, 0);
+  EXPECT_EQ(f.bad_edges, 0);
+  EXPECT_EQ(f.bad_vertices, 0);
+  EXPECT_EQ(f.bubbles, 0);
+  EXPECT_EQ(f.pieces, 1);
+  EXPECT_NEAR(f.volume, 0, 0.005);
+  EXPECT_LT(f.distance_rms, solid.distance);
+  EXPECT_LT(f.normal_95, solid.normal_95);
+  if (solid.crease > 0) {
+    EXPECT_LT(f.crease_rms, solid.crease);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solids, ClosedMesh,
+                         testing::Values(Solid{"sphere", 0.032, 2.1, 0},
+                                         Solid{"box", 0.045, 5.5, 0.1},
+                                         Solid{"notch", 0.04, 5, 0.1},
+                                         Solid{"capsules", 0.06, 19, 0.2}),
+                         [](const auto& info) { return std::string(info.param.scene); });
+
+bool same(const Mesh& a, const Mesh& b) {
+  return a.position == b.position && a.normal == b.normal && a.triangle == b.triangle;
+}
+
+TEST(Closed, MeshesAreTheSameWithAnyOrderAndThreads) {
+  const Particles particles = make_particles(find_scene("prism"), 0.05, 2);
+  Device device;
+  const Surface surface = extract_closed(device, particles, {.cell = 0.8});
+  ASSERT_GT(surface.mesh.triangle.size(), 10000u);
+  const Surface alone =
+      on_threads(1, [&] { return extract_closed(device, particles, {.cell = 0.8}); });
+  EXPECT_TRUE(same(alone.mesh, surface.mesh));
+  Particles shuffled = particles;
+  for (std::vector<float>* axis : {&shuffled.x, &shuffled.y, &shuffled.z}) {
+    std::mt19937 random(7);
+    std::shuffle(axis->begin(), axis->end(), random);
+  }
+  EXPECT_TRUE(same(extract_closed(device, shuffled, {.cell = 0.8}).mesh, surface.mesh));
+}
+
+TEST(Closed, MeshOfOneParticleIsASphere) {
+  Particles particles;
+  particles.x = {3};
+  particles.y = {-2};
+  particles.z = {5};
+  Device device;
+  Parameters parameters;
+  parameters.particle_radius = 0.5;
+  const Mesh mesh = extract_closed(device, particles, {.cell = 0.2}, parameters).mesh;
+  const ClosedFigures f = check_topology(mesh);
+  EXPECT_EQ(f.open_edges + f.bad_edges + f.bad_vertices, 0);
+  EXPECT_EQ(f.pieces, 1);
+  // The field's level is a sphere of the particle's radius to 1/500 (docs/method.md).
+  for (const Vec3& at : mesh.position)
+    EXPECT_NEAR(std::hypot(at.x - 3, at.y + 2, at.z - 5), 0.5, 0.005);
+  EXPECT_NEAR(f.volume, std::numbers::pi / 6, 0.02);
+}
+
+TEST(Closed, MeshCarriesVelocitiesAndAttributes) {
+  Particles particles = make_particles(find_scene("sphere"), 0.05, 3);
+  const std::size_t n = particles.size();
+  particles.vx.assign(n, 1.5f);
+  particles.vy.assign(n, 0.0f);
+  particles.vz.assign(n, -2.0f);
+  particles.attributes.push_back({"heat", std::vector<float>(n, 7.0f)});
+  Device device;
+  const Surface surface = extract_closed(device, particles, {.cell = 2});
+  ASSERT_EQ(surface.mesh.velocity.size(), surface.mesh.position.size());
+  ASSERT_EQ(surface.mesh.attributes.size(), 1u);
+  EXPECT_EQ(surface.mesh.attributes[0].name, "heat");
+  for (std::size_t v = 0; v < surface.mesh.position.size(); ++v) {
+    EXPECT_NEAR(surface.mesh.velocity[v].x, 1.5, 1e-5);
+    EXPECT_NEAR(surface.mesh.velocity[v].z, -2, 1e-5);
+    EXPECT_NEAR(surface.mesh.attributes[0].values[v], 7, 1e-5);
+  }
+}
+
+TEST(Closed, MeshOfNothingIsEmptyWithAWarning) {
+  Device device;
+  const Surface surface = extract_closed(device, Particles{});
+  EXPECT_TRUE(surface.mesh.triangle.empty());
+  ASSERT_FALSE(surface.notices.empty());
+  EXPECT_EQ(surface.notices.back().code, Code::no_particles);
+}
+
+TEST(Closed, WhatCannotBeDoneIsRefused) {
+  Device device;
+  const Particles none;
+  EXPECT_THROW(extract_closed(device, none, {.cell = 0.05}), InvalidArgument);
+  EXPECT_THROW(extract_closed(device, none, {.cell = NAN}), InvalidArgument);
+  Parameters ssm;
+  ssm.method = Method::ssm;
+  EXPECT_THROW(extract_closed(device, none, {}, ssm), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace meniscus::accuracy

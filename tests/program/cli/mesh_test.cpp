@@ -1,0 +1,71 @@
+// `meniscus mesh`: frames and sequences without a camera.
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "program/cli/program.hpp"
+
+namespace meniscus::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+using ProgramMesh = Program;
+
+TEST_F(ProgramMesh, OfAFrameIsWrittenInEveryFormat) {
+  write_particles("in.ply", block(5), 0.1, "1 0 0");
+  const Outcome made = run({"mesh", "in.ply", "-o", "a.ply", "-o", "a.vtp", "-o", "a.glb", "-o",
+                            "a.obj", "-o", "a.stl", "--cell", "0.7", "--timings"});
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(files(), ElementsAre("a.glb", "a.obj", "a.ply", "a.stl", "a.vtp", "in.ply"));
+  EXPECT_THAT(made.err, HasSubstr("triangles"));
+  EXPECT_THAT(read("a.ply"), HasSubstr("property float vx"));
+  const std::string mesh = read("a.ply");
+  EXPECT_EQ(run({"mesh", "in.ply", "-o", "b.ply", "--cell", "0.7", "--threads", "1", "-q"}).err,
+            "");
+  EXPECT_EQ(read("b.ply"), mesh);
+  EXPECT_EQ(run({"mesh", "in.ply", "-o", "c.ply", "--cell", "0.7", "--no-motion", "-q"}).err, "");
+  EXPECT_THAT(read("c.ply"), testing::Not(HasSubstr("property float vx")));
+}
+
+TEST_F(ProgramMesh, OfASequenceGoesOnWhereItWasLeft) {
+  for (int frame = 0; frame < 3; ++frame)
+    write_particles("d." + std::to_string(frame) + ".ply", block(3 + frame));
+  const std::vector<std::string> words{"mesh", "d.#.ply", "-o", "m.#.ply", "--log", "log.jsonl"};
+  const Outcome made = run(words);
+  EXPECT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.err, testing::Not(HasSubstr("camera")));
+  std::map<std::string, std::string> meshes;
+  for (const char* name : {"m.0.ply", "m.1.ply", "m.2.ply"}) meshes[name] = read(name);
+  EXPECT_EQ(run({"mesh", "d.1.ply", "-o", "one.ply", "-q"}).exit_code, 0);
+  // A sequence's files carry the job that made them behind the mesh.
+  EXPECT_EQ(meshes["m.1.ply"].find(read("one.ply").substr(read("one.ply").find("end_header"))) !=
+                std::string::npos,
+            true);
+  std::filesystem::remove(path("m.1.ply"));
+  std::vector<std::string> resumed = words;
+  resumed.push_back("--resume");
+  const Outcome again = run(resumed);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("1 frame in"));
+  EXPECT_THAT(again.err, HasSubstr("2 were there already"));
+  for (const auto& [name, bytes] : meshes) EXPECT_EQ(read(name), bytes) << name;
+  resumed.insert(resumed.end(), {"--cell", "2"});  // another job: all of it
+  EXPECT_THAT(run(resumed).err, HasSubstr("3 frames in"));
+  EXPECT_NE(read("m.2.ply"), meshes["m.2.ply"]);
+}
+
+TEST_F(ProgramMesh, WhatCannotBeDoneIsOneLine) {
+  write_particles("in.ply", block(3));
+  expect_error(run({"mesh", "in.ply", "-o", "a.exr"}), 2, {"a.exr", ".ply", "meniscus extract"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--cell", "0"}), 2, {"--cell", "0.1 to 4"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--resume"}), 2, {"--resume", "sequences"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.####.ply"}), 2, {"a.####.ply", "one frame"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--eye", "1,2,3"}), 2, {"--eye"});
+  expect_error(run({"mesh", "gone.ply", "-o", "a.ply"}), 1, {"gone.ply"});
+  EXPECT_THAT(files(), ElementsAre("in.ply"));
+}
+
+}  // namespace
+}  // namespace meniscus::test

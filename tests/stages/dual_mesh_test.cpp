@@ -1,0 +1,165 @@
+// Whatever the signs at the corners of cells, the mesh is closed and manifold.
+#include "stages/dual_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include "accuracy/closed.hpp"
+#include "verify/references/inputs.hpp"
+
+namespace meniscus {
+namespace {
+
+Mesh plain(const DualMesh& dual) {
+  Mesh mesh;
+  for (const Vec3d& at : dual.position) mesh.position.push_back(static_cast<Vec3>(at));
+  for (const Vec3d& n : dual.normal) mesh.normal.push_back(static_cast<Vec3>(n));
+  mesh.triangle = dual.triangle;
+  return mesh;
+}
+
+// A cube of cells whose inner corners have the values of `value(x, y, z)`, and 1 around.
+template <class Value>
+SpaceGrid grid_of(int side, const Value& value) {
+  Points points;
+  for (int k = 0; k < side; ++k)
+    for (int j = 0; j < side; ++j)
+      for (int i = 0; i < side; ++i) points.add(Vec3d(i, j, k) * 0.5);
+  SpaceGrid grid = grid_around(points, 1, 0.5);
+  do {
+    const Points wanted = unknown_corners(grid);
+    std::vector<float> values;
+    for (std::size_t p = 0; p < wanted.size(); ++p) {
+      const Vec3d at(wanted.x[p], wanted.y[p], wanted.z[p]);
+      const auto within = [&](double v) { return v > 0.1 && v < 0.5 * side - 0.6; };
+      values.push_back(within(at.x) && within(at.y) && within(at.z) ? value(at) : 1.0f);
+    }
+    set_corners(grid, values);
+  } while (want_closed(grid));
+  return grid;
+}
+
+// Crossings half-way along their edges, whose normals are the edges' directions.
+CrossedEdges halved(const SpaceGrid& grid) {
+  CrossedEdges edges = list_crossings(grid);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto b = static_cast<std::size_t>(edges.block[e]);
+    const int bit = edges.bit[e];
+    const double up = grid.blocks[b].value[static_cast<std::size_t>(bit)] < 0 ? 1 : -1;
+    Vec3d along;
+    (edges.axis[e] == 0 ? along.x : edges.axis[e] == 1 ? along.y : along.z) = 1;
+    edges.position[e] =
+        grid.position(b, bit & 3, bit >> 2 & 3, bit >> 4) + along * (0.5 * grid.cell);
+    edges.normal[e] = along * up;
+  }
+  return edges;
+}
+
+// White noise has all configurations of a cell, and pairs of cells that are neighbours twice.
+TEST(DualMesh, OfNoiseIsClosedAndManifold) {
+  std::int64_t between = 0, triangles = 0;
+  for (const double share : {0.5, 0.2, 0.8})
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      Random random(seed);
+      const SpaceGrid grid = grid_of(14, [&](const Vec3d&) {
+        return static_cast<float>(random(0.1, 1) * (random(0, 1) < share ? -1 : 1));
+      });
+      const CrossedEdges edges = halved(grid);
+      DualMesh mesh = place_vertices(grid, edges, 0.05);
+      const std::size_t of_cells = mesh.position.size();
+      join_vertices(grid, edges, mesh);
+      between += static_cast<std::int64_t>(mesh.position.size() - of_cells);
+      triangles += static_cast<std::int64_t>(mesh.triangle.size());
+      const accuracy::ClosedFigures figures = accuracy::check_topology(plain(mesh));
+      EXPECT_EQ(figures.open_edges, 0) << "share " << share << ", seed " << seed;
+      EXPECT_EQ(figures.bad_edges, 0) << "share " << share << ", seed " << seed;
+      EXPECT_EQ(figures.bad_vertices, 0) << "share " << share << ", seed " << seed;
+      EXPECT_GT(figures.volume, 0);
+      // Each vertex lies in its own cell, and is used.
+      std::vector<char> used(mesh.position.size(), 0);
+      for (const auto& t : mesh.triangle)
+        for (const std::uint32_t v : t) used[v] = 1;
+      EXPECT_EQ(std::count(used.begin(), used.end(), 0), 0);
+      for (std::size_t v = 0; v < of_cells; ++v) {
+        const auto& [low, high] = mesh.bounds[v];
+        const Vec3d& at = mesh.position[v];
+        EXPECT_TRUE(at.x >= low.x && at.x <= high.x && at.y >= low.y && at.y <= high.y &&
+                    at.z >= low.z && at.z <= high.z);
+      }
+    }
+  EXPECT_GT(between, 100);
+  EXPECT_GT(triangles, 30000);
+}
+
+// Planes that cross all edges exactly: their edges and corners are met to rounding.
+TEST(DualMesh, OfABoxHasItsCorners) {
+  const Vec3d low(1.3, 1.2, 1.4), high(4.6, 3.9, 4.3);
+  const auto distance = [&](const Vec3d& p) {
+    return std::max(
+        {low.x - p.x, p.x - high.x, low.y - p.y, p.y - high.y, low.z - p.z, p.z - high.z});
+  };
+  const SpaceGrid grid =
+      grid_of(14, [&](const Vec3d& p) { return static_cast<float>(distance(p)); });
+  CrossedEdges edges = halved(grid);
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    Vec3d& p = edges.position[e];
+    double& x = edges.axis[e] == 0 ? p.x : edges.axis[e] == 1 ? p.y : p.z;
+    const double n = dot(edges.normal[e], Vec3d(1, 1, 1));
+    x = edges.axis[e] == 0   ? (n > 0 ? high.x : low.x)
+        : edges.axis[e] == 1 ? (n > 0 ? high.y : low.y)
+                             : (n > 0 ? high.z : low.z);
+  }
+  DualMesh mesh = place_vertices(grid, edges, 0.05);
+  join_vertices(grid, edges, mesh);
+  for (const Vec3d& at : mesh.position) EXPECT_NEAR(distance(at), 0, 1e-12);
+  const accuracy::ClosedFigures figures = accuracy::check_topology(plain(mesh));
+  EXPECT_EQ(figures.open_edges + figures.bad_edges + figures.bad_vertices, 0);
+  EXPECT_EQ(figures.pieces, 1);
+  const Vec3d size = high - low;
+  // All vertices are on the box, its corners among them: the volume is off by floats alone.
+  EXPECT_NEAR(figures.volume, size.x * size.y * size.z, 1e-4);
+}
+
+// A ball of fluid of radius 1.5 with air of radius .5 in it, and a drop of radius .3 beside it.
+TEST(DualMesh, LosesWhatIsTooSmall) {
+  const Vec3d ball(2.6, 3, 3), drop(5.3, 3.1, 3.1);
+  const SpaceGrid grid = grid_of(15, [&](const Vec3d& p) {
+    const double around = length(p - ball);
+    return static_cast<float>(
+        std::min(std::max(around - 1.6, 0.7 - around), length(p - drop) - 0.4));
+  });
+  const CrossedEdges edges = halved(grid);
+  DualMesh whole = place_vertices(grid, edges, 0.05);
+  join_vertices(grid, edges, whole);
+  const accuracy::ClosedFigures all = accuracy::check_topology(plain(whole));
+  ASSERT_EQ(all.pieces, 3);
+  ASSERT_EQ(all.bubbles, 1);
+  const auto kept = [&](double fluid, double air) {
+    DualMesh mesh = whole;
+    drop_crumbs(mesh, fluid, air);
+    for (const auto& t : mesh.triangle)
+      for (const std::uint32_t v : t) EXPECT_LT(v, mesh.position.size());
+    const accuracy::ClosedFigures f = accuracy::check_topology(plain(mesh));
+    EXPECT_EQ(f.open_edges + f.bad_edges + f.bad_vertices, 0);
+    return std::pair{f.pieces, f.bubbles};
+  };
+  EXPECT_EQ(kept(0, 0), (std::pair<std::int64_t, std::int64_t>{3, 1}));
+  EXPECT_EQ(kept(0, 8), (std::pair<std::int64_t, std::int64_t>{2, 0}));
+  EXPECT_EQ(kept(1, 0), (std::pair<std::int64_t, std::int64_t>{2, 1}));
+  EXPECT_EQ(kept(1e9, 8), (std::pair<std::int64_t, std::int64_t>{0, 0}));
+}
+
+TEST(SpaceGrid, RefusesCellsThatAreTooSmallForIt) {
+  Points far;
+  far.add({0, 0, 0});
+  far.add({1e7, 0, 0});
+  try {
+    grid_around(far, 2, 0.1);
+    ADD_FAILURE() << "no error";
+  } catch (const InvalidArgument& error) {
+    EXPECT_NE(std::string(error.what()).find("cell is 0.1 particle radii"), std::string::npos)
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace meniscus
