@@ -18,10 +18,6 @@
 #else
 #define BLOCK 128
 #endif
-// Up to the first each doubt of the fits' counts nine times, from the second on once: few firm fits
-// that follow their particles badly are mostly a bevel or reach out into the air.
-#define FEW 0.1f
-#define SOME 0.5f
 #define CACHED 48  // hits kept between the passes over a tile's list; later ones are found again
 
 // The beam of a work-item's rays: its middle ray, eye point (ox + t dx, oy + t dy, -t), and how far
@@ -356,11 +352,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
-  const floatv mean = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f));
-  floatv power = mean * mean;
-  power *= power;
-  power *= power;
-  out.trust = mean * (1.0f - (1.0f - smooth_step(FEW, SOME, firm)) * (1.0f - power)) *
+  out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
   const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease);
   out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);

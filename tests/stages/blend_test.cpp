@@ -368,34 +368,12 @@ TEST_P(Blend, FitsThatAreNotFirmAreTrustedAsFarAsTheyWeigh) {
   }
 }
 
-TEST_P(Blend, DoubtsCountNineTimesWhereFewFitsAreFirm) {
-  const View view = frontal_view(37, 21);
-  const std::size_t centre = 10 * 37 + 18;  // its ray is the axis and meets the foot
-  for (const double given : {0.9, 0.5}) {
-    const double trust = 1.001 * given, ninth = std::pow(trust, 9);  // see below
-    // Half-way between .1 and .5 both have half of the say.
-    for (const auto& [firm, expected] :
-         {std::pair{0.1, ninth}, {0.3, (ninth + trust) / 2}, {0.5, trust}, {0.9, trust}}) {
-      Scene scene;
-      scene.add({0, 0, -20}, {0, 0, 1});
-      scene.trust.back() = given;
-      scene.fits.firmness.back() = firm / given;  // a weight has the trust in it
-      const Samples samples = blended(device_, view, kGrids[0], scene, 20);
-      // The passage's slope is 1.5 / .4 at most, that of the ninth power 9; what goes into them
-      // takes eight roundings at most.
-      EXPECT_NEAR(samples.trust[centre], expected, 8 * kEpsilon * (9 + 1.5 / 0.4))
-          << given << " " << firm;
-    }
-  }
-}
-
 TEST_P(Blend, TrustIsTheMeanOfTheFitsUnderTheirWeightsWithoutIt) {
   const View view = frontal_view(37, 21);
   Scene scene;
   for (const double trust : {0.25, 1.0}) {
     scene.add({0, 0, -20}, {0, 0, 1});
     scene.trust.back() = trust;
-    scene.fits.firmness.back() = 1e6;  // firm wherever a fit has any weight
   }
   const Samples samples = blended(device_, view, kGrids[0], scene, 20);
   std::size_t count = 0;

@@ -194,11 +194,8 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   for (const Sheet& sheet : sheets)
     if (sheet.weight > 0)
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
-  // Hardly more than the rim of a weight, or than bevels, is not trusted; where little is firm a
-  // doubt counts nine times.
-  const double mean = std::min(1.001 * all / untrusted, 1.0);
-  out.trust = std::lerp(std::pow(mean, 9), mean, smooth_passage(0.1, 0.5, firm)) *
-              smooth_passage(0.002, 0.015, firm);
+  // Hardly more than the rim of a weight, or than bevels, is not trusted.
+  out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
   out.on_edge = near && convex && b.weight > 0.03 * a.weight;
 
   // Sheet R: what faces away near the point, with another normal.
@@ -256,8 +253,7 @@ inline BoundedBlend bounded_blend(const ParticleFits& fits, const std::vector<do
   const double sums = (static_cast<double>(expected.hits) + 16) * kEpsilon;
   bounded.depth_error = 4 * depth_off + sums * 20;
   bounded.normal_error = 4 * normal_off + 2 * sums * (1 + expected.cancelled);
-  // The mean trust, of sums, goes into the trust with a slope of nine at most.
-  bounded.trust_error = 4 * trust_off + 9 * 2 * sums;
+  bounded.trust_error = 4 * trust_off + 2 * sums;
   bounded.sure &= expected.margin >= bounded.depth_error;
   return bounded;
 }
