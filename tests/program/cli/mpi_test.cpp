@@ -205,13 +205,15 @@ TEST_F(UnderMpi, EndsWithOneErrorWhereverItIs) {
 
 TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
   write_dam("dam.ply");
-  // mpirun gives its processes a second to end by themselves, and then kills them: the frame is to
-  // take longer.
+  // mpirun gives its processes a second to end by themselves, and then kills them: here three, since
+  // tests run side by side, and the frame is to take longer.
+  Conditions patient = ranks("2");
+  patient.launcher.insert(patient.launcher.end(), {"--mca", "odls_base_sigkill_timeout", "3"});
   Words words = Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall;
   std::replace(words.begin(), words.end(), std::string("320x240"), std::string("3200x2400"));
   int stopped = 0;
   for (const int milliseconds : {300, 700, 1200, 2000}) {
-    const int process = start(words, ranks("2"));
+    const int process = start(words, patient);
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
     kill(process, SIGTERM);
     const Outcome outcome = wait_for(process);
