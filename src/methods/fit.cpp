@@ -134,7 +134,7 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         shell.triangulated = triangulate_without_pits(
             view, fluid.particles, more_visible(seen, params.visible.owned), params.triangle);
       },
-      [&, &device = device] {
+      [&, &device = device, &params = params] {
         {
           const HostView gradients(device, fluid.field);
           shell.found = find_surface(seen, fluid.host_cells, {gradients.data(), gradients.size()});
