@@ -106,9 +106,10 @@ constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0,
 std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
   std::uint64_t crossed = 0;
   const CornerBlock& own = grid.blocks[block];
-  const auto [x, y, z] = kAlong[static_cast<std::size_t>(axis)];
+  const std::array<int, 3>& along = kAlong[static_cast<std::size_t>(axis)];
   each_bit(own.known, [&](int bit) {
-    const Corner next = corner_at(grid, block, (bit & 3) + x, (bit >> 2 & 3) + y, (bit >> 4) + z);
+    const Corner next = corner_at(grid, block, (bit & 3) + along[0], (bit >> 2 & 3) + along[1],
+                                  (bit >> 4) + along[2]);
     if (next.block == kNoBlock) return;
     const CornerBlock& other = grid.blocks[static_cast<std::size_t>(next.block)];
     if ((other.known >> next.bit & 1) == 0) return;
