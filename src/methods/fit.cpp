@@ -63,7 +63,8 @@ struct Shell {
   SeenMesh triangulated;
   FieldSurface found;
   Visible rim;           // the particles that are fitted, or merge first
-  FitNeighbours trial;   // of the rim, for its roundness and for what merges
+  FitNeighbours trial;   // of the rim, for its roundness
+  NearLists near;        // the same on the host, where particles merge
   FitNeighbours fitted;  // of the rim, where each of its particles is fitted
   SplatParticles splash;
   double least_radius = 0;  // of a particle on the screen, pixels
@@ -82,6 +83,7 @@ struct Seeds {
 struct Seeding {
   std::int64_t Counts::*counted;                    // what its fits count as
   double rim_reach;                                 // see with_rim(), particle radii
+  bool merges;                                      // whether Shell::near is wanted
   double (*trial_reach)(const Parameters& params);  // of Shell::trial, at least kTrialReach
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
   Seeds (*choose)(const Frame& frame, const Fluid& fluid, Shell& shell,
@@ -90,7 +92,10 @@ struct Seeding {
 
 // Method fit: every particle of the rim.
 constexpr Seeding kEveryParticle{
-    &Counts::fits, kRimReach, [](const Parameters&) { return kTrialReach; },
+    &Counts::fits,
+    kRimReach,
+    false,
+    [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
                              frame.params.fit.support);
@@ -103,7 +108,9 @@ constexpr Seeding kEveryParticle{
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
 constexpr Seeding kMergedGroups{
-    &Counts::groups, kRimReachGroups,
+    &Counts::groups,
+    kRimReachGroups,
+    true,
     [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
     [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
@@ -111,7 +118,7 @@ constexpr Seeding kMergedGroups{
       const auto& [device, view, params, clock] = frame;
       clock.start("merge");
       MergedGroups groups =
-          merge_particles(view, fluid.particles, shell.rim, around, shell.trial.near, params.merge);
+          merge_particles(view, fluid.particles, shell.rim, around, shell.near, params.merge);
       clock.start("fit");
       Seeds seeds{
           std::move(groups.seed), {}, {}, std::move(groups.share), std::move(groups.extent)};
@@ -141,8 +148,10 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         }
         shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
-        shell.trial = find_neighbours(device, fluid.particles, shell.rim.index, shell.found.index,
-                                      seeding.trial_reach(params));
+        NearLists near = list_near(fluid.particles, shell.rim.index, shell.found.index,
+                                   seeding.trial_reach(params));
+        shell.trial = upload_neighbours(device, near, shell.rim.index, shell.found.index);
+        if (seeding.merges) shell.near = std::move(near);
         shell.splash = upload_splats(device, fluid.particles, fluid.split.splash, kLargestDrop);
         shell.least_radius =
             std::min(bounds_of(fluid.particles.ku).least, bounds_of(fluid.particles.kv).least);

@@ -315,8 +315,14 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
 FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, double reach) {
-  FitNeighbours neighbours{{}, list_near(projected, centre, around, reach)};
-  const std::vector<Block> blocks = list_blocks(neighbours.near, centre, around);
+  return upload_neighbours(device, list_near(projected, centre, around, reach), centre, around);
+}
+
+FitNeighbours upload_neighbours(Device& device, const NearLists& near,
+                                const std::vector<std::int32_t>& centre,
+                                const std::vector<std::int32_t>& around) {
+  FitNeighbours neighbours;
+  const std::vector<Block> blocks = list_blocks(near, centre, around);
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,

@@ -104,8 +104,13 @@ struct FitNeighbours {
     Buffer<cl_int> particle, neighbour, first, length;
   };
   std::vector<Part> parts;
-  NearLists near;  // the same neighbours on the host
 };
+
+/// Lists of neighbours, as list_near() makes them of the same arrays, on the device. Waits. Throws
+/// DeviceError.
+FitNeighbours upload_neighbours(Device& device, const NearLists& near,
+                                const std::vector<std::int32_t>& centre,
+                                const std::vector<std::int32_t>& around);
 
 /// What fits need of places alone: the neighbours within `reach` (particle radii) of each of
 /// `centre` among the surface's particles `around`. Waits. Throws DeviceError.
