@@ -114,40 +114,14 @@ typedef struct {
   intv group;         // the heaviest
 } Blended;
 
-
-// Sums over the hits of one sheet: weight, depth, foot, gradient, and half the weight's own
-// gradient times how f changes along the ray (see the normal in blend_at), which is v - tau u.
-typedef struct {
-  floatv w, t, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
-} Sheet;
-
-inline void clear_sheet(Sheet* sum) {
-  const floatv none = (floatv)(0.0f);
-  sum->w = sum->t = sum->cx = sum->cy = sum->cz = sum->nx = sum->ny = sum->nz = none;
-  sum->vx = sum->vy = sum->vz = sum->ux = sum->uy = sum->uz = none;
-}
-
 // Adds a share of a hit to a sheet.
-inline void add_hit(Sheet* sum, global const float* foot, const Sample s, const Hit hit,
+inline void add_hit(Sums* sum, global const float* foot, const Sample s, const Hit hit,
                     const floatv share) {
-  const floatv w = share * hit.weight;
-  sum->w += w;
-  sum->t = fma(w, hit.tau, sum->t);
-  sum->cx = fma(w, (floatv)(foot[0]), sum->cx);
-  sum->cy = fma(w, (floatv)(foot[1]), sum->cy);
-  sum->cz = fma(w, (floatv)(foot[2]), sum->cz);
-  sum->nx = fma(w, hit.gx, sum->nx);
-  sum->ny = fma(w, hit.gy, sum->ny);
-  sum->nz = fma(w, hit.gz, sum->nz);
-  const floatv v = share * hit.pull, u = v * hit.tau;
+  const floatv pull = share * hit.pull;
   const floatv px = fma(hit.tau, s.dx, s.sx - foot[0]), py = fma(hit.tau, s.dy, s.sy - foot[1]),
                pz = -s.t - foot[2] - hit.tau;
-  sum->vx = fma(v, px, sum->vx);
-  sum->vy = fma(v, py, sum->vy);
-  sum->vz = fma(v, pz, sum->vz);
-  sum->ux = fma(u, px, sum->ux);
-  sum->uy = fma(u, py, sum->uy);
-  sum->uz = fma(u, pz, sum->uz);
+  add_to_sheet(sum, share * hit.weight, hit.tau, foot[0], foot[1], foot[2], hit.gx, hit.gy, hit.gz, pull,
+               px, py, pz);
 }
 
 // The fits of a tile: those that rays may meet, and those that may turn away from the eye there.
@@ -173,8 +147,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
   floatv trust = none, firm = none;
-  Sheet A, B;  // A: as if all hits were of one sheet
-  clear_sheet(&A);
+  Sums A, B;  // A: as if all hits were of one sheet
+  clear_sums(&A);
   for (int from = 0; from < listed.met.count; from += BLOCK) {
     const int to = min(from + BLOCK, listed.met.count);
     Entry entry[BLOCK];
@@ -255,9 +229,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     ay = SELECT(ay, ny * scale, size > 1e-30f);
     az = SELECT(az, nz * scale, size > 1e-30f);
   }
-  clear_sheet(&B);
+  clear_sums(&B);
   if (!one_sheet) {
-    clear_sheet(&A);
+    clear_sums(&A);
     for (int k = 0; k < total; ++k) {
       const int fit = k < kept ? cached_group[k] : listed.met.fit[rest + k - kept];
       global const float* foot = fits.foot + 4 * fit;
@@ -275,7 +249,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
 
   const floatv tiny = (floatv)(1e-30f);
   const floatv va = 1.0f / larger(A.w, tiny), vb = 1.0f / larger(B.w, tiny);
-  const floatv za = A.t * va, zb = B.t * vb;
+  const floatv za = A.value * va, zb = B.value * vb;
   const floatv sb = 1.0f / sqrt(larger(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, tiny));
   const floatv hx = B.cx * vb - A.cx * va, hy = B.cy * vb - A.cy * va, hz = B.cz * vb - A.cz * va;
   // The mean of each sheet's centre over the other's plane.

@@ -59,6 +59,42 @@ inline floatv square_of(const floatv x, const floatv y, const floatv z) {
   return dot_of(x, y, z, x, y, z);
 }
 
+// Sums over what the fits of one sheet say: weight; value, a depth along rays (blend.cl) or a level at
+// points (implicit.cl); foot; gradient; and half the weight's own gradient, v, as it is and times the
+// value, u. The mean value goes into the mean normal by them.
+typedef struct {
+  floatv w, value, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
+} Sums;
+
+inline void clear_sums(Sums* s) {
+  const floatv none = (floatv)(0.0f);
+  s->w = s->value = s->cx = s->cy = s->cz = s->nx = s->ny = s->nz = none;
+  s->vx = s->vy = s->vz = s->ux = s->uy = s->uz = none;
+}
+
+// Adds a fit with foot f and unit gradient g, asked at p from its foot, where its weight changes by
+// `pull` times p.
+inline void add_to_sheet(Sums* s, const floatv weight, const floatv value, const float fx,
+                         const float fy, const float fz, const floatv gx, const floatv gy,
+                         const floatv gz, const floatv pull, const floatv px, const floatv py,
+                         const floatv pz) {
+  const floatv u = pull * value;
+  s->w += weight;
+  s->value = fma(weight, value, s->value);
+  s->cx = fma(weight, (floatv)(fx), s->cx);
+  s->cy = fma(weight, (floatv)(fy), s->cy);
+  s->cz = fma(weight, (floatv)(fz), s->cz);
+  s->nx = fma(weight, gx, s->nx);
+  s->ny = fma(weight, gy, s->ny);
+  s->nz = fma(weight, gz, s->nz);
+  s->vx = fma(pull, px, s->vx);
+  s->vy = fma(pull, py, s->vy);
+  s->vz = fma(pull, pz, s->vz);
+  s->ux = fma(u, px, s->ux);
+  s->uy = fma(u, py, s->uy);
+  s->uz = fma(u, pz, s->uz);
+}
+
 // Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
 typedef struct {
   floatv tau, squared;

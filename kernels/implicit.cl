@@ -161,34 +161,10 @@ inline Said ask_fit(global const float* g, const float fx, const float fy, const
   return n;
 }
 
-// Sums over the fits of a sheet, see Sheet in blend.cl.
-typedef struct {
-  floatv w, f, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
-} Sums;
-
-inline void clear_sums(Sums* s) {
-  const floatv none = (floatv)(0.0f);
-  s->w = s->f = s->cx = s->cy = s->cz = s->nx = s->ny = s->nz = none;
-  s->vx = s->vy = s->vz = s->ux = s->uy = s->uz = none;
-}
-
 inline void add_near(Sums* s, const Said* n, const float pull, const float fx, const float fy,
                      const float fz, const floatv share) {
-  const floatv w = share * n->weight, u = share * (pull * n->steep), v = u * n->f;
-  s->w += w;
-  s->f = fma(w, n->f, s->f);
-  s->cx = fma(w, (floatv)(fx), s->cx);
-  s->cy = fma(w, (floatv)(fy), s->cy);
-  s->cz = fma(w, (floatv)(fz), s->cz);
-  s->nx = fma(w, n->gx, s->nx);
-  s->ny = fma(w, n->gy, s->ny);
-  s->nz = fma(w, n->gz, s->nz);
-  s->vx = fma(v, n->x, s->vx);
-  s->vy = fma(v, n->y, s->vy);
-  s->vz = fma(v, n->z, s->vz);
-  s->ux = fma(u, n->x, s->ux);
-  s->uy = fma(u, n->y, s->uy);
-  s->uz = fma(u, n->z, s->uz);
+  add_to_sheet(s, share * n->weight, n->f, fx, fy, fz, n->gx, n->gy, n->gz, share * (pull * n->steep),
+               n->x, n->y, n->z);
 }
 
 typedef struct {
@@ -208,9 +184,9 @@ typedef struct {
 } Sheet;
 
 inline Sheet sheet_of(const Sums* s) {
-  const floatv v = 1.0f / larger(s->w, (floatv)(1e-30f)), f = s->f * v;
-  const Vector n = unit_of(s->nx + (s->vx - f * s->ux), s->ny + (s->vy - f * s->uy),
-                           s->nz + (s->vz - f * s->uz));
+  const floatv v = 1.0f / larger(s->w, (floatv)(1e-30f)), f = s->value * v;
+  const Vector n = unit_of(s->nx + (s->ux - f * s->vx), s->ny + (s->uy - f * s->vy),
+                           s->nz + (s->uz - f * s->vz));
   const Sheet sheet = {{f, n.x, n.y, n.z},
                        {s->cx * v, s->cy * v, s->cz * v},
                        unit_of(s->nx, s->ny, s->nz)};
