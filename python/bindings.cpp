@@ -70,18 +70,21 @@ ReadOptions reading(double particle_radius, const std::vector<std::string>& attr
 }
 
 /// Each stage looks for ctrl-C and calls `progress`, with the GIL.
+Session::Settings watched(std::size_t memory, const nb::object& progress) {
+  return {memory, [&progress](const std::string& stage) {
+            const nb::gil_scoped_acquire locked;
+            if (PyErr_CheckSignals() != 0) throw nb::python_error();
+            if (!progress.is_none()) progress(stage);
+          }};
+}
+
 std::unique_ptr<Made> extract_frame(Session& session, const Frame& frame, const Camera& camera,
                                     const Parameters& parameters, std::size_t memory, bool timed,
                                     const nb::object& progress) {
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
-  const auto watch = [&progress](const std::string& stage) {
-    const nb::gil_scoped_acquire locked;
-    if (PyErr_CheckSignals() != 0) throw nb::python_error();
-    if (!progress.is_none()) progress(stage);
-  };
-  made->surface = session.extract(*frame.source, camera, parameters, {memory, watch},
+  made->surface = session.extract(*frame.source, camera, parameters, watched(memory, progress),
                                   timed ? &made->timings : nullptr);
   return made;
 }
@@ -91,13 +94,8 @@ std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, double c
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
-  const auto watch = [&progress](const std::string& stage) {
-    const nb::gil_scoped_acquire locked;
-    if (PyErr_CheckSignals() != 0) throw nb::python_error();
-    if (!progress.is_none()) progress(stage);
-  };
-  made->surface = session.extract_closed(*frame.source, {cell}, parameters,
-                                         {kStreamMemory, watch});
+  made->surface =
+      session.extract_closed(*frame.source, {cell}, parameters, watched(kStreamMemory, progress));
   return made;
 }
 
