@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "base/content_hash.hpp"
+#include "base/elapsed.hpp"
 #include "device/building.hpp"
 #include "device/installation.hpp"
 #include "device/kernel_sources.hpp"
@@ -53,11 +54,6 @@ Keeps kept_of(const DeviceInfo& info) {
   constexpr std::array kOwnCache{kPocl, "rusticl", "NVIDIA CUDA"};
   const bool own = std::find(kOwnCache.begin(), kOwnCache.end(), info.platform) != kOwnCache.end();
   return own ? Keeps::notes : Keeps::binaries;
-}
-
-double milliseconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
 }
 
 constexpr const char* kNote = "the runtime's own cache has it";

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/content_hash.hpp"
+#include "base/elapsed.hpp"
 #include "base/printed.hpp"
 #include "device/probe.hpp"
 #include "meniscus/meniscus.hpp"
@@ -27,10 +28,6 @@ namespace meniscus::verify {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
 
 /// How the kernels are built and launched. All variants of a width have the same launches.
 struct Variant {
@@ -243,7 +240,7 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
   row.kernel = which.name;
   row.result = Result::fail;
   row.reason = error;
-  row.ms = ms_since(begin);
+  row.ms = milliseconds_since(begin);
   report(row);
 }
 
@@ -296,7 +293,7 @@ void check_frame(Device& device, const Scene& frame, Method method, DiscForm dis
   };
   const auto begin = Clock::now();
   const std::uint64_t found = hash();
-  row.ms = ms_since(begin);
+  row.ms = milliseconds_since(begin);
   int run = 2;
   std::uint64_t again = found;
   for (; run <= settings.repeat && (again = hash()) == found;) ++run;
@@ -328,7 +325,7 @@ void check_references(Device& device, const StageCase& stage, const Variant& var
     const auto begin = Clock::now();
     const std::vector<ReferenceError> errors = stage.run(device, size);
     const double ms =
-        ms_since(begin) / static_cast<double>(std::max<std::size_t>(1, errors.size()));
+        milliseconds_since(begin) / static_cast<double>(std::max<std::size_t>(1, errors.size()));
     for (const ReferenceError& error : errors) {
       if (!wanted(settings, error.kernel)) continue;
       Row row;

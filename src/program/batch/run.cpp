@@ -16,6 +16,7 @@
 
 #include "api/extract_sparingly.hpp"
 #include "base/content_hash.hpp"
+#include "base/elapsed.hpp"
 #include "device/device.hpp"
 #include "io/input_file.hpp"
 #include "io/parts.hpp"
@@ -30,10 +31,6 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since_1970() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
-double ms_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
 // A frame on its way through the batch.
@@ -243,21 +240,12 @@ class Batch {
     }
     const std::lock_guard turn(gate_);
     const std::unique_lock alone(extracting_);
-    if (no_memory && settings_.closed) {
-      for (Worker& other : workers_) other.device.state().pool->drop_idle();
-      try {
-        Surface surface = extract_on(worker.device);
-        worker.failures = 0;
-        return surface;
-      } catch (const DeviceError& error) {
-        failure = words_of(error);
-      }
-    } else if (no_memory)
-      try {
+    if (no_memory) try {
         for (Worker& other : workers_) other.device.state().pool->drop_idle();
-        Surface surface =
-            extract_sparingly(worker.device, *frame.particles, frame.camera, settings_.parameters,
-                              times, settings_.memory, *no_memory);
+        Surface surface = settings_.closed ? extract_on(worker.device)
+                                           : extract_sparingly(worker.device, *frame.particles,
+                                                               frame.camera, settings_.parameters,
+                                                               times, settings_.memory, *no_memory);
         worker.failures = 0;
         return surface;
       } catch (const DeviceError& error) {
@@ -306,7 +294,7 @@ class Batch {
     FrameRecord& record = frame.record;
     try {
       step();
-      ms = ms_since(begin);
+      ms = milliseconds_since(begin);
       return true;
     } catch (const OutputError& error) {  // the next would meet the same disk
       const std::scoped_lock lock(one_at_a_time_);
@@ -318,7 +306,7 @@ class Batch {
     } catch (const std::exception& error) {
       record.error = words_of(error);
     }
-    ms = ms_since(begin);
+    ms = milliseconds_since(begin);
     record.status = FrameStatus::failed;
     over(record);
     return false;

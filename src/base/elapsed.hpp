@@ -1,0 +1,13 @@
+// Wall time.
+#pragma once
+
+#include <chrono>
+
+namespace meniscus {
+
+inline double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+}  // namespace meniscus
