@@ -33,8 +33,9 @@ std::vector<NamedParameter> named_parameters() {
   Parameters defaults;
   std::vector<NamedParameter> named;
   for (const ParameterEntry& entry : parameter_list(defaults))
-    named.push_back({entry.name, entry.group, entry.unit, entry.description(), entry.get(), entry.least,
-                     entry.most, entry.above, std::holds_alternative<int*>(entry.value)});
+    named.push_back({entry.name, entry.group, entry.unit, entry.description(), entry.get(),
+                     entry.least, entry.most, entry.above,
+                     std::holds_alternative<int*>(entry.value)});
   return named;
 }
 

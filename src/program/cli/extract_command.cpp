@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "api/extract_sparingly.hpp"
+#include "base/elapsed.hpp"
 #include "device/building.hpp"
 #include "device/device.hpp"
 #include "frame/process.hpp"
@@ -16,11 +17,11 @@
 #include "program/cli/commands.hpp"
 #include "program/cli/extract_options.hpp"
 #include "program/cli/extract_warnings.hpp"
+#include "program/cli/one_frame.hpp"
 #include "program/cli/options.hpp"
 #include "program/cli/progress.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/sequence.hpp"
-#include "program/cli/terminal.hpp"
 #include "program/mpi/launch.hpp"
 #include "program/wording.hpp"
 
@@ -39,13 +40,6 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
   } catch (const InputError& error) {
     throw InputError(options.input + ": " + words_of(error));
   }
-}
-
-void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
-
-double milliseconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
 }
 
 void run_frame(const ExtractOptions& options) {
@@ -84,11 +78,8 @@ void run_frame(const ExtractOptions& options) {
   const auto source = open_parts(options.input, reading_of(options), team);
   const ParticleSource& particles = *source;
   const double read_ms = milliseconds_since(start);
-  const std::size_t parts = part_files(options.input).size();
   working.phase("");
-  say("particles",
-      options.input + ": " + grouped(particles.size()) +
-          (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
+  say_particles(say, options, particles);
   const auto [camera, origin] =
       given ? ChosenCamera{*given, options.camera_file} : aimed_camera(options, {&particles});
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
@@ -96,12 +87,7 @@ void run_frame(const ExtractOptions& options) {
     require_room_for_frame(static_cast<std::size_t>(camera.width) *
                            static_cast<std::size_t>(camera.height));
   if (team.leads()) keep_camera(options, camera);
-  say("device", info.name + ": " + why);
-  if (options.verbose && team.leads()) {
-    say("", info.platform + ", driver " + info.driver + ", " + info.version);
-    say("parameters", "");
-    print_lines(stderr, describe(options.parameters));
-  }
+  if (team.leads()) say_device(say, options, info, why);
 
   std::vector<StageTime> stages{{kReading, read_ms, 0, {}}};
   working.phase("extracting " + options.input);
@@ -120,16 +106,7 @@ void run_frame(const ExtractOptions& options) {
   say("method", to_string(options.parameters.method));
   say("found", counts_line(named(surface.counts)));
 
-  const auto writing = std::chrono::steady_clock::now();
-  std::string names;
-  for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
-  working.phase("writing " + names);
-  WriteOptions how = options.writing;
-  how.reached = [&](double share) { working.reached(share); };
-  write_outputs(options.outputs, surface, options.parameters, how);
-  working.phase("");
-  stages.push_back({kWriting, milliseconds_since(writing), 0, {}});
-  for (const std::string& path : options.outputs) say("wrote", path);
+  write_frame(options, surface, working, say, stages);
   if (!options.written_camera.empty()) say("wrote", options.written_camera);
   say("total", printed("%.0f ms", milliseconds_since(start)));
   if (options.timings) {
@@ -161,16 +138,7 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
   if (launch().rank == 0)
     for (const std::string& warning : without_effect(command, options, is_sequence)) warn(warning);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
-  if (const char* const option = sequence_option(options))
-    throw usage_error(std::string(option) + " is for sequences, but " + options.input +
-                      " has no place for the frame's number, e.g. name.####.ply");
-  for (const std::string& path : options.outputs)
-    if (FramePattern::is_in_name(path))
-      throw usage_error(
-          "--output " + path + " has a place for the frame's number, but " + options.input +
-          " is one frame" +
-          (options.input.find('*') == std::string::npos ? "" : " (* stands for its parts)") +
-          "; the name of a sequence has a place, too, e.g. name.####.ply");
+  refuse_sequences(options);
   // A picture alone needs no more maps than it shows. (Those of a sequence have figures in its
   // log.)
   Aovs& aovs = options.parameters.aovs;

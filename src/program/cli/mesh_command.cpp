@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "base/elapsed.hpp"
 #include "device/building.hpp"
 #include "device/device.hpp"
 #include "frame/process.hpp"
@@ -12,34 +13,26 @@
 #include "program/cli/commands.hpp"
 #include "program/cli/extract_options.hpp"
 #include "program/cli/extract_warnings.hpp"
+#include "program/cli/one_frame.hpp"
 #include "program/cli/options.hpp"
 #include "program/cli/progress.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/sequence.hpp"
-#include "program/cli/terminal.hpp"
 #include "program/mpi/launch.hpp"
 #include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
-
-void say_warning(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
-
 void mesh_one(const ExtractOptions& options) {
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
   if (launched_team().size() > 1)
     throw usage_error("the mesh of one frame is made by one process, found " +
                       std::to_string(launched_team().size()) +
                       " (start it without mpirun, or give a sequence)");
   as_usage([&] { check_outputs({{options.input}, {}}, options.outputs); });
   for (const std::string& path : options.outputs) OutputFile probe(path);  // better now than later
-  for (const std::string& warning : warnings_of_parts(options.input)) say_warning(warning);
+  for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
   std::string why;
   const DeviceInfo info = select_device(options.device, &why);
   Device device(info);
@@ -51,18 +44,10 @@ void mesh_one(const ExtractOptions& options) {
   const Talk say(options.quiet);
   working.phase("reading " + options.input);
   const auto source = open_parts(options.input, reading_of(options), launched_team());
-  std::vector<StageTime> stages{{kReading, ms_since(start), 0, {}}};
+  std::vector<StageTime> stages{{kReading, milliseconds_since(start), 0, {}}};
   working.phase("");
-  const std::size_t parts = part_files(options.input).size();
-  say("particles",
-      options.input + ": " + grouped(source->size()) +
-          (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
-  say("device", info.name + ": " + why);
-  if (options.verbose) {
-    say("", info.platform + ", driver " + info.driver + ", " + info.version);
-    say("parameters", "");
-    print_lines(stderr, describe(options.parameters));
-  }
+  say_particles(say, options, *source);
+  say_device(say, options, info, why);
   working.phase("meshing " + options.input);
   Surface surface;
   try {
@@ -72,24 +57,15 @@ void mesh_one(const ExtractOptions& options) {
   }
   working.built();
   working.phase("");
-  for (const Notice& notice : surface.notices) say_warning(options.input + ": " + words_of(notice));
+  for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, *source, surface.particle_radius));
   say("found", counts_line(named(surface.counts)));
   say("mesh", counted(surface.mesh.position.size(), "vert",
                       surface.mesh.position.size() == 1 ? "ex" : "ices") +
                   ", " + counted(surface.mesh.triangle.size(), "triangle"));
 
-  const auto writing = Clock::now();
-  std::string names;
-  for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
-  working.phase("writing " + names);
-  WriteOptions how = options.writing;
-  how.reached = [&](double share) { working.reached(share); };
-  write_outputs(options.outputs, surface, options.parameters, how);
-  working.phase("");
-  stages.push_back({kWriting, ms_since(writing), 0, {}});
-  for (const std::string& path : options.outputs) say("wrote", path);
-  say("total", printed("%.0f ms", ms_since(start)));
+  write_frame(options, surface, working, say, stages);
+  say("total", printed("%.0f ms", milliseconds_since(start)));
   if (options.timings) {
     print_timings(stages, named(surface.counts));
     print_memory(device.state().memory->peak(), peak_memory());
@@ -111,13 +87,7 @@ int run_mesh(ExtractOptions options) {
   use_threads(options.threads);
   options.input = sequence_in_folder(options.input);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
-  if (const char* const option = sequence_option(options))
-    throw usage_error(std::string(option) + " is for sequences, but " + options.input +
-                      " has no place for the frame's number, e.g. name.####.ply");
-  for (const std::string& path : options.outputs)
-    if (FramePattern::is_in_name(path))
-      throw usage_error("--output " + path + " has a place for the frame's number, but " +
-                        options.input + " is one frame");
+  refuse_sequences(options);
   mesh_one(options);
   return 0;
 }

@@ -1,0 +1,61 @@
+#include "program/cli/one_frame.hpp"
+
+#include <chrono>
+
+#include "base/elapsed.hpp"
+#include "base/grouped.hpp"
+#include "io/parts.hpp"
+#include "program/batch/outputs.hpp"
+#include "program/batch/pattern.hpp"
+#include "program/cli/options.hpp"
+#include "program/cli/terminal.hpp"
+
+namespace meniscus::cli {
+
+void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
+
+void refuse_sequences(const ExtractOptions& options) {
+  if (const char* const option = sequence_option(options))
+    throw usage_error(std::string(option) + " is for sequences, but " + options.input +
+                      " has no place for the frame's number, e.g. name.####.ply");
+  for (const std::string& path : options.outputs)
+    if (FramePattern::is_in_name(path))
+      throw usage_error(
+          "--output " + path + " has a place for the frame's number, but " + options.input +
+          " is one frame" +
+          (options.input.find('*') == std::string::npos ? "" : " (* stands for its parts)") +
+          "; the name of a sequence has a place, too, e.g. name.####.ply");
+}
+
+void say_particles(const Talk& say, const ExtractOptions& options,
+                   const ParticleSource& particles) {
+  const std::size_t parts = part_files(options.input).size();
+  say("particles",
+      options.input + ": " + grouped(particles.size()) +
+          (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
+}
+
+void say_device(const Talk& say, const ExtractOptions& options, const DeviceInfo& info,
+                const std::string& why) {
+  say("device", info.name + ": " + why);
+  if (!options.verbose) return;
+  say("", info.platform + ", driver " + info.driver + ", " + info.version);
+  say("parameters", "");
+  print_lines(stderr, describe(options.parameters));
+}
+
+void write_frame(const ExtractOptions& options, const Surface& surface, Working& working,
+                 const Talk& say, std::vector<StageTime>& stages) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string names;
+  for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
+  working.phase("writing " + names);
+  WriteOptions how = options.writing;
+  how.reached = [&](double share) { working.reached(share); };
+  write_outputs(options.outputs, surface, options.parameters, how);
+  working.phase("");
+  stages.push_back({kWriting, milliseconds_since(start), 0, {}});
+  for (const std::string& path : options.outputs) say("wrote", path);
+}
+
+}  // namespace meniscus::cli
