@@ -47,10 +47,6 @@ SMALLER = {
     "meniscus extract INPUT -o FILE": ("meniscus extract frame.ply -o surface.exr", 1, "names to fill in"),
     # The accuracy benchmark: twenty minutes in all.
     "scripts/accuracy.sh": ("scripts/accuracy.sh --try", 30, "twenty minutes"),
-    "meniscus-accuracy --method fit --seeds reporting --flicker --flicker-seeds 1": (
-        "meniscus-accuracy --method fit --seeds 1001 --flicker --flicker-seeds 1 --scene sphere", 2, "minutes"),
-    "meniscus-accuracy --method paper,paper-best,fit --seeds 1001": (
-        "meniscus-accuracy --method paper,paper-best,fit --seeds 1001 --scene sphere", 5, "minutes"),
     "meniscus-accuracy --method paper,paper-best,paper+sigma-s=0.01,fit --seeds 1001": (
         "meniscus-accuracy --method paper,paper-best,paper+sigma-s=0.01,fit --seeds 1001 --scene sphere", 5, "minutes"),
     "meniscus-accuracy --method fit,groups --scene sphere,waves,box,boxpool,capsules,sheet --seeds 2 --flicker": (
