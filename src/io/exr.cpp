@@ -54,6 +54,13 @@ constexpr char kForwardComments[] =
     "\nforward.u forward.v: how far the surface moves on the screen until the next frame (at "
     "framesPerSecond), pixels to the right and down; 0 where there is no surface.";
 
+constexpr char kLayerComments[] =
+    "\nlayers: how many bodies of fluid lie along the ray; 0 where there is no surface.\n"
+    "Z.back: where the ray leaves the first one, as Z; +infinity where there is no surface.\n"
+    "N.back.X N.back.Y N.back.Z: outward unit normal there, world space; 0 where there is no "
+    "surface.\n"
+    "thickness: fluid along the ray, of all bodies, world units; 0 where there is no surface.";
+
 // Lets OpenEXR write through OutputFile.
 class Stream : public Imf::OStream {
  public:
@@ -128,6 +135,7 @@ Imf::Header make_header(const Surface& surface, const Parameters& parameters,
       names += (names.empty() ? "" : "\n") + attribute.name;
     header.insert("meniscus.attributes", Imf::StringAttribute(names));
   }
+  if (surface.layers.most > 0) comments += kLayerComments;
   if (!surface.forward.pixels.empty()) {
     comments += kForwardComments;
     Imf::addFramesPerSecond(header, Imf::guessExactFps(surface.forward.frames_per_second));
@@ -173,6 +181,17 @@ void check_maps(const Surface& surface) {
   check_map("residual", surface.residual.size());
   check_map("velocity", surface.velocity.size());
   check_map("forward", surface.forward.pixels.size());
+  const Layers& layers = surface.layers;
+  require(layers.most >= 0, "write_exr: layers are " + std::to_string(layers.most));
+  if (layers.most > 0) {
+    check_map("layers", layers.count.size());
+    check_map("thickness", layers.thickness.size());
+    check_map("N.back", layers.back_normal.size());
+    for (const auto* depths : {&layers.entry, &layers.exit})
+      require(depths->size() == pixels * static_cast<std::size_t>(layers.most),
+              "write_exr: the layers' depths are " + std::to_string(depths->size()) + ", wanted " +
+                  std::to_string(pixels) + " times " + std::to_string(layers.most));
+  }
   for (const Attribute& attribute : surface.attributes)
     check_map(attribute.name.c_str(), attribute.values.size());
 }

@@ -265,6 +265,12 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
           "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
           "forward comes with (default: all); what a PNG shows is made, too")
       ->type_name("LIST");
+  command
+      .add_option("--layers", o.parameters.layers,
+                  "bodies of fluid along each pixel's ray: adds Z.back, N.back, thickness and "
+                  "layers to the EXR, and up to this many, 1 to 8, to a .deep.exr")
+      ->check(from_to(1, 8))
+      ->type_name("K");
   add_no_motion_option(command, o);
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
