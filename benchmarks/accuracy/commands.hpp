@@ -47,6 +47,9 @@ struct ClosedOptions {
 void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
                        const ClosedOptions& options);
 
+/// Measures layers along rays: a row for each scene and seed, then the means (pixels are sums).
+void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes);
+
 /// Measures the analytic scenes.
 void run_scenes(const CommonOptions& common, const ScenesOptions& options);
 

@@ -213,7 +213,7 @@ struct Tracer {
       if (count == 0) {
         Vec3d normal = normalized(along);
         if (body.leaving != nullptr) {
-          ScreenTriangle drawn;
+          ScreenTriangle drawn{};
           projector.draw(mesh.triangle[body.leaving->triangle], drawn);
           normal = normal_at(mesh, drawn, *body.leaving);
         }
@@ -246,7 +246,7 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
   const auto bands = static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn);
   std::vector<std::vector<std::uint32_t>> of_band(bands);
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
-    ScreenTriangle drawn;
+    ScreenTriangle drawn{};
     if (!projector.draw(mesh.triangle[t], drawn)) continue;
     for (int band = drawn.rows[0] / kRowsDrawn; band <= (drawn.rows[1] - 1) / kRowsDrawn; ++band)
       of_band[static_cast<std::size_t>(band)].push_back(static_cast<std::uint32_t>(t));
@@ -260,7 +260,7 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
       const int first = static_cast<int>(band) * kRowsDrawn,
                 behind = std::min(first + kRowsDrawn, view.height);
       for (const std::uint32_t t : of_band[band]) {
-        ScreenTriangle drawn;
+        ScreenTriangle drawn{};
         projector.draw(mesh.triangle[t], drawn);
         for (int row = std::max(first, drawn.rows[0]); row < std::min(behind, drawn.rows[1]); ++row)
           cross_row(drawn, t, row, rows[static_cast<std::size_t>(row - first)]);
