@@ -68,8 +68,8 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   surface.particle_radius = frame.radius;
   surface.notices = std::move(filling.notices);
   FilledFrame streamed;  // with all that streamed past the frame
-  const bool streams = source.size() >= kStreamed;
-  if (params.layers > 0 && streams) streamed = fill_for_layers(filling, source, frame.radius);
+  const bool streams = source.size() >= kStreamed, layered = params.layers > 0 && params.image;
+  if (layered && streams) streamed = fill_for_layers(filling, source, frame.radius);
   if (!source.team().leads()) return surface;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, params, timings);
   if (frame.all >= 0) extraction.counts.particles = frame.all;
@@ -81,7 +81,7 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
     extraction.counts.representatives = static_cast<std::int64_t>(frame.particles.x.size());
     extraction.counts.spray = static_cast<std::int64_t>(frame.spray.size());
   }
-  if (params.layers > 0) {
+  if (layered) {
     const FilledFrame& whole = streams ? streamed : frame;
     surface.layers = run_layers(device, whole.view, whole.particles,
                                 front_of(device, frame, extraction), params, timings);

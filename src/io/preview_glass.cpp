@@ -1,0 +1,150 @@
+// Preview `glass`: clear water before a checkered wall. A ray is refracted where it enters the
+// fluid, and once more where it leaves it; light on its way is absorbed (Beer and Lambert).
+//
+// Where the refracted ray leaves the fluid is told by the maps alone, as Wyman (2005) does: it goes
+// as far within the fluid as the straight ray does, and the back seen at the pixel that shows that
+// place is the back that it leaves through.
+#include <algorithm>
+#include <cmath>
+
+#include "io/picture.hpp"
+#include "io/studio.hpp"
+
+namespace meniscus {
+namespace {
+
+// Of white light, after as much fluid as a twentieth of the pixels have more of.
+constexpr Color kClear = {0.24f, 0.66f, 0.74f};
+constexpr Color kScattered = {0.010f, 0.100f, 0.150f};  // what deep water sends back
+constexpr int kSquares = 9;                             // of the wall, down the picture
+
+// Where rays go: the wall stands at right angles to the view behind all of the fluid.
+struct Wall {
+  float z, square;  // radii; the side of a square
+  float centre_x, centre_y, half_height;
+
+  explicit Wall(const Scene& scene) {
+    const Layers& layers = scene.surface.layers;
+    const std::size_t pixels = layers.count.size();
+    float farthest = 0;
+    for (std::size_t k = 0; k < pixels * static_cast<std::size_t>(layers.most); ++k)
+      if (std::isfinite(layers.exit[k])) farthest = std::max(farthest, layers.exit[k]);
+    const double depth = std::max(1.04 * farthest / scene.view.radius, 1.0);
+    const Vec3d top = point_at(scene.view, 0.5 * scene.width, 0, depth),
+                foot = point_at(scene.view, 0.5 * scene.width, scene.height, depth);
+    z = static_cast<float>(-depth);
+    half_height = static_cast<float>(length(top - foot) / 2);
+    centre_x = static_cast<float>((top.x + foot.x) / 2);
+    centre_y = static_cast<float>((top.y + foot.y) / 2);
+    square = 2 * half_height / kSquares;
+  }
+
+  // The light from a place along a direction.
+  Color seen_from(const Vec3& at, const Vec3& along) const {
+    const float ahead = smoothstep(0.02f, 0.25f, -along.z);  // rays along the wall see the room
+    if (!(ahead > 0)) return studio(along);
+    const float far = (z - at.z) / along.z;
+    const float x = at.x + far * along.x - centre_x, y = at.y + far * along.y - centre_y;
+    // Soft edges, softer where one pixel looks at much of the wall.
+    const float soft = 0.06f + 0.3f * (1 - ahead);
+    const auto stripe = [&](float s) {
+      const float phase = std::abs(s / square * 0.5f - std::floor(s / square * 0.5f) - 0.5f) * 2;
+      return 2 * smoothstep(0.5f - soft, 0.5f + soft, phase) - 1;
+    };
+    const float dark = 0.5f + 0.5f * stripe(x) * stripe(y);
+    const float out = std::sqrt(x * x + y * y) / half_height;
+    const Color squares = mix({0.80f, 0.82f, 0.84f}, {0.20f, 0.24f, 0.30f}, dark);
+    const Color wall = squares * (1.08f - 0.28f * smoothstep(0, 1.9f, out));
+    return mix(studio(along), wall, ahead * (1 - smoothstep(3, 6, out)));
+  }
+};
+
+// Which light is absorbed: exponents per world unit.
+Color absorption_of(const Layers& layers) {
+  std::vector<float> thickness;
+  for (const float t : layers.thickness)
+    if (t > 0 && std::isfinite(t)) thickness.push_back(t);
+  if (thickness.empty()) return {};
+  const auto place =
+      thickness.begin() + static_cast<std::ptrdiff_t>((thickness.size() - 1) * 95 / 100);
+  std::nth_element(thickness.begin(), place, thickness.end());
+  return {-std::log(kClear.x) / *place, -std::log(kClear.y) / *place, -std::log(kClear.z) / *place};
+}
+
+struct Glass {
+  const Scene& scene;
+  Wall wall{scene};
+  Color absorption = absorption_of(scene.surface.layers);
+
+  Vec3 back_normal(std::size_t pixel) const {
+    const Vec3& n = scene.surface.layers.back_normal[pixel];
+    const auto& m = scene.view.rotation;
+    const Vec3d eye{m[0] * n.x + m[1] * n.y + m[2] * n.z, m[3] * n.x + m[4] * n.y + m[5] * n.z,
+                    m[6] * n.x + m[7] * n.y + m[8] * n.z};
+    return unit(static_cast<Vec3>(eye));
+  }
+
+  // The back's normal where the picture shows a point, or that of `otherwise`.
+  Vec3 back_at(const Vec3& point, std::size_t otherwise) const {
+    const PixelPosition p = project(scene.view, Vec3d(point));
+    const int column = static_cast<int>(std::floor(p.u)), row = static_cast<int>(std::floor(p.v));
+    if (!(p.w > 0) || column < 0 || row < 0 || column >= scene.width || row >= scene.height)
+      return back_normal(otherwise);
+    const std::size_t pixel = scene.at(column, row);
+    return back_normal(scene.covered(pixel) ? pixel : otherwise);
+  }
+
+  Color at(int column, int row) const {
+    const std::size_t k = scene.at(column, row);
+    const Layers& layers = scene.surface.layers;
+    const Vec3 to_eye = scene.to_eye(column, row), along = to_eye * -1.0f;
+    const Vec3& n = scene.normal[k];
+    const Vec3& enters = scene.point[k];
+
+    const Vec3 inside = refract(along, n, kWater);
+    const float way = (layers.exit[k] - layers.entry[k]) / static_cast<float>(scene.view.radius) /
+                      std::max(-along.z, 1e-3f);
+    const Vec3 leaves = enters + inside * way;
+    const Vec3 back = back_at(leaves, k);
+    // Beyond the angle of total reflection refract() goes on along the surface.
+    const Vec3 behind = unit(refract(inside, back * -1.0f, 1 / kWater));
+    const Color light = wall.seen_from(leaves, behind);
+
+    const float t = layers.thickness[k];
+    const Color left = {std::exp(-absorption.x * t), std::exp(-absorption.y * t),
+                        std::exp(-absorption.z * t)};
+    const Color through = {light.x * left.x + kScattered.x * (1 - left.x),
+                           light.y * left.y + kScattered.y * (1 - left.y),
+                           light.z * left.z + kScattered.z * (1 - left.z)};
+    const float facing = std::clamp(dot(n, to_eye), 0.0f, 1.0f), away = 1 - facing;
+    const float fresnel = 0.02f + 0.98f * away * away * away * away * away;
+    return mix(through, studio(n * (2 * facing) + along), fresnel);
+  }
+};
+
+}  // namespace
+
+Picture draw_glass(const Scene& scene, const std::function<void(double)>& reached) {
+  const Glass glass{scene};
+  reached(0.2);
+  Picture picture(scene.normal.size());
+  parallel_rows(scene.height, [&](int row) {
+    for (int column = 0; column < scene.width; ++column) {
+      const std::size_t k = scene.at(column, row);
+      Color color;
+      if (scene.covered(k)) {
+        color = glass.at(column, row);
+      } else {
+        const Vec3 from = static_cast<Vec3>(point_at(scene.view, column + 0.5, row + 0.5, 0)),
+                   along = static_cast<Vec3>(
+                       normalized(ray_direction(scene.view, column + 0.5, row + 0.5)));
+        color = glass.wall.seen_from(from, along);
+      }
+      picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
+    }
+  });
+  reached(1);
+  return picture;
+}
+
+}  // namespace meniscus
