@@ -20,6 +20,11 @@ constexpr double kMeetsFront = 2;
 // Thickness of a film: a front that the mesh does not know. Particle radii along the ray.
 constexpr double kFilm = 0.02;
 
+// Air between two bodies that is thinner along the ray is none: it is the surface's roughness,
+// where a ray skims it or nicks an edge. Particles of two sheets leave at least .7 between the
+// sheets.
+constexpr double kThinAir = 0.5;
+
 // Vertices of a triangle whose normal is off the triangle's by more lie on a crease: there the
 // triangle's own counts. 25 degrees.
 constexpr double kCreaseNormals = 0.9063077870366499;
@@ -47,16 +52,13 @@ struct ScreenTriangle {
   std::array<int, 2> columns, rows;  // whose centres it may cover, first and behind the last
 };
 
-// Where a triangle's plane is on a pixel's ray.
+// Where a ray meets a triangle.
 struct Crossing {
-  int column;
-  int enters;
+  double depth;  // particle radii
   std::uint32_t triangle;
-  double depth;                  // particle radii
-  std::array<double, 3> weight;  // of the corners in space; not normalized
+  std::int32_t enters;
 
   bool operator<(const Crossing& other) const {
-    if (column != other.column) return column < other.column;
     if (depth != other.depth) return depth < other.depth;
     if (enters != other.enters) return enters > other.enters;  // bodies that touch are one
     return triangle < other.triangle;
@@ -119,31 +121,56 @@ std::int64_t centre_of(int pixel) {
          static_cast<std::int64_t>(kSubpixels) / 2;
 }
 
-// Adds where the triangle meets the rays of a row.
-void cross_row(const ScreenTriangle& drawn, std::uint32_t triangle, int row,
-               std::vector<Crossing>& found) {
-  const auto& c = drawn.corner;
-  const std::int64_t v = centre_of(row);
-  for (int column = drawn.columns[0]; column < drawn.columns[1]; ++column) {
-    const std::int64_t u = centre_of(column);
-    std::array<double, 3> weight;
-    bool inside = true;
-    for (int k = 0; k < 3 && inside; ++k) {
-      const ScreenCorner &a = c[(k + 1) % 3], &b = c[(k + 2) % 3];
-      const std::int64_t side = side_of(a, b, u, v);
-      inside = side > 0 || (side == 0 && owns_edge(a, b));
-      weight[k] = static_cast<double>(side) * c[k].inverse_w;
-    }
-    if (!inside) continue;
-    const double sum = weight[0] + weight[1] + weight[2];
-    const double depth =
-        (weight[0] * c[0].depth + weight[1] * c[1].depth + weight[2] * c[2].depth) / sum;
-    found.push_back({column, drawn.enters, triangle, depth, weight});
-  }
-}
+// What the corners of a triangle count in space where a ray meets it, whether or not it does; their
+// sum is not 1.
+struct Weights {
+  std::array<double, 3> of;
+  bool inside = true;
 
-// The mesh's normal where it is crossed.
-Vec3d normal_at(const DualMesh& mesh, const ScreenTriangle& drawn, const Crossing& crossing) {
+  Weights(const ScreenTriangle& drawn, std::int64_t u, std::int64_t v) {
+    for (int k = 0; k < 3; ++k) {
+      const ScreenCorner &a = drawn.corner[(k + 1) % 3], &b = drawn.corner[(k + 2) % 3];
+      const std::int64_t side = side_of(a, b, u, v);
+      inside &= side > 0 || (side == 0 && owns_edge(a, b));
+      of[k] = static_cast<double>(side) * drawn.corner[k].inverse_w;
+    }
+  }
+};
+
+// All crossings of the rays of a row, by columns.
+struct RowCrossings {
+  std::vector<std::pair<int, Crossing>> found;  // column
+  std::vector<std::size_t> end;                 // [columns] in `sorted`
+  std::vector<Crossing> sorted;
+
+  void add(const ScreenTriangle& drawn, std::uint32_t triangle, int row) {
+    const std::int64_t v = centre_of(row);
+    for (int column = drawn.columns[0]; column < drawn.columns[1]; ++column) {
+      const Weights weights(drawn, centre_of(column), v);
+      if (!weights.inside) continue;
+      const auto& [a, b, c] = weights.of;
+      const double depth =
+          (a * drawn.corner[0].depth + b * drawn.corner[1].depth + c * drawn.corner[2].depth) /
+          (a + b + c);
+      found.push_back({column, {depth, triangle, drawn.enters}});
+    }
+  }
+
+  void sort(int columns) {
+    end.assign(static_cast<std::size_t>(columns) + 1, 0);
+    for (const auto& crossing : found) ++end[static_cast<std::size_t>(crossing.first) + 1];
+    for (std::size_t k = 1; k < end.size(); ++k) end[k] += end[k - 1];
+    sorted.resize(found.size());
+    for (const auto& crossing : found)
+      sorted[end[static_cast<std::size_t>(crossing.first)]++] = crossing.second;
+    for (std::size_t k = 0, first = 0; k < end.size(); first = end[k++])
+      if (end[k] - first > 1) std::sort(&sorted[first], &sorted[first] + (end[k] - first));
+    found.clear();
+  }
+};
+
+// The mesh's normal at a place of a triangle.
+Vec3d normal_at(const DualMesh& mesh, const ScreenTriangle& drawn, const Weights& weights) {
   const Vec3d &a = mesh.position[drawn.vertex[0]], &b = mesh.position[drawn.vertex[1]],
               &c = mesh.position[drawn.vertex[2]];
   // The corners run the other way where the triangle faces the eye.
@@ -151,7 +178,7 @@ Vec3d normal_at(const DualMesh& mesh, const ScreenTriangle& drawn, const Crossin
   Vec3d sum;
   for (int k = 0; k < 3; ++k) {
     const Vec3d& n = mesh.normal[drawn.vertex[k]];
-    sum += (dot(n, flat) < kCreaseNormals ? flat : n) * crossing.weight[k];
+    sum += (dot(n, flat) < kCreaseNormals ? flat : n) * weights.of[k];
   }
   return normalized(sum, flat);
 }
@@ -161,8 +188,10 @@ struct Interval {
   const Crossing* leaving = nullptr;
 };
 
-// The bodies along one ray, from its crossings in order.
-void list_intervals(const Crossing* begin, const Crossing* end, std::vector<Interval>& bodies) {
+// The bodies along one ray, from its crossings in order; air of less depth than `least_air` is
+// none.
+void list_intervals(const Crossing* begin, const Crossing* end, double least_air,
+                    std::vector<Interval>& bodies) {
   bodies.clear();
   int all = 0;
   for (const Crossing* c = begin; c != end; ++c) all += c->enters;
@@ -172,7 +201,11 @@ void list_intervals(const Crossing* begin, const Crossing* end, std::vector<Inte
     const int before = within;
     within += c->enters;
     if (before <= 0 && within > 0) from = c->depth;
-    if (before > 0 && within <= 0) bodies.push_back({from, c->depth, c});
+    if (before <= 0 || within > 0) continue;
+    if (!bodies.empty() && from - bodies.back().to < least_air)
+      bodies.back() = {bodies.back().from, c->depth, c};
+    else
+      bodies.push_back({from, c->depth, c});
   }
 }
 
@@ -183,8 +216,9 @@ struct Tracer {
   const std::vector<float>& front;
   Layers& layers;
 
-  // Writes what is kept of one ray.
-  void write(int column, int row, std::vector<Interval>& bodies) const {
+  // Writes what is kept of one ray. `bodies` is room to work in.
+  void write(int column, int row, const RowCrossings& crossings,
+             std::vector<Interval>& bodies) const {
     const std::size_t pixels = front.size(),
                       pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width) +
                               static_cast<std::size_t>(column);
@@ -192,6 +226,9 @@ struct Tracer {
     if (!(first < kNoSurface)) return;
     const Vec3d along = ray_direction(view, column + 0.5, row + 0.5);
     const double stretch = length(along), start = first / view.radius;
+    const auto c = static_cast<std::size_t>(column);
+    list_intervals(crossings.sorted.data() + (c > 0 ? crossings.end[c - 1] : 0),
+                   crossings.sorted.data() + crossings.end[c], kThinAir / stretch, bodies);
     std::erase_if(bodies, [&](const Interval& body) { return !(body.to > start); });
     if (bodies.empty() || bodies[0].from > start + kMeetsFront / stretch)
       bodies.insert(bodies.begin(), {start, start + kFilm / stretch, nullptr});
@@ -215,7 +252,7 @@ struct Tracer {
         if (body.leaving != nullptr) {
           ScreenTriangle drawn{};
           projector.draw(mesh.triangle[body.leaving->triangle], drawn);
-          normal = normal_at(mesh, drawn, *body.leaving);
+          normal = normal_at(mesh, drawn, Weights(drawn, centre_of(column), centre_of(row)));
         }
         layers.back_normal[pixel] = static_cast<Vec3>(world_direction(view, normal));
       }
@@ -241,43 +278,39 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
   layers.entry.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
-  // The triangles of each band, in their order.
+  // The triangles of each band of rows, in their order.
   const Projector projector(view, mesh);
   const auto bands = static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn);
-  std::vector<std::vector<std::uint32_t>> of_band(bands);
-  for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
+  std::vector<std::array<int, 2>> rows_of(mesh.triangle.size());
+  parallel_for(rows_of.size(), 4096, [&](std::size_t begin, std::size_t end) {
     ScreenTriangle drawn{};
-    if (!projector.draw(mesh.triangle[t], drawn)) continue;
-    for (int band = drawn.rows[0] / kRowsDrawn; band <= (drawn.rows[1] - 1) / kRowsDrawn; ++band)
-      of_band[static_cast<std::size_t>(band)].push_back(static_cast<std::uint32_t>(t));
-  }
+    for (std::size_t t = begin; t < end; ++t)
+      if (projector.draw(mesh.triangle[t], drawn)) rows_of[t] = drawn.rows;
+  });
+  std::vector<std::vector<std::uint32_t>> of_band(bands);
+  for (std::size_t t = 0; t < rows_of.size(); ++t)
+    if (rows_of[t][0] < rows_of[t][1])
+      for (int band = rows_of[t][0] / kRowsDrawn; band <= (rows_of[t][1] - 1) / kRowsDrawn; ++band)
+        of_band[static_cast<std::size_t>(band)].push_back(static_cast<std::uint32_t>(t));
 
   const Tracer tracer{view, mesh, projector, front, layers};
   parallel_for(bands, 1, [&](std::size_t begin, std::size_t end) {
-    std::array<std::vector<Crossing>, kRowsDrawn> rows;
+    std::array<RowCrossings, kRowsDrawn> rows;
     std::vector<Interval> bodies;
+    ScreenTriangle drawn{};
     for (std::size_t band = begin; band < end; ++band) {
       const int first = static_cast<int>(band) * kRowsDrawn,
                 behind = std::min(first + kRowsDrawn, view.height);
       for (const std::uint32_t t : of_band[band]) {
-        ScreenTriangle drawn{};
         projector.draw(mesh.triangle[t], drawn);
         for (int row = std::max(first, drawn.rows[0]); row < std::min(behind, drawn.rows[1]); ++row)
-          cross_row(drawn, t, row, rows[static_cast<std::size_t>(row - first)]);
+          rows[static_cast<std::size_t>(row - first)].add(drawn, t, row);
       }
       for (int row = first; row < behind; ++row) {
-        std::vector<Crossing>& crossings = rows[static_cast<std::size_t>(row - first)];
-        std::sort(crossings.begin(), crossings.end());
-        const Crossing* at = crossings.data();
-        const Crossing* const last = at + crossings.size();
-        for (int column = 0; column < view.width; ++column) {
-          const Crossing* next = at;
-          while (next != last && next->column == column) ++next;
-          list_intervals(at, next, bodies);
-          tracer.write(column, row, bodies);
-          at = next;
-        }
-        crossings.clear();
+        RowCrossings& crossings = rows[static_cast<std::size_t>(row - first)];
+        crossings.sort(view.width);
+        for (int column = 0; column < view.width; ++column)
+          tracer.write(column, row, crossings, bodies);
       }
     }
   });

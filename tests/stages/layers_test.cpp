@@ -141,20 +141,31 @@ void expect_as_by_loop(const View& view, const DualMesh& mesh) {
       ASSERT_EQ(layers.count[p] > 0, front[p] < kNoSurface);
       if (met.empty() || clear < 1e-3) continue;  // vertices move by up to 1/8192 of a pixel
       ++compared;
-      double thickness = 0;
-      std::size_t k = 0;
+      const double stretch = length(ray_direction(view, i + 0.5, j + 0.5));
+      std::vector<std::array<double, 2>> bodies;
       int within = 0;
-      double from = 0;
+      double begins = 0;
       for (const Met& m : met) {
-        if (within == 0) from = m.depth;
+        if (within == 0) begins = m.depth;
         within += m.enters;
         if (within != 0) continue;
+        const double air = bodies.empty() ? 1 : (begins - bodies.back()[1]) * stretch;
+        if (std::abs(air - 0.5) < 1e-2) clear = 0;  // may be either
+        if (air < 0.5)
+          bodies.back()[1] = m.depth;
+        else
+          bodies.push_back({begins, m.depth});
+      }
+      if (clear < 1e-3) continue;
+      double thickness = 0;
+      std::size_t k = 0;
+      for (const auto& [from, to] : bodies) {
         ASSERT_LT(k, layers.count[p]);
         // Rays at up to 87 degrees to the mesh: 1/8192 of a pixel, some 1/30000 radii, by 20.
         constexpr double kNear = 2e-3;
         EXPECT_NEAR(layers.entry[k * pixels + p] / kRadius, from, kNear) << i << ' ' << j;
-        EXPECT_NEAR(layers.exit[k * pixels + p] / kRadius, m.depth, kNear) << i << ' ' << j;
-        thickness += (m.depth - from) * kRadius * length(ray_direction(view, i + 0.5, j + 0.5));
+        EXPECT_NEAR(layers.exit[k * pixels + p] / kRadius, to, kNear) << i << ' ' << j;
+        thickness += (to - from) * kRadius * stretch;
         ++k;
       }
       EXPECT_EQ(layers.count[p], k);
@@ -222,6 +233,20 @@ TEST(Layers, BeginAtTheFront) {
   expect_near(intervals(15), {15, 15.02, 20, 30});       // what the mesh has before is left out
   expect_near(intervals(25), {25, 30});
   expect_near(intervals(31), {31, 31.02});
+}
+
+TEST(Layers, AirThatIsTooThinIsNone) {
+  const View view = orthographic();
+  for (const double gap : {0.4, 0.6}) {
+    DualMesh mesh;
+    add_box(mesh, {-100, -100, -12}, {100, 100, -10});
+    add_box(mesh, {-100, -100, -14}, {100, 100, -12 - gap});
+    const Layers layers = trace_layers(
+        view, mesh, std::vector<float>(pixels_of(view), static_cast<float>(10 * kRadius)), 2);
+    EXPECT_EQ(layers.count[7], gap < 0.5 ? 1u : 2u);
+    EXPECT_NEAR(layers.exit[7], (gap < 0.5 ? 14 : 12) * kRadius, 1e-5);
+    EXPECT_NEAR(layers.thickness[7], (gap < 0.5 ? 4 : 4 - gap) * kRadius, 1e-5);
+  }
 }
 
 TEST(Layers, CountAllAndKeepSome) {

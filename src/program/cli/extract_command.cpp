@@ -139,7 +139,8 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
       aovs.normal = true;
       if (options.writing.preview == Preview::groups) aovs.group = aovs.kind = true;
     }
-    if (options.parameters.layers == 0) options.parameters.layers = layers;
+    if (options.parameters.layers == 0 || (!maps && layers == 0))
+      options.parameters.layers = layers;
     check(options.parameters);  // the method may have the front alone
   });
   use_threads(options.threads);
