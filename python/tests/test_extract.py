@@ -121,7 +121,7 @@ def test_layers_are_where_rays_leave(points, camera, tmp_path):
     assert surface.thickness[36, 48] == pytest.approx(width, rel=.1)
     assert surface.exit[0, 36, 48] - surface.depth[36, 48] == pytest.approx(
         surface.thickness[36, 48], rel=.01)
-    assert surface.back_normal[36, 48] @ surface.normal[36, 48] < -.9
+    assert surface.back_normal[36, 48, 2] < -.7 < .7 < surface.normal[36, 48, 2]
     surface.write(tmp_path / "a.exr")
     back = meniscus.read_exr(tmp_path / "a.exr")
     assert np.array_equal(back.exit[0], surface.exit[0])

@@ -6,6 +6,8 @@
 // place is the back that it leaves through.
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "io/picture.hpp"
 #include "io/studio.hpp"
@@ -18,10 +20,17 @@ constexpr Color kClear = {0.24f, 0.66f, 0.74f};
 constexpr Color kScattered = {0.010f, 0.100f, 0.150f};  // what deep water sends back
 constexpr int kSquares = 9;                             // of the wall, down the picture
 
-// Where rays go: the wall stands at right angles to the view behind all of the fluid.
+// Where a ray goes that is behind all of the fluid.
+struct Sight {
+  float x, y;   // of the wall, squares
+  float ahead;  // 0 beside it to 1
+  Vec3 along;
+};
+
+// The wall stands at right angles to the view, behind all of the fluid.
 struct Wall {
   float z, square;  // radii; the side of a square
-  float centre_x, centre_y, half_height;
+  float centre_x, centre_y;
 
   explicit Wall(const Scene& scene) {
     const Layers& layers = scene.surface.layers;
@@ -33,29 +42,35 @@ struct Wall {
     const Vec3d top = point_at(scene.view, 0.5 * scene.width, 0, depth),
                 foot = point_at(scene.view, 0.5 * scene.width, scene.height, depth);
     z = static_cast<float>(-depth);
-    half_height = static_cast<float>(length(top - foot) / 2);
     centre_x = static_cast<float>((top.x + foot.x) / 2);
     centre_y = static_cast<float>((top.y + foot.y) / 2);
-    square = 2 * half_height / kSquares;
+    square = static_cast<float>(length(top - foot)) / kSquares;
   }
 
-  // The light from a place along a direction.
-  Color seen_from(const Vec3& at, const Vec3& along) const {
-    const float ahead = smoothstep(0.02f, 0.25f, -along.z);  // rays along the wall see the room
-    if (!(ahead > 0)) return studio(along);
+  // Where a ray from a place meets the wall, and how far it looks ahead; 0: beside it.
+  Sight sight_of(const Vec3& at, const Vec3& along) const {
+    Sight sight{0, 0, smoothstep(0.02f, 0.25f, -along.z), along};
+    if (!(sight.ahead > 0)) return sight;
     const float far = (z - at.z) / along.z;
-    const float x = at.x + far * along.x - centre_x, y = at.y + far * along.y - centre_y;
-    // Soft edges, softer where one pixel looks at much of the wall.
-    const float soft = 0.06f + 0.3f * (1 - ahead);
+    sight.x = (at.x + far * along.x - centre_x) / square;
+    sight.y = (at.y + far * along.y - centre_y) / square;
+    return sight;
+  }
+
+  // Its light; `width` of the wall, in squares, goes into one pixel.
+  Color light_of(const Sight& sight, float width) const {
+    if (!(sight.ahead > 0)) return studio(sight.along);  // rays along the wall see the room
+    const float soft = std::min(0.04f + 0.7f * width, 0.5f);
     const auto stripe = [&](float s) {
-      const float phase = std::abs(s / square * 0.5f - std::floor(s / square * 0.5f) - 0.5f) * 2;
+      const float phase = std::abs(s * 0.5f - std::floor(s * 0.5f) - 0.5f) * 2;
       return 2 * smoothstep(0.5f - soft, 0.5f + soft, phase) - 1;
     };
-    const float dark = 0.5f + 0.5f * stripe(x) * stripe(y);
-    const float out = std::sqrt(x * x + y * y) / half_height;
-    const Color squares = mix({0.80f, 0.82f, 0.84f}, {0.20f, 0.24f, 0.30f}, dark);
-    const Color wall = squares * (1.08f - 0.28f * smoothstep(0, 1.9f, out));
-    return mix(studio(along), wall, ahead * (1 - smoothstep(3, 6, out)));
+    const float contrast = 1 - smoothstep(0.2f, 0.9f, width);
+    const float dark = 0.5f + 0.5f * contrast * stripe(sight.x) * stripe(sight.y);
+    const float out = std::sqrt(sight.x * sight.x + sight.y * sight.y) * 2 / kSquares;
+    const Color squares = mix({0.84f, 0.85f, 0.86f}, {0.26f, 0.30f, 0.36f}, dark);
+    const Color wall = squares * (1.06f - 0.34f * smoothstep(0, 1.9f, out));
+    return mix(studio(sight.along), wall, sight.ahead * (1 - smoothstep(3, 6, out)));
   }
 };
 
@@ -94,52 +109,74 @@ struct Glass {
     return back_normal(scene.covered(pixel) ? pixel : otherwise);
   }
 
-  Color at(int column, int row) const {
+  // What a pixel looks at: of the fluid twice refracted.
+  Sight sight_at(int column, int row) const {
     const std::size_t k = scene.at(column, row);
+    const double u = column + 0.5, v = row + 0.5;
+    if (!scene.covered(k))
+      return wall.sight_of(static_cast<Vec3>(point_at(scene.view, u, v, 0)),
+                           static_cast<Vec3>(normalized(ray_direction(scene.view, u, v))));
     const Layers& layers = scene.surface.layers;
-    const Vec3 to_eye = scene.to_eye(column, row), along = to_eye * -1.0f;
-    const Vec3& n = scene.normal[k];
-    const Vec3& enters = scene.point[k];
-
-    const Vec3 inside = refract(along, n, kWater);
+    const Vec3 along = scene.to_eye(column, row) * -1.0f;
+    const Vec3 inside = refract(along, scene.normal[k], kWater);
     const float way = (layers.exit[k] - layers.entry[k]) / static_cast<float>(scene.view.radius) /
                       std::max(-along.z, 1e-3f);
-    const Vec3 leaves = enters + inside * way;
-    const Vec3 back = back_at(leaves, k);
+    const Vec3 leaves = scene.point[k] + inside * way;
     // Beyond the angle of total reflection refract() goes on along the surface.
-    const Vec3 behind = unit(refract(inside, back * -1.0f, 1 / kWater));
-    const Color light = wall.seen_from(leaves, behind);
+    return wall.sight_of(leaves, unit(refract(inside, back_at(leaves, k) * -1.0f, 1 / kWater)));
+  }
 
-    const float t = layers.thickness[k];
+  // The light of a pixel from what it looks at.
+  Color at(int column, int row, const Color& behind) const {
+    const std::size_t k = scene.at(column, row);
+    if (!scene.covered(k)) return behind;
+    const float t = scene.surface.layers.thickness[k];
     const Color left = {std::exp(-absorption.x * t), std::exp(-absorption.y * t),
                         std::exp(-absorption.z * t)};
-    const Color through = {light.x * left.x + kScattered.x * (1 - left.x),
-                           light.y * left.y + kScattered.y * (1 - left.y),
-                           light.z * left.z + kScattered.z * (1 - left.z)};
+    const Color through = {behind.x * left.x + kScattered.x * (1 - left.x),
+                           behind.y * left.y + kScattered.y * (1 - left.y),
+                           behind.z * left.z + kScattered.z * (1 - left.z)};
+    const Vec3 &n = scene.normal[k], to_eye = scene.to_eye(column, row);
     const float facing = std::clamp(dot(n, to_eye), 0.0f, 1.0f), away = 1 - facing;
     const float fresnel = 0.02f + 0.98f * away * away * away * away * away;
-    return mix(through, studio(n * (2 * facing) + along), fresnel);
+    return mix(through, studio(n * (2 * facing) + to_eye * -1.0f), fresnel);
   }
 };
+
+// How much of the wall goes into a pixel, in squares: from its sight and those beside it. Beyond an
+// outline others do not count.
+float width_at(const Scene& scene, const std::vector<Sight>& sights, int column, int row) {
+  const std::size_t k = scene.at(column, row);
+  float width = 0;
+  for (const auto& [di, dj] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const int i = column + di, j = row + dj;
+    if (i < 0 || j < 0 || i >= scene.width || j >= scene.height) continue;
+    const std::size_t other = scene.at(i, j);
+    if (scene.covered(other) != scene.covered(k)) continue;
+    width +=
+        std::min(1.0f, std::hypot(sights[other].x - sights[k].x, sights[other].y - sights[k].y)) /
+        4;
+  }
+  return width;
+}
 
 }  // namespace
 
 Picture draw_glass(const Scene& scene, const std::function<void(double)>& reached) {
   const Glass glass{scene};
   reached(0.2);
+  std::vector<Sight> sights(scene.normal.size());
+  parallel_rows(scene.height, [&](int row) {
+    for (int column = 0; column < scene.width; ++column)
+      sights[scene.at(column, row)] = glass.sight_at(column, row);
+  });
+  reached(0.6);
   Picture picture(scene.normal.size());
   parallel_rows(scene.height, [&](int row) {
     for (int column = 0; column < scene.width; ++column) {
       const std::size_t k = scene.at(column, row);
-      Color color;
-      if (scene.covered(k)) {
-        color = glass.at(column, row);
-      } else {
-        const Vec3 from = static_cast<Vec3>(point_at(scene.view, column + 0.5, row + 0.5, 0)),
-                   along = static_cast<Vec3>(
-                       normalized(ray_direction(scene.view, column + 0.5, row + 0.5)));
-        color = glass.wall.seen_from(from, along);
-      }
+      const Color color = glass.at(
+          column, row, glass.wall.light_of(sights[k], width_at(scene, sights, column, row)));
       picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
     }
   });
