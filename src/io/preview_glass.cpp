@@ -102,10 +102,9 @@ struct Glass {
   // The back's normal where the picture shows a point, or that of `otherwise`.
   Vec3 back_at(const Vec3& point, std::size_t otherwise) const {
     const PixelPosition p = project(scene.view, Vec3d(point));
-    const int column = static_cast<int>(std::floor(p.u)), row = static_cast<int>(std::floor(p.v));
-    if (!(p.w > 0) || column < 0 || row < 0 || column >= scene.width || row >= scene.height)
+    if (!(p.w > 0 && p.u >= 0 && p.v >= 0 && p.u < scene.width && p.v < scene.height))
       return back_normal(otherwise);
-    const std::size_t pixel = scene.at(column, row);
+    const std::size_t pixel = scene.at(static_cast<int>(p.u), static_cast<int>(p.v));
     return back_normal(scene.covered(pixel) ? pixel : otherwise);
   }
 

@@ -307,15 +307,17 @@ TEST(Png, RefusesAPartThatTheFileCannotHold) {
 
 TEST(Preview, WhatIsNoNumberIsBlackAndNoCrash) {
   for (const float wrong : {NAN, INFINITY, -INFINITY, 1e38f, -1e38f}) {
-    Surface surface = sample_surface(sample_camera());
+    Surface surface = layered_surface(sample_camera(), 1);
     for (std::size_t k = 0; k < surface.normal.size(); k += 3) {
-      surface.normal[k] = {wrong, wrong, wrong};
+      surface.normal[k] = surface.layers.back_normal[k] = {wrong, wrong, wrong};
+      surface.layers.exit[k] = surface.layers.thickness[k] = wrong;
       surface.depth[k] = k % 2 ? wrong : surface.depth[k];
     }
     for (const double radius : {surface.particle_radius, 1e-300, 1e300}) {
       surface.particle_radius = radius;
       for (const Preview preview : kPreviews)
         EXPECT_EQ(draw_preview(surface, preview).size(), 3u * 61 * 47);
+      EXPECT_EQ(draw_preview(surface, Preview::glass).size(), 3u * 61 * 47);
     }
   }
 }
