@@ -110,10 +110,8 @@ constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0,
 // The mask of a block, moved so that each corner has the bit of the next one along an axis. Those
 // of the last layer have that of the next block's first layer.
 std::uint64_t of_next(std::uint64_t own, std::uint64_t next_block, int axis) {
-  if (axis == 0)
-    return (own >> 1 & 0x7777777777777777u) | (next_block & 0x1111111111111111u) << 3;
-  if (axis == 1)
-    return (own >> 4 & 0x0fff0fff0fff0fffu) | (next_block & 0x000f000f000f000fu) << 12;
+  if (axis == 0) return (own >> 1 & 0x7777777777777777u) | (next_block & 0x1111111111111111u) << 3;
+  if (axis == 1) return (own >> 4 & 0x0fff0fff0fff0fffu) | (next_block & 0x000f000f000f000fu) << 12;
   return own >> 16 | next_block << 48;
 }
 
@@ -227,9 +225,8 @@ void fill_corners(SpaceGrid& grid,
   for (std::size_t first = 0, end = 0; first < grid.blocks.size(); first = end) {
     points.clear();
     for (; end < grid.blocks.size() && points.size() < kAtATime; ++end)
-      each_bit(grid.blocks[end].wanted & ~grid.blocks[end].known, [&](int bit) {
-        points.add(grid.position(end, bit & 3, bit >> 2 & 3, bit >> 4));
-      });
+      each_bit(grid.blocks[end].wanted & ~grid.blocks[end].known,
+               [&](int bit) { points.add(grid.position(end, bit & 3, bit >> 2 & 3, bit >> 4)); });
     if (points.size() == 0) continue;
     const std::vector<float> values = value_at(points);
     std::size_t next = 0;
