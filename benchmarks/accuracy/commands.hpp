@@ -39,6 +39,7 @@ struct RealOptions {
 struct ClosedOptions {
   std::vector<double> cells{1};  // particle radii
   bool splashsurf = false;       // beside it
+  std::string openvdb;           // the program of OpenVDB's mesh, beside it; empty: not
   std::string meshes;            // folder for the meshes; empty: they are not kept
 };
 

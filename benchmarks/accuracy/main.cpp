@@ -113,6 +113,9 @@ int main(int argc, char** argv) {
       ->delimiter(',');
   closed_command.add_flag("--beside-splashsurf", closed.splashsurf,
                           "Measure what splashsurf makes of the same particles, too");
+  closed_command.add_option("--beside-openvdb", closed.openvdb,
+                            "Measure what this program, which benchmarks/peers/openvdb.sh builds, "
+                            "makes of them, too");
   closed_command.add_option("--meshes", closed.meshes, "Write the meshes to this folder");
   CLI::App& layers_command = *app.add_subcommand(
       "layers",

@@ -144,7 +144,9 @@ Closed close_surface(Device& device, const Projected& placed, double cell, const
   clock.start("corners");
   SpaceGrid grid = grid_around(seeds, std::max(kBand, 1.8 * cell), cell);
   do {
-    set_corners(grid, measure_implicit(device, function, unknown_corners(grid)).value);
+    fill_corners(grid, [&](const Points& points) {
+      return measure_implicit(device, function, points).value;
+    });
   } while (want_closed(grid));
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
