@@ -51,7 +51,7 @@ SMALLER = {
         "meniscus-accuracy --method paper,paper-best,paper+sigma-s=0.01,fit --seeds 1001 --scene sphere", 5, "minutes"),
     "meniscus-accuracy --method fit,groups --scene sphere,waves,box,boxpool,capsules,sheet --seeds 2 --flicker": (
         "meniscus-accuracy --method fit,groups --scene sphere --seeds 2 --flicker", 3, "minutes"),
-    "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1,0.5 --beside-splashsurf": (
+    "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1,0.5 --beside-splashsurf --beside-openvdb build/peers/openvdb_mesh": (
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1,0.5", 3, "minutes"),
     "meniscus-accuracy layers --scene calm,violent --seeds 1001": (
         "meniscus-accuracy layers --scene sphere --seeds 1001", 3, "minutes"),
