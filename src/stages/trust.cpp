@@ -16,7 +16,7 @@ constexpr SheetWeights kSheet{5, 0.4f, 0.6f};
 constexpr double kComparedFrom = 0.3, kCompared = 0.4, kTrace = 0.01;
 
 // Water is thin where the density this far behind the feet (particle radii) is below these.
-constexpr double kDeep = 3, kThin = 0.6, kThick = 0.9;
+constexpr double kDeep = 3, kThin = 0.5, kThick = 0.8;
 
 // Thin water is a sheet, as fits are, where it is flat, wide, which the number of a fit's
 // neighbours tells, and smooth: its surroundings lie no farther from it than this. Else it is arms

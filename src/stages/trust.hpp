@@ -16,7 +16,7 @@ namespace meniscus {
 
 /// Trust of each fit, 0 .. 1:
 ///   smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread)) smoothstep(5, 12, supporters)
-///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.6, .9, B)) (1 - sheet)),
+///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.5, .8, B)) (1 - sheet)),
 ///   sheet = (1 - roundness) smoothstep(40, 80, supporters) (1 - smoothstep(.25, .4, spread))
 /// with C the density at the feet, B that three particle radii behind them, and the spread, in
 /// particle radii. These three are averaged over the fits k of the same sheet within five radii,

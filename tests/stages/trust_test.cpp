@@ -32,7 +32,9 @@ ParticleFits at_random(const Projected& p, std::size_t n, unsigned seed) {
     fits.roundness.push_back(i % 5 == 0 ? random(0, 1) : 0);
     fits.residual.push_back(i % 7 == 6 ? -1 : 0.1f);
     // Feet are rounded to float on their way to the device; here they are floats.
-    fits.foot.push_back(Vec3d(Vec3(fits.position[i] + fits.normal[i] * random(0.5, 2.5))));
+    // Farther and farther out along its other side, from within the second layer.
+    const double out = -1.5 + 0.36 * static_cast<double>(i / 14) + random(-0.5, 0.5);
+    fits.foot.push_back(Vec3d(Vec3(fits.position[i] + fits.normal[i] * out)));
   }
   return fits;
 }
@@ -71,7 +73,7 @@ TEST_P(Trust, MatchesItsDefinition) {
     }
     const double sheet = (1 - fits.roundness[k]) * smooth_step(40, 80, fits.supporters[k]) *
                          (1 - smooth_step(0.25, 0.4, apart / weight));
-    const double thick = smooth_step(0.6, 0.9, deep / weight);
+    const double thick = smooth_step(0.5, 0.8, deep / weight);
     thin += thick < 0.9;
     sheets += thick < 0.9 && sheet > 0.1;
     const double expected =
