@@ -158,6 +158,7 @@ void bind_parameters(nb::module_& module) {
       .def_rw("image", &Parameters::image)
       .def_rw("mesh", &Parameters::mesh)
       .def_rw("motion", &Parameters::motion)
+      .def_rw("layers", &Parameters::layers)
       .def("set", &set_parameter, "name"_a, "value"_a)
       .def("set_method",
            [](Parameters& p, const std::string& name) { p.method = method_named(name); })

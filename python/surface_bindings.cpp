@@ -38,6 +38,26 @@ nb::object rows_of(nb::handle owner, std::vector<T>& values, bool known = true) 
   return nb::ndarray<nb::numpy, Number>(values.data(), 2, shape, owner).cast();
 }
 
+// The same of the layers.
+template <class Number, class T>
+void bind_layer_map(nb::class_<Made>& surface, const char* name, std::vector<T> Layers::*map) {
+  surface.def_prop_ro(name, [map](nb::handle self) {
+    return map_of<Number>(self, nb::cast<Made&>(self).surface.layers.*map);
+  });
+}
+
+// [most, height, width] of the layers; None without them.
+void bind_depths(nb::class_<Made>& surface, const char* name, std::vector<float> Layers::*depths) {
+  surface.def_prop_ro(name, [depths](nb::handle self) -> nb::object {
+    Surface& made = nb::cast<Made&>(self).surface;
+    if (made.layers.most == 0) return nb::none();
+    const std::size_t shape[] = {static_cast<std::size_t>(made.layers.most),
+                                 static_cast<std::size_t>(made.camera.height),
+                                 static_cast<std::size_t>(made.camera.width)};
+    return nb::ndarray<nb::numpy, float>((made.layers.*depths).data(), 3, shape, self).cast();
+  });
+}
+
 template <auto Map, class Number>
 void bind_map(nb::class_<Made>& surface, const char* name) {
   surface.def_prop_ro(name, [](nb::handle self) {
@@ -59,9 +79,11 @@ Preview preview_named(const std::string& name) {
   const std::map<std::string, Preview> all{{"lit", Preview::lit},
                                            {"normal", Preview::normal},
                                            {"depth", Preview::depth},
-                                           {"groups", Preview::groups}};
+                                           {"groups", Preview::groups},
+                                           {"glass", Preview::glass}};
   const auto found = all.find(name);
-  require(found != all.end(), "preview is " + name + ", must be one of lit, normal, depth, groups");
+  require(found != all.end(),
+          "preview is " + name + ", must be one of lit, normal, depth, groups, glass");
   return found->second;
 }
 
@@ -86,6 +108,11 @@ void bind_surface(nb::module_& module) {
   bind_map<&Surface::kind, std::uint8_t>(surface, "kind");
   bind_map<&Surface::residual, float>(surface, "residual");
   bind_map<&Surface::velocity, float>(surface, "velocity");
+  bind_layer_map<std::uint32_t>(surface, "layers", &Layers::count);
+  bind_layer_map<float>(surface, "thickness", &Layers::thickness);
+  bind_layer_map<float>(surface, "back_normal", &Layers::back_normal);
+  bind_depths(surface, "entry", &Layers::entry);
+  bind_depths(surface, "exit", &Layers::exit);
   surface
       .def_prop_ro("forward",
                    [](nb::handle self) {
@@ -150,6 +177,11 @@ void bind_surface(nb::module_& module) {
             const nb::gil_scoped_release released;
             write_exr(path, made.surface, made.parameters, how, half);
           })
+      .def("write_deep_exr",
+           [](const Made& made, const std::string& path) {
+             const nb::gil_scoped_release released;
+             write_deep_exr(path, made.surface, made.parameters);
+           })
       .def("write_mesh",
            [](const Made& made, const std::string& path) {
              const nb::gil_scoped_release released;

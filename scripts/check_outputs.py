@@ -5,11 +5,12 @@ scripts/check_outputs.sh, which installs what it needs.
   python scripts/check_outputs.py surface.exr surface.ply surface.vtp surface.glb surface.obj ...
 
 EXR (package OpenEXR, else openimageio): channel names and types, windows, attributes, that Z, A,
-kind, N and P agree with each other, and that P lies under its own pixel and at Z by worldToNDC and
-worldToCamera. The channels that meniscus.attributes names are attributes of the particles. Meshes (meshio, VTK and
-trimesh): no NaN, no edge with more than two faces, no degenerate face,
-normals of unit length that point outward: with the faces, and towards the eye when an EXR is given
-too. Prints one line a check and exits with 1 when one fails.
+kind, N and P agree with each other, that P lies under its own pixel and at Z by worldToNDC and
+worldToCamera, and that Z.back, N.back, thickness and layers, where they are there, go with Z. Deep EXR
+(package OpenEXR): that samples are in order and, flattened, the Z of the EXR. The channels that
+meniscus.attributes names are attributes of the particles. Meshes (meshio, VTK and trimesh): no NaN, no
+edge with more than two faces, no degenerate face, normals of unit length that point outward: with the
+faces, and towards the eye when an EXR is given too. Prints one line a check and exits with 1 when one fails.
 """
 
 import sys
@@ -18,6 +19,7 @@ from collections import namedtuple
 import numpy as np
 
 CHANNELS = {"Z", "A", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "id", "kind", "residual"}
+LAYERS = {"Z.back", "N.back.X", "N.back.Y", "N.back.Z", "thickness", "layers"}  # with --layers
 MOTION = {"V.X", "V.Y", "V.Z", "forward.u", "forward.v"}  # where particles have velocities
 ATTRIBUTES = {
     "worldToCamera", "worldToNDC", "software", "comments", "meniscus.hash", "meniscus.method",
@@ -72,13 +74,59 @@ def read_exr(path):
         return read_with_openimageio(path)
 
 
+def check_back(c, some):
+    """The first exits and what they go with."""
+    back = np.stack([c["N.back.X"], c["N.back.Y"], c["N.back.Z"]], -1).astype(float)
+    check("Z.back lies behind Z, +inf without surface",
+          bool(np.all(c["Z.back"][some] > c["Z"][some]) and np.all(c["Z.back"][~some] == np.inf)))
+    check("N.back has unit length",
+          bool(np.all(np.abs(np.linalg.norm(back[some], axis=-1) - 1) < 1e-5)))
+    check("layers > 0 with surface, thickness at least what Z and Z.back say",
+          bool(np.all(c["layers"][some] > 0)) and
+          bool(np.all(c["thickness"][some] > 0.9999 * (c["Z.back"][some] - c["Z"][some]))),
+          f"up to {c['layers'].max()} layers")
+
+
+def check_deep(path, flat):
+    """A deep image against the maps of the same frame, in the file `flat` (None: there are none)."""
+    import OpenEXR
+
+    print(path)
+    part = OpenEXR.File(path, separate_channels=True).parts[0]
+    check("a deep image of scan lines", part.header["type"] == OpenEXR.deepscanline)
+    check("channel names", set(part.channels) == {"A", "Z", "ZBack"}, " ".join(part.channels))
+    deep = {name: channel.pixels.ravel() for name, channel in part.channels.items()}
+    counts = np.array([0 if z is None else len(z) for z in deep["Z"]])
+    joined = {name: np.concatenate([v for v in values if v is not None and len(v)])
+              for name, values in deep.items()}
+    first = np.zeros(len(joined["Z"]), bool)
+    first[np.cumsum(counts[counts > 0]) - counts[counts > 0]] = True
+    check("A is 1", bool(np.all(joined["A"] == 1)), f"{len(first)} samples")
+    check("intervals are not empty", bool(np.all(joined["ZBack"] > joined["Z"])))
+    check("samples of a pixel are in order and do not overlap",
+          bool(np.all((joined["Z"][1:] > joined["ZBack"][:-1]) | first[1:])))
+    if flat is None:
+        return
+    c = read_exr(flat).channels
+    nearest = np.full(counts.shape, np.inf, np.float32)
+    nearest[counts > 0] = joined["Z"][first]
+    check("flattened it is the map Z, bit for bit", nearest.tobytes() == c["Z"].tobytes())
+    if "layers" in c:
+        check("as many samples as layers", np.array_equal(counts, np.minimum(c["layers"].ravel(), 8)))
+        back = np.full(counts.shape, np.inf, np.float32)
+        back[counts > 0] = joined["ZBack"][first]
+        check("the first ends at Z.back, bit for bit", back.tobytes() == c["Z.back"].tobytes())
+
+
 def check_exr(path):
     """Returns the eye's position in the world, or None for an orthographic camera."""
     image = read_exr(path)
     c = image.channels
     print(path)
     carried = set(str(image.attributes.get("meniscus.attributes", "")).split("\n")) - {""}
-    wanted = (CHANNELS | MOTION if MOTION & set(c) else CHANNELS) | carried
+    wanted = CHANNELS | carried
+    for optional in (MOTION, LAYERS):
+        wanted |= optional if optional & set(c) else set()
     check("channel names", set(c) == wanted, " ".join(sorted(set(c) ^ wanted)))
     check("attributes", ATTRIBUTES <= set(image.attributes),
           " ".join(sorted(ATTRIBUTES - set(image.attributes))))
@@ -86,7 +134,7 @@ def check_exr(path):
         return None
     uint = {name for name in c if c[name].dtype == np.uint32}
     single = {name for name in c if c[name].dtype == np.float32}
-    check("channel types", uint == {"id", "kind"} and single == wanted - uint)
+    check("channel types", uint == {"id", "kind", "layers"} & wanted and single == wanted - uint)
     height, width = c["Z"].shape
     check("data window = display window = image",
           image.data_window == image.display_window == (0, 0, width - 1, height - 1),
@@ -106,7 +154,9 @@ def check_exr(path):
           bool(np.all(np.isfinite(z[some])) and np.all(z[some] > 0) and np.all(z[~some] == np.inf)))
     check("A is 1 with surface, 0 without", bool(np.array_equal(c["A"], some.astype(np.float32))))
     check("what is not depth is 0 without surface",
-          not any(np.any(c[name][~some]) for name in wanted - {"Z", "A", "kind"}))
+          not any(np.any(c[name][~some]) for name in wanted - {"Z", "Z.back", "A", "kind"}))
+    if "layers" in c:
+        check_back(c, some)
     length = np.linalg.norm(normal[some], axis=-1)
     check("N has unit length", bool(np.all(np.abs(length - 1) < 1e-5)))
     check("surface has an id, residual >= 0",
@@ -299,16 +349,19 @@ def main(paths):
     if not paths or paths[0] in ("-h", "--help"):
         print(__doc__)
         return 2
-    eye = first = None
+    eye = first = flat = None
     order = [".exr", ".ply"]  # the mesh that others are compared with
     rank = lambda path: next((k for k, e in enumerate(order) if path.lower().endswith(e)), 2)
-    for path in sorted(paths, key=rank):
+    deep = [path for path in paths if path.lower().endswith(".deep.exr")]
+    for path in sorted(set(paths) - set(deep), key=lambda path: (rank(path), path)):
         if path.lower().endswith(".exr"):
-            eye = check_exr(path)
+            eye, flat = check_exr(path), path
         elif path.lower().endswith((".usda", ".usdc")):
             check_usd(path, first)
         else:
             first = check_mesh(path, eye, first)
+    for path in deep:
+        check_deep(path, flat)
     print("all good" if failures == 0 else f"{failures} checks failed")
     return 1 if failures else 0
 

@@ -14,8 +14,8 @@ if [[ ! -e $checks/ready-vtk-usd ]]; then
   touch "$checks/ready-vtk-usd"
 fi
 "$program" extract "$here/../examples/data/dam/frame_015.ply" --size 320x240 -q \
-  --attribute vx --attribute vy \
-  -o "$work/f.exr" -o "$work/f.ply" -o "$work/f.vtp" -o "$work/f.glb" -o "$work/f.obj" -o "$work/f.stl"
+  --attribute vx --attribute vy --layers 8 \
+  -o "$work/f.exr" -o "$work/f.deep.exr" -o "$work/f.ply" -o "$work/f.vtp" -o "$work/f.glb" -o "$work/f.obj" -o "$work/f.stl"
 cp "$work/f.ply" "$work/g.0001.ply"
 for ending in usda usdc; do
   "$checks/bin/python" "$here/usd_sequence.py" -o "$work/f.$ending" "$work/g.0001.ply"

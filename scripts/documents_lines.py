@@ -53,6 +53,8 @@ SMALLER = {
         "meniscus-accuracy --method fit,groups --scene sphere --seeds 2 --flicker", 3, "minutes"),
     "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1,0.5 --beside-splashsurf": (
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1,0.5", 3, "minutes"),
+    "meniscus-accuracy layers --scene calm,violent --seeds 1001": (
+        "meniscus-accuracy layers --scene sphere --seeds 1001", 3, "minutes"),
     "meniscus-accuracy real FRAME --reference none --particle-radius 0.025": (
         "meniscus-accuracy real frame.ply --reference none --particle-radius 0.025 --method fit,ssm", 3, "minutes"),
     "benchmarks/accuracy/tune_rivals.py": (

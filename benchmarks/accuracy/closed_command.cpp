@@ -9,8 +9,8 @@
 #include "accuracy/closed.hpp"
 #include "accuracy/commands.hpp"
 #include "accuracy/particles.hpp"
+#include "accuracy/peers.hpp"
 #include "accuracy/series.hpp"
-#include "accuracy/splashsurf.hpp"
 #include "base/printed.hpp"
 #include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
@@ -52,6 +52,10 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
   if (options.splashsurf)
     methods.emplace_back("splashsurf", [&](const Particles& particles) {
       return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);
+    });
+  if (!options.openvdb.empty())
+    methods.emplace_back("openvdb", [&](const Particles& particles) {
+      return reconstruct_with_openvdb(options.openvdb, particles, kParticleRadius);
     });
   std::printf("%-12s %-12s %8s %8s %8s %8s %8s %8s %8s %5s %5s %5s %5s %5s %7s\n", "scene",
               "method", "distance", "99.9 %", "normal", "95 %", "crease", "volume%", "triangl.",

@@ -39,6 +39,7 @@ struct RealOptions {
 struct ClosedOptions {
   std::vector<double> cells{1};  // particle radii
   bool splashsurf = false;       // beside it
+  std::string openvdb;           // the program of OpenVDB's mesh, beside it; empty: not
   std::string meshes;            // folder for the meshes; empty: they are not kept
 };
 
@@ -46,6 +47,9 @@ struct ClosedOptions {
 /// volumes those of the absolute values; counts are sums).
 void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
                        const ClosedOptions& options);
+
+/// Measures layers along rays: a row for each scene and seed, then the means (pixels are sums).
+void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes);
 
 /// Measures the analytic scenes.
 void run_scenes(const CommonOptions& common, const ScenesOptions& options);

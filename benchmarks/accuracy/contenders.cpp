@@ -4,7 +4,7 @@
 
 #include "accuracy/figures/statistics.hpp"
 #include "accuracy/ray_cast.hpp"
-#include "accuracy/splashsurf.hpp"
+#include "accuracy/peers.hpp"
 
 namespace meniscus::accuracy {
 

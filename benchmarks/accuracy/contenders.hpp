@@ -21,7 +21,7 @@ struct Contender {
 /// A method of the library. The device must live as long as the contender.
 Contender library_method(Device& device, const Parameters& parameters);
 
-/// splashsurf (see splashsurf.hpp), its mesh ray-cast. The particles must state their radius. The
+/// splashsurf (see peers.hpp), its mesh ray-cast. The particles must state their radius. The
 /// surface's mesh has the vertices that the lens sees, and no triangles. Particles that come again
 /// are not reconstructed again.
 Contender splashsurf(const std::string& program);

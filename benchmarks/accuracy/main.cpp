@@ -113,11 +113,21 @@ int main(int argc, char** argv) {
       ->delimiter(',');
   closed_command.add_flag("--beside-splashsurf", closed.splashsurf,
                           "Measure what splashsurf makes of the same particles, too");
+  closed_command.add_option("--beside-openvdb", closed.openvdb,
+                            "Measure what this program, which benchmarks/peers/openvdb.sh builds, "
+                            "makes of them, too");
   closed_command.add_option("--meshes", closed.meshes, "Write the meshes to this folder");
+  CLI::App& layers_command = *app.add_subcommand(
+      "layers",
+      "Measures where rays leave the scenes, and how much of them they cross, away from outlines; "
+      "takes --scene, --seeds, --noise and --ortho, too");
+  layers_command.fallthrough();
   try {
     app.parse(argc, argv);
     if (closed_command.parsed())
       accuracy::run_closed_scenes(common, scenes, closed);
+    else if (layers_command.parsed())
+      accuracy::run_layer_scenes(common, scenes);
     else if (real_command.parsed())
       accuracy::run_real(common, real);
     else

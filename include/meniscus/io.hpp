@@ -55,15 +55,21 @@ std::map<std::int64_t, Camera> read_cameras(const std::string& path);
 
 /// How a surface is written.
 enum class Compression { none, rle, zips, zip, piz, pxr24 };
-enum class Preview { lit, normal, depth, groups };
+enum class Preview { lit, normal, depth, groups, glass };
 
 /// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top; V.X
-/// V.Y V.Z and forward.u forward.v where the surface has them. Maps that are empty are left out,
-/// but for Z. `half`: N, residual, V and forward as 16-bit floats, which keep 11 bits, fewer below
-/// 6e-5; but for a map with values beyond their range, 65,504. Throws OutputError, InvalidArgument
-/// for maps that are not of the camera's size.
+/// V.Y V.Z and forward.u forward.v where the surface has them; of its layers Z.back (the first
+/// exit), N.back.X N.back.Y N.back.Z there, thickness, and layers (their number). Maps that are
+/// empty are left out, but for Z. `half`: N, residual, V and forward as 16-bit floats, which keep
+/// 11 bits, fewer below 6e-5; but for a map with values beyond their range, 65,504. Throws
+/// OutputError, InvalidArgument for maps that are not of the camera's size.
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
                Compression compression = Compression::zip, bool half = false);
+
+/// Writes the layers as a deep image: a sample for each interval that is kept, with Z where the ray
+/// enters, ZBack where it leaves, and A = 1; nearest first, none over another. Compressed line by
+/// line (ZIPS). Throws OutputError, InvalidArgument for a surface without layers.
+void write_deep_exr(const std::string& path, const Surface& surface, const Parameters& parameters);
 
 /// Reads what write_exr wrote, in either width: every map and the camera; the mesh, counts and
 /// warnings stay empty. Channels that it does not know are left out. `attributes`: gets the

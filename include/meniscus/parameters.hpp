@@ -172,6 +172,8 @@ struct Parameters {
   Aovs aovs;                   // which maps beside depth
   bool mesh = true;            // make the mesh
   bool motion = true;          // make velocities where the particles carry them
+  int layers = 0;              // where `image`: bodies of fluid along a pixel's ray that are kept,
+                               // 1 to 8; 0: the front alone. Methods fit and groups
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
                                // than half of it are thinned to it. 0: never
   VisibleParams visible;

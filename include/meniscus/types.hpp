@@ -87,6 +87,19 @@ std::vector<std::pair<std::string, std::int64_t>> named(const Counts& counts);
 /// What a pixel shows.
 enum class Kind : std::uint8_t { none = 0, surface = 1, splash = 2 };
 
+/// Where the ray of each pixel enters and leaves the bodies of fluid along it (Parameters::layers).
+/// An interval lies behind the one before it, and is never empty.
+struct Layers {
+  int most = 0;                      // intervals that are kept of a pixel; 0: not asked for
+  std::vector<std::uint32_t> count;  // [pixels] of all bodies along the ray, kept or not; 0 where
+                                     // there is no surface
+  std::vector<float> thickness;      // [pixels] fluid along the ray, of all bodies, world units; 0
+  std::vector<float> entry, exit;    // [most][pixels] planar distance along the camera axis, world
+                                     // units; +infinity where there are fewer. The first entry is
+                                     // the surface's depth, bit for bit
+  std::vector<Vec3> back_normal;     // [pixels] at the first exit: unit, outward, world axes; 0
+};
+
 /// The surface seen by the camera: maps of width x height sampled at pixel centres, row 0 on top,
 /// stored at row * width + column, and the mesh.
 struct Surface {
@@ -101,6 +114,7 @@ struct Surface {
   std::vector<Vec3> velocity;        // world axes, world units per second; zero where there is no
                                      // surface; empty where the particles carry none
   ScreenMotion forward;              // empty unless asked for (motion.hpp)
+  Layers layers;                     // empty unless asked for
   Mesh mesh;
 
   double particle_radius = 0;  // world units, as it was used

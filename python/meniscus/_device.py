@@ -79,7 +79,7 @@ def default_device() -> Device:
 def extract(points: ArrayLike | Particles, camera: Camera, *,
             velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
             attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
-            method: str = "fit", maps: str | None = None,
+            method: str = "fit", maps: str | None = None, layers: int = 0,
             image: bool = True, mesh: bool = True, motion: bool = True, strict: bool = False,
             device: Device | None = None, memory: int = STREAM_MEMORY, timings: bool = False,
             progress: Callable[[str], object] | None = None, **parameters: float) -> Surface:
@@ -107,6 +107,9 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         One of methods(); `fit` is the paper's with a fit around every particle.
     maps
         Those wanted beside depth, e.g. "N,id": N, P, id, kind, residual, V. None: all.
+    layers
+        1 to 8: also where each pixel's ray enters and leaves the bodies of fluid along it, up to so
+        many: Surface.entry, exit, thickness, back_normal and layers. Methods fit and groups.
     image, mesh, motion
         Whether maps, the mesh, and velocities are made.
     strict
@@ -136,6 +139,7 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     if maps is not None:
         bare.set_maps(maps)
     bare.image, bare.mesh, bare.motion, bare.strict = image, mesh, motion, strict
+    bare.layers = layers
     bare.particle_radius = float(particle_radius)
     for name, value in parameters.items():
         bare.set(name.replace("_", "-"), float(value))

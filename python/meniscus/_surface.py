@@ -71,6 +71,16 @@ class Surface:
         (h, w) float32, RMS residual of that fit, particle radii; 0: none.
     velocity
         (h, w, 3) float32, world units per second; None where the particles carry none.
+    layers
+        (h, w) uint32, bodies of fluid along the ray; 0: no surface. This and the next four are None
+        unless extract() was asked for layers.
+    thickness
+        (h, w) float32, fluid along the ray, of all of them, world units.
+    entry, exit
+        (layers, h, w) float32, where the ray enters and leaves each that is kept, nearest first, as
+        depth; +inf where there are fewer. entry[0] is depth.
+    back_normal
+        (h, w, 3) float32, at exit[0]: unit, outward, world axes; 0: no surface.
     forward
         (h, w, 2) float32, pixels to the right and down until the next frame; after set_forward().
     attributes
@@ -100,6 +110,11 @@ class Surface:
     kind: NDArray[np.uint8]
     residual: NDArray[np.float32]
     velocity: NDArray[np.float32] | None
+    layers: NDArray[np.uint32] | None
+    thickness: NDArray[np.float32] | None
+    entry: NDArray[np.float32] | None
+    exit: NDArray[np.float32] | None
+    back_normal: NDArray[np.float32] | None
     forward: NDArray[np.float32] | None
     attributes: dict[str, NDArray[np.float32]]
     particle_radius: float
@@ -114,7 +129,7 @@ class Surface:
 
     def __getattr__(self, name: str) -> Any:
         if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
-                    "forward", "attributes", "particle_radius", "notices", "parameters", "timings"):
+                    "layers", "thickness", "entry", "exit", "back_normal", "forward", "attributes", "particle_radius", "notices", "parameters", "timings"):
             return getattr(self._bare, name)
         raise AttributeError(f"Surface has no attribute {name}")
 
@@ -140,19 +155,21 @@ class Surface:
 
     def write(self, path: str | PathLike[str], *, compression: str = "zip", half: bool = False,
               preview: str = "lit") -> None:
-        """Writes the maps (.exr), a picture (.png) or the mesh (.ply, .vtp, .glb, .obj, .stl), by the
+        """Writes the maps (.exr), the layers (.deep.exr), a picture (.png) or the mesh (.ply, .vtp, .glb, .obj, .stl), by the
         ending. Attributes go into .exr, .ply, .vtp and .glb.
 
         compression, half
             .exr: none, rle, zips, zip, piz or pxr24; normals and motion as 16-bit floats.
         preview
-            .png: lit, normal, depth or groups.
+            .png: lit, normal, depth, groups, or glass, which wants layers.
 
         The file appears under its name when it is complete. Raises OutputError, InvalidArgument.
         """
         name = fspath(path)
         ending = Path(name).suffix.lower()
-        if ending == ".exr":
+        if name.lower().endswith(".deep.exr"):
+            self._bare.write_deep_exr(name)
+        elif ending == ".exr":
             self._bare.write_exr(name, compression, half)
         elif ending == ".png":
             self._bare.write_png(name, preview)
@@ -166,7 +183,7 @@ def read_exr(path: str | PathLike[str]) -> Surface:
 
 
 def write(path: str | PathLike[str], surface: Surface, **options: Any) -> None:
-    """The same as surface.write(path, **options): .exr, .png, .ply, .vtp, .glb, .obj or .stl."""
+    """The same as surface.write(path, **options): .exr, .deep.exr, .png, .ply, .vtp, .glb, .obj or .stl."""
     if not isinstance(surface, Surface):
         raise InvalidArgument(f"write: found {type(surface).__name__}, wanted a Surface")
     surface.write(path, **options)

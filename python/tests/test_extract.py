@@ -105,6 +105,37 @@ def test_velocities_come_out_and_move_pixels(points, camera):
     assert extract(points, camera, velocities=spin, motion=False).velocity is None
 
 
+def test_layers_are_where_rays_leave(points, camera, tmp_path):
+    front = extract(points, camera)
+    assert front.layers is None and front.exit is None
+    surface = extract(points, camera, layers=2)
+    assert same(surface, front)
+    assert surface.entry.shape == surface.exit.shape == (2, 72, 96)
+    assert surface.layers.shape == surface.thickness.shape == (72, 96)
+    assert np.array_equal(surface.entry[0], surface.depth)
+    seen = np.isfinite(surface.depth)
+    assert np.array_equal(surface.layers > 0, seen)
+    assert (surface.exit[0] > surface.entry[0])[seen].all()
+    # A ball: through its middle the ray crosses its diameter.
+    width = surface.position[seen][:, 0].max() - surface.position[seen][:, 0].min()
+    assert surface.thickness[36, 48] == pytest.approx(width, rel=.1)
+    assert surface.exit[0, 36, 48] - surface.depth[36, 48] == pytest.approx(
+        surface.thickness[36, 48], rel=.01)
+    assert surface.back_normal[36, 48, 2] < -.7 < .7 < surface.normal[36, 48, 2]
+    surface.write(tmp_path / "a.exr")
+    back = meniscus.read_exr(tmp_path / "a.exr")
+    assert np.array_equal(back.exit[0], surface.exit[0])
+    assert np.array_equal(back.thickness, surface.thickness)
+    surface.write(tmp_path / "a.deep.exr")
+    surface.write(tmp_path / "a.png", preview="glass")
+    with pytest.raises(meniscus.InvalidArgument, match="no layers"):
+        front.write(tmp_path / "b.deep.exr")
+    with pytest.raises(meniscus.InvalidArgument, match="one layer"):
+        extract(points, camera, layers=1, method="stable")
+    with pytest.raises(meniscus.InvalidArgument, match="layers is 9"):
+        extract(points, camera, layers=9)
+
+
 def test_radii_are_taken(points, camera):
     surface = extract(points, camera, radii=np.full(len(points), RADIUS), particle_radius=0)
     assert surface.particle_radius == pytest.approx(RADIUS)

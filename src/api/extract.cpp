@@ -11,6 +11,7 @@
 #include "device/device.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "methods/closed.hpp"
 #include "output/spray.hpp"
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
@@ -38,6 +39,25 @@ void add_spray(Device& device, const FilledFrame& frame, Extraction& extraction)
   extraction.velocity = std::move(image.velocity);
 }
 
+// A frame that streams keeps what bears on the front; layers want all of it.
+FilledFrame fill_for_layers(const Filling& filling, const ParticleSource& source, double radius) {
+  Parameters params = filling.params;
+  params.particle_radius = radius;
+  params.motion = false;
+  std::vector<Notice> told_before;
+  return fill_whole_frame(
+      {filling.device, filling.camera, params, filling.memory, filling.clock, told_before}, source);
+}
+
+// The depths that pixels show, world units.
+std::vector<float> front_of(Device& device, const FilledFrame& frame,
+                            const Extraction& extraction) {
+  const HostView depth(device, extraction.image.depth);
+  std::vector<float> front(extraction.image.grid.size());
+  for (std::size_t s = 0; s < front.size(); ++s) front[s] = world_depth(frame.view, depth[s]);
+  return front;
+}
+
 Surface extract_frame(const Filling& filling, const ParticleSource& source,
                       std::vector<StageTime>* timings) {
   Device& device = filling.device;
@@ -47,6 +67,9 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   surface.camera = filling.camera;
   surface.particle_radius = frame.radius;
   surface.notices = std::move(filling.notices);
+  FilledFrame streamed;  // with all that streamed past the frame
+  const bool streams = source.size() >= kStreamed, layered = params.layers > 0 && params.image;
+  if (layered && streams) streamed = fill_for_layers(filling, source, frame.radius);
   if (!source.team().leads()) return surface;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, params, timings);
   if (frame.all >= 0) extraction.counts.particles = frame.all;
@@ -57,6 +80,11 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
     for (float& residual : extraction.residual) residual *= static_cast<float>(frame.factor);
     extraction.counts.representatives = static_cast<std::int64_t>(frame.particles.x.size());
     extraction.counts.spray = static_cast<std::int64_t>(frame.spray.size());
+  }
+  if (layered) {
+    const FilledFrame& whole = streams ? streamed : frame;
+    surface.layers = run_layers(device, whole.view, whole.particles,
+                                front_of(device, frame, extraction), params, timings);
   }
   return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
 }

@@ -21,6 +21,25 @@ constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::positi
                               {"id", &Aovs::group},          {"kind", &Aovs::kind},
                               {"residual", &Aovs::residual}, {"V", &Aovs::velocity}};
 
+constexpr int kMostLayers = 8;
+
+void check_layers(const Parameters& parameters) {
+  const int layers = parameters.layers;
+  if (layers < 0 || layers > kMostLayers)
+    throw InvalidArgument(Notice{
+        .code = Code::parameter_out_of_range,
+        .text = setting("layers") +
+                printed(" is %d, must be 1 to %d, or 0 for the front alone", layers, kMostLayers),
+        .subject = "layers",
+        .found = static_cast<double>(layers),
+        .wanted = layers < 0 ? 0.0 : kMostLayers});
+  if (layers > 0 && parameters.method != Method::fit && parameters.method != Method::groups)
+    throw InvalidArgument("method " + to_string(parameters.method) +
+                          " has one layer, the front: layers are found by methods fit and groups "
+                          "(leave " +
+                          setting("layers") + " out, or choose one of these)");
+}
+
 }  // namespace
 
 const std::vector<MethodEntry>& method_list() {
@@ -97,6 +116,7 @@ std::string describe(const Parameters& parameters) {
   std::string text = "method=" + to_string(parameters.method) + "\n";
   const std::string aovs = to_string(parameters.aovs);
   if (aovs != to_string(Aovs{})) text += "aov=" + aovs + "\n";
+  if (parameters.layers > 0) text += printed("layers=%d\n", parameters.layers);
   Parameters copy = parameters;
   for (const ParameterEntry& entry : parameter_list(copy))
     text += printed("%s=%.9g\n", entry.name.c_str(), entry.get());
@@ -133,6 +153,7 @@ void check(const Parameters& parameters) {
                .subject = "particle-radius",
                .found = radius,
                .wanted = 0});
+  check_layers(parameters);
 }
 
 }  // namespace meniscus

@@ -36,6 +36,15 @@ std::uint64_t content_hash(const Surface& surface) {
       add(attribute.name);
       add(attribute.values);
     }
+  if (surface.layers.most > 0) {
+    const Layers& layers = surface.layers;
+    add(std::array{layers.most});
+    add(layers.count);
+    add(layers.thickness);
+    add(layers.entry);
+    add(layers.exit);
+    add(layers.back_normal);
+  }
   return XXH3_64bits_digest(&state);
 }
 

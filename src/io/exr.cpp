@@ -1,11 +1,8 @@
 // Surface maps as OpenEXR.
 #include <ImfChannelList.h>
-#include <ImfDoubleAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfFramesPerSecond.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
-#include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -20,13 +17,13 @@
 
 #include "base/parallel.hpp"
 #include "io/exr_channels.hpp"
+#include "io/exr_header.hpp"
 #include "io/exr_zip.hpp"
 #include "io/output_file.hpp"
 #include "io/seal.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
-#include "meniscus/meniscus.hpp"
 
 namespace meniscus {
 namespace {
@@ -54,19 +51,12 @@ constexpr char kForwardComments[] =
     "\nforward.u forward.v: how far the surface moves on the screen until the next frame (at "
     "framesPerSecond), pixels to the right and down; 0 where there is no surface.";
 
-// Lets OpenEXR write through OutputFile.
-class Stream : public Imf::OStream {
- public:
-  explicit Stream(OutputFile& file) : OStream(file.path().c_str()), file_(file) {}
-  void write(const char bytes[], int size) override {
-    file_.write(bytes, static_cast<std::size_t>(size));
-  }
-  std::uint64_t tellp() override { return file_.position(); }
-  void seekp(std::uint64_t position) override { file_.seek(position); }
-
- private:
-  OutputFile& file_;
-};
+constexpr char kLayerComments[] =
+    "\nlayers: how many bodies of fluid lie along the ray; 0 where there is no surface.\n"
+    "Z.back: where the ray leaves the first one, as Z; +infinity where there is no surface.\n"
+    "N.back.X N.back.Y N.back.Z: outward unit normal there, world space; 0 where there is no "
+    "surface.\n"
+    "thickness: fluid along the ray, of all bodies, world units; 0 where there is no surface.";
 
 Imf::Compression exr_compression(Compression compression) {
   switch (compression) {
@@ -86,70 +76,26 @@ Imf::Compression exr_compression(Compression compression) {
   throw InvalidArgument("write_exr: unknown compression");
 }
 
-using Matrix = std::array<double, 16>;  // row-major, for column vectors
-
-Matrix multiply(const Matrix& a, const Matrix& b) {
-  Matrix product{};
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c)
-      for (int k = 0; k < 4; ++k) product[r * 4 + c] += a[r * 4 + k] * b[k * 4 + c];
-  return product;
-}
-
-// OpenEXR's standard matrices act on row vectors, x * M.
-Imath::M44f for_row_vectors(const Matrix& m) {
-  Imath::M44f result;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) result[c][r] = static_cast<float>(m[r * 4 + c]);
-  return result;
-}
-
-Imath::M44d as_given(const Matrix& m) {
-  Imath::M44d result;
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) result[r][c] = m[r * 4 + c];
-  return result;
-}
-
 Imf::Header make_header(const Surface& surface, const Parameters& parameters,
                         Compression compression, const std::string& job,
                         const Imf::FrameBuffer& frame) {
-  const Camera& camera = surface.camera;
-  Imf::Header header(camera.width, camera.height);
-  header.compression() = exr_compression(compression);
-  for (auto channel = frame.begin(); channel != frame.end(); ++channel)
-    header.channels().insert(channel.name(), Imf::Channel(channel.slice().type));
-  std::string comments = kComments;
+  std::string comments = kComments, names;
   if (!surface.velocity.empty()) comments += kVelocityComments;
   if (!surface.attributes.empty()) {
     comments += kAttributeComments;
-    std::string names;
     for (const Attribute& attribute : surface.attributes)
       names += (names.empty() ? "" : "\n") + attribute.name;
+  }
+  if (surface.layers.most > 0) comments += kLayerComments;
+  if (!surface.forward.pixels.empty()) comments += kForwardComments;
+  Imf::Header header =
+      make_exr_header(surface, parameters, exr_compression(compression), job, comments);
+  for (auto channel = frame.begin(); channel != frame.end(); ++channel)
+    header.channels().insert(channel.name(), Imf::Channel(channel.slice().type));
+  if (!surface.attributes.empty())
     header.insert("meniscus.attributes", Imf::StringAttribute(names));
-  }
-  if (!surface.forward.pixels.empty()) {
-    comments += kForwardComments;
+  if (!surface.forward.pixels.empty())
     Imf::addFramesPerSecond(header, Imf::guessExactFps(surface.forward.frames_per_second));
-  }
-
-  // OpenEXR's camera space is left-handed with +z forward; its NDC runs from (0, 0) at the upper
-  // left corner to (1, 1) at the lower right one.
-  const Matrix forward = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1};
-  const Matrix ndc = {.5, 0, 0, .5, 0, -.5, 0, .5, 0, 0, 1, 0, 0, 0, 0, 1};
-  const Matrix clip = multiply(camera.projection, camera.view);
-  Imf::addWorldToCamera(header, for_row_vectors(multiply(forward, camera.view)));
-  Imf::addWorldToNDC(header, for_row_vectors(multiply(ndc, clip)));
-  Imf::addComments(header, comments);
-  header.insert("software", Imf::StringAttribute("Meniscus " + version()));
-  check_job(job);
-  header.insert("meniscus.hash", Imf::StringAttribute(kNoHash));
-  if (!job.empty()) header.insert("meniscus.job", Imf::StringAttribute(job));
-  header.insert("meniscus.method", Imf::StringAttribute(to_string(parameters.method)));
-  header.insert("meniscus.parameters", Imf::StringAttribute(describe(parameters)));
-  header.insert("meniscus.particleRadius", Imf::DoubleAttribute(surface.particle_radius));
-  header.insert("meniscus.view", Imf::M44dAttribute(as_given(camera.view)));
-  header.insert("meniscus.projection", Imf::M44dAttribute(as_given(camera.projection)));
   return header;
 }
 
@@ -173,6 +119,17 @@ void check_maps(const Surface& surface) {
   check_map("residual", surface.residual.size());
   check_map("velocity", surface.velocity.size());
   check_map("forward", surface.forward.pixels.size());
+  const Layers& layers = surface.layers;
+  require(layers.most >= 0, "write_exr: layers are " + std::to_string(layers.most));
+  if (layers.most > 0) {
+    check_map("layers", layers.count.size());
+    check_map("thickness", layers.thickness.size());
+    check_map("N.back", layers.back_normal.size());
+    for (const auto* depths : {&layers.entry, &layers.exit})
+      require(depths->size() == pixels * static_cast<std::size_t>(layers.most),
+              "write_exr: the layers' depths are " + std::to_string(depths->size()) + ", wanted " +
+                  std::to_string(pixels) + " times " + std::to_string(layers.most));
+  }
   for (const Attribute& attribute : surface.attributes)
     check_map(attribute.name.c_str(), attribute.values.size());
 }
@@ -243,7 +200,7 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
     if (compression == Compression::zip || compression == Compression::zips) {
       write_zipped(file, header, frame);
     } else {
-      Stream stream(file);
+      ExrStream stream(file);
       Imf::OutputFile image(stream, header);
       image.setFrameBuffer(frame);
       image.writePixels(surface.camera.height);

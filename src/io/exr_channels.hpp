@@ -15,8 +15,8 @@ namespace meniscus {
 /// has that one.
 inline std::string channel_of(const std::string& attribute) {
   const std::string layer = attribute.substr(0, attribute.find('.'));
-  for (const char* map :
-       {"Z", "A", "N", "P", "V", "id", "kind", "residual", "forward", "R", "G", "B", "X", "Y"})
+  for (const char* map : {"Z", "A", "N", "P", "V", "id", "kind", "residual", "forward", "thickness",
+                          "layers", "R", "G", "B", "X", "Y"})
     if (layer == map) return "particle." + attribute;
   return attribute;
 }
@@ -48,6 +48,12 @@ void for_each_channel(Map& surface, Kinds& kind, const Visit& visit) {
   if (auto& forward = surface.forward.pixels; !forward.empty()) {
     visit("forward.u", Imf::FLOAT, &forward[0][0], sizeof forward[0]);
     visit("forward.v", Imf::FLOAT, &forward[0][1], sizeof forward[0]);
+  }
+  if (auto& layers = surface.layers; layers.most > 0) {
+    scalars("Z.back", Imf::FLOAT, layers.exit);  // those of the first layer
+    vectors({"N.back.X", "N.back.Y", "N.back.Z"}, layers.back_normal);
+    scalars("thickness", Imf::FLOAT, layers.thickness);
+    scalars("layers", Imf::UINT, layers.count);
   }
 }
 

@@ -212,6 +212,14 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
   make_if("residual", surface.residual);
   make_if("V.X", surface.velocity);
   make_if("forward.u", surface.forward.pixels);
+  if (header.channels().findChannel("Z.back") != nullptr) {
+    Layers& layers = surface.layers;
+    layers.most = 1;
+    layers.count.resize(pixels);
+    layers.thickness.resize(pixels);
+    layers.exit.resize(pixels);
+    layers.back_normal.resize(pixels);
+  }
 
   if (const auto* names = header.findTypedAttribute<Imf::StringAttribute>("meniscus.attributes")) {
     std::istringstream lines(names->value());
@@ -244,6 +252,7 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
            "kind is " + std::to_string(kind[k]) + ", wanted 0, 1 or 2");
     surface.kind[k] = static_cast<Kind>(kind[k]);
   }
+  if (surface.layers.most > 0) surface.layers.entry = surface.depth;
   if (attributes != nullptr)
     for (auto a = header.begin(); a != header.end(); ++a)
       if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))

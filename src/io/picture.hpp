@@ -73,6 +73,9 @@ std::vector<Relief> measure_relief(const Scene& scene, float radius);
 /// Water in a studio (preview `lit`). Calls reached(share) with the share that is done, 0 to 1.
 Picture draw_lit(const Scene& scene, const std::function<void(double)>& reached);
 
+/// Clear water before a wall (preview `glass`); the scene's surface has layers.
+Picture draw_glass(const Scene& scene, const std::function<void(double)>& reached);
+
 /// Blends colours over the silhouettes and depth steps of a scene, whose maps have one sample a
 /// pixel: each step of a jagged border is replaced by the straight line that it stands for
 /// (Reshetov 2009, Morphological Antialiasing, on depth instead of colour). Pixels that do not

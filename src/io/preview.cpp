@@ -119,6 +119,18 @@ void check_maps(const Surface& surface, Preview preview) {
   };
   check_map("Z", surface.depth.size());
   check_map("N", surface.normal.size());
+  const Layers& layers = surface.layers;
+  if (preview == Preview::glass) {
+    require(layers.most > 0,
+            "write_png: preview glass wants layers, and the surface has none (extract with "
+            "Parameters::layers set)");
+    check_map("thickness", layers.thickness.size());
+    check_map("layers", layers.count.size());
+    check_map("N.back", layers.back_normal.size());
+    const std::size_t all = pixels * static_cast<std::size_t>(layers.most);
+    require(layers.entry.size() == all && layers.exit.size() == all,
+            "write_png: the layers' depths do not fit the camera");
+  }
   if (preview != Preview::groups) return;
   check_map("id", surface.group.size());
   check_map("kind", surface.kind.size());
@@ -143,6 +155,9 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview,
         return draw_depth(scene);
       case Preview::groups:
         return draw_groups(scene);
+      case Preview::glass:
+        return draw_glass(scene,
+                          [&](double share) { reached(kScene + (kColours - kScene) * share); });
     }
     throw InvalidArgument("write_png: unknown preview");
   };

@@ -13,6 +13,9 @@ namespace meniscus {
 void write_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
                Compression compression, bool half, const std::string& job = "");
 
+void write_deep_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
+                    const std::string& job = "");
+
 /// The ending of the file's path says which: .ply, .vtp, .glb, .obj or .stl.
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job = "");
 

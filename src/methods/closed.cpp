@@ -11,6 +11,7 @@
 #include "methods/methods.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
+#include "stages/layers.hpp"
 #include "stages/motion.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/roundness.hpp"
@@ -41,6 +42,10 @@ constexpr double kFlat = 0.05;
 
 // Particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
 constexpr double kLeastFluid = 1, kLeastAir = 8;
+
+// Of the cells of layers, and how far beyond the screen particles count: what is out of view seems
+// to end there, and fits that lie at such an end must not reach the screen. Particle radii.
+constexpr double kLayerCell = 1, kLayerMargin = 16;
 
 // All that stand for the surface and are fitted.
 Visible fitted_of(const FieldSurface& shell) {
@@ -92,21 +97,15 @@ Mesh to_world(const View& view, DualMesh made) {
   return mesh;
 }
 
-}  // namespace
+// What is made of particles.
+struct Closed {
+  DualMesh mesh;  // in their eye space
+  ParticleFits fits;
+};
 
-Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
-                      const ClosedParams& closed, const Parameters& params,
-                      std::vector<StageTime>* timings) {
-  StageClock clock(device, timings);
-  Extraction result;
-  // Eye space is the world's axes: stages that need no pixels take it as any other.
-  const Projected placed = place_particles(view, particles);
-  result.counts.particles = static_cast<std::int64_t>(placed.size());
-  if (placed.size() == 0) {
-    result.counts.in_view = 0;  // which to_world() warns of
-    return result;
-  }
-
+// Section 2 of the paper; cells of side `cell`, particle radii.
+Closed close_surface(Device& device, const Projected& placed, double cell, const Parameters& params,
+                     StageClock& clock) {
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");
   const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
@@ -143,9 +142,11 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
 
   // 2.4: F at the corners of cells around the surface, and where their edges cross it.
   clock.start("corners");
-  SpaceGrid grid = grid_around(seeds, std::max(kBand, 1.8 * closed.cell), closed.cell);
+  SpaceGrid grid = grid_around(seeds, std::max(kBand, 1.8 * cell), cell);
   do {
-    set_corners(grid, measure_implicit(device, function, unknown_corners(grid)).value);
+    fill_corners(grid, [&](const Points& points) {
+      return measure_implicit(device, function, points).value;
+    });
   } while (want_closed(grid));
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
@@ -153,13 +154,34 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
 
   // 2.5
   clock.start("mesh");
-  DualMesh mesh = place_vertices(grid, edges, kFlat);
-  settle_vertices(device, function, mesh);
-  join_vertices(grid, edges, mesh);
-  drop_crumbs(mesh, kLeastFluid, kLeastAir);
-  result.mesh = to_world(view, std::move(mesh));
-  result.counts.fits = static_cast<std::int64_t>(fits.size());
-  result.residual = std::move(fits.residual);
+  Closed made;
+  made.mesh = place_vertices(grid, edges, kFlat);
+  settle_vertices(device, function, made.mesh);
+  join_vertices(grid, edges, made.mesh);
+  drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
+  made.fits = std::move(fits);
+  return made;
+}
+
+}  // namespace
+
+Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
+                      const ClosedParams& closed, const Parameters& params,
+                      std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  Extraction result;
+  // Eye space is the world's axes: stages that need no pixels take it as any other.
+  const Projected placed = place_particles(view, particles);
+  result.counts.particles = static_cast<std::int64_t>(placed.size());
+  if (placed.size() == 0) {
+    result.counts.in_view = 0;  // which to_world() warns of
+    return result;
+  }
+
+  Closed made = close_surface(device, placed, closed.cell, params, clock);
+  result.mesh = to_world(view, std::move(made.mesh));
+  result.counts.fits = static_cast<std::int64_t>(made.fits.size());
+  result.residual = std::move(made.fits.residual);
 
   if (particles.moving || !particles.attributes.empty()) {
     clock.start("motion");
@@ -167,6 +189,20 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   }
   clock.stop();
   return result;
+}
+
+Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
+                  const std::vector<float>& front, const Parameters& params,
+                  std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  clock.start("layers");
+  const Projected placed = project_particles(device, view, particles, kLayerMargin);
+  Closed made;
+  if (placed.size() > 0) made = close_surface(device, placed, kLayerCell, params, clock);
+  clock.start("layers");
+  Layers layers = trace_layers(view, made.mesh, front, params.layers);
+  clock.stop();
+  return layers;
 }
 
 }  // namespace meniscus

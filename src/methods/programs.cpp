@@ -52,6 +52,7 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
     add("settle.cl", one);
   }
   if (params.motion) add("motion.cl", width);
+  if (params.layers > 0) add("implicit.cl", wide);
   return programs;
 }
 

@@ -55,7 +55,7 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
         if (!(t < kNoSurface)) continue;  // as made
         ++here;
         const double u = static_cast<double>(i) + 0.5;
-        surface.depth[s] = static_cast<float>(t * view.radius);
+        surface.depth[s] = world_depth(view, t);
         if (aovs.position)
           surface.position[s] =
               static_cast<Vec3>((start + start_step * u) + (along + along_step * u) * double{t});

@@ -157,7 +157,12 @@ FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
 }  // namespace
 
 FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {
-  if (source.size() >= kStreamed) return fill_streaming(filling, source);
+  return source.size() >= kStreamed ? fill_streaming(filling, source)
+                                    : fill_whole_frame(filling, source);
+}
+
+FilledFrame fill_whole_frame(const Filling& filling, const ParticleSource& source) {
+  require(source.size() < (std::int64_t{1} << 31), "particles: more than 2^31 - 1");
   return fill_in_memory(filling, source, [&](double radius, const std::array<double, 3>& origin) {
     return make_view(filling.camera, radius, origin);
   });

@@ -52,6 +52,10 @@ struct FilledFrame {
 /// params.strict, and as survey_of(), InvalidArgument where `memory` is too little, DeviceError.
 FilledFrame fill_frame(const Filling& filling, const ParticleSource& source);
 
+/// Fills a frame with all particles, however many, seen by filling.camera. All are held in memory.
+/// As fill_frame() else.
+FilledFrame fill_whole_frame(const Filling& filling, const ParticleSource& source);
+
 /// Fills a frame with all particles, however many, for what needs no camera: filling.camera is not
 /// looked at, and the view is make_world_view(). All are held in memory. As fill_frame() else.
 FilledFrame fill_everything(const Filling& filling, const ParticleSource& source);

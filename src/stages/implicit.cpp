@@ -48,6 +48,10 @@ void Points::reserve(std::size_t n) {
   for (std::vector<float>* const axis : {&x, &y, &z}) axis->reserve(n);
 }
 
+void Points::clear() {
+  for (std::vector<float>* const axis : {&x, &y, &z}) axis->clear();
+}
+
 void Points::add(const Vec3d& at) {
   x.push_back(static_cast<float>(at.x));
   y.push_back(static_cast<float>(at.y));

@@ -30,6 +30,7 @@ struct Points {
   std::vector<float> x, y, z;
   std::size_t size() const { return x.size(); }
   void reserve(std::size_t n);
+  void clear();
   void add(const Vec3d& at);
 };
 

@@ -66,17 +66,23 @@ class BlockIndex {
                         " particle radii: " + what + " (use a larger " + setting("cell") + ")");
 }
 
-void find_around(SpaceGrid& grid) {
+// Finds who is around the blocks from the first one on, which are new.
+void find_around(SpaceGrid& grid, std::size_t first) {
   const BlockIndex index(grid.blocks);
   grid.around.resize(grid.blocks.size());
-  parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
+  parallel_for(grid.blocks.size() - first, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = first + begin; b < first + end; ++b)
       for (int n = 0; n < 27; ++n) {
         const Place& at = grid.blocks[b].at;
-        grid.around[b][static_cast<std::size_t>(n)] =
+        const std::int32_t other =
             n == 13
                 ? static_cast<std::int32_t>(b)
                 : index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+        grid.around[b][static_cast<std::size_t>(n)] = other;
+        // An old block has the new one opposite; no other block writes there.
+        if (other != kNoBlock && static_cast<std::size_t>(other) < first)
+          grid.around[static_cast<std::size_t>(other)][static_cast<std::size_t>(26 - n)] =
+              static_cast<std::int32_t>(b);
       }
   });
 }
@@ -89,8 +95,9 @@ void add_blocks(SpaceGrid& grid, std::vector<std::uint64_t> keys) {
     refuse(grid.cell, "the surface takes more than " +
                           grouped(static_cast<std::int64_t>(kMostBlocks * 64)) +
                           " corners of cells");
+  const std::size_t first = grid.blocks.size();
   for (const std::uint64_t key : keys) grid.blocks.push_back({.at = place_of(key)});
-  find_around(grid);
+  find_around(grid, first);
 }
 
 template <class Visit>
@@ -98,26 +105,25 @@ void each_bit(std::uint64_t mask, Visit&& visit) {
   for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
 }
 
-bool inside(float value) { return value < 0; }
-
 constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+// The mask of a block, moved so that each corner has the bit of the next one along an axis. Those
+// of the last layer have that of the next block's first layer.
+std::uint64_t of_next(std::uint64_t own, std::uint64_t next_block, int axis) {
+  if (axis == 0) return (own >> 1 & 0x7777777777777777u) | (next_block & 0x1111111111111111u) << 3;
+  if (axis == 1) return (own >> 4 & 0x0fff0fff0fff0fffu) | (next_block & 0x000f000f000f000fu) << 12;
+  return own >> 16 | next_block << 48;
+}
 
 // The corners of a block from which a crossed edge goes on along an axis, whose ends are known.
 std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
-  std::uint64_t crossed = 0;
+  constexpr std::array<std::size_t, 3> kNext{14, 16, 22};  // of `around`
   const CornerBlock& own = grid.blocks[block];
-  const std::array<int, 3>& along = kAlong[static_cast<std::size_t>(axis)];
-  each_bit(own.known, [&](int bit) {
-    const Corner next = corner_at(grid, block, (bit & 3) + along[0], (bit >> 2 & 3) + along[1],
-                                  (bit >> 4) + along[2]);
-    if (next.block == kNoBlock) return;
-    const CornerBlock& other = grid.blocks[static_cast<std::size_t>(next.block)];
-    if ((other.known >> next.bit & 1) == 0) return;
-    if (inside(own.value[static_cast<std::size_t>(bit)]) !=
-        inside(other.value[static_cast<std::size_t>(next.bit)]))
-      crossed |= std::uint64_t{1} << bit;
-  });
-  return crossed;
+  const std::int32_t next = grid.around[block][kNext[static_cast<std::size_t>(axis)]];
+  const CornerBlock none{};
+  const CornerBlock& other = next == kNoBlock ? none : grid.blocks[static_cast<std::size_t>(next)];
+  return own.known & of_next(own.known, other.known, axis) &
+         (own.inside ^ of_next(own.inside, other.inside, axis));
 }
 
 // The cells around an edge along `axis` have 18 corners: two along it, three along the others.
@@ -211,24 +217,28 @@ SpaceGrid grid_around(const Points& points, double reach, double cell) {
   return grid;
 }
 
-Points unknown_corners(const SpaceGrid& grid) {
+void fill_corners(SpaceGrid& grid,
+                  const std::function<std::vector<float>(const Points& points)>& value_at) {
+  constexpr std::size_t kAtATime = std::size_t{1} << 20;  // points: bounds the memory for them
   Points points;
-  std::size_t count = 0;
-  for (const CornerBlock& block : grid.blocks)
-    count += static_cast<std::size_t>(std::popcount(block.wanted & ~block.known));
-  points.reserve(count);
-  for (std::size_t b = 0; b < grid.blocks.size(); ++b)
-    each_bit(grid.blocks[b].wanted & ~grid.blocks[b].known,
-             [&](int bit) { points.add(grid.position(b, bit & 3, bit >> 2 & 3, bit >> 4)); });
-  return points;
-}
-
-void set_corners(SpaceGrid& grid, const std::vector<float>& values) {
-  std::size_t next = 0;
-  for (CornerBlock& block : grid.blocks) {
-    each_bit(block.wanted & ~block.known,
-             [&](int bit) { block.value[static_cast<std::size_t>(bit)] = values[next++]; });
-    block.known |= block.wanted;
+  points.reserve(kAtATime + 64);
+  for (std::size_t first = 0, end = 0; first < grid.blocks.size(); first = end) {
+    points.clear();
+    for (; end < grid.blocks.size() && points.size() < kAtATime; ++end)
+      each_bit(grid.blocks[end].wanted & ~grid.blocks[end].known,
+               [&](int bit) { points.add(grid.position(end, bit & 3, bit >> 2 & 3, bit >> 4)); });
+    if (points.size() == 0) continue;
+    const std::vector<float> values = value_at(points);
+    std::size_t next = 0;
+    for (std::size_t b = first; b < end; ++b) {
+      CornerBlock& block = grid.blocks[b];
+      each_bit(block.wanted & ~block.known, [&](int bit) {
+        const float value = values[next++];
+        block.value[static_cast<std::size_t>(bit)] = value;
+        block.inside |= std::uint64_t{value < 0} << bit;
+      });
+      block.known |= block.wanted;
+    }
   }
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "stages/implicit.hpp"
@@ -17,6 +18,7 @@ struct CornerBlock {
   std::array<std::int32_t, 3> at{};  // the first corner is (4 at) cells from the origin
   std::uint64_t wanted = 0;          // corners whose values matter
   std::uint64_t known = 0;           // corners whose values are there
+  std::uint64_t inside = 0;          // those of them that are below 0
   std::array<float, 64> value{};     // F
 };
 
@@ -55,9 +57,10 @@ inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, 
 /// InvalidArgument where that is more than the program can hold.
 SpaceGrid grid_around(const Points& points, double reach, double cell);
 
-/// The corners that are wanted and not known, block by block, and where to put what is found there.
-Points unknown_corners(const SpaceGrid& grid);
-void set_corners(SpaceGrid& grid, const std::vector<float>& values);
+/// Fills in the corners that are wanted and not known, block by block: `value_at` is told about a
+/// million points at a time and returns F at each.
+void fill_corners(SpaceGrid& grid,
+                  const std::function<std::vector<float>(const Points& points)>& value_at);
 
 /// Wants all corners of all cells around the edges that cross the surface, as far as corners are
 /// known. Returns whether any of them is not known. Once none is, the surface of these edges is

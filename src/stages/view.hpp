@@ -60,6 +60,11 @@ inline Vec3d ray_direction(const View& view, double u, double v) {
   return {r[6] + r[7] * u + r[8] * v, r[9] + r[10] * u + r[11] * v, -1};
 }
 
+/// A depth (particle radii) in world units, as maps have it; infinity stays.
+inline float world_depth(const View& view, float depth) {
+  return static_cast<float>(depth * view.radius);
+}
+
 /// An eye-space direction -> world axes.
 inline Vec3d world_direction(const View& view, const Vec3d& e) {
   const auto& m = view.rotation;

@@ -10,7 +10,7 @@
 
 #include "accuracy/contenders.hpp"
 #include "accuracy/mesh_file.hpp"
-#include "accuracy/splashsurf.hpp"
+#include "accuracy/peers.hpp"
 #include "accuracy/truth.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"

@@ -307,17 +307,57 @@ TEST(Png, RefusesAPartThatTheFileCannotHold) {
 
 TEST(Preview, WhatIsNoNumberIsBlackAndNoCrash) {
   for (const float wrong : {NAN, INFINITY, -INFINITY, 1e38f, -1e38f}) {
-    Surface surface = sample_surface(sample_camera());
+    Surface surface = layered_surface(sample_camera(), 1);
     for (std::size_t k = 0; k < surface.normal.size(); k += 3) {
-      surface.normal[k] = {wrong, wrong, wrong};
+      surface.normal[k] = surface.layers.back_normal[k] = {wrong, wrong, wrong};
+      surface.layers.exit[k] = surface.layers.thickness[k] = wrong;
       surface.depth[k] = k % 2 ? wrong : surface.depth[k];
     }
     for (const double radius : {surface.particle_radius, 1e-300, 1e300}) {
       surface.particle_radius = radius;
       for (const Preview preview : kPreviews)
         EXPECT_EQ(draw_preview(surface, preview).size(), 3u * 61 * 47);
+      EXPECT_EQ(draw_preview(surface, Preview::glass).size(), 3u * 61 * 47);
     }
   }
+}
+
+TEST(Preview, GlassBendsWhatLiesBehind) {
+  const Surface glass = layered_surface(sample_camera(), 1);
+  const std::vector<std::uint8_t> picture = draw_preview(glass, Preview::glass);
+  ASSERT_EQ(picture.size(), 3 * glass.depth.size());
+  // A plate with parallel sides that meets rays at right angles bends none and absorbs some.
+  const auto plate = [&](float thickness, bool there) {
+    Surface surface = glass;
+    Layers& layers = surface.layers;
+    const Camera& camera = surface.camera;
+    const Vec3 to_eye{static_cast<float>(camera.view[8]), static_cast<float>(camera.view[9]),
+                      static_cast<float>(camera.view[10])};
+    const std::size_t middle = 23 * 61 + 30;
+    for (std::size_t p = 0; p < surface.depth.size(); ++p) {
+      const bool covered = p != middle || there;
+      surface.depth[p] = covered ? 3 : std::numeric_limits<float>::infinity();
+      surface.normal[p] = covered ? to_eye : Vec3{};
+      layers.count[p] = covered;
+      layers.thickness[p] = covered ? (p == middle ? thickness : 1.0f) : 0.0f;
+      layers.entry[p] = surface.depth[p];
+      layers.exit[p] = surface.depth[p] + 1;
+      layers.back_normal[p] = to_eye * -1.0f;
+    }
+    const std::vector<std::uint8_t> bytes = draw_preview(surface, Preview::glass);
+    return std::array<int, 3>{bytes[3 * middle], bytes[3 * middle + 1], bytes[3 * middle + 2]};
+  };
+  const auto clear = plate(0, true), some = plate(1, true), more = plate(2, true);
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_GT(clear[c], some[c]);
+    EXPECT_GT(some[c], more[c]);
+  }
+  EXPECT_GT(clear[0] - more[0], clear[2] - more[2]);  // red is absorbed first
+
+  EXPECT_THROW(draw_preview(sample_surface(sample_camera()), Preview::glass), InvalidArgument);
+  Surface wrong = glass;
+  wrong.layers.thickness.pop_back();
+  EXPECT_THROW(draw_preview(wrong, Preview::glass), InvalidArgument);
 }
 
 }  // namespace

@@ -67,6 +67,34 @@ inline Surface sample_surface(const Camera& camera) {
   return surface;
 }
 
+/// The same with layers: the drop is a body before the pond, which is .1 deep along rays; `most`
+/// are kept of a ray's up to two.
+inline Surface layered_surface(const Camera& camera, int most) {
+  Surface surface = sample_surface(camera);
+  const std::size_t pixels = surface.depth.size();
+  Layers& layers = surface.layers;
+  layers.most = most;
+  layers.count.resize(pixels);
+  layers.thickness.resize(pixels);
+  layers.back_normal.resize(pixels);
+  layers.entry.resize(pixels * static_cast<std::size_t>(most),
+                      std::numeric_limits<float>::infinity());
+  layers.exit = layers.entry;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    if (!std::isfinite(surface.depth[p])) continue;
+    layers.count[p] = surface.kind[p] == Kind::splash ? 2 : 1;
+    layers.thickness[p] = 0.1f * static_cast<float>(layers.count[p]);
+    layers.back_normal[p] = {0, 0, -1};
+    float from = surface.depth[p];
+    for (std::size_t k = 0; k < std::min<std::size_t>(layers.count[p], layers.most); ++k) {
+      layers.entry[k * pixels + p] = from;
+      layers.exit[k * pixels + p] = from + 0.1f;
+      from += 0.5f;
+    }
+  }
+  return surface;
+}
+
 inline Camera sample_camera(int width = 61, int height = 47) {
   return look_at({1.3, -2.2, 1.6}, {0, 0, 0.1}, {0, 0, 1}, 42, width, height);
 }

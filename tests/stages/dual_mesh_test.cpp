@@ -26,14 +26,15 @@ SpaceGrid grid_of(int side, const Value& value) {
       for (int i = 0; i < side; ++i) points.add(Vec3d(i, j, k) * 0.5);
   SpaceGrid grid = grid_around(points, 1, 0.5);
   do {
-    const Points wanted = unknown_corners(grid);
-    std::vector<float> values;
-    for (std::size_t p = 0; p < wanted.size(); ++p) {
-      const Vec3d at(wanted.x[p], wanted.y[p], wanted.z[p]);
-      const auto within = [&](double v) { return v > 0.1 && v < 0.5 * side - 0.6; };
-      values.push_back(within(at.x) && within(at.y) && within(at.z) ? value(at) : 1.0f);
-    }
-    set_corners(grid, values);
+    fill_corners(grid, [&](const Points& wanted) {
+      std::vector<float> values;
+      for (std::size_t p = 0; p < wanted.size(); ++p) {
+        const Vec3d at(wanted.x[p], wanted.y[p], wanted.z[p]);
+        const auto within = [&](double v) { return v > 0.1 && v < 0.5 * side - 0.6; };
+        values.push_back(within(at.x) && within(at.y) && within(at.z) ? value(at) : 1.0f);
+      }
+      return values;
+    });
   } while (want_closed(grid));
   return grid;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
 
 #include "base/parallel.hpp"
 #include "io/input_file.hpp"
@@ -25,10 +24,12 @@ std::uint8_t srgb(double linear) {
   return static_cast<std::uint8_t>(std::clamp(s, 0.0, 1.0) * 255 + 0.5);
 }
 
-// The output of `record` with this ending; empty: there is none.
+// The output of `record` with this ending, no deep image; empty: there is none.
 std::string output_with(const FrameRecord& record, const char* ending) {
   for (const std::string& path : record.outputs)
-    if (lower_case(std::filesystem::path(path).extension().string()) == ending) return path;
+    if (const std::string name = lower_case(path);
+        name.ends_with(ending) && !name.ends_with(".deep.exr"))
+      return path;
   return "";
 }
 

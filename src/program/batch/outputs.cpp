@@ -21,12 +21,18 @@ fs::path canonical(const std::string& path) {
   return fs::weakly_canonical(fs::absolute(path), error);
 }
 
+std::string lower_ending(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
+
 }  // namespace
 
 OutputKind kind_of(const std::string& path) {
-  std::string ending = fs::path(path).extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (ending == ".exr") return OutputKind::exr;
+  const std::string ending = lower_ending(path);
+  if (ending == ".exr")
+    return lower_ending(fs::path(path).stem()) == ".deep" ? OutputKind::deep : OutputKind::exr;
   for (const char* mesh : {".ply", ".vtp", ".glb", ".obj", ".stl"})
     if (ending == mesh) return OutputKind::mesh;
   if (ending == ".png") return OutputKind::png;
@@ -38,9 +44,10 @@ OutputKind kind_of(const std::string& path) {
     if (ending == picture)
       throw InvalidArgument("output " + path + ": pictures are written as .png (name it " +
                             fs::path(path).replace_extension(".png").string() + "), maps as .exr");
-  throw InvalidArgument("output " + path +
-                        ": its ending says nothing, must be .exr (maps), .ply, .vtp, .glb, "
-                        ".obj or .stl (mesh) or .png (picture)");
+  throw InvalidArgument(
+      "output " + path +
+      ": its ending says nothing, must be .exr (maps), .deep.exr (layers), .ply, .vtp, .glb, "
+      ".obj or .stl (mesh) or .png (picture)");
 }
 
 void check_outputs(const InputNames& read, const std::vector<std::string>& outputs,
@@ -84,6 +91,9 @@ std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface
     switch (kind_of(path)) {
       case OutputKind::exr:
         write_exr(file, surface, parameters, options.compression, options.half, options.job);
+        break;
+      case OutputKind::deep:
+        write_deep_exr(file, surface, parameters, options.job);
         break;
       case OutputKind::mesh:
         write_mesh(file, surface.mesh, options.job);

@@ -11,9 +11,9 @@
 
 namespace meniscus {
 
-enum class OutputKind { exr, mesh, png };
+enum class OutputKind { exr, deep, mesh, png };
 
-/// By the ending. Throws InvalidArgument.
+/// By the ending, which is .deep.exr of deep. Throws InvalidArgument.
 OutputKind kind_of(const std::string& path);
 
 /// What a command reads, whether all of it is asked for or not. Empty names are none.

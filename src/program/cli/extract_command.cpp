@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -27,6 +28,9 @@
 
 namespace meniscus::cli {
 namespace {
+
+// Of a .deep.exr for which --layers does not say more.
+constexpr int kDeepLayers = 8;
 
 /// extract(), with the file's name before what it finds wrong with the particles.
 Surface extract_from(const ExtractOptions& options, Device& device, const ParticleSource& particles,
@@ -122,8 +126,12 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
   bool maps = false;  // are written
   as_usage([&] {
     check(options.parameters);
+    int layers = 0;  // that the outputs want
     for (const std::string& path : options.outputs) {
       const OutputKind kind = kind_of(path);
+      const bool glass = kind == OutputKind::png && options.writing.preview == Preview::glass;
+      if (kind == OutputKind::deep) layers = kDeepLayers;
+      if (glass) layers = std::max(layers, 1);
       (kind == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
       maps |= kind == OutputKind::exr;
       if (kind != OutputKind::png) continue;
@@ -131,6 +139,9 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
       aovs.normal = true;
       if (options.writing.preview == Preview::groups) aovs.group = aovs.kind = true;
     }
+    if (options.parameters.layers == 0 || (!maps && layers == 0))
+      options.parameters.layers = layers;
+    check(options.parameters);  // the method may have the front alone
   });
   use_threads(options.threads);
   options.input = sequence_in_folder(options.input);

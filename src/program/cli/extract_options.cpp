@@ -235,7 +235,8 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
   add_input_option(command, o);
   command
       .add_option("-o,--output", o.outputs,
-                  "what to write, by its ending: .exr (maps), .ply, .vtp, .glb, .obj or .stl "
+                  "what to write, by its ending: .exr (maps), .deep.exr (layers), .ply, .vtp, "
+                  ".glb, .obj or .stl "
                   "(mesh), .png (picture); give it several times for several files; of a sequence "
                   "with a place "
                   "for the number, e.g. -o out.####.exr")
@@ -265,6 +266,12 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
           "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
           "forward comes with (default: all); what a PNG shows is made, too")
       ->type_name("LIST");
+  command
+      .add_option("--layers", o.parameters.layers,
+                  "bodies of fluid along each pixel's ray: adds Z.back, N.back, thickness and "
+                  "layers to the EXR; up to this many, 1 to 8, are kept in a .deep.exr (default 8)")
+      ->check(from_to(1, 8))
+      ->type_name("K");
   add_no_motion_option(command, o);
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
@@ -324,8 +331,10 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                       {{"lit", Preview::lit},
                        {"normal", Preview::normal},
                        {"depth", Preview::depth},
-                       {"groups", Preview::groups}},
-                      "what the PNG shows: lit (default), normal, depth or groups");
+                       {"groups", Preview::groups},
+                       {"glass", Preview::glass}},
+                      "what the PNG shows: lit (default), normal, depth, groups or glass (what "
+                      "lies behind, refracted twice)");
   add_parameters(command, o.parameters);
 }
 

@@ -24,10 +24,11 @@ bool is_one(const std::string& methods) { return methods.find(' ') == std::strin
 
 std::vector<std::string> without_effect(const CLI::App& command, const ExtractOptions& options,
                                         bool is_sequence) {
-  bool exr = false, mesh = false, png = false;
+  bool exr = false, deep = false, mesh = false, png = false;
   for (const std::string& path : options.outputs) {
     const OutputKind kind = kind_of(path);
     exr |= kind == OutputKind::exr;
+    deep |= kind == OutputKind::deep;
     mesh |= kind == OutputKind::mesh;
     png |= kind == OutputKind::png;
   }
@@ -39,6 +40,8 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
   };
   for (const char* name : {"half", "compression", "aov", "fps"})
     tell(name, exr, "no output is an .exr");
+  tell("layers", exr || deep || (png && options.writing.preview == Preview::glass),
+       "no output is an .exr, a .deep.exr or a .png of --preview glass");
   tell("preview", png, "no output is a .png");
   tell("in-flight", is_sequence, "the input is one frame");
   Parameters parameters = options.parameters;

@@ -14,6 +14,7 @@
 #include "meniscus/motion.hpp"
 #include "meniscus/parameters.hpp"
 #include "program/cli/program.hpp"
+#include "same_bits.hpp"
 
 namespace meniscus::test {
 namespace {
@@ -123,6 +124,44 @@ TEST_F(ProgramOutput, WarnsOfOptionsWithoutEffect) {
                    "--thin", "2"})
                   .err,
               "");
+}
+
+TEST_F(ProgramOutput, LayersAreAddedToTheFront) {
+  write_particles("in.ply", block(6));
+  const std::vector<std::string> common{"extract", "in.ply", "--size", "64x48", "-q"};
+  const auto extracted = [&](std::vector<std::string> more) {
+    std::vector<std::string> words = common;
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exit_code, 0);
+    return outcome.err;
+  };
+  EXPECT_EQ(extracted({"-o", "front.exr", "-o", "lit.png"}), "");
+  EXPECT_EQ(extracted({"--layers", "2", "-o", "a.exr", "-o", "a.deep.exr", "-o", "a.png"}), "");
+  const Surface front = read_exr(path("front.exr")), layered = read_exr(path("a.exr"));
+  EXPECT_TRUE(same_bits(front, layered));
+  EXPECT_EQ(front.layers.most, 0);
+  ASSERT_EQ(layered.layers.count.size(), 64u * 48u);
+  EXPECT_EQ(read("lit.png").size(), read("a.png").size());
+  EXPECT_GT(read("a.deep.exr").size(), 1000u);
+  // A deep file alone, and glass alone, ask for what they need.
+  EXPECT_EQ(extracted({"-o", "b.deep.exr"}), "");
+  EXPECT_EQ(extracted({"--layers", "8", "-o", "c.deep.exr"}), "");
+  EXPECT_EQ(read("b.deep.exr"), read("c.deep.exr"));
+  EXPECT_EQ(extracted({"-o", "glass.png", "--preview", "glass"}), "");
+  EXPECT_NE(read("glass.png"), read("lit.png"));
+  EXPECT_EQ(
+      extracted({"--layers", "2", "-o", "c.png"}),
+      "meniscus: warning: --layers has no effect: no output is an .exr, a .deep.exr or a .png "
+      "of --preview glass\n");
+  for (const std::vector<std::string>& asked :
+       {std::vector<std::string>{"--layers", "1", "-o", "d.exr"},
+        {"-o", "d.deep.exr"},
+        {"-o", "d.png", "--preview", "glass"}}) {
+    std::vector<std::string> words{"extract", "in.ply", "--method", "ssm"};
+    words.insert(words.end(), asked.begin(), asked.end());
+    expect_error(run(words), 2, {"method ssm has one layer", "fit and groups", "--layers"});
+  }
 }
 
 TEST_F(ProgramOutput, AsksWhetherNumberedPartsAreASequence) {

@@ -1,4 +1,4 @@
-#include "accuracy/splashsurf.hpp"
+#include "accuracy/peers.hpp"
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -35,7 +35,7 @@ struct Folder {
   }
 };
 
-/// Rows of three floats, which splashsurf calls XYZ.
+/// Rows of three floats: XYZ.
 void write_positions(const std::string& path, const Particles& particles) {
   std::ofstream file(path, std::ios::binary);
   for (std::size_t k = 0; k < particles.size(); ++k) {
@@ -54,8 +54,8 @@ std::string last_line(const std::string& path) {
   return last;
 }
 
-/// Runs a program to its end, what it says in `log`.
-void run(std::vector<std::string> words, const std::string& log) {
+/// Runs the program of a peer to its end, what it says in `log`.
+void run(const std::string& peer, std::vector<std::string> words, const std::string& log) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
@@ -68,28 +68,55 @@ void run(std::vector<std::string> words, const std::string& log) {
       posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   if (problem != 0)
-    throw Error("splashsurf: " + words[0] + " cannot be run: " + std::strerror(problem) +
-                " (install it with benchmarks/peers/splashsurf.sh, and give its path to "
-                "--splashsurf)");
+    throw Error(peer + ": " + words[0] + " cannot be run: " + std::strerror(problem) +
+                " (install it with benchmarks/peers/" + peer + ".sh, and give its path to --" +
+                peer + ")");
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw Error("splashsurf: " + words[0] + " failed: " + last_line(log));
+    throw Error(peer + ": " + words[0] + " failed: " + last_line(log));
+}
+
+/// What a peer makes of particles: `words_of` has the words of its command, given both files.
+template <class WordsOf>
+Mesh reconstruct(const std::string& peer, const Particles& particles, const WordsOf& words_of) {
+  const Folder folder;
+  const std::string input = folder.path + "/particles.xyz", mesh = folder.path + "/mesh.ply";
+  write_positions(input, particles);
+  run(peer, words_of(input, mesh), folder.path + "/log.txt");
+  return read_mesh(mesh);
 }
 
 }  // namespace
 
 Mesh reconstruct_with_splashsurf(const std::string& program, const Particles& particles,
                                  double particle_radius) {
-  const Folder folder;
-  const std::string input = folder.path + "/particles.xyz", mesh = folder.path + "/mesh.ply";
-  write_positions(input, particles);
-  run({program, "reconstruct", input, "-o", mesh, "-r=" + std::to_string(particle_radius), "-l=2.0",
-       "-c=0.5", "-t=0.6", "--mesh-smoothing-weights=on", "--mesh-smoothing-iters=25",
-       "--mesh-cleanup=on", "--normals=on", "--normals-smoothing-iters=10"},
-      folder.path + "/log.txt");
-  return read_mesh(mesh);
+  using Words = std::vector<std::string>;
+  return reconstruct("splashsurf", particles, [&](const std::string& in, const std::string& out) {
+    return Words{program,
+                 "reconstruct",
+                 in,
+                 "-o",
+                 out,
+                 "-r=" + std::to_string(particle_radius),
+                 "-l=2.0",
+                 "-c=0.5",
+                 "-t=0.6",
+                 "--mesh-smoothing-weights=on",
+                 "--mesh-smoothing-iters=25",
+                 "--mesh-cleanup=on",
+                 "--normals=on",
+                 "--normals-smoothing-iters=10"};
+  });
+}
+
+Mesh reconstruct_with_openvdb(const std::string& program, const Particles& particles,
+                              double particle_radius) {
+  using Words = std::vector<std::string>;
+  return reconstruct("openvdb", particles, [&](const std::string& in, const std::string& out) {
+    return Words{program, in, out, std::to_string(particle_radius)};
+  });
 }
 
 }  // namespace meniscus::accuracy

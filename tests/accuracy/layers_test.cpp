@@ -1,0 +1,168 @@
+// Layers of extracted surfaces: right on solids that are known, and no matter how they are asked
+// for.
+#include "accuracy/layers.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "accuracy/particles.hpp"
+#include "base/parallel.hpp"
+#include "meniscus/device.hpp"
+#include "meniscus/meniscus.hpp"
+#include "same_bits.hpp"
+
+namespace meniscus::accuracy {
+namespace {
+
+using testing::HasSubstr;
+
+Parameters with_layers(int most) {
+  Parameters parameters;
+  parameters.particle_radius = kParticleRadius;
+  parameters.mesh = false;
+  parameters.layers = most;
+  return parameters;
+}
+
+struct Solid {
+  const char* scene;
+  bool orthographic;
+  double thickness, back, normal;  // s, s, degrees; about 1.5 times what is found
+};
+
+void PrintTo(const Solid& solid, std::ostream* out) {
+  *out << solid.scene << (solid.orthographic ? " orthographic" : "");
+}
+
+class LayersOf : public testing::TestWithParam<Solid> {};
+
+TEST_P(LayersOf, AreNearTheTruth) {
+  const Solid& solid = GetParam();
+  const Scene scene = scaled(find_scene(solid.scene), 5);
+  const Lens lens = lens_of(scene, solid.orthographic);
+  Device device;
+  const Surface surface =
+      extract(device, make_particles(scene, 0.05, 1), camera_of(lens), with_layers(2));
+  const LayerFigures f = measure_layers(trace_layers_of(scene, lens), surface);
+  EXPECT_GT(f.inner, 5000);
+  EXPECT_LT(f.thickness_rms, solid.thickness);
+  EXPECT_LT(f.back_rms, solid.back);
+  EXPECT_LT(f.normal_median, solid.normal);
+  EXPECT_GT(f.second_right, 0.98);
+  EXPECT_LT(f.films, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Solids, LayersOf,
+    testing::Values(Solid{"sphere", false, 0.06, 0.04, 1}, Solid{"twolayer", false, 0.08, 0.04, 1},
+                    Solid{"sheet", true, 0.1, 0.05, 1}, Solid{"capsules", false, 0.15, 0.08, 1.5}),
+    [](const auto& info) {
+      return std::string(info.param.scene) + (info.param.orthographic ? "Orthographic" : "");
+    });
+
+bool same(const Layers& a, const Layers& b) {
+  return a.most == b.most && same_bits(a.count, b.count) && same_bits(a.thickness, b.thickness) &&
+         same_bits(a.entry, b.entry) && same_bits(a.exit, b.exit) &&
+         same_bits(a.back_normal, b.back_normal);
+}
+
+TEST(ExtractLayers, LeaveTheFrontAsItIs) {
+  const Scene scene = scaled(find_scene("sheet"), 4);
+  const Particles particles = make_particles(scene, 0.05, 1);
+  const Camera camera = camera_of(lens_of(scene));
+  Device device;
+  for (const Method method : {Method::fit, Method::groups}) {
+    Parameters without = with_layers(0), with = with_layers(3);
+    without.method = with.method = method;
+    const Surface plain = extract(device, particles, camera, without),
+                  layered = extract(device, particles, camera, with);
+    EXPECT_EQ(plain.layers.most, 0);
+    EXPECT_TRUE(plain.layers.count.empty());
+    EXPECT_TRUE(same_bits(plain, layered));
+    const Layers& layers = layered.layers;
+    const std::size_t pixels = layered.depth.size();
+    ASSERT_EQ(layers.entry.size(), 3 * pixels);
+    std::size_t several = 0;
+    for (std::size_t p = 0; p < pixels; ++p) {
+      EXPECT_EQ(layers.entry[p], layered.depth[p]);
+      EXPECT_EQ(layers.count[p] > 0, std::isfinite(layered.depth[p]));
+      const auto count = std::min<std::size_t>(layers.count[p], 3);
+      several += count > 1;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float from = layers.entry[k * pixels + p], to = layers.exit[k * pixels + p];
+        if (k >= count) {
+          EXPECT_TRUE(std::isinf(from) && std::isinf(to));
+          continue;
+        }
+        EXPECT_GT(to, from);
+        if (k > 0) {
+          EXPECT_GT(from, layers.exit[(k - 1) * pixels + p]);
+        }
+      }
+    }
+    EXPECT_GT(several, 1000u);
+    const Surface alone = on_threads(1, [&] { return extract(device, particles, camera, with); });
+    EXPECT_TRUE(same(alone.layers, layers));
+  }
+}
+
+// Frames of 2^18 particles and more stream, and what lies behind the front goes past; layers want
+// it.
+TEST(ExtractLayers, SeeThroughAFrameThatStreams) {
+  constexpr int kSide = 64;  // 2^18 particles
+  Particles particles;
+  particles.particle_radius = 0.5;
+  for (int k = 0; k < kSide; ++k)
+    for (int j = 0; j < kSide; ++j)
+      for (int i = 0; i < kSide; ++i) {
+        particles.x.push_back(static_cast<float>(i) + 0.5f);
+        particles.y.push_back(static_cast<float>(j) + 0.5f);
+        particles.z.push_back(static_cast<float>(k) + 0.5f);
+      }
+  const Camera camera = look_at({32, 32, 200}, {32, 32, 32}, {0, 1, 0}, 26, 48, 36);
+  Device device;
+  for (const double thin : {0.0, 4.0}) {
+    Parameters parameters = with_layers(1);
+    parameters.thin = thin;
+    const Surface surface = extract(device, particles, camera, parameters);
+    EXPECT_EQ(surface.counts.representatives > 0, thin > 0);
+    const std::size_t middle = 18 * 48 + 24;
+    EXPECT_EQ(surface.layers.entry[middle], surface.depth[middle]);
+    EXPECT_NEAR(surface.layers.exit[middle], 200, 0.1);
+    EXPECT_NEAR(surface.layers.thickness[middle], 64, 0.5);
+    EXPECT_EQ(surface.layers.count[middle], 1u);
+  }
+}
+
+TEST(ExtractLayers, AreRefusedOfMethodsWithAFrontAlone) {
+  for (const MethodEntry& entry : method_list()) {
+    Parameters parameters = with_layers(1);
+    parameters.method = entry.method;
+    if (entry.method == Method::fit || entry.method == Method::groups) {
+      EXPECT_NO_THROW(check(parameters));
+      continue;
+    }
+    try {
+      check(parameters);
+      FAIL() << entry.name;
+    } catch (const InvalidArgument& error) {
+      EXPECT_THAT(error.what(), HasSubstr("method " + entry.name + " has one layer"));
+    }
+  }
+  EXPECT_THROW(check(with_layers(-1)), InvalidArgument);
+  EXPECT_THROW(check(with_layers(9)), InvalidArgument);
+  EXPECT_NO_THROW(check(with_layers(8)));
+}
+
+TEST(ExtractLayers, OfNothingAreEmpty) {
+  Device device;
+  const Surface surface = extract(
+      device, Particles{}, look_at({0, 0, 9}, {0, 0, 0}, {0, 1, 0}, 40, 8, 6), with_layers(2));
+  EXPECT_EQ(surface.layers.count, std::vector<std::uint32_t>(48, 0));
+  EXPECT_EQ(surface.layers.exit.size(), 96u);
+}
+
+}  // namespace
+}  // namespace meniscus::accuracy
