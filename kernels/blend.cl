@@ -124,6 +124,12 @@ inline void add_hit(Sums* sum, global const float* foot, const Sample s, const H
                px, py, pz);
 }
 
+// How far a hit's gradient agrees with a sheet's, (x, y, z).
+inline floatv alike(const Fits fits, const int fit, const Hit* hit, const floatv x, const floatv y,
+                    const floatv z) {
+  return leeway_of(fits.record + FIT * fit) + dot_of(hit->gx, hit->gy, hit->gz, x, y, z);
+}
+
 // The fits of a tile: those that rays may meet, and those that may turn away from the eye there.
 typedef struct {
   List met, rim;
@@ -202,7 +208,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       floatv least = (floatv)(1.0f);
       for (int k = 0; k < kept; ++k)
         least = smaller(SELECT((floatv)(1.0f),
-                               dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az),
+                               alike(fits, cached_group[k], &cache[k], ax, ay, az),
                                cache[k].weight > 0.0f),
                         least);
       one_sheet = !ANY(smooth_step(same_low, same_high, least) < 1.0f);
@@ -211,13 +217,14 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     if (!one_sheet) {
       nx = ny = nz = none;
       for (int k = 0; k < total; ++k) {
+        const int fit = k < kept ? cached_group[k] : listed.met.fit[rest + k - kept];
         Hit hit;
         if (k < kept)
           hit = cache[k];
-        else if (!hit_fit(fits, listed.met.fit[rest + k - kept], s, d_max, &hit))
+        else if (!hit_fit(fits, fit, s, d_max, &hit))
           continue;
         const floatv a = hit.weight * smooth_step(same_low, same_high,
-                                                  dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+                                                  alike(fits, fit, &hit, ax, ay, az));
         nx = fma(a, hit.gx, nx);
         ny = fma(a, hit.gy, ny);
         nz = fma(a, hit.gz, nz);
@@ -241,7 +248,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       else if (!hit_fit(fits, fit, s, d_max, &hit))
         continue;
       const floatv share = smooth_step(same_low, same_high,
-                                       dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+                                       alike(fits, fit, &hit, ax, ay, az));
       add_hit(&A, foot, s, hit, share);
       add_hit(&B, foot, s, hit, 1.0f - share);
     }

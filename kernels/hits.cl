@@ -3,10 +3,21 @@
 // A fit's record is 16 floats, which fill a line of most caches: 0-9 quadric around the foot (see
 // fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part of
 // the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights,
-// 15 what of the weight's own gradient goes into the normal (blend_at), times 1 / (steep facing). Its foot
-// and reach are 4 floats in an array of their own.
+// 15 how round it is, 0 between two sheets to .9 around a bend. Its foot and reach are 4 floats in an
+// array of their own.
 
 #define FIT 16
+
+// What of a weight's own gradient goes into the normal (blend_at) where fits are flat; less by how
+// round they are. Bends lose height in the blend, and with it slope; less than nothing gives them back.
+#define PULL 0.5f
+
+// That part of the weight's gradient, but for near^2 and the place.
+inline float pull_of(global const float* fit) { return 6.0f * fit[10] * (fit[15] - PULL); }
+
+// By so much more than the product of gradients a fit that is met agrees with a sheet: a round fit has
+// no crease near, and goes on around the bend.
+inline float leeway_of(global const float* fit) { return fit[15]; }
 
 // The sum of firm fits' weights at a sample, 3.5 within a flat face (the integral of (1 - D^2)^3 over
 // 4 square radii a fit): up to the first the blend is not trusted, from the second on it is.
@@ -149,7 +160,7 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   hit->gx = gx * slope;
   hit->gy = gy * slope;
   hit->gz = gz * slope;
-  hit->pull = g[15] * steep * facing;
+  hit->pull = pull_of(g) * steep * facing;
   return ANY(hit->weight > 0.0f);
 }
 

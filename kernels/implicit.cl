@@ -293,7 +293,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
       global const float* g = of.record + FIT * p;
       const Said n = ask_fit(g, FOOT(p), x, y, z);
       const floatv share = same_sheet(&n, a, sheets), rest = n.weight * (1.0f - share);
-      add_near(&sum_a, &n, g[15], FOOT(p), share);
+      add_near(&sum_a, &n, pull_of(g), FOOT(p), share);
       sum_b.w += rest;
       const intv better = rest > best;
       best = SELECT(best, rest, better);
@@ -325,8 +325,8 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
         global const float* g = of.record + FIT * p;
         const Said n = ask_fit(g, FOOT(p), x, y, z);
         const floatv rest = 1.0f - same_sheet(&n, a, sheets), share = same_sheet(&n, b, sheets);
-        add_near(&sum_b, &n, g[15], FOOT(p), rest * share);
-        add_near(&sum_c, &n, g[15], FOOT(p), rest * (1.0f - share));
+        add_near(&sum_b, &n, pull_of(g), FOOT(p), rest * share);
+        add_near(&sum_c, &n, pull_of(g), FOOT(p), rest * (1.0f - share));
       }
     const Sheet sheet_b = sheet_of(&sum_b), sheet_c = sheet_of(&sum_c);
     const floatv share_b = smooth_step(SOME, ENOUGH, sum_b.w * per_all),

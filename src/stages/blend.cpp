@@ -17,10 +17,9 @@ constexpr double kExtent = 1.8;       // of a group's squared radius goes into i
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
-// How much of what comes from grad beta goes into the normal, see blend_at: where fits are flat or
-// sheets meet, and where they go round a bend. Bends lose height in the blend, and with it slope;
-// less than nothing of grad beta gives them back.
-constexpr double kPullOfSheets = 0.5, kPullOfBends = -0.4;
+// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl: -.4 of
+// what comes from grad beta goes into its normals instead of half.
+constexpr double kRound = 0.9;
 
 // Screen box, in samples; both ends included. Empty when i1 < i0.
 struct Box {
@@ -177,24 +176,22 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                          c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
                          c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
     const double value = c[0] + dot(gradient + Vec3d{c[1], c[2], c[3]}, x) / 2;
-    const double record[] = {
-        value,
-        gradient.x,
-        gradient.y,
-        gradient.z,
-        c[4],
-        c[5],
-        c[6],
-        c[7],
-        c[8],
-        c[9],
-        1 / (reach * reach),
-        fits.visible[k] < kSeen ? 0 : weight * fits.visible[k],
-        1 / trust[k],
-        weight * fits.surface[k],
-        fits.firmness[k] / fits.edge[k],
-        -6 / (reach * reach) *
-            (kPullOfSheets + fits.roundness[k] * (kPullOfBends - kPullOfSheets))};
+    const double record[] = {value,
+                             gradient.x,
+                             gradient.y,
+                             gradient.z,
+                             c[4],
+                             c[5],
+                             c[6],
+                             c[7],
+                             c[8],
+                             c[9],
+                             1 / (reach * reach),
+                             fits.visible[k] < kSeen ? 0 : weight * fits.visible[k],
+                             1 / trust[k],
+                             weight * fits.surface[k],
+                             fits.firmness[k] / fits.edge[k],
+                             kRound * fits.roundness[k]};
     std::ranges::transform(record, &records.record[k * kRecord],
                            [](double v) { return static_cast<float>(v); });
     const double place[] = {foot.x, foot.y, foot.z, reach};

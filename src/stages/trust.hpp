@@ -1,9 +1,10 @@
 // trust: which fits speak for the fluid (paper, end of 3).
 //
 // The paper fits only where there are particles enough. A particle in a spray has neighbours enough
-// for ten coefficients, but its quadric is a petal in the air. Two measures tell them apart: how
-// far the surroundings lie from the quadric when all of them count, and the density at the fits'
-// feet, which is 1/2 on the face of a fluid and less on a petal.
+// for ten coefficients, but its quadric is a petal in the air. Three measures tell them apart: how
+// far the surroundings lie from the quadric when all of them count; the density at the fits' feet,
+// which is 1/2 on the face of a fluid and less on a petal; and the density behind them. An arm two
+// particles thick looks flat to a fit, which then draws a blade.
 #pragma once
 
 #include <vector>
@@ -13,11 +14,14 @@
 
 namespace meniscus {
 
-/// Trust of each fit, 0 .. 1: smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread))
-/// smoothstep(5, 12, supporters), with C the density at the feet and the spread averaged over the
-/// fits k of the same sheet within five radii, with weights (1 - l/5) smoothstep(.4, .6, n.n_k)
-/// times k's firmness: on an edge of the fluid C is low, but its sheets go on. 0 where there is no
-/// fit. Waits.
+/// Trust of each fit, 0 .. 1:
+///   smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread)) smoothstep(5, 12, supporters)
+///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.5, .8, B)) (1 - sheet)),
+///   sheet = (1 - roundness) smoothstep(40, 80, supporters) (1 - smoothstep(.25, .4, spread))
+/// with C the density at the feet, B that three particle radii behind them, and the spread, in
+/// particle radii. These three are averaged over the fits k of the same sheet within five radii,
+/// with weights (1 - l/5) smoothstep(.4, .6, n.n_k) times k's firmness: on an edge of the fluid C
+/// is low, but its sheets go on. 0 where there is no fit. Waits.
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells);
 

@@ -51,8 +51,8 @@ TEST_P(Commands, OfAFrameStayWithinTheirBudget) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Forms, Commands,
-                         testing::Values(Form{"OnAProcessor", false, 8, {98, 1043, 9, 26, 21, 2}},
-                                         Form{"OnAGpu", true, 1, {77, 904, 18, 21, 16, 2}}),
+                         testing::Values(Form{"OnAProcessor", false, 8, {99, 1055, 9, 26, 21, 2}},
+                                         Form{"OnAGpu", true, 1, {78, 916, 18, 21, 16, 2}}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

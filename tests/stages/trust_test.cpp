@@ -26,32 +26,39 @@ ParticleFits at_random(const Projected& p, std::size_t n, unsigned seed) {
     const double side = i % 3 == 0 ? 2 : 0;
     fits.normal.push_back(normalized({side + random(-0.4, 0.4), random(-0.4, 0.4), 1}));
     fits.firmness.push_back(random(0.005, 1));
-    fits.spread.push_back(random(0.2, 1.1));
-    fits.supporters.push_back(random(4, 25));
+    // Rougher and rougher along one side of the block.
+    fits.spread.push_back(0.05 * static_cast<double>(i % 14) + random(0.05, 0.35));
+    fits.supporters.push_back(i % 2 == 0 ? random(4, 25) : random(25, 100));
+    fits.roundness.push_back(i % 5 == 0 ? random(0, 1) : 0);
     fits.residual.push_back(i % 7 == 6 ? -1 : 0.1f);
     // Feet are rounded to float on their way to the device; here they are floats.
-    fits.foot.push_back(Vec3d(Vec3(fits.position[i] + fits.normal[i] * random(0.5, 2.5))));
+    // Farther and farther out along its other side, from within the second layer.
+    const double out = -1.5 + 0.36 * static_cast<double>(i / 14) + random(-0.5, 0.5);
+    fits.foot.push_back(Vec3d(Vec3(fits.position[i] + fits.normal[i] * out)));
   }
   return fits;
 }
 
 TEST_P(Trust, MatchesItsDefinition) {
-  const Projected p = block(14, 12, 3, 0.3);
+  const Projected p = block(14, 12, 2, 0.3);
   const ParticleFits fits = at_random(p, 14 * 12, 2);
   const std::vector<double> actual = measure_trust(device_, fits, cells_of(device_, p));
   ASSERT_EQ(actual.size(), fits.size());
-  std::vector<double> density, off;
-  for (const Vec3d& foot : fits.foot) {
+  std::vector<double> density, off, behind, behind_off;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    const Vec3d foot = fits.foot[k], deep(Vec3(foot - fits.normal[k] * 3));
     density.push_back(reference::density(p, foot));
     off.push_back(reference::density_error(p, foot, density.back()));
+    behind.push_back(reference::density(p, deep));
+    behind_off.push_back(reference::density_error(p, deep, behind.back()));
   }
-  std::size_t between = 0;
+  std::size_t between = 0, thin = 0, sheets = 0;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (fits.residual[k] < 0) {
       EXPECT_EQ(actual[k], 0);
       continue;
     }
-    double weight = 0, dense = 0, apart = 0, doubt = 0;
+    double weight = 0, dense = 0, apart = 0, deep = 0, doubt = 0, deep_doubt = 0;
     for (std::size_t j = 0; j < fits.size(); ++j) {
       const double l = length(fits.position[j] - fits.position[k]);
       if (l >= 5 || fits.residual[j] < 0) continue;
@@ -61,26 +68,38 @@ TEST_P(Trust, MatchesItsDefinition) {
       dense += w * density[j];
       doubt += w * off[j];
       apart += w * fits.spread[j];
+      deep += w * behind[j];
+      deep_doubt += w * behind_off[j];
     }
+    const double sheet = (1 - fits.roundness[k]) * smooth_step(40, 80, fits.supporters[k]) *
+                         (1 - smooth_step(0.25, 0.4, apart / weight));
+    const double thick = smooth_step(0.5, 0.8, deep / weight);
+    thin += thick < 0.9;
+    sheets += thick < 0.9 && sheet > 0.1;
     const double expected =
-        smooth_step(0.24, 0.33, dense / weight) * (1 - smooth_step(0.45, 0.75, apart / weight)) *
+        (1 - (1 - thick) * (1 - sheet)) * smooth_step(0.24, 0.33, dense / weight) *
+        (1 - smooth_step(0.45, 0.75, apart / weight)) *
         (1 - 0.01 * smooth_step(0.3, 0.4, apart / weight)) * smooth_step(5, 12, fits.supporters[k]);
     between += expected > 0.01 && expected < 0.99;
     // A weight is off by 50 epsilon at most: n.n' by four, which a slope of 7.5 passes on, and the
     // distance; sums round once a fit. Smoothstep's slope is 1.5 over the width of its ramp.
-    double dense_off = doubt, apart_off = 0;
+    double dense_off = doubt, apart_off = 0, deep_off = deep_doubt;
     for (std::size_t j = 0; j < fits.size(); ++j) {
       if (length(fits.position[j] - fits.position[k]) >= 5.001 || fits.residual[j] < 0) continue;
       dense_off += kEpsilon * 50 * std::abs(density[j] - dense / weight);
       apart_off += kEpsilon * 50 * std::abs(fits.spread[j] - apart / weight);
+      deep_off += kEpsilon * 50 * std::abs(behind[j] - deep / weight);
     }
     const double sums = static_cast<double>(fits.size()) * kEpsilon;
     EXPECT_NEAR(actual[k], expected,
                 1.5 / 0.09 * (dense_off + sums * dense) / weight +
-                    1.5 / 0.3 * (apart_off + sums * apart) / weight)
+                    (1.5 / 0.3 + 1.5 / 0.15) * (apart_off + sums * apart) / weight +
+                    1.5 / 0.3 * (deep_off + sums * deep) / weight)
         << k;
   }
   EXPECT_GT(between, fits.size() / 4);
+  EXPECT_GT(thin, fits.size() / 8);
+  EXPECT_GT(sheets, fits.size() / 32);
 }
 
 struct Trusted {

@@ -129,12 +129,17 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   const auto same = [&](const Vec3d& a, const Vec3d& b) {
     return smooth_passage(params.same_low, params.same_high, dot(a, b));
   };
+  // Round fits go on around bends.
+  const auto belongs = [&](const Hit& hit, const Vec3d& to) {
+    return smooth_passage(params.same_low, params.same_high,
+                          dot(hit.gradient, to) + 0.9 * fits.roundness[hit.fit]);
+  };
   Vec3d axis = std::max_element(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
                  return a.weight < b.weight;
                })->gradient;
   for (int round = 0; round < 2; ++round) {
     Vec3d sum;
-    for (const Hit& hit : hits) sum += hit.gradient * (hit.weight * same(hit.gradient, axis));
+    for (const Hit& hit : hits) sum += hit.gradient * (hit.weight * belongs(hit, axis));
     if (length(sum) > 1e-15) axis = normalized(sum);
   }
   struct Sheet {
@@ -147,7 +152,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   for (int s = 0; s < 2; ++s) {
     Sheet& sheet = sheets[s];
     const auto part = [&](const Hit& hit) {
-      const double a = same(hit.gradient, axis);
+      const double a = belongs(hit, axis);
       return hit.weight * (s == 0 ? a : 1 - a);
     };
     for (const Hit& hit : hits) {
