@@ -345,8 +345,11 @@ HostMemory Device::State::host_bytes(std::size_t bytes) {
 Memory Device::State::done_bytes(HostMemory memory) {
   const std::size_t size = memory.size;
   try {
-    if (!is_in_place() && memory.bytes.get_deleter().chunk)
-      return uploads_.add(*pool, info.largest_buffer, std::move(memory));
+    if (!is_in_place() && memory.bytes.get_deleter().chunk) {
+      Memory buffer = uploads_.add(*pool, info.largest_buffer, std::move(memory));
+      if (uploads_.is_enough()) counts.uploads += uploads_.send(queue);
+      return buffer;
+    }
     ++counts.uploads;
     if (is_in_place()) return pool->share(std::move(memory));
     Memory buffer = pool->take(size);

@@ -9,8 +9,9 @@ Memory Uploads::add(MemoryPool& pool, std::size_t largest, HostMemory memory) {
   // Blocks of a few frames' uploads; what is large has a command and a block to itself.
   constexpr std::size_t kBlock = 16 << 20;
   const std::size_t size = memory.size;
+  bytes_ += size;
   if (block_size_ - used_ < size) {
-    const std::size_t wanted = size > kBlock / 4 ? size : std::min(kBlock, largest);
+    const std::size_t wanted = size >= kEnough ? size : std::min(kBlock, largest);
     Memory block = pool.take(wanted);
     if (wanted == size) {
       waiting_.push_back({std::move(memory), block, 0});
@@ -45,6 +46,7 @@ int Uploads::send(const cl::CommandQueue& queue) {
     ++commands;
   }
   waiting_.clear();
+  bytes_ = 0;
   return commands;
 }
 

@@ -18,16 +18,21 @@ class Uploads {
   /// cl::Error.
   Memory add(MemoryPool& pool, std::size_t largest, HostMemory memory);
 
+  /// Whether so much waits that it should be on its way: the device's copies go on beside the host.
+  bool is_enough() const { return bytes_ >= kEnough; }
+
   /// Enqueues what waits; returns how many commands that took. Throws cl::Error.
   int send(const cl::CommandQueue& queue);
 
  private:
+  static constexpr std::size_t kEnough = 4 << 20;  // bytes
   struct Waiting {
     HostMemory from;
     Memory block;
     std::size_t origin;  // bytes in the block
   };
   std::vector<Waiting> waiting_;
+  std::size_t bytes_ = 0;                  // of these
   Memory block_;                           // that the next ones go to
   std::size_t block_size_ = 0, used_ = 0;  // bytes
 };
