@@ -6,6 +6,7 @@
 // The density at points of the surface, in the order of cells. One work-item per WIDTH points; the
 // arrays are padded.
 kernel void measure_density(POINTS(x, y, z),
+                            global const int* to,   // [n] where each one's density goes
                             global float* density,  // [n]
                             CELLS_WITH(cell_, cell_weight), const int n) {
   const int p = get_global_id(0) * WIDTH;
@@ -24,7 +25,9 @@ kernel void measure_density(POINTS(x, y, z),
                      &sum);
     c = SELECT(c, sum.c, here);
   }
-  STOREF(c * NORM, density + p);
+  int at[WIDTH];
+  STOREI(LOADI(to + p), at);
+  scatter_float(c * NORM, density, at, TO_INTV(LANES) < n - p);
 }
 
 // The cells (cx, cy - 1 .. cy + 1, cz - 1 .. cz + 1): how many particles one of them holds at least,

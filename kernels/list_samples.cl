@@ -6,14 +6,9 @@ inline int row_of(const int k) { return column_of(k >> 1); }
 
 // The samples of a tile where a map is finite, of every `every`th row and column (a power of two,
 // TILE at most).
-kernel void list_samples(global const float* wanted,  // [samples]
-                         global const int* occupied,  // [blocks] 0: not finite in a block, not read
-                         SAMPLES(, sample, count),    // out
-                         global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
-                                                      // listed, else as before
-                         const int2 samples, const int2 tiles, const int every) {
-  const int tile = get_global_id(0);
-  if (tile >= tiles.x * tiles.y) return;
+inline void list_tile(const int tile, global const float* wanted, global const int* occupied,
+                      global int* sample, global int* count, global uchar* listed,
+                      const int2 samples, const int2 tiles, const int every) {
   const int i0 = tile % tiles.x * TILE, j0 = tile / tiles.x * TILE;
   const int whole = i0 + TILE <= samples.x && j0 + TILE <= samples.y;
   const int quarter = max(TILE_SAMPLES / 4 / (every * every), 1);
@@ -39,10 +34,32 @@ kernel void list_samples(global const float* wanted,  // [samples]
       sample[tile * TILE_SAMPLES + used] = at;  // without branches, which nobody could foretell
       used += wanted[at] < INFINITY;
     }
-    if (used > before) listed[block_of(i1, j1, samples.x)] = 1;
+    if (listed && used > before) listed[block_of(i1, j1, samples.x)] = 1;
   }
   count[tile] = used;
   count[tiles.x * tiles.y + tile] = 0;
+}
+
+// Of one map.
+kernel void list_samples(global const float* wanted,  // [samples]
+                         global const int* occupied,  // [blocks] 0: not finite in a block, not read
+                         SAMPLES(, sample, count),    // out
+                         global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
+                                                      // listed, else as before
+                         const int2 samples, const int2 tiles, const int every) {
+  const int tile = get_global_id(0);
+  if (tile < tiles.x * tiles.y)
+    list_tile(tile, wanted, occupied, sample, count, listed, samples, tiles, every);
+}
+
+// Of the maps of surface and splash, into two lists.
+kernel void list_fronts(FRONTS(reference, splash, occupied, splash_occupied),
+                        SAMPLES(, sample, count), SAMPLES(, splash_sample, splash_count),
+                        const int2 samples, const int2 tiles, const int every) {
+  const int tile = get_global_id(0);
+  if (tile >= tiles.x * tiles.y) return;
+  list_tile(tile, reference, occupied, sample, count, 0, samples, tiles, every);
+  list_tile(tile, splash, splash_occupied, splash_sample, splash_count, 0, samples, tiles, every);
 }
 
 // Those of a tile's `side` x `side` cells from cell (a, b) on whose bits from `shift` on say so. A cell

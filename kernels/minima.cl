@@ -188,14 +188,15 @@ kernel void lower_discs_behind(global const float* disc, OUTLINES(const, box, ke
 #else
 #define RUN 64
 #endif
-kernel void count_owners(global const int* owner,  // [samples] INT_MAX: none
+kernel void count_owners(global const int* owner,  // [samples] none: INT_MAX, or +infinity's bits, which
+                                                  // no index reaches
                          global int* owned,        // [n] 0 before
                          const int samples) {
   const int first = get_global_id(0) * RUN, end = min(first + RUN, samples);
   for (int s = first; s < end;) {
     const int begin = s, here = owner[s];
     while (s < end && owner[s] == here) ++s;
-    if (here != INT_MAX) atomic_add(owned + here, s - begin);
+    if (here < as_int(INFINITY)) atomic_add(owned + here, s - begin);
   }
 }
 

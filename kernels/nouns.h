@@ -103,10 +103,14 @@
 #define FITTED(support, quadric, residual, weight) \
   global const float* support, global float* quadric, global float* residual, global float* weight
 
-// What is measured behind the last pass: [4][lanes] rows; the weights are that pass's.
+// What is measured behind the last pass: [7][lanes] rows; the weights are that pass's.
 #define MEASURED(support, quadric, weight, residual, rows) \
   global const float* support, global const float* quadric, global const float* weight, \
   global float* residual, global float* rows
+
+// Fits by cells (sheet.cl), out: [3][n] unit normals, in bucket order; [n] how much each counts; [values][n].
+#define SHEET(normal, share, value) \
+  global float* normal, global float* share, global float* value
 
 // Fits (hits.cl): [fits][FIT]; [fits][4].
 #define FITS(record, foot) \

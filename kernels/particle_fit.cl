@@ -265,7 +265,7 @@ kernel void fit_particles(
   scatter_float(SELECT(own.nz, a[3] * scale, good), turned + 2, at, wanted);
 }
 
-// How far a fit can be relied on, four rows:
+// How far a fit can be relied on, and the normal of its particle, seven rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the particles elsewhere whose normals agree,
 //     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, a_ij)) /
@@ -278,12 +278,13 @@ kernel void fit_particles(
 //                                     (u_i + sum of q)));
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
-// - the number of its neighbours, each by its weight u.
+// - the number of its neighbours, each by its weight u;
+// - x, y and z of the normal as the passes left it.
 // Fits get their residual, the RMS distance with the weights of the last pass.
 kernel void measure_edges(global const float4* place, global const float4* normal,
                           AROUND(particle, neighbour, first, length),
                           MEASURED(support, quadric, kept, residual, rows),  // e; firmness; distance,
-                                                                             // radii; number
+                                                                             // radii; number; normal
                           const FitPass by, const float reach) {  // particle radii
   const int lanes = by.lanes;
   const FitModel model = by.model;
@@ -338,6 +339,9 @@ kernel void measure_edges(global const float4* place, global const float4* norma
          rows + lanes + lane);
   STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);
+  STOREF(own.nx, rows + 4 * lanes + lane);
+  STOREF(own.ny, rows + 5 * lanes + lane);
+  STOREF(own.nz, rows + 6 * lanes + lane);
   const floatv before = LOADF(residual + lane);
   STOREF(SELECT(before, sqrt(distances / total), before >= 0.0f), residual + lane);
 }

@@ -8,7 +8,7 @@ typedef struct {
   int n;
   global const float* normal;  // [3][n] in bucket order
   global const float* share;   // [n]
-  global const float* value;   // [2][n]
+  global const float* value;   // [2][n] a pair of rows
   float reach, low, high;
 } Fits;
 
@@ -41,15 +41,17 @@ inline void add_fits(const Fits fits, const int* item, const int count, const fl
 // Up to WIDTH fits of SPAN cells of a row at a time, BLOCK a work-item. A fit at distance l whose
 // normal is n' weighs
 //   share (1 - l / reach) smoothstep(low, high, n.n').
+// Along the second dimension: pairs of values.
 kernel void average_on_sheets(
-    global float* mean,  // [2][n] of the values; 0 where nothing weighs anything
+    global float* mean,  // [2 pairs][n] of the values; 0 where nothing weighs anything
     CELLS(cell_), const int n,
     global const float* normal,  // [3][n] in bucket order
     global const float* share,   // [n]
-    global const float* value,   // [2][n]
+    global const float* value,   // [2 pairs][n]
     const SheetWeights weights) {
   const Cells cells = CELLS_OF(cell_);
-  const Fits fits = {cells, n, normal, share, value, weights.reach, weights.low, weights.high};
+  const int pair = 2 * n * (int)get_global_id(1);
+  const Fits fits = {cells, n, normal, share, value + pair, weights.reach, weights.low, weights.high};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
   for (int first = begin; first < end;) {
@@ -77,8 +79,32 @@ kernel void average_on_sheets(
       }
     add_fits(fits, item, count, x, y, z, nx, ny, nz, &sums);
     const floatv scale = SELECT(none, 1.0f / sums.weight, sums.weight > 0.0f);
-    scatter_float(sums.a * scale, mean, own.at, own.used);
-    scatter_float(sums.b * scale, mean + n, own.at, own.used);
+    scatter_float(sums.a * scale, mean + pair, own.at, own.used);
+    scatter_float(sums.b * scale, mean + pair + n, own.at, own.used);
     first += own.count;
   }
+}
+
+// Puts what the lanes of fits (particle_fit.cl) hold where the fits are in a sheet. One work-item per
+// fit.
+kernel void gather_fits(
+    global const int* lane,      // [n] of each fit, in bucket order; negative: it has none here
+    global const int* particle,  // [lanes]
+    global const float4* place,  // of the particles, in w their u
+    global const float4* turned,    // their normals
+    global const float* residual,   // [lanes] negative: no fit
+    global const float* row,        // [values - 1][lanes]; the last is the last two values
+    SHEET(normal, share, value),    // out
+    const int4 of) {  // n; lanes; values; 0: fits whose residual is not 0 share alike, 1: all by their u
+  const int p = get_global_id(0), n = of.x, lanes = of.y;
+  if (p >= n) return;
+  const int l = lane[p];
+  if (l < 0) return;
+  const float left = residual[l];
+  const float4 toward = turned[particle[l]];
+  normal[p] = toward.x;
+  normal[n + p] = toward.y;
+  normal[2 * n + p] = toward.z;
+  share[p] = of.w ? (left < 0.0f ? 0.0f : place[particle[l]].w) : (left > 0.0f ? 1.0f : 0.0f);
+  for (int v = 0; v < of.z; ++v) value[v * n + p] = row[min(v, of.z - 2) * lanes + l];
 }

@@ -9,6 +9,40 @@
 // nodes of a rectangle, none has a deeper computed front than the largest |du| and |dv| among them
 // give, and none a nearer one than the centre. Bounds made so hold to the last bit.
 
+// WIDTH particles.
+typedef struct {
+  floatv t, u, v, ru, rv, bulge;  // half axes and bulge of their spheres
+} Spheres;
+
+// From [6][stride] t, u, v, ku, kv, scale; sphere: footprint, bulge over footprint.
+inline Spheres spheres_of(global const float* here, const int stride, const float2 sphere) {
+  const Spheres s = {LOADF(here),
+                     LOADF(here + stride),
+                     LOADF(here + 2 * stride),
+                     sphere.x * LOADF(here + 3 * stride),
+                     sphere.x * LOADF(here + 4 * stride),
+                     sphere.x * sphere.y * LOADF(here + 5 * stride)};
+  return s;
+}
+
+// What the spheres may cover, on nodes whose first lies at origin.x with 1 / step = origin.y.
+inline void outline(const Spheres s, const int p, global float* disc, global int* box,
+                    global float* key, const int stride, const int2 nodes, const float2 origin,
+                    const int drawn) {
+  STOREI(first_within((s.u - s.ru - origin.x) * origin.y), box + p);
+  STOREI(last_within((s.u + s.ru - origin.x) * origin.y, nodes.x), box + stride + p);
+  STOREI(first_within((s.v - s.rv - origin.x) * origin.y), box + 2 * stride + p);
+  STOREI(last_within((s.v + s.rv - origin.x) * origin.y, nodes.y), box + 3 * stride + p);
+  const floatv nearest = larger(smaller(s.t - s.bulge, s.t), (floatv)(1e-6f));
+  floatv bound = (floatv)(-INFINITY);
+  if (drawn == FRONT) bound = nearest;
+  if (drawn == BEHIND) bound = -larger(larger(s.t - s.bulge, s.t), (floatv)(1e-6f));
+  STOREF(bound, key + p);
+  const floatv record[8] = {s.t,     s.u,     s.v,           1.0f / s.ru, 1.0f / s.rv,
+                            s.bulge, nearest, (floatv)(0.0f)};
+  store_records(record, disc + 8 * p);
+}
+
 // What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
                           global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, nearest
@@ -21,57 +55,43 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
                           const int drawn) {
   const int p = get_global_id(0) * WIDTH;
   if (p >= stride) return;  // the range is rounded up to whole work-groups
-  global const float* here = particles + p;
-  const floatv t = LOADF(here), u = LOADF(here + stride), v = LOADF(here + 2 * stride);
-  const floatv ru = sphere.x * LOADF(here + 3 * stride);
-  const floatv rv = sphere.x * LOADF(here + 4 * stride);
-  const floatv bulge = sphere.x * sphere.y * LOADF(here + 5 * stride);
-  STOREI(first_within((u - ru - origin.x) * origin.y), box + p);
-  STOREI(last_within((u + ru - origin.x) * origin.y, nodes.x), box + stride + p);
-  STOREI(first_within((v - rv - origin.x) * origin.y), box + 2 * stride + p);
-  STOREI(last_within((v + rv - origin.x) * origin.y, nodes.y), box + 3 * stride + p);
-  const floatv nearest = larger(smaller(t - bulge, t), (floatv)(1e-6f));
-  floatv bound = (floatv)(-INFINITY);
-  if (drawn == FRONT) bound = nearest;
-  if (drawn == BEHIND) bound = -larger(larger(t - bulge, t), (floatv)(1e-6f));
-  STOREF(bound, key + p);
-  const floatv record[8] = {t, u, v, 1.0f / ru, 1.0f / rv, bulge, nearest, (floatv)(0.0f)};
-  store_records(record, disc + 8 * p);
+  outline(spheres_of(particles + p, stride, sphere), p, disc, box, key, stride, nodes, origin, drawn);
 }
 
-// The cells inside a rectangle that the disc holds, and the deepest front there. Half sides of 0.69
-// half axes, as large as fits: cells that no disc covers cost more than bounds that are less near.
-// Like outline_discs.
-kernel void cover_discs(global const float* particles, COVERS(, cover, deepest),
-                        const int stride, const int2 nodes, const float2 origin, const float step,
-                        const float2 sphere,
-                        const int shift) {  // a cell's side is 1 << shift nodes
-  const int p = get_global_id(0) * WIDTH;
+// The same by nearest depth, and the cells inside a rectangle that the disc holds, and the deepest
+// front there. Half sides of 0.69 half axes, as large as fits: cells that no disc covers cost more
+// than bounds that are less near.
+kernel void cover_discs(global const float* particles, global float* disc, OUTLINES(, box, key),
+                        COVERS(, cover, deepest),
+                        const int4 size,     // stride; nodes: nx, ny; a cell's side is 1 << size.w nodes
+                        const float4 place,  // of the first node, 1 / step, step; pixels
+                        const float2 sphere) {
+  const int p = get_global_id(0) * WIDTH, stride = size.x, shift = size.w;
+  const int2 nodes = size.yz;
+  const float2 origin = place.xy;
+  const float step = place.z;
   if (p >= stride) return;
-  global const float* here = particles + p;
-  const floatv t = LOADF(here), u = LOADF(here + stride), v = LOADF(here + 2 * stride);
-  const floatv ru = sphere.x * LOADF(here + 3 * stride);
-  const floatv rv = sphere.x * LOADF(here + 4 * stride);
-  const floatv bulge = sphere.x * sphere.y * LOADF(here + 5 * stride);
-  const intv i0 = first_cell((u - 0.69f * ru - origin.x) * origin.y, shift);
-  const intv i1 = last_cell((u + 0.69f * ru - origin.x) * origin.y, nodes.x, shift);
-  const intv j0 = first_cell((v - 0.69f * rv - origin.x) * origin.y, shift);
-  const intv j1 = last_cell((v + 0.69f * rv - origin.x) * origin.y, nodes.y, shift);
+  const Spheres s = spheres_of(particles + p, stride, sphere);
+  outline(s, p, disc, box, key, stride, nodes, origin, FRONT);
+  const intv i0 = first_cell((s.u - 0.69f * s.ru - origin.x) * origin.y, shift);
+  const intv i1 = last_cell((s.u + 0.69f * s.ru - origin.x) * origin.y, nodes.x, shift);
+  const intv j0 = first_cell((s.v - 0.69f * s.rv - origin.x) * origin.y, shift);
+  const intv j1 = last_cell((s.v + 0.69f * s.rv - origin.x) * origin.y, nodes.y, shift);
   const floatv left = origin.x + step * TO_FLOATV(first_of(i0, shift));
   const floatv right = origin.x + step * TO_FLOATV(last_of(i1, nodes.x, shift));
   const floatv above = origin.x + step * TO_FLOATV(first_of(j0, shift));
   const floatv below = origin.x + step * TO_FLOATV(last_of(j1, nodes.y, shift));
   // As draw_discs computes them.
-  const floatv inverse_u = 1.0f / ru, inverse_v = 1.0f / rv;
-  const floatv du = larger(fabs((left - u) * inverse_u), fabs((right - u) * inverse_u));
-  const floatv dv = larger(fabs((above - v) * inverse_v), fabs((below - v) * inverse_v));
+  const floatv inverse_u = 1.0f / s.ru, inverse_v = 1.0f / s.rv;
+  const floatv du = larger(fabs((left - s.u) * inverse_u), fabs((right - s.u) * inverse_u));
+  const floatv dv = larger(fabs((above - s.v) * inverse_v), fabs((below - s.v) * inverse_v));
   const floatv q = 1.0f - (du * du + dv * dv);
   STOREI(i0, cover + p);
   STOREI(SELECT(i0 - 1, i1, q >= 0.0f), cover + stride + p);
   STOREI(j0, cover + 2 * stride + p);
   STOREI(j1, cover + 3 * stride + p);
-  const floatv rim = t - bulge * sqrt(larger(q, (floatv)(0.0f)));
-  STOREF(larger(larger(rim, t - bulge), (floatv)(1e-6f)), deepest + p);
+  const floatv rim = s.t - s.bulge * sqrt(larger(q, (floatv)(0.0f)));
+  STOREF(larger(larger(rim, s.t - s.bulge), (floatv)(1e-6f)), deepest + p);
 }
 
 // Discs lie all over memory: for owners, whose many maps push them out of the caches, it is asked of so

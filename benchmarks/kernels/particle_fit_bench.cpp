@@ -50,8 +50,8 @@ Case prepare_edges(Frame& frame) {
   Case result;
   result.unit = "fits";
   result.items = problems->fits;
-  // A neighbour's index and weight read; a fit's particle and quadric read, four values written.
-  result.bytes = 8 * problems->neighbours + 88 * problems->fits;
+  // A neighbour's index and weight read; a fit's particle and quadric read, seven values written.
+  result.bytes = 8 * problems->neighbours + 100 * problems->fits;
   // A neighbour: difference 3, square 5, normals 6, distance 3, share 8, spline 4, weight 23,
   // quadric 18, sums 8; the residual: distance behind 2, exponential 22, sums 4.
   result.operations = 106 * problems->neighbours;

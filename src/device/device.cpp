@@ -278,6 +278,7 @@ Range Device::State::launched_range(const Range& wanted, std::size_t most) const
 void Device::State::enqueue(BuiltKernel& kernel, const Range& wanted) {
   if (wanted.nx == 0 || wanted.ny == 0) return;
   const std::string& name = kernel.name;
+  send_uploads();
   const bool builds = std::exchange(kernel.compiles, false);
   const auto begin = std::chrono::steady_clock::now();
   cl::Event event;
@@ -334,7 +335,8 @@ Memory Device::State::part_of(const Memory& whole, std::size_t origin, std::size
 HostMemory Device::State::host_bytes(std::size_t bytes) {
   const std::size_t size = padded(bytes);
   try {
-    return is_in_place() ? pool->take_host(size) : staging->take(queue, size);
+    if (is_in_place()) return pool->take_host(size);
+    return staging->take(queue, (size + Uploads::kGrain - 1) / Uploads::kGrain * Uploads::kGrain);
   } catch (const cl::Error& error) {
     fail("waiting for uploads", error);
   }
@@ -342,15 +344,27 @@ HostMemory Device::State::host_bytes(std::size_t bytes) {
 
 Memory Device::State::done_bytes(HostMemory memory) {
   const std::size_t size = memory.size;
-  ++counts.uploads;
   try {
+    if (!is_in_place() && memory.bytes.get_deleter().chunk) {
+      Memory buffer = uploads_.add(*pool, info.largest_buffer, std::move(memory));
+      if (uploads_.is_enough()) counts.uploads += uploads_.send(queue);
+      return buffer;
+    }
+    ++counts.uploads;
     if (is_in_place()) return pool->share(std::move(memory));
     Memory buffer = pool->take(size);
-    const bool is_staged = memory.bytes.get_deleter().chunk;
-    queue.enqueueWriteBuffer(buffer, is_staged ? CL_FALSE : CL_TRUE, 0, size, memory.bytes.get());
+    queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, size, memory.bytes.get());
     return buffer;
   } catch (const cl::Error& error) {
     fail("uploading " + std::to_string(size) + " bytes", error);
+  }
+}
+
+void Device::State::send_uploads() {
+  try {
+    counts.uploads += uploads_.send(queue);
+  } catch (const cl::Error& error) {
+    fail("uploading", error);
   }
 }
 
@@ -373,11 +387,20 @@ Memory Device::State::filled_bytes(const void* pattern, std::size_t pattern_byte
   // Then what lies beyond is filled with it.
   if (is_zero && (!is_in_place() || bytes < kManyToFill)) return allocate_bytes(bytes, true);
   Memory buffer = allocate_bytes(bytes);
-  if (bytes > 0) fill_bytes(buffer, pattern, pattern_bytes, bytes);
+  if (bytes > 0) fill_new(buffer, pattern, pattern_bytes, bytes);
   return buffer;
 }
 
+Memory Device::State::constant_bytes(cl_uint pattern, std::size_t bytes) {
+  // Whoever watches launches may do as he likes with their buffers.
+  if (observer) return filled_bytes(&pattern, sizeof pattern, bytes);
+  Constant& kept = constants_[pattern];
+  if (kept.bytes < bytes) kept = {filled_bytes(&pattern, sizeof pattern, bytes), bytes};
+  return kept.memory;
+}
+
 void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes) {
+  send_uploads();
   try {
     queue.enqueueWriteBuffer(to, CL_TRUE, 0, bytes, from);
     ++counts.uploads;
@@ -387,6 +410,7 @@ void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::siz
 }
 
 void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t bytes) {
+  send_uploads();
   try {
     queue.enqueueReadBuffer(from, CL_TRUE, 0, bytes, to);
     ++counts.reads;
@@ -403,6 +427,7 @@ HostMemory Device::State::copy_bytes(const cl::Buffer& from, std::size_t bytes) 
 }
 
 void* Device::State::map_bytes(const cl::Buffer& buffer, std::size_t bytes) {
+  send_uploads();
   try {
     ++counts.reads;
     return queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
@@ -421,6 +446,12 @@ void Device::State::unmap(const cl::Buffer& buffer, void* mapped) noexcept {
 
 void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
                                std::size_t pattern_bytes, std::size_t bytes) {
+  send_uploads();
+  fill_new(buffer, pattern, pattern_bytes, bytes);
+}
+
+void Device::State::fill_new(const cl::Buffer& buffer, const void* pattern,
+                             std::size_t pattern_bytes, std::size_t bytes) {
   if (pattern_bytes != 1 && pattern_bytes != 4)
     throw DeviceError("fill patterns are one or four bytes");
   try {
@@ -460,6 +491,7 @@ void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
 }
 
 void Device::State::flush() {
+  send_uploads();
   try {
     queue.flush();
   } catch (const cl::Error& error) {
@@ -468,6 +500,7 @@ void Device::State::flush() {
 }
 
 void Device::State::finish() {
+  send_uploads();
   queue.finish();
   if (staging) staging->waited();
   ++counts.waits;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -19,6 +20,7 @@
 #include "device/opencl.hpp"
 #include "device/staging.hpp"
 #include "device/tuning.hpp"
+#include "device/uploads.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -199,11 +201,17 @@ struct Device::State {
   bool is_in_place() const { return !staging; }
   /// Memory for the host to write, for done_bytes().
   HostMemory host_bytes(std::size_t bytes);
-  /// A buffer of what the host wrote: in place, or copied without a wait where the memory allows
-  /// it.
+  /// A buffer of what the host wrote: in place, or copied before the next launch or read (which is
+  /// when it counts), without a wait where the memory allows it.
   Memory done_bytes(HostMemory memory);
+  /// The buffers of done_bytes() get what the host wrote. To be called before commands that this
+  /// does not enqueue.
+  void send_uploads();
   /// What allocate_bytes() makes, with every `pattern_bytes` of it as `pattern` says.
   Memory filled_bytes(const void* pattern, std::size_t pattern_bytes, std::size_t bytes);
+  /// A buffer of at least so many bytes that hold a pattern of four, which no kernel changes: it is
+  /// kept, and given again to all who want the same.
+  Memory constant_bytes(cl_uint pattern, std::size_t bytes);
   void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
   void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
   HostMemory copy_bytes(const cl::Buffer& from, std::size_t bytes);  // for the host to read; waits
@@ -230,6 +238,8 @@ struct Device::State {
 
  private:
   void finish();  // waits for all work; throws cl::Error
+  void fill_new(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
+                std::size_t bytes);
   /// Fills from byte `from` on; the only place that enqueues a fill. Throws cl::Error.
   template <class Pattern>
   void enqueue_fill(const cl::Buffer& buffer, const Pattern& pattern, std::size_t from,
@@ -253,6 +263,13 @@ struct Device::State {
   int anew_ = 0;                          // programs that no cache had
   std::set<std::string> new_programs_;    // of these, the keys in `programs`
   std::vector<BuiltKernel*> of_handles_;  // in `kernels`, by a handle's number and width
+
+  Uploads uploads_;
+  struct Constant {
+    Memory memory;
+    std::size_t bytes = 0;
+  };
+  std::map<cl_uint, Constant> constants_;  // by their pattern
 
   cl::CommandQueue other_queue_;  // the timed one where launches are not timed, and the reverse
 
@@ -285,6 +302,13 @@ template <class T>
 Buffer<T> filled(Device& device, std::size_t size, const T& value) {
   static_assert(sizeof(T) == 1 || sizeof(T) == 4, "fill patterns are one or four bytes");
   return {device.state().filled_bytes(&value, sizeof(T), size * sizeof(T)), size};
+}
+
+/// A buffer whose values are all `value` and stay so: for kernels to read.
+template <class T>
+Buffer<T> constant(Device& device, std::size_t size, const T& value) {
+  static_assert(sizeof(T) == 4, "patterns of constants are four bytes");
+  return {device.state().constant_bytes(std::bit_cast<cl_uint>(value), size * sizeof(T)), size};
 }
 
 /// Gives every value of a buffer.

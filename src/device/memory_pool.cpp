@@ -76,8 +76,8 @@ struct Memory::Block {
         std::shared_ptr<MemoryPool::Shelf> from)
       : buffer(std::move(memory)), size(bytes), again(use_again), shelf(std::move(from)) {}
   // A part of another one.
-  Block(cl::Buffer&& memory, std::shared_ptr<const Block> of)
-      : whole(std::move(of)), buffer(std::move(memory)), size(0), again(false) {}
+  Block(cl::Buffer&& memory, std::shared_ptr<const Block> of, std::size_t from)
+      : whole(std::move(of)), origin(from), buffer(std::move(memory)), size(0), again(false) {}
   ~Block() {
     if (whole) return;
     const std::lock_guard lock(shelf->mutex);
@@ -94,7 +94,8 @@ struct Memory::Block {
   Block(const Block&) = delete;
   Block& operator=(const Block&) = delete;
 
-  std::shared_ptr<const Block> whole;  // that this one is a part of
+  std::shared_ptr<const Block> whole;  // that this one is a part of, from `origin` on
+  std::size_t origin = 0;              // bytes
   cl::Buffer buffer;
   std::size_t size;  // bytes
   bool again;        // goes back to the shelf
@@ -207,14 +208,16 @@ Memory MemoryPool::share(HostMemory memory) {
 }
 
 Memory MemoryPool::part_of(const Memory& whole, std::size_t origin, std::size_t bytes) {
-  cl::Buffer all = whole;
-  const cl_buffer_region region{origin, bytes};
+  // OpenCL has no parts of parts.
+  const bool is_part = whole.block_->whole != nullptr;
+  const std::shared_ptr<const Memory::Block>& all = is_part ? whole.block_->whole : whole.block_;
+  const cl_buffer_region region{whole.block_->origin + origin, bytes};
   cl_int error = CL_SUCCESS;
-  cl::Buffer part(
-      clCreateSubBuffer(all(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION, &region, &error));
+  cl::Buffer part(clCreateSubBuffer(all->buffer(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION,
+                                    &region, &error));
   if (error != CL_SUCCESS) throw cl::Error(error, "clCreateSubBuffer");
   Memory memory;
-  memory.block_ = std::make_shared<Memory::Block>(std::move(part), whole.block_);
+  memory.block_ = std::make_shared<Memory::Block>(std::move(part), all, region.origin);
   return memory;
 }
 

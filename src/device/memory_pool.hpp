@@ -40,6 +40,12 @@ class Memory {
   std::shared_ptr<const Block> block_;
 };
 
+/// Whether both are the same buffer.
+inline bool same_memory(const Memory& a, const Memory& b) {
+  const cl::Buffer &one = a, &other = b;
+  return one() == other();
+}
+
 /// The memory of one device and its queue. Fresh memory costs a page fault for every 4 KB, in every
 /// frame; what is given back is used again for buffers of about the same size.
 /// All commands on it must go to one in-order queue, or to another after the first is finished:
@@ -65,8 +71,8 @@ class MemoryPool {
   /// Throws cl::Error.
   Memory share(HostMemory memory);
 
-  /// A part of some memory as a buffer of its own, which keeps the whole. `origin` is a multiple of
-  /// what the device asks for. Throws cl::Error.
+  /// A part of some memory, which may be a part itself, as a buffer of its own that keeps the
+  /// whole. `origin` is a multiple of what the device asks for. Throws cl::Error.
   static Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes);
 
   /// Whether memory is used again (default). When not, what is given back goes to the driver.

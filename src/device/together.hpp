@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <tuple>
@@ -48,17 +49,19 @@ bool fits_in_one(Device& device, const PartLayout<T...>& layout) {
   return layout.bytes <= device.state().most_bytes();
 }
 
-/// Buffers of so many values each that begin as `value` everywhere, filled by one command.
+/// Buffers of so many values each that begin as `value` everywhere, filled by one command; of
+/// several types, with 0.
 template <class... T>
 std::tuple<Buffer<T>...> filled_together(Device& device, float value,
                                          const std::array<std::size_t, sizeof...(T)>& sizes) {
-  static_assert((... && std::is_same_v<T, float>), "one pattern fills them all");
+  if constexpr (!(... && std::is_same_v<T, float>))
+    if (value != 0 || std::signbit(value)) throw DeviceError("one pattern fills all: 0");
   const PartLayout<T...> layout(sizes);
   if (fits_in_one(device, layout))
     return parts_of(device, device.state().filled_bytes(&value, sizeof value, layout.bytes),
                     layout);
   return [&]<std::size_t... K>(std::index_sequence<K...>) {
-    return std::tuple<Buffer<T>...>{filled<T>(device, layout.size[K], value)...};
+    return std::tuple<Buffer<T>...>{filled<T>(device, layout.size[K], static_cast<T>(value))...};
   }
   (std::index_sequence_for<T...>());
 }

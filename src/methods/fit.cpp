@@ -1,11 +1,13 @@
 // Method fit: a quadric around every particle of the surface near the visible ones, blended in
 // sheets; the density field where no fit can be trusted. Method groups: the same with a quadric
 // around each group of merged particles. run_on_fits() is section 2 of the paper, step by step.
+#include <optional>
 #include <utility>
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/stage_clock.hpp"
+#include "device/together.hpp"
 #include "methods/methods.hpp"
 #include "stages/group.hpp"
 #include "stages/merge.hpp"
@@ -32,7 +34,8 @@ struct Fluid {
   Projected particles;
   Cells host_cells;
   DeviceCells cells, levelled;
-  Buffer<float> field;  // measure_gradients()
+  // measure_gradients(), and how many nodes each of the body owns (count_owned()).
+  Together<float, cl_int> measured;
   SplashSplit split;
   SplatParticles body;
 };
@@ -49,13 +52,32 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
       make_cells(fluid.particles.x, fluid.particles.y, fluid.particles.z, kDensitySupport);
   fluid.cells = upload_cells(device, fluid.host_cells);
   clock.start("field");  // is measured while the host goes on
-  fluid.field = measure_gradients(device, fluid.cells, Measured::near_air);
-  fluid.levelled = level_cells(device, fluid.cells, fluid.field, params.region);
+  const std::size_t n = fluid.particles.size();
+  fluid.measured = {device, {4 * n, (n + 15) / 16 * 16}};  // whole vectors to fill
+  const Buffer<float>& field = fluid.measured.part<0>();
+  measure_gradients(device, fluid.cells, Measured::near_air, field);
+  fluid.levelled = level_cells(device, fluid.cells, field, params.region);
   clock.start("split");
   fluid.split = split_splash(fluid.particles, fluid.host_cells, params.splash);
   clock.start("visible");
   fluid.body = upload_splats(device, fluid.particles, fluid.split.body);
   return fluid;
+}
+
+// What was measured of a fluid, on the host: the device gets no work while this lives.
+using FluidView = ViewTogether<float, cl_int>;
+
+// The seen particles, and the fluid's field with them, by one command.
+Visible look_at(const Frame& frame, const Fluid& fluid, std::optional<FluidView>& view) {
+  const auto& [device, camera, params, clock] = frame;
+  const std::vector<std::int32_t>& body = fluid.split.body;
+  SampleGrid grid;
+  if (!body.empty())
+    grid = count_owned(device, camera, fluid.particles, body, fluid.body, params.visible,
+                       fluid.measured.part<1>());
+  view.emplace(device, fluid.measured);
+  return visible_among(fluid.particles, body, grid, view->data<1>(), params.visible,
+                       std::min(kLeastFitted, params.visible.owned));
 }
 
 // The seen particles and those that stand for the surface around them, seen or not.
@@ -97,8 +119,11 @@ constexpr Seeding kEveryParticle{
     false,
     [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
-      return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
-                             frame.params.fit.support);
+      FitNeighbours around = find_neighbours(frame.device, fluid.particles, shell.rim.index,
+                                             shell.found.index, frame.params.fit.support);
+      around.sheet =
+          upload_lane_cells(frame.device, fluid.particles, shell.rim.index, around, kResidualReach);
+      return around;
     },
     [](const Frame&, const Fluid&, Shell& shell, const SurfaceParticles&,
        std::vector<float> roundness) {
@@ -132,7 +157,7 @@ constexpr Seeding kMergedGroups{
 // Triangles keep one processor busy; meanwhile the surface's particles and their neighbours are
 // found. That side alone has the device.
 Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
-                 const Seeding& seeding) {
+                 std::optional<FluidView>& measured, const Seeding& seeding) {
   const auto& [device, view, params, clock] = frame;
   clock.start("surface");
   Shell shell;
@@ -142,15 +167,16 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
             view, fluid.particles, more_visible(seen, params.visible.owned), params.triangle);
       },
       [&, &device = device, &params = params] {
-        {
-          const HostView gradients(device, fluid.field);
-          shell.found = find_surface(seen, fluid.host_cells, {gradients.data(), gradients.size()});
-        }
+        shell.found =
+            find_surface(seen, fluid.host_cells, {measured->data<0>(), 4 * fluid.particles.size()});
+        measured.reset();
         shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         NearLists near = list_near(fluid.particles, shell.rim.index, shell.found.index,
                                    seeding.trial_reach(params));
         shell.trial = upload_neighbours(device, near, shell.rim.index, shell.found.index);
+        shell.trial.sheet = upload_lane_cells(device, fluid.particles, shell.rim.index, shell.trial,
+                                              kEvidenceSheet);
         if (seeding.merges) shell.near = std::move(near);
         shell.splash = upload_splats(device, fluid.particles, fluid.split.splash, kLargestDrop);
         shell.least_radius =
@@ -181,16 +207,18 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
 
   // 2.1: the particles in view, and those of them that are seen.
   const Fluid fluid = measure_fluid(frame, particles);
-  const Visible seen = find_visible(device, view, fluid.particles, fluid.split.body, fluid.body,
-                                    params.visible, std::min(kLeastFitted, params.visible.owned));
+  std::optional<FluidView> measured;
+  const Visible seen = look_at(frame, fluid, measured);
 
   // 2.2: their triangulation, and the surface's particles around them.
-  Shell shell = find_shell(frame, fluid, seen, seeding);
+  Shell shell = find_shell(frame, fluid, seen, measured, seeding);
   const auto& [visible, mesh] = shell.triangulated;
   clock.start("region");
   const SplatParticles on_screen = upload_splats(device, fluid.particles, visible.index);
-  Fronts image_fronts;  // drawn while the host is at the fits' records
-  if (params.image) image_fronts = draw_fronts(device, on_screen, pixel_grid(view), params);
+  const KeptTriangles triangles = upload_triangles(device, mesh);
+  Backdrop of_image;  // drawn while the host is at the fits' records
+  if (params.image)
+    of_image = draw_backdrop(device, view, on_screen, triangles, pixel_grid(view), params);
 
   // 2.3: a quadric around each seed.
   clock.start("fit");
@@ -208,16 +236,17 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   BlendRecords records = make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const DeviceRecords on_device = upload_records(device, records);
   const Sampler sampler{
-      device,     view,         params, std::move(records), on_device, fluid.cells, fluid.levelled,
-      fluid.body, shell.splash, mesh,   shell.least_radius};
+      device,      view,           params,     std::move(records), on_device,
+      fluid.cells, fluid.levelled, fluid.body, shell.splash,       shell.least_radius};
   Extraction result;
   if (params.image)
-    result.image = sample_grid(sampler, pixel_grid(view), std::exchange(image_fronts, {}),
+    result.image = sample_grid(sampler, pixel_grid(view), std::exchange(of_image, {}),
                                params.aovs.group || params.aovs.residual, clock);
   if (params.mesh) {
     const SampleGrid grid = node_grid(view, params.grid.cell);
     const SurfaceBuffers surface =
-        sample_grid(sampler, grid, draw_fronts(device, on_screen, grid, params), false, clock);
+        sample_grid(sampler, grid, draw_backdrop(device, view, on_screen, triangles, grid, params),
+                    false, clock);
     clock.start("mesh");  // 2.5
     const SurfaceMap nodes = download(device, surface);
     result.mesh = make_mesh(view, nodes, cut_silhouettes(sampler, nodes), params.grid);

@@ -32,10 +32,9 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
         if (aovs.group) surface.group.resize(pixels);
         if (aovs.residual) surface.residual.resize(pixels);
       });
-  const HostView depth(device, image.depth);
-  const HostView normal(device, aovs.normal ? image.normal : Buffer<float>{});
+  const ShownView shown(device, image, aovs.normal, aovs.kind);
+  const float *const depth = shown.depth, *const normal = shown.normal;
   const HostView group(device, aovs.group || aovs.residual ? image.group : Buffer<cl_int>{});
-  const HostView kind(device, aovs.kind ? image.kind : Buffer<cl_uchar>{});
   std::atomic<std::int64_t> covered{0};
   constexpr std::size_t kRows = 32;  // that are worth a thread
   parallel_for(pixels > 0 ? pixels / nx : 0, kRows, [&](std::size_t begin, std::size_t end) {
@@ -63,7 +62,7 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
           surface.normal[s] = static_cast<Vec3>(world_direction(
               view, Vec3d(Vec3{normal[s], normal[pixels + s], normal[2 * pixels + s]})));
         if (aovs.kind)
-          surface.kind[s] = kind.size() > 0 ? static_cast<Kind>(kind[s]) : Kind::surface;
+          surface.kind[s] = shown.kind ? static_cast<Kind>(shown.kind[s]) : Kind::surface;
         const std::int32_t g = group.size() > 0 ? group[s] : -1;
         if (g < 0) continue;
         if (aovs.group) surface.group[s] = static_cast<std::uint32_t>(g) + 1;

@@ -20,23 +20,27 @@ DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& sa
   return listed;
 }
 
-Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
-                           const Buffer<float>& behind, double gap) {
+void splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
+                  const Buffer<float>& behind, double gap, const Buffer<float>& into) {
   const SampleGrid& grid = samples.grid;
   if (draws_by_minima(device)) {
-    const auto depth = filled<float>(device, grid.size(), kNoSurface);
-    if (discs.discs.outlines.count == 0) return depth;
-    draw_minima(device, kernels::lower_discs_behind, discs.discs.records, discs.discs.outlines,
-                discs.bound, grid, std::tie(behind, depth), lattice_of(grid),
-                static_cast<cl_float>(gap));
-    return depth;
+    if (discs.discs.outlines.count > 0)
+      draw_minima(device, kernels::lower_discs_behind, discs.discs.records, discs.discs.outlines,
+                  discs.bound, grid, std::tie(behind, into), lattice_of(grid),
+                  static_cast<cl_float>(gap));
+    return;
   }
-  const auto depth = allocate<float>(device, grid.size());
   const int width = device.state().vector_width;
   for (const BinLists& lists : discs.lists)
     launch(device, kernels::splat_behind, width, range_of(samples, width), samples,
-           discs.discs.records, lists, behind, depth, lists.bins, lattice_of(grid),
+           discs.discs.records, lists, behind, into, lists.bins, lattice_of(grid),
            static_cast<cl_float>(gap));
+}
+
+Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
+                           const Buffer<float>& behind, double gap) {
+  const Buffer<float> depth = map_to_draw(device, samples.grid, kNoSurface);
+  splat_behind(device, discs, samples, behind, gap, depth);
   return depth;
 }
 

@@ -22,8 +22,14 @@ DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& sa
                        const Buffer<float>& behind, double gap);
 
 /// The nearest front deeper than behind + gap at the listed samples, which are among those that the
-/// discs were listed for; `behind` has not come nearer since. Returns depths in particle radii,
+/// discs were listed for; `behind` has not come nearer since. Depths in particle radii,
 /// kNoSurface where nothing is; those of other samples mean nothing. Does not wait.
+///
+///   into  kNoSurface where the device draws by minima
+void splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
+                  const Buffer<float>& behind, double gap, const Buffer<float>& into);
+
+/// The same into a new map.
 Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
                            const Buffer<float>& behind, double gap);
 

@@ -160,6 +160,13 @@ Cells make_cells(const std::vector<float>& x, const std::vector<float>& y,
   return cells;
 }
 
+std::vector<float> by_item(const Cells& cells, const float* in_buckets) {
+  std::vector<float> values(cells.item.size());
+  for (std::size_t p = 0; p < values.size(); ++p)
+    values[static_cast<std::size_t>(cells.item[p])] = in_buckets[p];
+  return values;
+}
+
 Cells make_cells(const std::vector<Vec3d>& points, float cell) {
   const std::size_t n = points.size();
   std::vector<float> x(n), y(n), z(n);

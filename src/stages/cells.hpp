@@ -114,6 +114,9 @@ void visit_ranges_near(const Cells& cells, float x, float y, float z, Visit&& vi
 /// What a NearFinder may write beyond a range's length.
 inline constexpr std::size_t kNearRoom = 16;
 
+/// Values of points in bucket order, in the order of the arrays that cells were built from.
+std::vector<float> by_item(const Cells& cells, const float* in_buckets);
+
 /// Lists the items of those points [first, last), positions in bucket order, that lie in the row of
 /// `tag` and within a reach of `at`. Returns how many; `found` has room for the range and
 /// kNearRoom.

@@ -1,5 +1,7 @@
 #include "stages/density.hpp"
 
+#include <numeric>
+
 #include "device/kernels.hpp"
 #include "device/together.hpp"
 
@@ -28,34 +30,49 @@ DevicePoints upload_points(Device& device, const Cells& cells) {
 DeviceCells upload_cells(Device& device, const Cells& cells) {
   const auto [x, y, z, tag, start] =
       upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
-  return {
-      x, y, z, filled(device, cells.x.size(), 1.0f), tag, start, {cells.inverse_cell, cells.mask}};
+  return {x,
+          y,
+          z,
+          constant(device, cells.x.size(), 1.0f),
+          tag,
+          start,
+          {cells.inverse_cell, cells.mask}};
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points) {
-  const std::size_t n = points.size();
-  // Points of one cell share a search.
-  const Cells sorted = make_cells(points, 1 / cells.grid.inverse_cell);
-  const auto density = allocate<float>(device, n);
+  const auto density = allocate<float>(device, points.size());
+  std::vector<std::int32_t> place(points.size());
+  std::iota(place.begin(), place.end(), 0);
+  measure_density(device, cells, make_cells(points, 1 / cells.grid.inverse_cell), place, density);
+  return download(device, density);
+}
+
+void measure_density(Device& device, const DeviceCells& cells, const Cells& points,
+                     const std::vector<std::int32_t>& place, const Buffer<float>& density) {
+  const std::size_t n = points.item.size();  // those of one cell share a search
+  std::vector<cl_int> to;
+  to.reserve(n);
+  for (const std::int32_t item : points.item) to.push_back(place[static_cast<std::size_t>(item)]);
+  const auto [x, y, z, places] = upload_together(device, points.x, points.y, points.z, to);
   const int width = device.state().wide_width();
-  const DevicePoints at = upload_points(device, sorted);
-  launch(device, kernels::measure_density, width, items_for(n, width), at, density,
-         cells_with(cells, cells.weight), static_cast<cl_int>(n));
-  const std::vector<float> found = download(device, density);
-  std::vector<float> result(n);
-  for (std::size_t k = 0; k < n; ++k) result[static_cast<std::size_t>(sorted.item[k])] = found[k];
-  return result;
+  launch(device, kernels::measure_density, width, items_for(n, width), DevicePoints{x, y, z},
+         places, density, cells_with(cells, cells.weight), static_cast<cl_int>(n));
 }
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {
+  const auto result = allocate<float>(device, 4 * cells.x.size);
+  measure_gradients(device, cells, where, result);
+  return result;
+}
+
+void measure_gradients(Device& device, const DeviceCells& cells, Measured where,
+                       const Buffer<float>& result) {
   const std::size_t n = cells.x.size;
-  const auto result = allocate<float>(device, 4 * n);
   const int width = device.state().wide_width();
   launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), result,
          cells_with(cells, cells.weight), static_cast<cl_int>(n),
          where == Measured::everywhere ? 0 : kFilledCell);
-  return result;
 }
 
 DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<float>& field,

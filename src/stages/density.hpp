@@ -52,6 +52,10 @@ DeviceCells upload_cells(Device& device, const Cells& cells);
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
+/// The same of points in cells of the same side, into density[place[i]] of point i. Does not wait.
+void measure_density(Device& device, const DeviceCells& cells, const Cells& points,
+                     const std::vector<std::int32_t>& place, const Buffer<float>& density);
+
 /// Where each of the 27 cells around a particle holds as many, and half of their mean number, it is
 /// inside the fluid. There are eight on average.
 inline constexpr int kFilledCell = 4;
@@ -66,6 +70,10 @@ enum class Measured { everywhere, near_air };
 /// bucket order: x, y, z, density. Does not wait.
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells,
                                 Measured where = Measured::everywhere);
+
+/// The same into a buffer of 4 n values.
+void measure_gradients(Device& device, const DeviceCells& cells, Measured where,
+                       const Buffer<float>& result);
 
 /// Cells whose weights even the field's level out: params.blob_density for a lone particle, 0.45
 /// inside the fluid. Does not wait.

@@ -10,12 +10,6 @@ namespace {
 // Within cells up to this side, in radii of the smallest particle, normals may turn farther.
 constexpr double kFineCell = 2.0 / 3;
 
-// Those of FRONTS.
-struct FrontMaps {
-  const Buffer<float>&reference, &splash;
-  const OccupiedBlocks &occupied, &splash_occupied;
-};
-
 }  // namespace
 
 LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,

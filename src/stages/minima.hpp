@@ -14,6 +14,18 @@ namespace meniscus {
 /// Whether the device draws so.
 inline bool draws_by_minima(Device& device) { return device.state().discs == DiscForm::minima; }
 
+/// The bound of bins in which nothing is left out.
+inline Buffer<float> no_bound(Device& device, const SampleGrid& grid) {
+  return constant(device, bins_of(grid).size(), kNoSurface);
+}
+
+/// A new map to draw into: of `value` where the device lowers or raises it by atomics, else of
+/// anything.
+inline Buffer<float> map_to_draw(Device& device, const SampleGrid& grid, float value) {
+  return draws_by_minima(device) ? filled(device, grid.size(), value)
+                                 : allocate<float>(device, grid.size());
+}
+
 /// A kernel's range where every one of `count` discs is drawn by items of its own.
 inline Range disc_items(int count, int width) {
   constexpr std::size_t kShares = 8;  // SHARES in minima.cl
@@ -40,14 +52,22 @@ void draw_minima(Device& device, const auto& kernel, const Buffer<float>& record
       maps);
 }
 
-/// Whose disc or sphere a sample shows: the lowest index of those whose depth is the map's, INT_MAX
-/// where there is none. The kernel is own_discs or own_spheres. Does not wait.
+/// Whose disc or sphere a sample shows: the lowest index of those whose depth is the map's, into
+/// `owner`, which stays where there is none and holds larger values before. The kernel is own_discs
+/// or own_spheres. Does not wait.
+void own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
+                const Outlines& outlines, const Buffer<float>& bound, const SampleGrid& grid,
+                const Buffer<float>& depth, const auto& samples, const Buffer<cl_int>& owner) {
+  draw_minima(device, kernel, records, outlines, bound, grid, std::tie(depth, owner), samples);
+}
+
+/// The same into a new map, INT_MAX where there is none.
 inline Buffer<cl_int> own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
                                  const Outlines& outlines, const Buffer<float>& bound,
                                  const SampleGrid& grid, const Buffer<float>& depth,
                                  const auto& samples) {
   const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
-  draw_minima(device, kernel, records, outlines, bound, grid, std::tie(depth, owner), samples);
+  own_minima(device, kernel, records, outlines, bound, grid, depth, samples, owner);
   return owner;
 }
 

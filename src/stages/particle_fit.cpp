@@ -8,7 +8,6 @@
 #include "base/parallel.hpp"
 #include "device/kernels.hpp"
 #include "device/together.hpp"
-#include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
@@ -22,7 +21,7 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 // Where supports are narrowed: what residual noise alone explains (particle radii, and against the
 // frame's least), and over which fits residuals are averaged.
 constexpr double kNoise = 0.14, kOverLeast = 1.5;
-constexpr SheetWeights kSheet{6, 0.8f, 0.95f};
+constexpr SheetWeights kSheet{kResidualReach, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 4;  // values of a particle's records, see particle_fit.cl
 constexpr std::size_t kLanes = 16;  // fits of a batch, whatever the device's WIDTH
@@ -191,18 +190,6 @@ records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const
           kHeightGrowth};
 }
 
-// The residual of each fit; negative: no fit.
-std::vector<float> residuals(Device& device, const std::vector<FitLanes>& parts, std::size_t fits) {
-  std::vector<float> residual(fits);
-  for (const FitLanes& part : parts) {
-    const HostView of_lane(device, part.residual);
-    const std::vector<std::int32_t>& fit = part.part->lists.fit;
-    for (std::size_t l = 0; l < fit.size(); ++l)
-      if (fit[l] >= 0) residual[static_cast<std::size_t>(fit[l])] = of_lane[l];
-  }
-  return residual;
-}
-
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
 void write_records(const Projected& projected, const SurfaceParticles& around, float* places,
                    std::initializer_list<float*> normals) {
@@ -240,26 +227,22 @@ std::vector<float> widest_supports(const std::vector<float>& roundness, const Fi
 }
 
 // The fits' supports for the last pass, see fit_particles.
-std::vector<float> narrow_supports(Device& device, const Cells& cells,
-                                   const std::vector<Vec3d>& normal,
-                                   const std::vector<float>& residual,
+std::vector<float> narrow_supports(Device& device, const Cells& cells, const LaneMeans& lanes,
                                    const std::vector<float>& widest, const FitParams& params) {
-  const std::size_t fits = normal.size();
-  std::vector<float> rho = widest;
-  std::vector<float> fitted(fits), sorted;
-  for (std::size_t k = 0; k < fits; ++k) {
-    fitted[k] = residual[k] > 0 ? 1 : 0;
-    if (residual[k] > 0) sorted.push_back(residual[k]);
-  }
+  const std::size_t fits = widest.size();
+  std::vector<float> rho = widest, sorted;
+  const ViewTogether found(device, lanes);
+  const float *const residual = found.data<2>(), *const mean = found.data<3>();
+  for (std::size_t p = 0; p < fits; ++p)
+    if (residual[p] > 0) sorted.push_back(residual[p]);
   if (sorted.empty()) return rho;
   const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
   std::nth_element(sorted.begin(), least, sorted.end());
   const double noise = std::max(kOverLeast * *least, kNoise);
-  const std::vector<float> mean =
-      average_in_cells(device, cells, normal, fitted, {residual}, kSheet)[0];
-  for (std::size_t k = 0; k < fits; ++k) {
-    if (!(mean[k] > 0)) continue;
-    const double share = noise / mean[k];
+  for (std::size_t p = 0; p < fits; ++p) {
+    if (!(mean[p] > 0)) continue;
+    const std::size_t k = static_cast<std::size_t>(cells.item[p]);
+    const double share = noise / mean[p];
     const double narrowed = params.support * std::clamp(share * share, params.least_support, 1.0);
     rho[k] = std::min(widest[k], static_cast<float>(narrowed));
   }
@@ -340,18 +323,6 @@ FitNeighbours upload_neighbours(Device& device, const NearLists& near,
   return neighbours;
 }
 
-std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
-                              const std::vector<std::int32_t>& place) {
-  const HostView record(device, records);
-  std::vector<Vec3d> normals;
-  normals.reserve(place.size());
-  for (const std::int32_t i : place) {
-    const float* const n = record.data() + kRecord * static_cast<std::size_t>(i);
-    normals.push_back({n[0], n[1], n[2]});
-  }
-  return normals;
-}
-
 FitSurface upload_surface(Device& device, const Projected& projected,
                           const SurfaceParticles& around) {
   const std::size_t values = kRecord * (around.index.size() + 1);
@@ -363,7 +334,8 @@ FitSurface upload_surface(Device& device, const Projected& projected,
 
 FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of)
     : part(&of),
-      found(device, {10 * of.lists.fit.size(), of.lists.fit.size(), 4 * of.lists.fit.size()}),
+      found(device,
+            {10 * of.lists.fit.size(), of.lists.fit.size(), kFitRows * of.lists.fit.size()}),
       quadric(found.part<0>()),
       residual(found.part<1>()),
       rows(found.part<2>()),
@@ -396,6 +368,61 @@ void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
          surface.place, from, *lanes.part, lanes, turned, pass_of(surface, lanes, pass, params));
 }
 
+LaneCells upload_lane_cells(Device& device, const Projected& projected,
+                            const std::vector<std::int32_t>& centre,
+                            const FitNeighbours& neighbours, float reach) {
+  LaneCells all{cells_of(projected, centre, reach), {}, {}};
+  const Cells& cells = all.host;
+  const std::size_t n = centre.size();
+  const auto put_lanes = [&](const FitNeighbours::Part& part, cl_int* lane) {
+    const std::vector<std::int32_t>& fit = part.lists.fit;
+    std::vector<cl_int> of_fit(n, -1);
+    for (std::size_t l = 0; l < fit.size(); ++l)
+      if (fit[l] >= 0) of_fit[static_cast<std::size_t>(fit[l])] = static_cast<cl_int>(l);
+    for (std::size_t p = 0; p < n; ++p) lane[p] = of_fit[static_cast<std::size_t>(cells.item[p])];
+  };
+  // With the cells those of the first part, which mostly is the only one.
+  UploadTogether<float, float, float, cl_uint, cl_int, cl_int> arrays(
+      device, {n, n, n, n, cells.start.size(), n});
+  std::copy(cells.x.begin(), cells.x.end(), arrays.data<0>());
+  std::copy(cells.y.begin(), cells.y.end(), arrays.data<1>());
+  std::copy(cells.z.begin(), cells.z.end(), arrays.data<2>());
+  std::copy(cells.tag.begin(), cells.tag.end(), arrays.data<3>());
+  std::copy(cells.start.begin(), cells.start.end(), arrays.data<4>());
+  if (!neighbours.parts.empty()) put_lanes(neighbours.parts[0], arrays.data<5>());
+  const auto [x, y, z, tag, start, first] = arrays.done();
+  all.cells = {x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}};
+  if (!neighbours.parts.empty()) all.lane.push_back(first);
+  for (std::size_t part = 1; part < neighbours.parts.size(); ++part) {
+    Upload<cl_int> lane(device, n);
+    put_lanes(neighbours.parts[part], lane.data());
+    all.lane.push_back(lane.done());
+  }
+  return all;
+}
+
+LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<float>& normal,
+                        const std::vector<FitLanes>& parts, Buffer<float> FitLanes::*row,
+                        int values, bool by_u, const LaneCells& cells,
+                        const SheetWeights& weights) {
+  const std::size_t n = cells.host.item.size(), rows = static_cast<std::size_t>(values);
+  const LaneMeans made(device, {3 * n, n, rows * n, rows * n});
+  const auto& [toward, share, value, mean] = made.parts;
+  struct Gathered {
+    const Buffer<float>&normal, &share, &value;
+  };
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const FitLanes& lanes = parts[k];
+    launch(
+        device, kernels::gather_fits, device.state().vector_width, {n}, cells.lane[k],
+        lanes.part->particle, surface.place, normal, lanes.residual, lanes.*row,
+        Gathered{toward, share, value},
+        cl_int4{{static_cast<cl_int>(n), static_cast<cl_int>(lanes.residual.size), values, by_u}});
+  }
+  average_sheet(device, {cells.cells, toward, share, value}, weights, mean);
+  return made;
+}
+
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                            const SurfaceParticles& around, const FitNeighbours& neighbours,
                            const std::vector<float>& roundness, const FitParams& params) {
@@ -409,13 +436,14 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts)
     parts.emplace_back(device, part).set(device, rho, roundness);
-  std::vector<std::int32_t> place;
-  Cells sheet;
+  LaneCells made;
+  const LaneCells* sheet = neighbours.sheet.lane.empty() ? nullptr : &neighbours.sheet;
   for (int pass = 0; pass < params.passes; ++pass) {
     const int left = params.passes - 1 - pass;
     if (pass > 0 && left == 0 && params.least_support < 1) {
-      rho = narrow_supports(device, sheet, normals_of(device, normals, place),
-                            residuals(device, parts, count), widest, params);
+      const LaneMeans means = average_lanes(device, surface, normals, parts, &FitLanes::residual, 2,
+                                            false, *sheet, kSheet);
+      rho = narrow_supports(device, sheet->host, means, widest, params);
       for (FitLanes& part : parts) part.set(device, rho, roundness);
     }
     for (const FitLanes& part : parts)
@@ -423,7 +451,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     std::swap(normals, turned);
     if (pass > 0) continue;
     // While the device is at the first pass.
-    place = places_in(around.index, seen.index);
+    const std::vector<std::int32_t> place = places_in(around.index, seen.index);
     fits.position.reserve(count);
     for (const std::int32_t i : seen.index)
       fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
@@ -432,7 +460,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
       fits.surface.push_back(around.weight[static_cast<std::size_t>(place[k])]);
     }
     fits.foot = fits.position;
-    sheet = make_cells(fits.position, kSheet.reach);
+    if (!sheet)
+      sheet = &(made = upload_lane_cells(device, projected, seen.index, neighbours, kSheet.reach));
     fits.edge.resize(count);
     fits.firmness.resize(count);
     fits.spread.resize(count);
@@ -443,7 +472,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     launch(device, kernels::measure_edges, device.state().wide_width(),
            range_of_lanes(device, lanes), surface.place, normals, *lanes.part, lanes,
            pass_of(surface, lanes, {params.passes, 0}, params), kEdgeReach);
-  fits.normal = normals_of(device, normals, place);
+  fits.normal.resize(count);
   fits.support.assign(rho.begin(), rho.end());
   fits.roundness.assign(roundness.begin(), roundness.end());
   fits.residual.resize(count);
@@ -463,6 +492,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
         fits.firmness[k] = row[lanes + l];
         fits.spread[k] = row[2 * lanes + l];
         fits.supporters[k] = row[3 * lanes + l];
+        fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
         std::array<float, 10>& quadric = fits.quadric[k];
         for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
         if (fits.residual[k] < 0) continue;

@@ -9,6 +9,7 @@
 #include "device/device.hpp"
 #include "device/together.hpp"
 #include "meniscus/parameters.hpp"
+#include "stages/sheet.hpp"
 #include "stages/surface.hpp"
 
 namespace meniscus {
@@ -38,6 +39,9 @@ struct ParticleFits {
 ///   share, extent  [n] as in MergedGroups
 void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
                   const std::vector<double>& extent);
+
+/// Over which fits residuals are averaged, particle radii.
+inline constexpr float kResidualReach = 6;
 
 /// How far a fit's edge e looks (kernel measure_edges), particle radii.
 inline constexpr float kEdgeReach = 4;
@@ -97,6 +101,14 @@ struct NearLists {
 NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
                     const std::vector<std::int32_t>& around, double reach);
 
+/// Places of fits in cells in which their lanes are averaged (average_lanes()).
+struct LaneCells {
+  Cells host;
+  DeviceCells cells;                 // the same, without weights
+  std::vector<Buffer<cl_int>> lane;  // of each part of the neighbours: [fits] in bucket order, -1:
+                                     // the fit's is in another part
+};
+
 /// Lists of neighbours on the device, and the fits of their lanes.
 struct FitNeighbours {
   struct Part {
@@ -104,7 +116,13 @@ struct FitNeighbours {
     Buffer<cl_int> particle, neighbour, first, length;
   };
   std::vector<Part> parts;
+  LaneCells sheet;  // in which fits are averaged first; none: they are made then
 };
+
+/// Cells of side `reach` of the neighbours' fits around `centre`. Does not wait.
+LaneCells upload_lane_cells(Device& device, const Projected& projected,
+                            const std::vector<std::int32_t>& centre,
+                            const FitNeighbours& neighbours, float reach);
 
 /// Lists of neighbours, as list_near() makes them of the same arrays, on the device. Waits. Throws
 /// DeviceError.
@@ -127,6 +145,9 @@ struct FitSurface {
 FitSurface upload_surface(Device& device, const Projected& projected,
                           const SurfaceParticles& around);
 
+/// Rows of what is measured of fits (kernel measure_edges).
+inline constexpr std::size_t kFitRows = 7;
+
 /// The fits of one part's lanes on the device.
 struct FitLanes {
   FitLanes(Device& device, const FitNeighbours::Part& of);
@@ -138,7 +159,7 @@ struct FitLanes {
   Together<float, float, float> found;  // the next three, to be read by one command
   Buffer<float> quadric;                // [10][lanes] through the particles
   Buffer<float> residual;               // [lanes] particle radii; negative: no fit
-  Buffer<float> rows;                   // [4][lanes] what is measured of the fits
+  Buffer<float> rows;                   // [kFitRows][lanes] what is measured of the fits
   Buffer<float> weight;                 // [slots] of the last pass
 };
 
@@ -152,12 +173,24 @@ void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
                const FitParams& params);
 
+/// Values of fits averaged on their sheets, to be read by one command: normals [3][n], shares [n],
+/// values and their means [values][n], all in bucket order. Values are two or four.
+using LaneMeans = Together<float, float, float, float>;
+
+/// The means of what lanes hold over the sheet around each of their fits (average_sheet()).
+///
+///   cells   of side weights.reach
+///   normal  [around + 1][4] of which the fits' are taken
+///   row     of lanes: [values - 1][lanes]; the last row is the last two values
+///   by_u    whether all fits share by their u; else those whose residual is not 0 alike
+///
+/// Does not wait.
+LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<float>& normal,
+                        const std::vector<FitLanes>& parts, Buffer<float> FitLanes::*row,
+                        int values, bool by_u, const LaneCells& cells, const SheetWeights& weights);
+
 /// The range of kernels that take a fit a lane: few items of much work.
 Range range_of_lanes(Device& device, const FitLanes& lanes);
-
-/// The normals in records at some places. Waits.
-std::vector<Vec3d> normals_of(Device& device, const Buffer<float>& records,
-                              const std::vector<std::int32_t>& place);
 
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
 /// (kernel fit_particles), each with the normals and the one-sided robust weights of the pass

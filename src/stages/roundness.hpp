@@ -12,6 +12,9 @@ namespace meniscus {
 /// How far the neighbours of trial fits lie, particle radii.
 inline constexpr double kTrialReach = 6;
 
+/// Over which fits evidence is averaged first, particle radii.
+inline constexpr float kEvidenceSheet = 5;
+
 /// The evidence at a particle: means over the trial fits around it.
 struct Evidence {
   std::vector<float> one;     // [n] squared distance of wide fits, radii^2

@@ -2,10 +2,10 @@
 
 #include <utility>
 
+#include "device/together.hpp"
 #include "stages/behind.hpp"
 #include "stages/interpolate.hpp"
 #include "stages/minima.hpp"
-#include "stages/region.hpp"
 #include "stages/settle.hpp"
 #include "stages/silhouettes.hpp"
 #include "stages/specks.hpp"
@@ -22,14 +22,10 @@ constexpr float kBehindFootprint = 1.4f;  // particle radii
 struct Canvas {
   const Sampler& of;
   const SampleGrid& grid;
-  const Fronts& fronts;
+  const Backdrop& on;  // its `open`: of samples that show nothing so far, the last reference depth
   StageClock& clock;
   SurfaceBuffers surface;
-  Buffer<float> triangles;  // depth of the kept ones
   FitTiles tiles;
-  Extent splash;
-  // Of samples that show nothing in the layers so far, the last reference depth.
-  Buffer<float> open;
 };
 
 // A layer at listed samples: what the fits say, or the field where they are not trusted.
@@ -39,20 +35,20 @@ void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<flo
   blend_groups(s.device, s.view, lists, s.fits, canvas.tiles, reference, canvas.surface,
                s.params.blend);
   canvas.clock.start("settle");
-  settle_samples(s.device, s.view, lists, s.cells, s.levelled, canvas.triangles, reference,
-                 canvas.surface, canvas.open, s.params.region, false);
+  settle_samples(s.device, s.view, lists, s.cells, s.levelled, canvas.on.triangles, reference,
+                 canvas.surface, canvas.on.open, s.params.region, false);
 }
 
 void show_splash(const Canvas& canvas, const SampleLists& lists, const Buffer<float>* open) {
   const Sampler& s = canvas.of;
   canvas.clock.start("splash");
-  draw_splash(s.device, s.view, lists, s.levelled, canvas.splash, canvas.surface, s.params.region,
-              open);
+  draw_splash(s.device, s.view, lists, s.levelled, canvas.on.splash, canvas.surface,
+              s.params.region, open);
 }
 
 void show_front(const Canvas& canvas, const LayerSamples& wanted) {
-  show_layer(canvas, wanted.surface, canvas.fronts.depth);
-  show_splash(canvas, wanted.splash, &canvas.open);
+  show_layer(canvas, wanted.surface, canvas.on.fronts.depth);
+  show_splash(canvas, wanted.splash, &canvas.on.open);
 }
 
 // Samples between which others are interpolated: at most 4/3 particle radii apart, or two samples.
@@ -66,15 +62,15 @@ int coarsest_lattice(const Sampler& sampler, const SampleGrid& grid) {
 // The front layer: a coarse lattice, then what lies between its samples and is not told by them.
 void sample_front(const Canvas& canvas, int coarsest, const ListedBlocks& listed) {
   const Sampler& s = canvas.of;
-  const auto& [front, occupied] = canvas.fronts;
-  const Extent& splash = canvas.splash;
-  show_front(canvas, {list_samples(s.device, canvas.grid, front, occupied, coarsest),
-                      list_samples(s.device, canvas.grid, splash.from, splash.occupied, coarsest)});
+  const auto& [front, occupied] = canvas.on.fronts;
+  const Extent& splash = canvas.on.splash;
+  show_front(canvas, list_fronts(s.device, canvas.grid,
+                                 {front, splash.from, occupied, splash.occupied}, coarsest));
   for (int every = coarsest / 2; every > 0; every /= 2) {
     canvas.clock.start("interpolate");
     show_front(canvas,
                interpolate_samples(s.device, s.view, front, occupied, splash.from, splash.occupied,
-                                   canvas.open, canvas.surface, s.params.region.interpolation,
+                                   canvas.on.open, canvas.surface, s.params.region.interpolation,
                                    s.least_radius, listed, every));
   }
 }
@@ -82,10 +78,10 @@ void sample_front(const Canvas& canvas, int coarsest, const ListedBlocks& listed
 // What lies behind the front layer, at all samples together: few are open.
 void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
   const Sampler& s = canvas.of;
-  const Buffer<float>&depth = canvas.surface.depth, &open = canvas.open;
+  const Buffer<float>&depth = canvas.surface.depth, &open = canvas.on.open;
   canvas.clock.start("behind");
   const SampleLists gaps =
-      list_samples(s.device, canvas.grid, open, canvas.fronts.occupied, listed);
+      list_samples(s.device, canvas.grid, open, canvas.on.fronts.occupied, listed);
   const Discs hidden =
       outline_discs(s.device, s.body, canvas.grid, {{kBehindFootprint, 1.0f}}, Drawn::behind);
   const DiscsBehind discs = list_discs(s.device, hidden, gaps, open, kLayerGap);
@@ -97,46 +93,58 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
       lists = gaps;
     else if (layer > 0)
       lists = keep_samples(s.device, lists, open, depth);
-    const Buffer<float> reference = splat_behind(s.device, discs, lists, open, kLayerGap);
+    const Buffer<float>& reference = canvas.on.behind[static_cast<std::size_t>(layer)];
+    splat_behind(s.device, discs, lists, open, kLayerGap, reference);
     lists = keep_samples(s.device, lists, reference, depth);
     show_layer(canvas, lists, reference);
   }
   canvas.clock.start("settle");
-  settle_samples(s.device, s.view, gaps, s.cells, s.levelled, canvas.triangles, canvas.fronts.depth,
-                 canvas.surface, open, s.params.region, true);
+  settle_samples(s.device, s.view, gaps, s.cells, s.levelled, canvas.on.triangles,
+                 canvas.on.fronts.depth, canvas.surface, open, s.params.region, true);
   show_splash(canvas, gaps, nullptr);
 }
 
 }  // namespace
 
-Fronts draw_fronts(Device& device, const SplatParticles& seen, const SampleGrid& grid,
-                   const Parameters& params) {
+Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
+                       const KeptTriangles& triangles, const SampleGrid& grid,
+                       const Parameters& params) {
+  Backdrop on;
+  const std::size_t n = grid.size(), blocks = blocks_in(grid);
+  if (draws_by_minima(device)) {
+    static_assert(kBehind == 2);
+    const auto [front, kept, from, open, first, second] =
+        filled_together<float, float, float, float, float, float>(device, kNoSurface,
+                                                                  {n, n, n, n, n, n});
+    const auto [to, occupied, of_splash, listed] =
+        filled_together<float, cl_int, cl_int, cl_uchar>(device, 0.0f, {n, blocks, blocks, blocks});
+    on = {{front, occupied}, kept, {from, to, of_splash}, listed, open, {first, second}};
+  } else {
+    const auto [occupied, of_splash, listed] =
+        filled_together<cl_int, cl_int, cl_uchar>(device, 0.0f, {blocks, blocks, blocks});
+    const auto map = [&] { return allocate<float>(device, n); };
+    const auto behind = map();  // of one layer after the other
+    on = {
+        {map(), occupied}, map(), {map(), map(), of_splash}, listed, filled(device, n, kNoSurface),
+        {behind, behind}};
+  }
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-  return splat_fronts(device, seen, grid, footprint, bulge);
+  splat_fronts(device, seen, grid, footprint, bulge, on.fronts);
+  draw_triangles(device, view, triangles, grid, on.fronts.occupied, on.triangles);
+  return on;
 }
 
-SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const Fronts& fronts,
+SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const Backdrop& backdrop,
                            bool groups, StageClock& clock) {
   Device& device = sampler.device;
   const View& view = sampler.view;
   clock.start("region");
-  // The order in which these are made is the order in which the device is asked.
-  SurfaceBuffers empty = empty_surface(device, grid);
-  const Buffer<float> triangles = draw_triangles(device, view, sampler.mesh, grid, fronts.occupied);
   const FitTiles tiles = list_fits(device, view, sampler.records, grid);
-  const Extent splash = splash_extent(device, sampler.splash, grid, fronts.occupied);
-  Canvas canvas{sampler,
-                grid,
-                fronts,
-                clock,
-                std::move(empty),
-                triangles,
-                tiles,
-                splash,
-                filled<float>(device, grid.size(), kNoSurface)};
+  splash_extent(device, sampler.splash, grid, backdrop.fronts.occupied, backdrop.splash);
+  Canvas canvas{sampler, grid, backdrop, clock, empty_surface(device, grid), tiles};
 
   const int coarsest = coarsest_lattice(sampler, grid);
-  const ListedBlocks listed = blocks_of(device, grid, coarsest == 1);
+  const ListedBlocks listed = coarsest == 1 ? blocks_of(device, grid, true) : backdrop.listed;
   sample_front(canvas, coarsest, listed);
   sample_behind(canvas, listed);
   clock.start("specks");

@@ -9,8 +9,8 @@
 #include "stages/blend.hpp"
 #include "stages/density.hpp"
 #include "stages/mesh.hpp"
+#include "stages/region.hpp"
 #include "stages/surface_buffers.hpp"
-#include "stages/triangulate.hpp"
 #include "stages/visible.hpp"
 
 namespace meniscus {
@@ -26,21 +26,33 @@ struct Sampler {
   DeviceCells levelled;  // the same with even level
   SplatParticles body;   // seen or not: what shows behind a front layer
   SplatParticles splash;
-  const Triangulation& mesh;  // of the seen particles
-  double least_radius;        // of a particle on the screen, pixels
+  double least_radius;  // of a particle on the screen, pixels
 };
 
-/// The nearest fronts of the seen particles: where samples are asked for, and their reference
-/// depths.
-Fronts draw_fronts(Device& device, const SplatParticles& seen, const SampleGrid& grid,
-                   const Parameters& params);
+/// The maps of a grid before its samples are made. What is to be lowered or raised begins as
+/// kNoSurface or 0, by two commands for all of it where the device draws by minima.
+struct Backdrop {
+  Fronts fronts;  // of the seen particles: where samples are asked for, and their reference
+                  // depths
+  Buffer<float> triangles;            // depth of the kept ones
+  Extent splash;                      // nothing yet
+  ListedBlocks listed;                // none
+  Buffer<float> open;                 // nowhere
+  std::vector<Buffer<float>> behind;  // of each layer behind the front one: nothing
+};
 
-/// The surface at the samples of a grid where `fronts` or splash ask for it: first those of a
+/// Draws the fronts of the seen particles and the triangles. Waits, but for atomic minima.
+Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
+                       const KeptTriangles& triangles, const SampleGrid& grid,
+                       const Parameters& params);
+
+/// The surface at the samples of a grid where fronts or splash ask for it: first those of a
 /// coarse lattice, then those between that these do not tell; samples whose nearest layer ends
 /// before them look again behind it. Does not wait on devices that draw by minima.
 ///
-///   groups  whether the fits that samples show are wanted
-SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const Fronts& fronts,
+///   backdrop  of the grid, drawn for this alone
+///   groups    whether the fits that samples show are wanted
+SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const Backdrop& backdrop,
                            bool groups, StageClock& clock);
 
 /// The surface at points, near a depth for each, without triangles that vouch for it. Waits.

@@ -36,27 +36,37 @@ SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& 
 
 }  // namespace
 
+std::size_t blocks_in(const SampleGrid& grid) { return 4 * no_samples(grid).tiles(); }
+
 ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed) {
-  return filled<cl_uchar>(device, 4 * no_samples(grid).tiles(), listed ? 1 : 0);
+  return filled<cl_uchar>(device, blocks_in(grid), listed ? 1 : 0);
 }
 
 OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid) {
-  return filled<cl_int>(device, 4 * no_samples(grid).tiles(), 1);
+  return constant<cl_int>(device, blocks_in(grid), 1);
 }
 
 OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
-  return filled<cl_int>(device, 4 * no_samples(grid).tiles(), 0);
+  return filled<cl_int>(device, blocks_in(grid), 0);
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const OccupiedBlocks& occupied, int every) {
-  return list(device, grid, wanted, occupied, every,
-              allocate<cl_uchar>(device, 4 * no_samples(grid).tiles()));
+  return list(device, grid, wanted, occupied, every, allocate<cl_uchar>(device, blocks_in(grid)));
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const OccupiedBlocks& occupied, const ListedBlocks& blocks) {
   return list(device, grid, wanted, occupied, 1, blocks);
+}
+
+LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps& fronts,
+                         int every) {
+  const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
+  const auto& [surface, splash] = lists;
+  launch(device, kernels::list_fronts, 1, {surface.tiles()}, fronts, surface, splash,
+         cl_int2{{grid.nx, grid.ny}}, cl_int2{{surface.nx, surface.ny}}, cl_int{every});
+  return lists;
 }
 
 LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,

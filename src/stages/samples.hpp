@@ -22,6 +22,9 @@ struct SampleLists {
 /// none is, the map need not be written, and is not read.
 using OccupiedBlocks = Buffer<cl_int>;
 
+/// Blocks of all tiles of a grid.
+std::size_t blocks_in(const SampleGrid& grid);
+
 /// Of a map that is written everywhere, finite or not.
 OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid);
 
@@ -53,6 +56,16 @@ SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<fl
 struct LayerSamples {
   SampleLists surface, splash;
 };
+
+/// Maps that say where there may be surface and splash, and in which blocks they are finite.
+struct FrontMaps {
+  const Buffer<float>&reference, &splash;
+  const OccupiedBlocks &occupied, &splash_occupied;
+};
+
+/// The samples where either is finite, of every `every`th row and column. Does not wait.
+LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps& fronts,
+                         int every);
 
 /// The samples that interpolation leaves (interpolate.cl); notes their blocks. Does not wait.
 ///

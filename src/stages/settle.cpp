@@ -9,6 +9,9 @@ namespace {
 // measuring the density.
 constexpr float kTriangleReach = 3;
 
+// The field of a lone particle reaches one particle radius; among others it reaches farther.
+constexpr double kBlobReach = 2;
+
 // The density field is sought this many particle radii before and twice as many behind the blend or
 // the reference depth; in gaps, which have nothing behind them, farther.
 constexpr float kSearch = 2;
@@ -51,10 +54,13 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
          settling(view, surface.grid, params, kSearch, false));
 }
 
+void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
+                   const OccupiedBlocks& asked, const Extent& into) {
+  splat_extent(device, splash, grid, kBlobReach, asked, into);
+}
+
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
                      const OccupiedBlocks& asked) {
-  // The field of a lone particle reaches one particle radius; among others it reaches farther.
-  constexpr double kBlobReach = 2;
   return splat_extent(device, splash, grid, kBlobReach, asked);
 }
 

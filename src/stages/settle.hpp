@@ -28,7 +28,9 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const RegionParams& params);
 
 /// Where rays may meet the levelled field around splash particles: within spheres that hold it.
-/// Waits.
+/// Waits, but for atomic minima. Drawn into maps as by splat_extent(), or new ones.
+void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
+                   const OccupiedBlocks& asked, const Extent& into);
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
                      const OccupiedBlocks& asked);
 

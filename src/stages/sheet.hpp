@@ -8,6 +8,7 @@
 #include "device/device.hpp"
 #include "device/records.hpp"
 #include "stages/cells.hpp"
+#include "stages/density.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -15,6 +16,25 @@ namespace meniscus {
 /// Which fits belong to the sheet of another, and how much they count: at distance l, with the
 /// normals n and n', share (1 - l / reach) smoothstep(low, high, n.n'), nothing beyond reach.
 using records::SheetWeights;
+
+/// Fits in cells of the weights' reach on the device, and what is averaged of them.
+struct SheetFits {
+  DeviceCells cells;     // without weights
+  Buffer<float> normal;  // [3][n] unit, in bucket order
+  Buffer<float> share;   // [n] how much each fit counts, 0 .. 1
+  Buffer<float> value;   // [values][n], two or four
+};
+
+/// Copies fits into new buffers. A value that is empty is for the device to
+/// write; the last one is repeated where their number is odd. Arguments as below.
+SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec3d>& normal,
+                       const std::vector<float>& share,
+                       const std::vector<std::vector<float>>& values);
+
+/// The means of the values over the sheet around each fit, [values][n] in bucket order. Does not
+/// wait.
+void average_sheet(Device& device, const SheetFits& fits, const SheetWeights& weights,
+                   const Buffer<float>& mean);
 
 /// The mean of two values over the sheet around each of n fits [n]; 0 where nothing counts. Waits.
 ///

@@ -1,20 +1,8 @@
 #include "stages/surface_buffers.hpp"
 
-#include <optional>
-
 #include "base/parallel.hpp"
 
 namespace meniscus {
-
-namespace {
-
-template <class T>
-bool same_memory(const Buffer<T>& a, const Buffer<T>& b) {
-  const cl::Buffer &one = a.memory, &other = b.memory;
-  return one() == other();
-}
-
-}  // namespace
 
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
   const std::size_t n = grid.size();
@@ -26,24 +14,30 @@ SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
           kind, shown};
 }
 
+ShownView::ShownView(Device& device, const SurfaceBuffers& surface, bool wants_normal,
+                     bool wants_kind) {
+  const auto& shown = surface.shown;
+  if ((wants_normal || wants_kind) && shown.whole.size > 0 &&
+      same_memory(surface.depth.memory, shown.part<0>().memory) &&
+      same_memory(surface.normal.memory, shown.part<1>().memory) &&
+      same_memory(surface.kind.memory, shown.part<2>().memory)) {
+    all_.emplace(device, shown);
+    depth = all_->data<0>();
+    if (wants_normal) normal = all_->data<1>();
+    if (wants_kind) kind = all_->data<2>();
+    return;
+  }
+  depth = depth_.emplace(device, surface.depth).data();
+  if (wants_normal) normal = normal_.emplace(device, surface.normal).data();
+  if (wants_kind) kind = kind_.emplace(device, surface.kind).data();
+}
+
 SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
   const std::size_t n = surface.grid.size();
   const HostView group(device, surface.group);
-  std::optional<ViewTogether<float, float, cl_uchar>> all;
-  std::optional<HostView<float>> only_depth, only_normal;
-  std::optional<HostView<cl_uchar>> only_kind;
-  const float *depth = nullptr, *normal = nullptr;
-  const cl_uchar* kind = nullptr;
-  const auto& shown = surface.shown;
-  if (shown.whole.size > 0 && same_memory(surface.depth, shown.part<0>()) &&
-      same_memory(surface.normal, shown.part<1>()) && same_memory(surface.kind, shown.part<2>())) {
-    all.emplace(device, shown);
-    depth = all->data<0>(), normal = all->data<1>(), kind = all->data<2>();
-  } else {
-    depth = only_depth.emplace(device, surface.depth).data();
-    normal = only_normal.emplace(device, surface.normal).data();
-    kind = only_kind.emplace(device, surface.kind).data();  // null where it is empty
-  }
+  const ShownView shown(device, surface, true, true);
+  const float *const depth = shown.depth, *const normal = shown.normal;
+  const cl_uchar* const kind = shown.kind;
   SurfaceMap map;
   map.grid = surface.grid;
   parallel_both([&] { map.normal.resize(n); },  // which write all of it

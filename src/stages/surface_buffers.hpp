@@ -1,6 +1,8 @@
 // The surface on a sample grid while it is on the device.
 #pragma once
 
+#include <optional>
+
 #include "device/device.hpp"
 #include "device/records.hpp"
 #include "device/together.hpp"
@@ -23,6 +25,22 @@ struct SurfaceBuffers {
 
 /// No surface anywhere; normals, groups and trust are what was in memory.
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid);
+
+/// What samples show on the host, as HostView has a buffer: by one command where all of it lies
+/// together and more than the depth is wanted. Null: not wanted, or the surface has none.
+class ShownView {
+ public:
+  ShownView(Device& device, const SurfaceBuffers& surface, bool wants_normal, bool wants_kind);
+
+  const float* depth = nullptr;    // [samples]
+  const float* normal = nullptr;   // [3][samples]
+  const cl_uchar* kind = nullptr;  // [samples]
+
+ private:
+  std::optional<ViewTogether<float, float, cl_uchar>> all_;
+  std::optional<HostView<float>> depth_, normal_;
+  std::optional<HostView<cl_uchar>> kind_;
+};
 
 /// Waits and copies to the host; samples without depth get zero normals, no group, no kind. Without
 /// a buffer for them, no sample has a group, and all kinds are `surface`.

@@ -1,7 +1,5 @@
 #include "stages/trust.hpp"
 
-#include <utility>
-
 #include "base/parallel.hpp"
 #include "stages/sheet.hpp"
 
@@ -28,28 +26,38 @@ constexpr double kNarrow = 40, kWide = 80, kSmooth = 0.25, kRough = 0.4;
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells) {
   const std::size_t n = fits.size();
-  std::vector<float> firm(n), spread(n), density, behind;
-  Cells around;
+  if (n == 0) return {};
+  std::vector<float> firm(n), spread(n);
+  std::vector<std::int32_t> place(2 * n);  // of each point's density among the values of the sheets
+  Cells points, around;
   parallel_both(
       [&] {
-        std::vector<Vec3d> points = fits.foot;
-        points.reserve(2 * n);
-        for (std::size_t k = 0; k < n; ++k) points.push_back(fits.foot[k] - fits.normal[k] * kDeep);
-        density = measure_density(device, cells, points);
-        behind.assign(density.begin() + static_cast<std::ptrdiff_t>(n), density.end());
-        density.resize(n);
+        std::vector<Vec3d> at = fits.foot;
+        at.reserve(2 * n);
+        for (std::size_t k = 0; k < n; ++k) at.push_back(fits.foot[k] - fits.normal[k] * kDeep);
+        points = make_cells(at, 1 / cells.grid.inverse_cell);
       },
       [&] {
         around = make_cells(fits.position, kSheet.reach);
+        for (std::size_t p = 0; p < n; ++p) {
+          const std::size_t k = static_cast<std::size_t>(around.item[p]);
+          place[k] = static_cast<std::int32_t>(p);
+          place[n + k] = static_cast<std::int32_t>(n + p);
+        }
         for (std::size_t k = 0; k < n; ++k) {
           firm[k] = fits.residual[k] < 0 ? 0 : static_cast<float>(fits.firmness[k]);
           spread[k] = static_cast<float>(fits.spread[k]);
         }
       });
-  const std::vector<std::vector<float>> means =
-      average_in_cells(device, around, fits.normal, firm,
-                       {std::move(density), std::move(spread), std::move(behind)}, kSheet);
-  const std::vector<float>&dense = means[0], &apart = means[1], &deep = means[2];
+  // Both densities, which the device measures in their places; how far surroundings lie.
+  const SheetFits sheets = upload_sheet(device, around, fits.normal, firm, {{}, {}, spread});
+  measure_density(device, cells, points, place, sheets.value);
+  const auto mean = allocate<float>(device, 4 * n);
+  average_sheet(device, sheets, kSheet, mean);
+  const HostView found(device, mean);
+  const std::vector<float> dense = by_item(around, found.data()),
+                           deep = by_item(around, found.data() + n),
+                           apart = by_item(around, found.data() + 2 * n);
   std::vector<double> trust(n, 0.0);
   constexpr std::size_t kGrain = 1024;  // fits that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {

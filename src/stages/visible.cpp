@@ -27,17 +27,32 @@ Range vectors(Device& device, std::size_t n) {
   return {n / static_cast<std::size_t>(device.state().vector_width)};
 }
 
-// The deepest front that each bin's map can have.
-Buffer<float> bound_by_covers(Device& device, const SplatParticles& particles, const Discs& discs,
-                              const SampleGrid& grid) {
+Discs room_for_discs(Device& device, const SplatParticles& particles, cl_float2 sphere) {
   const std::size_t stride = static_cast<std::size_t>(particles.stride);
-  const int shift = cover_shift(double{discs.sphere.s[0]} * particles.pixels / grid.step);
+  return {allocate<float>(device, 8 * stride),
+          sphere,
+          {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride), particles.count,
+           particles.stride}};
+}
+
+// Discs by their nearest depths, and the deepest front that each bin's map can have.
+struct BoundDiscs {
+  Discs discs;
+  Buffer<float> bound;
+};
+
+BoundDiscs bound_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                       cl_float2 sphere) {
+  const Discs discs = room_for_discs(device, particles, sphere);
+  const std::size_t stride = static_cast<std::size_t>(particles.stride);
+  const int shift = cover_shift(double{sphere.s[0]} * particles.pixels / grid.step);
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       particles.count, particles.stride};
   launch(device, kernels::cover_discs, device.state().vector_width, vectors(device, stride),
-         particles.values, covers, particles.stride, nodes_of(grid), origin_of(grid), grid.step,
-         discs.sphere, cl_int{shift});
-  return bound_bins(device, covers, grid, shift);
+         particles.values, discs.records, discs.outlines, covers,
+         cl_int4{{particles.stride, grid.nx, grid.ny, shift}},
+         cl_float4{{grid.first, 1.0f / grid.step, grid.step, 0}}, sphere);
+  return {discs, bound_bins(device, covers, grid, shift)};
 }
 
 // The nearest front of all discs at every node, by atomic minima.
@@ -54,11 +69,6 @@ Buffer<cl_int> owners_by_minima(Device& device, const Discs& discs, const Buffer
                                 const SampleGrid& grid) {
   return own_minima(device, kernels::own_discs, discs.records, discs.outlines, bound, grid,
                     lower_discs(device, discs, bound, grid), lattice_of(grid));
-}
-
-// The bound of bins in which nothing is left out.
-Buffer<float> no_bound(Device& device, const SampleGrid& grid) {
-  return filled<float>(device, bins_of(grid).size(), kNoSurface);
 }
 
 // Draws all bins with a kernel of visible.cl.
@@ -106,10 +116,7 @@ SampleGrid visibility_grid(const View& view, const Projected& projected,
 Discs outline_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     cl_float2 sphere, Drawn drawn) {
   const std::size_t stride = static_cast<std::size_t>(particles.stride);
-  const Discs discs{allocate<float>(device, 8 * stride),
-                    sphere,
-                    {allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
-                     particles.count, particles.stride}};
+  const Discs discs = room_for_discs(device, particles, sphere);
   launch(device, kernels::outline_discs, device.state().vector_width, vectors(device, stride),
          particles.values, discs.records, discs.outlines, particles.stride, nodes_of(grid),
          origin_of(grid), sphere, static_cast<cl_int>(drawn));
@@ -148,8 +155,7 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
                           double footprint, double bulge) {
   if (particles.count == 0) return filled<float>(device, grid.size(), kNoSurface);
   const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
-  const Discs discs = outline_discs(device, particles, grid, sphere, Drawn::front);
-  const Buffer<float> bound = bound_by_covers(device, particles, discs, grid);
+  const auto [discs, bound] = bound_discs(device, particles, grid, sphere);
   if (draws_by_minima(device)) return lower_discs(device, discs, bound, grid);
   const auto depth = allocate<float>(device, grid.size());
   draw(device, kernels::splat_depth, discs, bound, grid, depth);
@@ -159,72 +165,82 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
 Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                            double footprint) {
   if (particles.count == 0) return filled<cl_int>(device, grid.size(), INT_MAX);
-  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::front);
-  const Buffer<float> bound = bound_by_covers(device, particles, discs, grid);
+  const auto [discs, bound] = bound_discs(device, particles, grid, sphere_of(footprint));
   if (draws_by_minima(device)) return owners_by_minima(device, discs, bound, grid);
   const auto owner = allocate<cl_int>(device, grid.size());
   draw(device, kernels::splat_owner, discs, bound, grid, owner);
   return owner;
 }
 
-Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, double bulge) {
-  Fronts maps{allocate<float>(device, grid.size()), no_blocks(device, grid)};
-  if (particles.count == 0) return maps;
+void splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                  double footprint, double bulge, const Fronts& into) {
+  if (particles.count == 0) return;
   const Discs discs =
       outline_discs(device, particles, grid,
                     {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
-  if (draws_by_minima(device)) {
-    const auto [depth, bound] =
-        filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
-    maps.depth = depth;
-    draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
-                std::tie(maps.depth), lattice_of(grid));
-    count_finite(device, grid, maps.depth, maps.occupied);
-    return maps;
-  }
-  draw_all(device, kernels::splat_fronts, discs, grid, std::tie(maps.depth, maps.occupied));
+  if (!draws_by_minima(device))
+    return draw_all(device, kernels::splat_fronts, discs, grid,
+                    std::tie(into.depth, into.occupied));
+  draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, no_bound(device, grid),
+              grid, std::tie(into.depth), lattice_of(grid));
+  count_finite(device, grid, into.depth, into.occupied);
+}
+
+Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                    double footprint, double bulge) {
+  const Fronts maps{map_to_draw(device, grid, kNoSurface), no_blocks(device, grid)};
+  splat_fronts(device, particles, grid, footprint, bulge, maps);
   return maps;
+}
+
+void splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                  double footprint, const OccupiedBlocks& asked, const Extent& into) {
+  const bool by_minima = draws_by_minima(device);
+  if (particles.count == 0) {
+    if (!by_minima) fill(device, into.from, kNoSurface);
+    return;
+  }
+  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
+  if (!by_minima)
+    return draw_all(device, kernels::splat_extent, discs, grid,
+                    std::tie(into, into.occupied, asked));
+  draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines,
+              no_bound(device, grid), grid, std::tie(into.from, into.to), lattice_of(grid));
+  count_finite(device, grid, into.from, into.occupied);
 }
 
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     double footprint, const OccupiedBlocks& asked) {
-  if (particles.count == 0)
-    return {filled<float>(device, grid.size(), kNoSurface), allocate<float>(device, grid.size()),
-            no_blocks(device, grid)};
-  Extent extent{allocate<float>(device, grid.size()), allocate<float>(device, grid.size()),
-                no_blocks(device, grid)};
-  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
-  if (draws_by_minima(device)) {
-    const auto [from, bound] =
-        filled_together<float, float>(device, kNoSurface, {grid.size(), bins_of(grid).size()});
-    extent.from = from;
-    extent.to = filled<float>(device, grid.size(), 0.0f);
-    draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines, bound, grid,
-                std::tie(extent.from, extent.to), lattice_of(grid));
-    count_finite(device, grid, extent.from, extent.occupied);
-    return extent;
-  }
-  draw_all(device, kernels::splat_extent, discs, grid, std::tie(extent, extent.occupied, asked));
+  const Extent extent{map_to_draw(device, grid, kNoSurface), map_to_draw(device, grid, 0.0f),
+                      no_blocks(device, grid)};
+  splat_extent(device, particles, grid, footprint, asked, extent);
   return extent;
 }
 
-Visible find_visible(Device& device, const View& view, const Projected& projected,
-                     const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
-                     const VisibleParams& params, double least_owned) {
-  Visible visible;
-  if (candidates.empty()) return visible;
+SampleGrid count_owned(Device& device, const View& view, const Projected& projected,
+                       const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
+                       const VisibleParams& params, const Buffer<cl_int>& owned) {
   const SampleGrid grid = visibility_grid(view, projected, candidates);
-  const auto owned = filled<cl_int>(device, candidates.size(), 0);
-  const Discs discs =
-      outline_discs(device, splats, grid, sphere_of(params.footprint), Drawn::front);
-  const Buffer<float> bound = bound_by_covers(device, splats, discs, grid);
-  if (draws_by_minima(device))
-    count_owners(device, owners_by_minima(device, discs, bound, grid), owned);
-  else
+  fill(device, owned, cl_int{0});
+  const auto [discs, bound] = bound_discs(device, splats, grid, sphere_of(params.footprint));
+  if (draws_by_minima(device)) {
+    const auto [depth, nobody] =
+        filled_together<float, float>(device, kNoSurface, {grid.size(), grid.size()});
+    draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
+                std::tie(depth), lattice_of(grid));
+    const Buffer<cl_int> owner{nobody.memory, nobody.size};
+    own_minima(device, kernels::own_discs, discs.records, discs.outlines, bound, grid, depth,
+               lattice_of(grid), owner);
+    count_owners(device, owner, owned);
+  } else {
     draw(device, kernels::count_owned, discs, bound, grid, owned);
+  }
+  return grid;
+}
 
-  const HostView counts(device, owned);
+Visible visible_among(const Projected& projected, const std::vector<std::int32_t>& candidates,
+                      const SampleGrid& grid, const cl_int* counts, const VisibleParams& params,
+                      double least_owned) {
   constexpr std::size_t kGrain = 4096;  // candidates that are worth a thread
   std::vector<Visible> parts((candidates.size() + kGrain - 1) / kGrain);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -249,11 +265,23 @@ Visible find_visible(Device& device, const View& view, const Projected& projecte
       }
     }
   });
+  Visible visible;
   for (const Visible& part : parts) {
     visible.index.insert(visible.index.end(), part.index.begin(), part.index.end());
     visible.owned.insert(visible.owned.end(), part.owned.begin(), part.owned.end());
   }
   return visible;
+}
+
+Visible find_visible(Device& device, const View& view, const Projected& projected,
+                     const std::vector<std::int32_t>& candidates, const VisibleParams& params,
+                     double least_owned) {
+  if (candidates.empty()) return {};
+  const auto owned = allocate<cl_int>(device, candidates.size());
+  const SampleGrid grid = count_owned(device, view, projected, candidates,
+                                      upload_splats(device, projected, candidates), params, owned);
+  const HostView counts(device, owned);
+  return visible_among(projected, candidates, grid, counts.data(), params, least_owned);
 }
 
 }  // namespace meniscus

@@ -62,7 +62,12 @@ struct Fronts {
   OccupiedBlocks occupied;
 };
 
-/// Waits.
+/// Drawn into maps: occupied by none, and where the device draws by minima the depth is
+/// kNoSurface. Waits, but for atomic minima.
+void splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                  double footprint, double bulge, const Fronts& into);
+
+/// The same into new maps.
 Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     double footprint, double bulge);
 
@@ -73,7 +78,13 @@ struct Extent {
   OccupiedBlocks occupied;
 };
 
-/// `from` is written in the blocks that are `asked` for, too. Waits, but for atomic minima.
+/// `from` is written in the blocks that are `asked` for, too. Drawn into maps: occupied by none,
+/// and where the device draws by minima `from` is kNoSurface and `to` 0. Waits, but for atomic
+/// minima.
+void splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                  double footprint, const OccupiedBlocks& asked, const Extent& into);
+
+/// The same into new maps.
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     double footprint, const OccupiedBlocks& asked);
 
@@ -83,21 +94,26 @@ struct Visible {
   std::vector<float> owned;         // share of its footprint's nodes that it owns
 };
 
-/// The particles among `candidates` that own at least `least_owned` of their footprint, or of the
-/// image where that is smaller.
-/// Waits. Throws DeviceError.
+/// Counts into `owned`, [candidates] or more, how many nodes of the grid that it returns each of
+/// them owns. Does not wait where the device draws by minima. Throws DeviceError.
 ///
 ///   splats  the candidates on the device
-Visible find_visible(Device& device, const View& view, const Projected& projected,
-                     const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
-                     const VisibleParams& params, double least_owned);
+SampleGrid count_owned(Device& device, const View& view, const Projected& projected,
+                       const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
+                       const VisibleParams& params, const Buffer<cl_int>& owned);
 
-/// The same, with an upload of the candidates.
-inline Visible find_visible(Device& device, const View& view, const Projected& projected,
-                            const std::vector<std::int32_t>& candidates,
-                            const VisibleParams& params, double least_owned) {
-  return find_visible(device, view, projected, candidates,
-                      upload_splats(device, projected, candidates), params, least_owned);
-}
+/// The particles among `candidates` that own at least `least_owned` of their footprint, or of the
+/// image where that is smaller.
+///
+///   grid    of count_owned(), which counted the nodes
+///   counts  [candidates]
+Visible visible_among(const Projected& projected, const std::vector<std::int32_t>& candidates,
+                      const SampleGrid& grid, const cl_int* counts, const VisibleParams& params,
+                      double least_owned);
+
+/// Both. Waits. Throws DeviceError.
+Visible find_visible(Device& device, const View& view, const Projected& projected,
+                     const std::vector<std::int32_t>& candidates, const VisibleParams& params,
+                     double least_owned);
 
 }  // namespace meniscus

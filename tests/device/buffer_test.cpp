@@ -104,6 +104,70 @@ TEST_F(DeviceBuffer, ManyUploadsWithoutAWaitStayWhole) {
   EXPECT_TRUE(std::all_of(first.data(), first.data() + first.size(), [](int v) { return v == 0; }));
 }
 
+// What was uploaded between two commands goes by one, arrays in one piece of memory among it; what
+// is large does not wait.
+TEST_F(DeviceBuffer, UploadsBetweenTwoCommandsGoByOne) {
+  stage(device_, true);
+  const std::vector<cl_uint> words(1000, 0xffffffffu);
+  const std::vector<float> few{1, 2, 3};
+  const std::vector<cl_uchar> bytes(5000, 4);
+  const auto count = [&](const CommandCounts& before) {
+    return device_.state().counts.since(before).uploads;
+  };
+  CommandCounts before = device_.state().counts;
+  const auto first = upload(device_, words), second = upload(device_, words);
+  const auto [a, b, c] = upload_together(device_, few, bytes, words);
+  EXPECT_EQ(count(before), 0);
+  launch(device_, "probe.cl", "lower_words", {1000}, "", second, cl_uint{63});
+  EXPECT_EQ(count(before), 1);
+  EXPECT_EQ(download(device_, first), words);
+  EXPECT_NE(download(device_, second), words);
+  EXPECT_EQ(download(device_, a), few);
+  EXPECT_EQ(download(device_, b), bytes);
+  EXPECT_EQ(download(device_, c), words);
+  EXPECT_EQ(count(before), 1);
+
+  // One that a fill is to change comes before it.
+  const auto filled_later = upload(device_, words);
+  fill(device_, filled_later, 5u);
+  EXPECT_EQ(download(device_, filled_later), std::vector<cl_uint>(1000, 5));
+
+  before = device_.state().counts;
+  const auto large = upload(device_, std::vector<float>(2000000, 0.5f));
+  EXPECT_EQ(count(before), 1);
+  EXPECT_EQ(download(device_, large), std::vector<float>(2000000, 0.5f));
+}
+
+// Blocks that uploads share are given up one after the other, and parts stay whole.
+TEST_F(DeviceBuffer, UploadsOutliveTheNextOnes) {
+  stage(device_, true);
+  std::vector<Buffer<int>> buffers;
+  for (int k = 0; k < 100; ++k) {
+    buffers.push_back(upload(device_, std::vector<int>(100000, k)));
+    if (k % 7 == 3) buffers.erase(buffers.begin());
+    if (k % 5 == 4) download(device_, buffers.front());
+  }
+  for (const auto& buffer : buffers) {
+    const std::vector<int> found = download(device_, buffer);
+    ASSERT_EQ(found, std::vector<int>(100000, found[0]));
+  }
+  EXPECT_EQ(download(device_, buffers.back())[0], 99);
+}
+
+TEST_F(DeviceBuffer, ConstantsAreKept) {
+  const auto many = constant(device_, 1000, 1.0f);
+  const CommandCounts before = device_.state().counts;
+  const auto few = constant(device_, 10, 1.0f);
+  EXPECT_EQ(device_.state().counts.since(before).fills, 0);
+  EXPECT_TRUE(same_memory(many.memory, few.memory));
+  const auto more = constant(device_, 70000, 1.0f);
+  const auto other = constant(device_, 5, -2);
+  EXPECT_EQ(download(device_, many), std::vector<float>(1000, 1.0f));
+  EXPECT_EQ(download(device_, few), std::vector<float>(10, 1.0f));
+  EXPECT_EQ(download(device_, more), std::vector<float>(70000, 1.0f));
+  EXPECT_EQ(download(device_, other), std::vector<int>(5, -2));
+}
+
 // More than is ever staged at a time goes through memory of its own.
 TEST_F(DeviceBuffer, WhatIsTooLargeToStageGoesWithoutIt) {
   stage(device_, true);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "stages/fit_check.hpp"
 #include "stages/stage_test_support.hpp"
@@ -351,6 +352,30 @@ TEST_P(ParticleFit, VectorsOfAnyWidthGiveTheSameBits) {
     EXPECT_EQ(one.firmness, wide.firmness);
     EXPECT_EQ(one.spread, wide.spread);
   }
+}
+
+// Where the neighbours of all fits have no room in one buffer, parts of the fits do.
+TEST_P(ParticleFit, InPartsTheBitsAreTheSame) {
+  const Scene scene = fitted_surface(field(24, 2, roof));
+  const std::vector<float> roundness = mixed_roundness(scene);
+  const auto all = [&] {
+    return fit_particles(device_, scene.projected, scene.seen, scene.around, roundness, {});
+  };
+  const ParticleFits whole = all();
+  std::size_t& largest = device_.state().info.largest_buffer;
+  const std::size_t before = std::exchange(largest, std::size_t{65} << 10);
+  const std::size_t parts = find_neighbours(device_, scene.projected, scene.seen.index,
+                                            scene.around.index, FitParams{}.support)
+                                .parts.size();
+  const ParticleFits apart = all();
+  largest = before;
+  EXPECT_GT(parts, 1u);
+  EXPECT_EQ(apart.quadric, whole.quadric);
+  EXPECT_EQ(apart.residual, whole.residual);
+  EXPECT_EQ(apart.normal, whole.normal);
+  EXPECT_EQ(apart.support, whole.support);
+  EXPECT_EQ(apart.edge, whole.edge);
+  EXPECT_NE(whole.support, std::vector<double>(whole.support.size(), whole.support[0]));
 }
 
 MENISCUS_ON_EVERY_DEVICE(ParticleFit);

@@ -3,6 +3,7 @@
 #include "stages/roundness.hpp"
 
 #include <numbers>
+#include <utility>
 
 #include "stages/stage_test_support.hpp"
 #include "verify/references/roundness.hpp"
@@ -111,6 +112,22 @@ TEST_P(Roundness, AnEdgeIsLessRoundThanADropOfTheSameNoise) {
   EXPECT_GT(count, 50);
   EXPECT_LT(sum / count, 0.5);
   for (const float r : roundness_of(device_, drop(5, kNoise))) EXPECT_EQ(r, 1);
+}
+
+// Where the neighbours of all trial fits have no room in one buffer.
+TEST_P(Roundness, InPartsIsTheSame) {
+  const FittedSurface scene = edge(0.25);
+  const std::vector<float> whole = roundness_of(device_, scene);
+  std::size_t& largest = device_.state().info.largest_buffer;
+  const std::size_t before = std::exchange(largest, std::size_t{40} << 10);
+  const std::size_t parts =
+      find_neighbours(device_, scene.projected, scene.seen.index, scene.around.index, kTrialReach)
+          .parts.size();
+  const std::vector<float> apart = roundness_of(device_, scene);
+  largest = before;
+  EXPECT_GT(parts, 1u);
+  EXPECT_EQ(apart, whole);
+  EXPECT_NE(whole, std::vector<float>(whole.size(), whole[0]));
 }
 
 TEST_P(Roundness, FlatPlacesAreNotAsked) {
