@@ -345,8 +345,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     three = select_level(
         three, meeting_of(level, meeting_of(sheet_b.level, sheet_c.level, bc), ab), odd_bc);
     level = mix_of(mix_of(level, pair, share_b), three, share_c);
-    result->edge =
-        smooth_step(SOME, ENOUGH, sum_b.w / larger(sum_a.w, (floatv)(1e-30f))) * (1.0f - ab);
+    result->edge = share_b * (1.0f - ab);
   }
   result->level = level;
   result->trust = smaller(1.001f * all / larger(trust, (floatv)(1e-30f)), one) *

@@ -15,68 +15,6 @@ namespace {
 // Particles a launch takes: bounds the device memory for any number of particles.
 constexpr std::size_t kChunk = std::size_t{1} << 22;
 
-// The particles of [begin, end) that are kept, as project_particles of project.cl makes them: with
-// the same operations in the same order, for the same bits.
-Projected project_some(const records::Projection& to, const WorldParticles& particles,
-                       std::size_t begin, std::size_t end) {
-  Projected kept;
-  const auto row = [](const auto& m, std::size_t at, float x, float y, float z, float w) {
-    return m[at] * x + m[at + 1] * y + m[at + 2] * z + w;
-  };
-  for (std::size_t i = begin; i < end; ++i) {
-    const float px = particles.x[i] - to.origin[0], py = particles.y[i] - to.origin[1],
-                pz = particles.z[i] - to.origin[2];
-    const float x = row(to.rotation, 0, px, py, pz, to.shift[0]),
-                y = row(to.rotation, 3, px, py, pz, to.shift[1]),
-                z = row(to.rotation, 6, px, py, pz, to.shift[2]);
-    const float w = row(to.w_row, 0, x, y, z, to.w_row[3]);
-    const float u = row(to.u_row, 0, x, y, z, to.u_row[3]) / w,
-                v = row(to.v_row, 0, x, y, z, to.v_row[3]) / w;
-    const float scale = particles.scale.empty() ? 1.0f : particles.scale[i];
-    const float ku = to.u_scale * scale / w, kv = to.v_scale * scale / w;
-    const float mu = to.margin * ku, mv = to.margin * kv;
-    if (!((-z > to.near_depth) & (u + mu >= 0.0f) & (u - mu <= to.width) & (v + mv >= 0.0f) &
-          (v - mv <= to.height) & (ku > 0)))
-      continue;
-    kept.x.push_back(x);
-    kept.y.push_back(y);
-    kept.z.push_back(z);
-    kept.u.push_back(u);
-    kept.v.push_back(v);
-    kept.ku.push_back(ku);
-    kept.kv.push_back(kv);
-    kept.scale.push_back(scale);
-    kept.index.push_back(static_cast<std::uint32_t>(i));
-  }
-  return kept;
-}
-
-// All of them. A device with memory of its own would take longer to fetch and return them.
-Projected project_on_host(const records::Projection& to, const WorldParticles& particles) {
-  constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
-  const std::size_t n = particles.x.size();
-  std::vector<Projected> parts((n + kGrain - 1) / kGrain);
-  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t part = begin; part < end; ++part)
-      parts[part] = project_some(to, particles, part * kGrain, std::min(n, (part + 1) * kGrain));
-  });
-  std::size_t size = 0;
-  for (const Projected& part : parts) size += part.size();
-  Projected kept;
-  const auto join = [&](auto Projected::*row) {
-    (kept.*row).reserve(size);
-    for (const Projected& part : parts)
-      (kept.*row).insert((kept.*row).end(), (part.*row).begin(), (part.*row).end());
-  };
-  constexpr std::array kRows{&Projected::x, &Projected::y,  &Projected::z,  &Projected::u,
-                             &Projected::v, &Projected::ku, &Projected::kv, &Projected::scale};
-  parallel_for(kRows.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) join(kRows[row]);
-  });
-  join(&Projected::index);
-  return kept;
-}
-
 }  // namespace
 
 records::Projection projection_of(const View& view, double margin) {
@@ -104,9 +42,6 @@ records::Projection projection_of(const View& view, double margin) {
 Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
                             double margin) {
   const records::Projection to = projection_of(view, margin);
-  // Whoever watches launches sees the kernel on all devices.
-  if (!device.state().is_in_place() && !device.state().observer)
-    return project_on_host(to, particles);
   Projected kept;
   const std::size_t n = particles.x.size();
   for (std::size_t first = 0; first < n; first += kChunk) {

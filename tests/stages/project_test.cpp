@@ -1,8 +1,6 @@
 // project_particles against the matrices in double precision, on every device.
 #include "stages/project.hpp"
 
-#include <utility>
-
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/project.hpp"
 
@@ -57,44 +55,6 @@ TEST_P(Project, MatchesTheReference) {
         EXPECT_NEAR(actual.ku[i], e.ku, e.ku * e.k_error);
         EXPECT_NEAR(actual.kv[i], e.kv, e.kv * e.k_error);
       }
-    }
-}
-
-// For a device with memory of its own the host does what the kernel does, with the same bits.
-TEST_P(Project, OnTheHostTheBitsAreTheSame) {
-  Random random(11);
-  WorldParticles particles;
-  for (std::size_t i = 0; i < 10001; ++i) {
-    particles.x.push_back(static_cast<float>(random(-9, 9)));
-    particles.y.push_back(static_cast<float>(random(-9, 9)));
-    particles.z.push_back(static_cast<float>(random(-9, 14)));
-  }
-  std::vector<float> scales;
-  for (std::size_t i = 0; i < particles.x.size(); ++i)
-    scales.push_back(static_cast<float>(random(0.5, 2)));
-  auto& staging = device_.state().staging;
-  for (const Camera& camera :
-       {perspective_camera(101, 77), off_centre_camera(37, 120), orthographic_camera(90, 61)})
-    for (const bool scaled : {false, true}) {
-      particles.scale = scaled ? scales : std::vector<float>{};
-      const View view = make_view(camera, kRadius, kOrigin);
-      std::array<Projected, 2> of;  // by the kernel, by the host
-      for (std::size_t host = 0; host < 2; ++host) {
-        auto had = std::exchange(
-            staging, host ? std::make_unique<Staging>(device_.state().context) : nullptr);
-        const CommandCounts before = device_.state().counts;
-        of[host] = project_particles(device_, view, particles, kMargin);
-        EXPECT_EQ(device_.state().counts.since(before).launches, host ? 0 : 1);
-        staging = std::move(had);
-      }
-      const auto& [kernel, own] = of;
-      EXPECT_GT(own.size(), 300u);
-      EXPECT_LT(own.size(), 9000u);
-      EXPECT_EQ(own.index, kernel.index);
-      EXPECT_EQ(own.scale, kernel.scale);
-      for (const auto row : {&Projected::x, &Projected::y, &Projected::z, &Projected::u,
-                             &Projected::v, &Projected::ku, &Projected::kv})
-        EXPECT_EQ(own.*row, kernel.*row);
     }
 }
 

@@ -7,7 +7,8 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr int kRecord = 16, kCached = 48;
-constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
+constexpr int kBlock = 128;    // fits of a list that are met before they are weighed
+constexpr float kPull = 0.5f;  // PULL of hits.cl
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -87,7 +88,7 @@ struct Entry {
   hit.gx = gx * slope;
   hit.gy = gy * slope;
   hit.gz = gz * slope;
-  hit.pull = g[15] * steep * facing;
+  hit.pull = 6.0f * g[10] * (g[15] - kPull) * steep * facing;
   return any(hit.weight > 0.0f);
 }
 
@@ -258,15 +259,20 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   }
   if (!any(best > 0.0f)) return out;
 
-  // Calls visit(hit, foot) for the hits in the cache and those that are found again.
+  // How far a hit's gradient agrees with the sheet's; round fits agree by so much more.
+  const auto alike = [&](const Hit& hit, const float* g) {
+    return g[15] + dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az);
+  };
+  // Calls visit(hit, record, foot) for the hits in the cache and those that are found again.
   const auto each_hit = [&](auto&& visit) {
-    for (int k = 0; k < kept; ++k) visit(cache[k], foot_of(cached_group[k]));
+    for (int k = 0; k < kept; ++k)
+      visit(cache[k], fit_at(cached_group[k]), foot_of(cached_group[k]));
     for (int k = rest; k < listed.met.count; ++k) {
       const int fit = listed.met.fit[k];
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       const Entry entry = entry_of(g, foot, s, in.d_max);
       Hit hit;
-      if (entry.counts() && weigh(g, foot, s, in.d_max, entry, hit)) visit(hit, foot);
+      if (entry.counts() && weigh(g, foot, s, in.d_max, entry, hit)) visit(hit, g, foot);
     }
   };
   bool one_sheet = rest == listed.met.count;
@@ -274,16 +280,16 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     if (one_sheet) {
       Floats least = one;
       for (int k = 0; k < kept; ++k) {
-        const Floats cosine = dot_of(cache[k].gx, cache[k].gy, cache[k].gz, ax, ay, az);
-        least = smaller(least, cache[k].weight > 0.0f ? cosine : one);
+        const Floats agrees = alike(cache[k], fit_at(cached_group[k]));
+        least = smaller(least, cache[k].weight > 0.0f ? agrees : one);
       }
       one_sheet = !any(same(least) < 1.0f);
     }
     Floats nx = A.nx, ny = A.ny, nz = A.nz;
     if (!one_sheet) {
       nx = ny = nz = none;
-      each_hit([&](const Hit& hit, const float*) {
-        const Floats a = hit.weight * same(dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+      each_hit([&](const Hit& hit, const float* g, const float*) {
+        const Floats a = hit.weight * same(alike(hit, g));
         nx = fused(a, hit.gx, nx);
         ny = fused(a, hit.gy, ny);
         nz = fused(a, hit.gz, nz);
@@ -297,8 +303,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   }
   if (!one_sheet) {
     A = Sheet{};
-    each_hit([&](const Hit& hit, const float* foot) {
-      const Floats share = same(dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az));
+    each_hit([&](const Hit& hit, const float* g, const float* foot) {
+      const Floats share = same(alike(hit, g));
       add_hit(A, foot, s, hit, share);
       add_hit(B, foot, s, hit, 1.0f - share);
     });

@@ -168,7 +168,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
           three = meeting(pair, d.level, ad);
         fitted = detail::mixed(fitted, three, share_d);
       }
-      edge = smooth_passage(0.03, 0.1, b.weight / a.weight) * (1 - ab);
+      edge = share_b * (1 - ab);
     }
     const double trusted =
         std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
