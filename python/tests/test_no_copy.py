@@ -69,4 +69,5 @@ def grown(count):
 def test_more_particles_take_no_more_memory():
     few, many = 2_500_000, 5_000_000
     copy = (many - few) * 3 * 4 / 2**20  # MB, the least that a copy of those more would take
-    assert grown(many) - grown(few) < copy / 3
+    # What the allocator keeps by chance only adds: of three runs the least counts.
+    assert min(grown(many) for _ in range(3)) - min(grown(few) for _ in range(3)) < copy / 3
