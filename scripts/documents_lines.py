@@ -172,6 +172,7 @@ NEVER = {
     "mpirun -q": "an option of mpirun",
     "scripts/test.sh asan": "all tests under the sanitizers take an hour; scripts/sanitized.sh runs the fast ones",
     "benchmarks/peers/run.sh": "needs VTK with EGL",
+    "benchmarks/peers/openvdb.sh": "needs OpenVDB's headers",
     "scripts/format_samples.py": "needs VTK, meshio, h5py and blosc; tests/data/formats has what it writes",
     "pip install '.[cpu]'": "800 MB",
     "scripts/portability.sh": "builds all kernels anew for each runtime, minutes, and downloads 1 GB of them",
