@@ -162,6 +162,9 @@ struct Aovs {
   bool velocity = true;  // where Parameters::motion asks for motion
 };
 
+/// Bodies of fluid along a ray that Parameters::layers can ask for, at most.
+inline constexpr int kMostLayers = 8;
+
 /// Everything that extract() is told. Messages call a number by its name on the command line:
 /// fit.support is --support (`meniscus extract --help` has the list, with ranges).
 struct Parameters {
@@ -173,7 +176,7 @@ struct Parameters {
   bool mesh = true;            // make the mesh
   bool motion = true;          // make velocities where the particles carry them
   int layers = 0;              // where `image`: bodies of fluid along a pixel's ray that are kept,
-                               // 1 to 8; 0: the front alone. Methods fit and groups
+                               // 1 to kMostLayers; 0: the front alone. Methods fit and groups
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
                                // than half of it are thinned to it. 0: never
   VisibleParams visible;

@@ -21,8 +21,6 @@ constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::positi
                               {"id", &Aovs::group},          {"kind", &Aovs::kind},
                               {"residual", &Aovs::residual}, {"V", &Aovs::velocity}};
 
-constexpr int kMostLayers = 8;
-
 void check_layers(const Parameters& parameters) {
   const int layers = parameters.layers;
   if (layers < 0 || layers > kMostLayers)

@@ -240,7 +240,7 @@ struct Tracer {
     for (const Interval& body : bodies) {
       const float next = std::nextafter(last, kNoSurface);
       const float from = count == 0 ? first : std::max(world_depth(view, body.from), next);
-      float to = static_cast<float>(body.to * view.radius);
+      float to = world_depth(view, body.to);
       if (count == 0) to = std::max(to, std::nextafter(from, kNoSurface));
       if (!(to > from)) continue;
       if (count < most) {

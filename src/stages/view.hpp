@@ -61,7 +61,7 @@ inline Vec3d ray_direction(const View& view, double u, double v) {
 }
 
 /// A depth (particle radii) in world units, as maps have it; infinity stays.
-inline float world_depth(const View& view, float depth) {
+inline float world_depth(const View& view, double depth) {
   return static_cast<float>(depth * view.radius);
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 
+#include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "io/parts.hpp"
 #include "io/writers.hpp"
@@ -21,18 +22,13 @@ fs::path canonical(const std::string& path) {
   return fs::weakly_canonical(fs::absolute(path), error);
 }
 
-std::string lower_ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return ending;
-}
-
 }  // namespace
 
 OutputKind kind_of(const std::string& path) {
-  const std::string ending = lower_ending(path);
+  const fs::path lower = lower_case(path);
+  const std::string ending = lower.extension().string();
   if (ending == ".exr")
-    return lower_ending(fs::path(path).stem()) == ".deep" ? OutputKind::deep : OutputKind::exr;
+    return lower.stem().extension() == ".deep" ? OutputKind::deep : OutputKind::exr;
   for (const char* mesh : {".ply", ".vtp", ".glb", ".obj", ".stl"})
     if (ending == mesh) return OutputKind::mesh;
   if (ending == ".png") return OutputKind::png;

@@ -29,9 +29,6 @@
 namespace meniscus::cli {
 namespace {
 
-// Of a .deep.exr for which --layers does not say more.
-constexpr int kDeepLayers = 8;
-
 /// extract(), with the file's name before what it finds wrong with the particles.
 Surface extract_from(const ExtractOptions& options, Device& device, const ParticleSource& particles,
                      const Camera& camera, std::vector<StageTime>& stages) {
@@ -130,7 +127,7 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
     for (const std::string& path : options.outputs) {
       const OutputKind kind = kind_of(path);
       const bool glass = kind == OutputKind::png && options.writing.preview == Preview::glass;
-      if (kind == OutputKind::deep) layers = kDeepLayers;
+      if (kind == OutputKind::deep) layers = kMostLayers;
       if (glass) layers = std::max(layers, 1);
       (kind == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
       maps |= kind == OutputKind::exr;

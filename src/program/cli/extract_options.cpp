@@ -270,7 +270,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       .add_option("--layers", o.parameters.layers,
                   "bodies of fluid along each pixel's ray: adds Z.back, N.back, thickness and "
                   "layers to the EXR; up to this many, 1 to 8, are kept in a .deep.exr (default 8)")
-      ->check(from_to(1, 8))
+      ->check(from_to(1, kMostLayers))
       ->type_name("K");
   add_no_motion_option(command, o);
   add_threads_option(command, o.threads);

@@ -164,6 +164,33 @@ TEST_F(ProgramOutput, LayersAreAddedToTheFront) {
   }
 }
 
+TEST_F(ProgramOutput, LayersOfASequenceAreResumedAsOtherOutputs) {
+  for (int frame = 0; frame < 3; ++frame)
+    write_particles("d.000" + std::to_string(frame) + ".ply", block(3 + frame));
+  const auto outputs = [&] {
+    std::map<std::string, std::string> bytes;
+    for (const std::string& file : files())
+      if (file.starts_with("o.")) bytes[file] = read(file);
+    return bytes;
+  };
+  const std::vector<std::string> all{"extract",  "d.####.ply", "--size",   "64x48",
+                                     "-o",       "o.####.exr", "-o",       "o.####.deep.exr",
+                                     "--report", "r.html",     "--layers", "2"};
+  ASSERT_EQ(run(all).exit_code, 0);
+  const auto before = outputs();
+  EXPECT_EQ(before.size(), 6u);
+  EXPECT_EQ(read_exr(path("o.0001.exr")).layers.most, 1);
+  std::string flipped = before.at("o.0001.deep.exr");
+  flipped[flipped.size() - 5] ^= 1;
+  write("o.0001.deep.exr", flipped);
+  std::vector<std::string> again = all;
+  again.push_back("--resume");
+  EXPECT_THAT(run(again).err, HasSubstr("2 were there already"));
+  EXPECT_EQ(outputs(), before);
+  again[again.size() - 2] = "3";  // other layers are other parameters
+  EXPECT_THAT(run(again).err, Not(HasSubstr("were there already")));
+}
+
 TEST_F(ProgramOutput, AsksWhetherNumberedPartsAreASequence) {
   for (const char* name : {"d.0001.ply", "d.0002.ply", "rank1.ply", "rank2.ply"})
     write_particles(name, block(3));

@@ -402,26 +402,6 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("5 were there already"));
 }
 
-TEST_F(Sequence, LayersAreResumedAsOtherOutputs) {
-  write_sequence(3);
-  const std::vector<std::string> all{"extract",  "d.####.ply", "--size",   "64x48",
-                                     "-o",       "o.####.exr", "-o",       "o.####.deep.exr",
-                                     "--report", "r.html",     "--layers", "2"};
-  ASSERT_EQ(run(all).exit_code, 0);
-  const auto before = outputs();
-  EXPECT_EQ(before.size(), 6u);
-  EXPECT_EQ(read_exr(path("o.0001.exr")).layers.most, 1);
-  std::string flipped = before.at("o.0001.deep.exr");
-  flipped[flipped.size() - 5] ^= 1;
-  write("o.0001.deep.exr", flipped);
-  std::vector<std::string> again = all;
-  again.push_back("--resume");
-  EXPECT_THAT(run(again).err, HasSubstr("2 were there already"));
-  EXPECT_EQ(outputs(), before);
-  again[again.size() - 2] = "3";  // other layers are other parameters
-  EXPECT_THAT(run(again).err, Not(HasSubstr("were there already")));
-}
-
 TEST_F(Sequence, ResumeRedoesWhatWasMadeFromAnotherInput) {
   write_sequence(3);
   ASSERT_EQ(run(words({"-q"})).exit_code, 0);
