@@ -65,7 +65,7 @@ TEST(DualMesh, OfNoiseIsClosedAndManifold) {
         return static_cast<float>(random(0.1, 1) * (random(0, 1) < share ? -1 : 1));
       });
       const CrossedEdges edges = halved(grid);
-      DualMesh mesh = place_vertices(grid, edges, 0.05);
+      DualMesh mesh = place_vertices(grid, edges, {});
       const std::size_t of_cells = mesh.position.size();
       join_vertices(grid, edges, mesh);
       between += static_cast<std::int64_t>(mesh.position.size() - of_cells);
@@ -109,7 +109,7 @@ TEST(DualMesh, OfABoxHasItsCorners) {
         : edges.axis[e] == 1 ? (n > 0 ? high.y : low.y)
                              : (n > 0 ? high.z : low.z);
   }
-  DualMesh mesh = place_vertices(grid, edges, 0.05);
+  DualMesh mesh = place_vertices(grid, edges, {});
   join_vertices(grid, edges, mesh);
   for (const Vec3d& at : mesh.position) EXPECT_NEAR(distance(at), 0, 1e-12);
   const accuracy::ClosedFigures figures = accuracy::check_topology(plain(mesh));
@@ -129,7 +129,7 @@ TEST(DualMesh, LosesWhatIsTooSmall) {
         std::min(std::max(around - 1.6, 0.7 - around), length(p - drop) - 0.4));
   });
   const CrossedEdges edges = halved(grid);
-  DualMesh whole = place_vertices(grid, edges, 0.05);
+  DualMesh whole = place_vertices(grid, edges, {});
   join_vertices(grid, edges, whole);
   const accuracy::ClosedFigures all = accuracy::check_topology(plain(whole));
   ASSERT_EQ(all.pieces, 3);
