@@ -78,9 +78,8 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   }
   if (layered && streams) {
     params.layers = layers;
-    extraction.layers =
-        run_layers(device, streamed.view, streamed.particles,
-                   front_of(device, frame.view, extraction.image), params, timings);
+    extraction.layers = run_layers(device, streamed.view, streamed.particles,
+                                   front_of(device, frame.view, extraction.image), params, timings);
   }
   return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
 }

@@ -256,11 +256,10 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
   result.residual = fits.residual;
   if (params.image && params.layers > 0)
-    result.layers = find_layers(
-        device, view,
-        {fluid.particles, fluid.host_cells, fluid.cells, fluid.levelled,
-         fluid.measured.part<0>(), around, std::move(fits), trust},
-        front_of(device, view, result.image), params, clock);
+    result.layers = find_layers(device, view,
+                                {fluid.particles, fluid.host_cells, fluid.cells, fluid.levelled,
+                                 fluid.measured.part<0>(), around, std::move(fits), trust},
+                                front_of(device, view, result.image), params, clock);
   clock.stop();
   return result;
 }

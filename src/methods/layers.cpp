@@ -1,5 +1,8 @@
+// The layers along rays: what the front knows of the fluid is used again, and no more is found out
+// than exits need (docs/layers.md).
 #include "methods/layers.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,11 +12,9 @@
 #include "stages/roundness.hpp"
 #include "stages/surface.hpp"
 #include "stages/trust.hpp"
-#include <cstdlib>
 
 namespace meniscus {
 namespace {
-static double knob(const char* n, double d) { const char* v = getenv(n); return v ? atof(v) : d; }
 
 // Particles of the surface with less u are not fitted, as in with_rim().
 constexpr double kOpen = 0.5;
@@ -22,22 +23,32 @@ constexpr double kOpen = 0.5;
 // view seems to end there, and fits that lie at such an end must not reach the screen.
 constexpr double kMargin = 16;
 
-// Of the mesh, particle radii: its cells; how near to particles that see air their corners are
-// asked at first; from which depth behind the front on its place matters.
-constexpr double kCell = 2, kBand = 2, kBehindFront = 0.75;
+// The mesh's cells, and how near to particles that see air their corners are asked at first;
+// particle radii.
+constexpr double kCell = 2, kBand = 2;
 
+// The field tells the cells that the surface passes through, the fits where it is: that may be up
+// to two radii away, and in a cell beside it.
+constexpr Placing kPlacing{.most_off = 2, .margin = -0.5};
+
+// Crossings that lie less than this behind the front (particle radii) and face the eye by more than
+// this cosine are the front itself, of which the mesh need not tell anything.
+constexpr double kBehindFront = 0.75, kFacing = 0.6;
+
+// Particle radii cubed, as of closed meshes.
 constexpr double kLeastFluid = 1, kLeastAir = 8;
 
 // The fit of every particle of the surface is much like those beside it. Of the particles that the
 // front has not fitted one a cube of this side (particle radii) and side of the fluid is.
 constexpr double kApart = 2.5;
 
-// The cube of a point, and which of six ways its normal points.
+// The cube of a point, and which of six ways its normal points. Points farther than 2^19 cubes away
+// share cubes.
+constexpr double kFarthest = 1 << 19;
 std::uint64_t place_of(const Vec3d& at, const Vec3d& normal) {
-  const double side = knob("LAPART", kApart);
-  const auto coordinate = [&](double v) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(v / side)) + (1 << 19)) &
-           0xfffff;
+  const auto coordinate = [](double v) {
+    return static_cast<std::uint64_t>(
+        std::clamp(std::floor(v / kApart) + kFarthest, 0.0, 2.0 * kFarthest - 1));
   };
   const double x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
   const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
@@ -46,6 +57,7 @@ std::uint64_t place_of(const Vec3d& at, const Vec3d& normal) {
   return ((coordinate(at.x) << 20 | coordinate(at.y)) << 20 | coordinate(at.z)) << 3 | way;
 }
 
+// The particles to fit where the front has no fits.
 Visible choose_hidden(const KnownFluid& known) {
   const SurfaceParticles& around = known.around;
   std::vector<std::uint64_t> taken;
@@ -82,12 +94,8 @@ ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& 
   const FitNeighbours neighbours =
       find_neighbours(device, known.particles, hidden.index, around.index, params.fit.support);
   const std::vector<float> roundness =
-      knob("LROUND", 1) ? measure_roundness(device, known.particles, hidden, around, trial,
-                                            params.fit, params.blend)
-                        : std::vector<float>(hidden.index.size(), 0.0f);
-  FitParams fit = params.fit;
-  fit.passes = static_cast<int>(knob("LPASSES", fit.passes));
-  return fit_particles(device, known.particles, hidden, around, neighbours, roundness, fit);
+      measure_roundness(device, known.particles, hidden, around, trial, params.fit, params.blend);
+  return fit_particles(device, known.particles, hidden, around, neighbours, roundness, params.fit);
 }
 
 template <class T>
@@ -113,20 +121,20 @@ void join_fits(ParticleFits& fits, const ParticleFits& more) {
   fits.visible.assign(fits.size(), 1);
 }
 
-// Whether where an edge crosses the surface matters: not in front of what the pixel shows, or there.
+// The crossings that are not the front itself.
 std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float>& front,
                                        const CrossedEdges& edges) {
   std::vector<std::uint32_t> hidden;
-  const double behind = knob("LBEHIND", kBehindFront);
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3d& at = edges.position[e];
     const PixelPosition p = project(view, at);
     if (-at.z > 0 && p.w > 0 && p.u >= 0 && p.v >= 0 && p.u < view.width && p.v < view.height) {
-      const std::size_t pixel = static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
-                                static_cast<std::size_t>(p.u);
+      const std::size_t pixel =
+          static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
+          static_cast<std::size_t>(p.u);
       const Vec3d along = ray_direction(view, p.u, p.v);
-      if (-at.z < front[pixel] / view.radius + behind && front[pixel] < kNoSurface &&
-          dot(along, edges.normal[e]) < -knob("LFACING", .6) * length(along))
+      if (-at.z < front[pixel] / view.radius + kBehindFront && front[pixel] < kNoSurface &&
+          dot(along, edges.normal[e]) < -kFacing * length(along))
         continue;
     }
     hidden.push_back(static_cast<std::uint32_t>(e));
@@ -134,9 +142,9 @@ std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float
   return hidden;
 }
 
-DualMesh close_surface(Device& device, const View& view, const std::vector<float>& front,
-                       const KnownFluid& known, const ImplicitFunction& function,
-                       const Parameters& params, StageClock& clock) {
+// 2.4 and 2.5: the mesh that rays leave.
+DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>& front,
+                     const KnownFluid& known, const ImplicitFunction& function, StageClock& clock) {
   clock.start("corners");
   Points seeds;
   {
@@ -144,28 +152,20 @@ DualMesh close_surface(Device& device, const View& view, const std::vector<float
     seeds = near_air(known.host_cells, gradients.data());
   }
   ImplicitFunction field = function;
-  if (knob("LFIELD", 1)) field.alone = true;
-  SpaceGrid grid = grid_around(seeds, knob("LBAND", kBand), knob("LCELL", kCell));
+  field.alone = true;
+  SpaceGrid grid = grid_around(seeds, kBand, kCell);
   do {
-    fill_corners(grid, [&](const Points& points) {
-      return measure_implicit(device, field, points).value;
-    });
+    fill_corners(
+        grid, [&](const Points& points) { return measure_implicit(device, field, points).value; });
   } while (want_closed(grid));
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
-  if (knob("LOLD", 0)) {
-  find_crossings(device, function, grid, (int)knob("LROUNDS",6), .004, edges);
-  } else {
   guess_crossings(grid, edges);
-  const std::vector<std::uint32_t> hidden = list_hidden(view, front, edges);
-  measure_crossings(device, function, hidden, edges);
-  }
+  measure_crossings(device, function, list_hidden(view, front, edges), edges);
   clock.start("mesh");
-  DualMesh mesh = place_vertices(grid, edges, {0.05, knob("LMOSTOFF", 2), knob("LMARGIN", -0.5)});
-  if (knob("LSETTLE", 0)) settle_vertices(device, function, mesh);
+  DualMesh mesh = place_vertices(grid, edges, kPlacing);
   join_vertices(grid, edges, mesh);
   drop_crumbs(mesh, kLeastFluid, kLeastAir);
-  (void)params;
   return mesh;
 }
 
@@ -182,18 +182,15 @@ Layers find_layers(Device& device, const View& view, KnownFluid known,
                    const std::vector<float>& front, const Parameters& params, StageClock& clock) {
   clock.start("fit");
   const Visible hidden = choose_hidden(known);
-  if (getenv("LVERB")) fprintf(stderr, "hidden %zu front %zu\n", hidden.index.size(), known.fits.size());
   const ParticleFits more = fit_hidden(device, known, hidden, params);
   clock.start("trust");
   append(known.trust, measure_trust(device, more, known.cells));
   join_fits(known.fits, more);
   distrust_gaps(device, known.cells, known.fits, known.trust);
-  const ImplicitFunction function =
-      make_implicit(device,
-                    make_records(known.fits, known.trust, params.fit,
-                                 kBlendReach * params.blend.radius),
-                    known.levelled, params);
-  const DualMesh mesh = close_surface(device, view, front, known, function, params, clock);
+  const ImplicitFunction function = make_implicit(
+      device, make_records(known.fits, known.trust, params.fit, kBlendReach * params.blend.radius),
+      known.levelled, params);
+  const DualMesh mesh = mesh_behind(device, view, front, known, function, clock);
   clock.start("layers");
   Layers layers = trace_layers(view, mesh, front, params.layers);
   clock.stop();

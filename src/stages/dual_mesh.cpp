@@ -271,8 +271,7 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
 
 }  // namespace
 
-DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
-                        const Placing& placing) {
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing) {
   DualMesh mesh;
   const std::size_t blocks = grid.blocks.size();
   mesh.mask.resize(blocks);

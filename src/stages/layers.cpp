@@ -43,6 +43,7 @@ struct ScreenMesh {
   std::vector<ScreenCorner> corner;                    // [vertices]
   std::vector<std::array<std::uint32_t, 3>> triangle;  // corners of those that may be met
   std::vector<std::int8_t> enters;                     // [triangles] 1: faces the eye; -1
+  std::vector<Vec3d> flat;                             // [triangles] unit, outward, world axes
   std::vector<std::vector<std::uint32_t>> of_band;     // [bands] their triangles, ascending
 };
 
@@ -70,6 +71,13 @@ std::array<int, 2> pixels_between(std::int64_t low, std::int64_t high, int size)
           static_cast<int>(std::clamp<double>(last + 1, 0, size))};
 }
 
+// How far a point lies to the right of each edge of a triangle, the k-th opposite corner k.
+std::array<std::int64_t, 3> sides_of(const std::array<const ScreenCorner*, 3>& corner,
+                                     std::int64_t u, std::int64_t v) {
+  return {side_of(*corner[1], *corner[2], u, v), side_of(*corner[2], *corner[0], u, v),
+          side_of(*corner[0], *corner[1], u, v)};
+}
+
 // The three edges of a triangle, its inside to the right of them; the k-th lies opposite corner k.
 struct Edges {
   std::array<const ScreenCorner*, 3> corner;
@@ -83,12 +91,6 @@ struct Edges {
     };
     columns = range(&ScreenCorner::u, view.width);
     rows = range(&ScreenCorner::v, view.height);
-  }
-
-  // How far a point lies to the right of each edge.
-  std::array<std::int64_t, 3> sides(std::int64_t u, std::int64_t v) const {
-    return {side_of(*corner[1], *corner[2], u, v), side_of(*corner[2], *corner[0], u, v),
-            side_of(*corner[0], *corner[1], u, v)};
   }
 };
 
@@ -128,6 +130,17 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
     screen.triangle.push_back(t);
     screen.enters.push_back(area < 0 ? 1 : -1);
   }
+  screen.flat.resize(screen.triangle.size());
+  parallel_for(screen.flat.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto& [a, b, c] = screen.triangle[k];
+      const Vec3d &from = mesh.position[a],
+                  across = cross(mesh.position[b] - from, mesh.position[c] - from);
+      // The corners run the other way where the triangle faces the eye.
+      screen.flat[k] =
+          normalized(world_direction(view, across * static_cast<double>(-screen.enters[k])));
+    }
+  });
   return screen;
 }
 
@@ -152,8 +165,8 @@ struct BandCrossings {
     std::uint32_t next;
   };
   static constexpr std::uint32_t kEnd = ~0u;
-  int width, first;                // columns; the first row
-  std::vector<double> start;       // [pixels] of the fronts, particle radii
+  int width, first;                 // columns; the first row
+  std::vector<double> start;        // [pixels] of the fronts, particle radii
   std::vector<std::uint32_t> head;  // [pixels]
   std::vector<Link> links;
 
@@ -170,8 +183,8 @@ struct BandCrossings {
     links.clear();
   }
 
-  // Draws the rows of a triangle that lie in the band. Its depth is a quotient of two functions that
-  // are linear on the screen.
+  // Draws the rows of a triangle that lie in the band. Its depth is a quotient of two functions
+  // that are linear on the screen.
   void draw(const Edges& edges, std::uint32_t triangle, std::int32_t enters, int rows) {
     const auto& [a, b, c] = edges.corner;
     std::array<std::int64_t, 3> to_right{b->v - c->v, c->v - a->v, a->v - b->v};
@@ -184,7 +197,7 @@ struct BandCrossings {
     for (int row = top; row < behind; ++row) {
       const std::size_t row_at =
           static_cast<std::size_t>(row - first) * static_cast<std::size_t>(width);
-      auto [e0, e1, e2] = edges.sides(centre_of(edges.columns[0]), centre_of(row));
+      auto [e0, e1, e2] = sides_of(edges.corner, centre_of(edges.columns[0]), centre_of(row));
       bool met = false;
       for (int column = edges.columns[0]; column < edges.columns[1];
            ++column, e0 += to_right[0], e1 += to_right[1], e2 += to_right[2]) {
@@ -217,20 +230,17 @@ struct BandCrossings {
 };
 
 // The mesh's normal where a ray meets a triangle, world axes.
-Vec3d normal_at(const View& view, const DualMesh& mesh, const ScreenMesh& screen,
-                const Crossing& met, int column, int row) {
+Vec3d normal_at(const ScreenMesh& screen, const Crossing& met, int column, int row) {
   const std::array<std::uint32_t, 3>& t = screen.triangle[met.triangle];
-  const Edges edges(screen, t, view);
-  const Vec3d &a = mesh.position[t[0]], &b = mesh.position[t[1]], &c = mesh.position[t[2]];
-  // The corners run the other way where the triangle faces the eye.
-  const Vec3d flat = normalized(
-      world_direction(view, cross(b - a, c - a) * static_cast<double>(-met.enters)));
-  const std::array<std::int64_t, 3> sides = edges.sides(centre_of(column), centre_of(row));
+  const std::array<const ScreenCorner*, 3> corner{&screen.corner[t[0]], &screen.corner[t[1]],
+                                                  &screen.corner[t[2]]};
+  const std::array<std::int64_t, 3> sides = sides_of(corner, centre_of(column), centre_of(row));
+  const Vec3d& flat = screen.flat[met.triangle];
   Vec3d sum;
   for (int k = 0; k < 3; ++k) {
-    const ScreenCorner& corner = *edges.corner[k];
-    sum += (dot(corner.normal, flat) < kCreaseNormals ? flat : corner.normal) *
-           (static_cast<double>(sides[k]) * corner.inverse_w);
+    const Vec3d& normal = corner[k]->normal;
+    sum += (dot(normal, flat) < kCreaseNormals ? flat : normal) *
+           (static_cast<double>(sides[k]) * corner[k]->inverse_w);
   }
   return normalized(sum, flat);
 }
@@ -269,7 +279,6 @@ float next_above(float depth) {
 
 struct Tracer {
   const View& view;
-  const DualMesh& mesh;
   const ScreenMesh& screen;
   const std::vector<float>& front;
   Layers& layers;
@@ -303,9 +312,8 @@ struct Tracer {
       }
       if (count == 0)
         layers.back_normal[pixel] = static_cast<Vec3>(
-            body.leaving != nullptr
-                ? normal_at(view, mesh, screen, *body.leaving, column, row)
-                : world_direction(view, normalized(along)));
+            body.leaving != nullptr ? normal_at(screen, *body.leaving, column, row)
+                                    : world_direction(view, normalized(along)));
       thickness += (double{to} - double{from}) * stretch;
       ++count;
       last = to;
@@ -329,7 +337,7 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
   const ScreenMesh screen = project_mesh(view, mesh);
-  const Tracer tracer{view, mesh, screen, front, layers};
+  const Tracer tracer{view, screen, front, layers};
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
     BandCrossings band(view.width);
     std::vector<Crossing> crossings;

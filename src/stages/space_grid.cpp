@@ -217,11 +217,12 @@ SpaceGrid grid_around(const Points& points, double reach, double cell) {
               apart[2][c] = square(side * static_cast<double>(k) + cell * c - points.z[p]);
             }
             std::uint64_t near = 0;
-            for (int bit = 0; bit < 64; ++bit)
-              near |=
-                  std::uint64_t{apart[0][bit & 3] + apart[1][bit >> 2 & 3] + apart[2][bit >> 4] <=
-                                squared}
-                  << bit;
+            for (int row = 0; row < kBlockSide * kBlockSide; ++row) {
+              const double aside = apart[1][row & 3] + apart[2][row >> 2];
+              if (aside > squared) continue;
+              for (int c = 0; c < kBlockSide; ++c)
+                near |= std::uint64_t{apart[0][c] + aside <= squared} << (kBlockSide * row + c);
+            }
             std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(near, std::memory_order_relaxed);
           }
     }

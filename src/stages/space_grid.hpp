@@ -94,7 +94,8 @@ struct CrossedEdges {
 /// Throws InvalidArgument where there are more than the program can hold.
 CrossedEdges list_crossings(const SpaceGrid& grid);
 
-/// Where they cross the surface if F is linear along them, and outward along the edge as the normal.
+/// Where they cross the surface if F is linear along them, and outward along the edge as the
+/// normal.
 void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges);
 
 /// F and its gradient's way at some of the crossings. Waits.
