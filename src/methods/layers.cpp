@@ -161,7 +161,8 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
   guess_crossings(grid, edges);
-  measure_crossings(device, function, list_hidden(view, front, edges), edges);
+  measure_crossings(device, function, of_same_cells(grid, edges, list_hidden(view, front, edges)),
+                    edges);
   clock.start("mesh");
   DualMesh mesh = place_vertices(grid, edges, kPlacing);
   join_vertices(grid, edges, mesh);

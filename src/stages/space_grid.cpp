@@ -364,6 +364,34 @@ void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
   });
 }
 
+std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
+                                         const std::vector<std::uint32_t>& some) {
+  // The cells around an edge begin at its lower end and up to one back along the other axes.
+  const auto each_cell_of = [&](std::size_t e, const auto& visit) {
+    const int bit = edges.bit[e], axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    for (int q = 0; q < 4; ++q) {
+      int at[3] = {bit & 3, bit >> 2 & 3, bit >> 4};
+      at[b] -= q & 1;
+      at[c] -= q >> 1;
+      visit(corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+    }
+  };
+  std::vector<std::uint64_t> cells(grid.blocks.size(), 0);
+  for (const std::uint32_t e : some)
+    each_cell_of(e, [&](const Corner& lowest) {
+      cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
+    });
+  std::vector<std::uint32_t> all;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    bool any = false;
+    each_cell_of(e, [&](const Corner& lowest) {
+      any |= (cells[static_cast<std::size_t>(lowest.block)] >> lowest.bit & 1) != 0;
+    });
+    if (any) all.push_back(static_cast<std::uint32_t>(e));
+  }
+  return all;
+}
+
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
   Points points;

@@ -98,6 +98,10 @@ CrossedEdges list_crossings(const SpaceGrid& grid);
 /// normal.
 void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges);
 
+/// Some crossings, ascending, and all others of the cells that these belong to.
+std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
+                                         const std::vector<std::uint32_t>& some);
+
 /// F and its gradient's way at some of the crossings. Waits.
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges);
