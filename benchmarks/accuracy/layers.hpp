@@ -37,6 +37,7 @@ struct LayerFigures {
   std::int64_t inner = 0;    // of these, away from outlines
   double thickness_rms = 0;  // over inner pixels, along rays
   double thickness_999 = 0;  // 99.9th percentile of the same errors
+  double front_rms = 0;      // of the first entry, which is the front, along rays, over inner pixels
   double back_rms = 0;       // of the first exit along its normal, over inner pixels
   double normal_median = 0;  // of the first exit, degrees, over inner pixels without creases
   double normal_95 = 0;

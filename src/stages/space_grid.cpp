@@ -218,10 +218,10 @@ SpaceGrid grid_around(const Points& points, double reach, double cell) {
             }
             std::uint64_t near = 0;
             for (int row = 0; row < kBlockSide * kBlockSide; ++row) {
-              const double aside = apart[1][row & 3] + apart[2][row >> 2];
-              if (aside > squared) continue;
+              const double y2 = apart[1][row & 3], z2 = apart[2][row >> 2];
+              if (y2 + z2 > squared) continue;
               for (int c = 0; c < kBlockSide; ++c)
-                near |= std::uint64_t{apart[0][c] + aside <= squared} << (kBlockSide * row + c);
+                near |= std::uint64_t{apart[0][c] + y2 + z2 <= squared} << (kBlockSide * row + c);
             }
             std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(near, std::memory_order_relaxed);
           }
