@@ -78,14 +78,14 @@ inline double share_of_pixel(const Disc& disc, int i, int j) {
   return std::clamp((1 - away) * std::min(disc.half_u, disc.half_v) + 0.5, 0.0, 1.0);
 }
 
-/// What single precision adds to a share. A border in a pixel is not longer than the pixel's own
-/// (4), as long as the disc is convex; the area of the unit disc is worked out to 2e-6; lengths
-/// over half axes of wide discs round to a few parts of their size.
+/// What single precision adds to a share. A border that moves changes areas by its length in the
+/// pixel, at most, times how far it moves: a convex one is not longer there than the pixel's own
+/// (4), nor than it is altogether. The area of the unit disc is worked out to 2e-6; lengths over
+/// half axes of wide discs round to a few parts of their size.
 inline double share_error(const Disc& disc) {
-  const bool wide = disc.half_u > kWide || disc.half_v > kWide;
-  const double rounded =
-      wide ? 8 * kEpsilon * std::max(disc.half_u, disc.half_v) : 2e-6 * disc.half_u * disc.half_v;
-  return 4 * disc.border_error + rounded + 8 * kEpsilon;
+  const double half = std::max(disc.half_u, disc.half_v);
+  if (half > kWide) return 4 * disc.border_error + 8 * kEpsilon * half + 8 * kEpsilon;
+  return std::min(4.0, 2 * M_PI * half) * disc.border_error + 2e-6 * disc.half_u * disc.half_v;
 }
 
 /// A pixel's sums, and bounds of what single precision adds to what is told from them.
@@ -98,7 +98,7 @@ struct WhitewaterPixel {
   double density_error = 0, coverage_error = 0, depth_error = 0;
   double velocity_error = 0, behind_error = 0;  // of the sums, both of lengths
   bool sure = true;                             // single precision may not decide otherwise
-  bool depth_is_sure() const { return perhaps > depth + depth_error; }
+  bool depth_is_sure() const { return std::isinf(perhaps) || perhaps > depth + depth_error; }
 };
 
 /// All pixels. A particle is seen where its depth lies within `from` and `to`.
@@ -118,12 +118,12 @@ inline std::vector<WhitewaterPixel> whitewater(const Camera& camera, double radi
       for (int i = 0; i < camera.width; ++i) {
         const auto s = static_cast<std::size_t>(j) * static_cast<std::size_t>(camera.width) +
                        static_cast<std::size_t>(i);
+        const double u = i + 0.5 - disc.u, v = j + 0.5 - disc.v, around = 0.5 + disc.border_error;
+        const bool wide = disc.half_u > kWide || disc.half_v > kWide;
+        const double most = wide ? 1 : around;  // from the border, where there may be a share
+        if (std::abs(u) > disc.half_u + most || std::abs(v) > disc.half_v + most) continue;
         const double share = share_of_pixel(disc, i, j);
         WhitewaterPixel& pixel = pixels[s];
-        // Far away from the disc nothing is rounded.
-        const double u = i + 0.5 - disc.u, v = j + 0.5 - disc.v;
-        if (share <= 0 && (std::abs(u) > disc.half_u + 1 || std::abs(v) > disc.half_v + 1))
-          continue;
         const double close = disc.depth_error + 2 * kEpsilon * disc.depth;
         const bool shown = disc.depth >= from[s] && disc.depth <= to[s];
         if (std::abs(disc.depth - from[s]) <= close || std::abs(disc.depth - to[s]) <= close ||

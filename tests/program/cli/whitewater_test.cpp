@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "meniscus/camera.hpp"
+#include "meniscus/device.hpp"
 #include "program/cli/program.hpp"
 #include "same_bits.hpp"
 
