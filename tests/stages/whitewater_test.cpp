@@ -297,6 +297,20 @@ TEST_P(WhitewaterOn, SaysWhatIsNotFiniteAndDoesWithout) {
   EXPECT_THROW(drawn(device_, WhitewaterType::spray, particles, surface, strict), InputError);
 }
 
+// A step of velocity is 1/4 here.
+TEST_P(WhitewaterOn, CountsVelocitiesAndDepthsUpToTheirMost) {
+  Particles particles;
+  add(particles, 0.125, 0.125, -1e7, 0.0625, {1e12f, -1e12f, 7});
+  Surface surface = exact_surface(16);
+  const WhitewaterMaps maps = drawn(device_, WhitewaterType::bubble, particles, surface);
+  const float most = records::kWhitewaterMost / 4;
+  const Vec3 velocity = maps.velocity[11 * 32 + 16];
+  EXPECT_NEAR(velocity.x / most, 1, 1e-6);
+  EXPECT_NEAR(velocity.y / most, -1, 1e-6);
+  EXPECT_NEAR(velocity.z, 7, 1e-4);
+  EXPECT_NEAR(maps.behind[11 * 32 + 16] / (records::kWhitewaterMost * kRadius), 1, 1e-6);
+}
+
 TEST_P(WhitewaterOn, TakesTheRadiusThatIsGivenStatedOrAShareOfTheWaters) {
   const auto area = [&](double given, double own, double stated) {
     Particles particles;
