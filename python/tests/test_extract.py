@@ -420,7 +420,7 @@ def test_whitewater_is_drawn_with_the_water(points, camera, tmp_path):
     assert foam.depth[np.isfinite(foam.depth)].max() < bubble.depth.min()
     assert np.allclose(bubble.velocity[bubble.density > 1e-3], 1, atol=1e-4)
     seen = bubble.density > 0
-    assert np.allclose((bubble.depth - surface.depth)[seen], bubble.behind[seen], atol=1e-5)
+    assert np.allclose(bubble.depth[seen] - surface.depth[seen], bubble.behind[seen], atol=1e-5)
     assert (foam.coverage <= foam.density + 1e-6).all()
     assert surface.counts["whitewater"] == 4
     surface.write(tmp_path / "a.exr")

@@ -101,7 +101,7 @@ void run_generate(const GenerateOptions& options) {
 
 void add_generate_command(CLI::App& program) {
   CLI::App& command = *program.add_subcommand(
-      "generate", "Make a breaking dam of any number of particles, or whitewater for a frame");
+      "generate", "Make a breaking dam of any size, or whitewater for a frame");
   const auto options = std::make_shared<GenerateOptions>();
   GenerateOptions& o = *options;
   command
