@@ -59,6 +59,10 @@
 #define POINTS(x, y, z) \
   global const float* x, global const float* y, global const float* z
 
+// Their velocities, [n].
+#define VELOCITIES(vx, vy, vz) \
+  global const float* vx, global const float* vy, global const float* vz
+
 // Particles by the cells of a hash grid (cells.cl): [n] in bucket order, [buckets + 1].
 #define CELLS(of) \
   global const float* of##x, global const float* of##y, global const float* of##z, \

@@ -64,6 +64,17 @@ RECORD(FrontCells) {
   int block, blocks;        // cells along a block's side; blocks in a row
 };
 
+// Particles of one type of whitewater, and what is summed of them (whitewater.cl).
+#define WHITEWATER_MOST 1048576.0f  // velocity and depth behind the front count up to this
+RECORD(Whitewater) {
+  int count;
+  int nx, ny;              // pixels
+  int moves, lies_behind;  // 1: velocities, depths behind the front are summed, too
+  float per_length;        // particle radii per world unit
+  float speed;             // steps of velocity per world unit per second, a power of two
+  float slack;             // the front lies so far behind `from`, particle radii
+};
+
 // A hash grid (cells.cl).
 RECORD(CellGrid) {
   float inverse_cell;  // 1 / particle radii

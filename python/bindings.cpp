@@ -89,6 +89,17 @@ std::unique_ptr<Made> extract_frame(Session& session, const Frame& frame, const 
   return made;
 }
 
+void add_whitewater(Session& session, Made& made,
+                    const std::vector<std::pair<std::string, const Frame*>>& frames,
+                    std::size_t memory, bool timed, const nb::object& progress) {
+  std::vector<WhitewaterSource> sources;
+  for (const auto& [type, frame] : frames)
+    sources.push_back({.type = whitewater_named(type), .particles = frame->source.get()});
+  const nb::gil_scoped_release released;
+  session.draw_whitewater(sources, made.parameters, made.surface, watched(memory, progress),
+                          timed ? &made.timings : nullptr);
+}
+
 std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, double cell,
                                   const Parameters& parameters, const nb::object& progress) {
   auto made = std::make_unique<Made>();
@@ -286,6 +297,8 @@ void bind_devices(nb::module_& module) {
   });
   module.def("extract", &extract_frame, "device"_a, "frame"_a, "camera"_a, "parameters"_a,
              "memory"_a, "timed"_a, "progress"_a.none());
+  module.def("draw_whitewater", &add_whitewater, "device"_a, "surface"_a, "frames"_a, "memory"_a,
+             "timed"_a, "progress"_a.none());
   module.def("extract_closed", &close_frame, "device"_a, "frame"_a, "cell"_a, "parameters"_a,
              "progress"_a.none());
   module.attr("STREAM_MEMORY") = kStreamMemory;

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "bindings.hpp"
+#include "meniscus/whitewater.hpp"
 
 namespace nb = nanobind;
 
@@ -147,6 +148,20 @@ void bind_surface(nb::module_& module) {
                    [](nb::handle self) {
                      Mesh& mesh = nb::cast<Made&>(self).surface.mesh;
                      return dict_of(self, mesh.attributes, {mesh.position.size()});
+                   })
+      .def_prop_ro("whitewater",
+                   [](nb::handle self) {
+                     nb::dict types;
+                     for (WhitewaterMaps& maps : nb::cast<Made&>(self).surface.whitewater) {
+                       nb::dict all;
+                       all["coverage"] = map_of<float>(self, maps.coverage);
+                       all["density"] = map_of<float>(self, maps.density);
+                       all["depth"] = map_of<float>(self, maps.depth);
+                       all["velocity"] = map_of<float>(self, maps.velocity);
+                       all["behind"] = map_of<float>(self, maps.behind);
+                       types[to_string(maps.type).c_str()] = all;
+                     }
+                     return types;
                    })
       .def_prop_ro("camera", [](const Made& made) { return made.surface.camera; })
       .def_prop_ro("particle_radius", [](const Made& made) { return made.surface.particle_radius; })

@@ -19,6 +19,12 @@ inline bool same_bits(const Mesh& a, const Mesh& b) {
          same_bits(a.velocity, b.velocity) && same_bits(a.triangle, b.triangle);
 }
 
+inline bool same_bits(const WhitewaterMaps& a, const WhitewaterMaps& b) {
+  return a.type == b.type && same_bits(a.coverage, b.coverage) && same_bits(a.density, b.density) &&
+         same_bits(a.depth, b.depth) && same_bits(a.velocity, b.velocity) &&
+         same_bits(a.behind, b.behind);
+}
+
 /// Their maps and meshes.
 inline bool same_bits(const Surface& a, const Surface& b) {
   return same_bits(a.depth, b.depth) && same_bits(a.normal, b.normal) &&

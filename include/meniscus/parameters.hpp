@@ -156,6 +156,13 @@ struct AnisotropicParams {
   double level = 0.33;  // of the field at the surface
 };
 
+/// How foam, spray and bubbles are drawn (whitewater.hpp).
+struct WhitewaterParams {
+  double radius = 0;     // of their discs, world units; 0: the particles' own
+  double tolerance = 1;  // foam and spray are seen up to so far behind the surface, bubbles from so
+                         // far before it on
+};
+
 /// Which maps a surface has beside depth (arbitrary output variables); see Surface.
 struct Aovs {
   bool normal = true, position = true, group = true, kind = true, residual = true;
@@ -195,6 +202,7 @@ struct Parameters {
   NarrowRangeParams narrow_range;
   CurvatureFlowParams curvature_flow;
   AnisotropicParams anisotropic;
+  WhitewaterParams whitewater;
 };
 
 /// The maps of a list of names, e.g. "N,id": those of their channels in EXR files. Throws

@@ -12,6 +12,7 @@
 #include "meniscus/device.hpp"
 #include "meniscus/export.hpp"
 #include "meniscus/meniscus.hpp"
+#include "meniscus/whitewater.hpp"
 
 namespace meniscus MENISCUS_API {
 
@@ -58,6 +59,11 @@ class Session {
   Surface extract_closed(const ParticleSource& particles, const ClosedParams& closed = {},
                          const Parameters& parameters = {}, const Settings& settings = {},
                          std::vector<StageTime>* timings = nullptr);
+
+  /// As draw_whitewater() of whitewater.hpp. Threads take turns. Throws as that, and Cancelled.
+  void draw_whitewater(const std::vector<WhitewaterSource>& sources, const Parameters& parameters,
+                       Surface& surface, const Settings& settings = {},
+                       std::vector<StageTime>* timings = nullptr);
 
   /// Ends the extraction that is under way at its next stage; without one nothing happens. From any
   /// thread.

@@ -78,6 +78,7 @@ struct Counts {
   std::int64_t representatives = -1;  // that stand for the particles of a thinned frame
   std::int64_t spray = -1;            // drops of a thinned frame that are too small for its surface
   std::int64_t pixels = -1;           // that show something
+  std::int64_t whitewater = -1;       // particles of foam, spray and bubbles, seen or not
   bool operator==(const Counts&) const = default;
 };
 
@@ -98,6 +99,25 @@ struct Layers {
                                      // units; +infinity where there are fewer. The first entry is
                                      // the surface's depth, bit for bit
   std::vector<Vec3> back_normal;     // [pixels] at the first exit: unit, outward, world axes; 0
+};
+
+/// Particles that water carries: foam on it, spray above it, bubbles in it.
+enum class WhitewaterType : std::uint8_t { foam = 0, spray = 1, bubble = 2 };
+
+/// What pixels show of one type of whitewater, front of all else of the same type or not: see
+/// draw_whitewater() (whitewater.hpp).
+struct WhitewaterMaps {
+  WhitewaterType type = WhitewaterType::foam;
+  std::vector<float> coverage{};  // [pixels] share of the pixel that is covered, 0 to 1, where
+                                  // discs lie over each other by chance: 1 less the product of what
+                                  // each leaves free
+  std::vector<float> density{};  // [pixels] sum of the shares that discs cover
+  std::vector<float> depth{};    // [pixels] of the nearest disc, as Surface::depth; +infinity: none
+  std::vector<Vec3>
+      velocity{};  // [pixels] mean over the discs, weighed by their shares, world axes,
+                   // world units per second; 0: none; empty where they carry none
+  std::vector<float> behind{};  // [pixels] of bubbles: mean depth behind the surface's, weighed as
+                                // velocity is, world units; 0: none; empty of foam and spray
 };
 
 /// The surface seen by the camera: maps of width x height sampled at pixel centres, row 0 on top,
@@ -123,6 +143,7 @@ struct Surface {
 
   std::vector<Attribute> attributes{};  // [pixels] those of the particles; zero where there is no
                                         // surface
+  std::vector<WhitewaterMaps> whitewater{};  // by type; empty unless asked for (whitewater.hpp)
 };
 
 }  // namespace MENISCUS_API

@@ -25,7 +25,7 @@ from ._device import STREAM_MEMORY, Device, default_device, devices, extract, ex
 from ._errors import (Cancelled, DeviceError, Error, InputError, InvalidArgument, MeniscusWarning,
                       Notice, OutOfDeviceMemory, OutputError)
 from ._particles import Particles, open_particles, read_particles
-from ._surface import Mesh, Surface, read_exr, write
+from ._surface import Mesh, Surface, Whitewater, read_exr, write
 
 __version__: str = _core.version()
 
@@ -42,5 +42,5 @@ def named_parameters() -> list[dict[str, object]]:
 
 __all__ = ["STREAM_MEMORY", "Camera", "Cancelled", "Device", "DeviceError", "Error", "InputError",
            "InvalidArgument", "Mesh", "MeniscusWarning", "Notice", "OutOfDeviceMemory", "OutputError",
-           "Particles", "Surface", "default_device", "devices", "extract", "extract_closed",
+           "Particles", "Surface", "Whitewater", "default_device", "devices", "extract", "extract_closed",
            "methods", "named_parameters", "open_particles", "read_exr", "read_particles", "write"]

@@ -80,6 +80,7 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
             velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
             attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
             method: str = "fit", maps: str | None = None, layers: int = 0,
+            whitewater: Mapping[str, Any] | None = None,
             image: bool = True, mesh: bool = True, motion: bool = True, strict: bool = False,
             device: Device | None = None, memory: int = STREAM_MEMORY, timings: bool = False,
             progress: Callable[[str], object] | None = None, **parameters: float) -> Surface:
@@ -110,6 +111,10 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     layers
         1 to 8: also where each pixel's ray enters and leaves the bodies of fluid along it, up to so
         many: Surface.entry, exit, thickness, back_normal and layers. Methods fit and groups.
+    whitewater
+        Particles of "foam", "spray" and "bubble" that are drawn with the water: Surface.whitewater.
+        Each is what `points` takes, or {"points": ..., "velocities": ..., "radii": ...}. Wants
+        `image`.
     image, mesh, motion
         Whether maps, the mesh, and velocities are made.
     strict
@@ -147,12 +152,30 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     made = _core.extract((device or default_device())._bare, frame, camera._bare(), bare, memory,
                          timings, progress)
     del keep
+    if whitewater:
+        _draw_whitewater(made, whitewater, device, memory, timings, progress)
     surface = Surface(made)
     for notice in surface.notices:
         warning = MeniscusWarning(notice.text)
         warning.notice = notice
         _warnings.warn(warning, stacklevel=2)
     return surface
+
+
+def _draw_whitewater(made: _core.Surface, whitewater: Mapping[str, Any], device: Device | None,
+                     memory: int, timings: bool, progress: Callable[[str], object] | None) -> None:
+    frames, kept = [], []
+    for name, given in whitewater.items():
+        arrays = dict(given) if isinstance(given, Mapping) else {"points": given}
+        unknown = set(arrays) - {"points", "velocities", "radii"}
+        if unknown or "points" not in arrays:
+            raise InvalidArgument(f"whitewater {name} has {', '.join(sorted(arrays)) or 'nothing'}, "
+                                  "must be points, and may have velocities and radii")
+        frame, keep = frame_of(arrays["points"], arrays.get("velocities"), arrays.get("radii"), 0)
+        frames.append((name, frame))
+        kept.append(keep)
+    _core.draw_whitewater((device or default_device())._bare, made, frames, memory, timings,
+                          progress)
 
 
 def extract_closed(points: ArrayLike | Particles, *, cell: float = 1,

@@ -52,6 +52,33 @@ def mesh_of(bare: _core.Surface) -> Mesh:
                 bare.mesh_attributes, bare)
 
 
+@dataclass(frozen=True, eq=False)
+class Whitewater:
+    """What pixels show of one type of whitewater: foam, spray or bubbles, as discs.
+
+    coverage
+        (h, w) float32, share of the pixel that is covered, 0 to 1.
+    density
+        (h, w) float32, sum of the shares that discs cover.
+    depth
+        (h, w) float32, of the nearest disc, as Surface.depth; +inf: none.
+    velocity
+        (h, w, 3) float32, mean over the discs, world units per second; 0: none. None where the
+        particles carry none.
+    behind
+        (h, w) float32, of bubbles: mean depth behind the surface's, world units; 0: none. None of
+        foam and spray.
+
+    The arrays share memory with the surface.
+    """
+
+    coverage: NDArray[np.float32]
+    density: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    velocity: NDArray[np.float32] | None
+    behind: NDArray[np.float32] | None
+
+
 class Surface:
     """The surface that a camera sees: maps of (height, width), row 0 on top, and a mesh.
 
@@ -86,6 +113,8 @@ class Surface:
     attributes
         {name: (h, w) float32}, those of the particles, in their units; 0: no surface. Empty where the
         particles carry none.
+    whitewater
+        {"foam" | "spray" | "bubble": Whitewater}, those that extract() was given.
     camera
         The Camera.
     particle_radius
@@ -141,6 +170,11 @@ class Surface:
     def warnings(self) -> list[str]:
         """The lines of `notices`."""
         return [notice.text for notice in self.notices]
+
+    @property
+    def whitewater(self) -> dict[str, Whitewater]:
+        """The maps of each type of whitewater that extract() was given."""
+        return {name: Whitewater(**maps) for name, maps in self._bare.whitewater.items()}
 
     @property
     def mesh(self) -> Mesh:

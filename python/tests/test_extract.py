@@ -402,3 +402,34 @@ def test_a_closed_mesh_has_two_triangles_at_every_edge(tmp_path):
     assert (tmp_path / "ball.ply").stat().st_size > 12 * len(mesh.positions)
     with pytest.raises(meniscus.InvalidArgument, match="cell is 9, must be"):
         meniscus.extract_closed(points, cell=9, particle_radius=RADIUS)
+
+
+def test_whitewater_is_drawn_with_the_water(points, camera, tmp_path):
+    water = extract(points, camera)
+    assert water.whitewater == {}
+    # A drop before the middle of the picture and one behind the ball.
+    drops = np.array([[0, 0, 1.5], [0, 0, -1.5]])
+    surface = extract(points, camera, whitewater={
+        "foam": drops,
+        "bubble": {"points": drops, "velocities": np.ones((2, 3)), "radii": np.full(2, .02)}})
+    assert same(surface, water)
+    assert sorted(surface.whitewater) == ["bubble", "foam"]
+    foam, bubble = surface.whitewater["foam"], surface.whitewater["bubble"]
+    assert foam.coverage.shape == foam.depth.shape == (72, 96) and foam.velocity is None
+    assert np.isfinite(foam.depth).sum() == (foam.density > 0).sum() > 0
+    assert foam.depth[np.isfinite(foam.depth)].max() < bubble.depth.min()
+    assert np.allclose(bubble.velocity[bubble.density > 1e-3], 1, atol=1e-4)
+    seen = bubble.density > 0
+    assert np.allclose(bubble.depth[seen] - surface.depth[seen], bubble.behind[seen], atol=1e-5)
+    assert (foam.coverage <= foam.density + 1e-6).all()
+    assert surface.counts["whitewater"] == 4
+    surface.write(tmp_path / "a.exr")
+    back = meniscus.read_exr(tmp_path / "a.exr").whitewater["bubble"]
+    assert np.array_equal(back.behind, bubble.behind)
+    surface.write(tmp_path / "a.png")
+    with pytest.raises(meniscus.InvalidArgument, match="type is mist"):
+        extract(points, camera, whitewater={"mist": drops})
+    with pytest.raises(meniscus.InvalidArgument, match="whitewater foam has points, size"):
+        extract(points, camera, whitewater={"foam": {"points": drops, "size": 1}})
+    with pytest.raises(meniscus.InvalidArgument, match="radius"):
+        extract(points, camera, whitewater={"foam": drops}, whitewater_radius=-1)

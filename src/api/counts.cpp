@@ -16,6 +16,7 @@ constexpr std::array kCounts{
     Entry{"triangles", &Counts::triangles}, Entry{"groups", &Counts::groups},
     Entry{"fits", &Counts::fits},           Entry{"representatives", &Counts::representatives},
     Entry{"spray", &Counts::spray},         Entry{"pixels", &Counts::pixels},
+    Entry{"whitewater", &Counts::whitewater},
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "api/host_threads.hpp"
 #include "api/pipeline.hpp"
 #include "base/parallel.hpp"
 #include "base/stage_clock.hpp"
@@ -18,11 +19,6 @@
 
 namespace meniscus {
 namespace {
-
-// How many threads the host's loops of a frame may use on a device; 0: all there are.
-unsigned host_threads(const DeviceInfo& device) {
-  return device.is_part ? device.compute_units : 0;
-}
 
 // Draws the frame's spray on the image, with what it carries.
 void add_spray(Device& device, const FilledFrame& frame, Extraction& extraction) {

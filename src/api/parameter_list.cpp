@@ -151,6 +151,10 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
        "up to this many neighbours are few", "anisotropic"},
       {"Method anisotropic", "anisotropic-level", &p.anisotropic.level, none, 0, 10, true,
        "level of the field at the surface; lower lies farther out", "anisotropic"},
+      {"Whitewater", "whitewater-radius", &p.whitewater.radius, "world units", 0, 1e30, false,
+       "radius of foam, spray and bubbles; 0: the files', else a quarter of the water's"},
+      {"Whitewater", "whitewater-tolerance", &p.whitewater.tolerance, r, 0, 100, false,
+       "foam and spray are seen up to so far behind the surface, bubbles from so far before it on"},
   };
 }
 

@@ -77,6 +77,15 @@ Surface Session::extract_closed(const ParticleSource& particles, const ClosedPar
   return meniscus::extract_closed(state_->device, particles, closed, parameters, timings);
 }
 
+void Session::draw_whitewater(const std::vector<WhitewaterSource>& sources,
+                              const Parameters& parameters, Surface& surface,
+                              const Settings& settings, std::vector<StageTime>* timings) {
+  const std::lock_guard turn(state_->in_use);
+  state_->cancelled = false;
+  const Watch watch(state_->device, state_->cancelled, settings);
+  meniscus::draw_whitewater(state_->device, sources, parameters, surface, timings, settings.memory);
+}
+
 void Session::cancel() { state_->cancelled = true; }
 
 const DeviceInfo& Session::device() const { return state_->device.info(); }

@@ -45,6 +45,14 @@ std::uint64_t content_hash(const Surface& surface) {
     add(layers.exit);
     add(layers.back_normal);
   }
+  for (const WhitewaterMaps& maps : surface.whitewater) {
+    add(std::array{maps.type});
+    add(maps.coverage);
+    add(maps.density);
+    add(maps.depth);
+    add(maps.velocity);
+    add(maps.behind);
+  }
   return XXH3_64bits_digest(&state);
 }
 

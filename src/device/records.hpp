@@ -11,9 +11,10 @@ using uint = std::uint32_t;
 #define RECORD(name) struct name
 #include "../../kernels/records.h"
 #undef RECORD
-inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED;
+inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED, kWhitewaterMost = WHITEWATER_MOST;
 #undef ON_EDGE
 #undef ENDED
+#undef WHITEWATER_MOST
 
 /// Whether a record has the same layout on every device: plain, and all members have four bytes.
 template <class T>

@@ -58,6 +58,17 @@ constexpr char kLayerComments[] =
     "surface.\n"
     "thickness: fluid along the ray, of all bodies, world units; 0 where there is no surface.";
 
+constexpr char kWhitewaterComments[] =
+    "\nfoam, spray, bubble: particles as discs, foam and spray where they are not behind the "
+    "water, "
+    "bubbles where they are in it.\n"
+    "*.coverage: share of the pixel that is covered, 0 to 1.\n"
+    "*.density: sum of the shares that discs cover.\n"
+    "*.Z: of the nearest disc, as Z; +infinity where there is none.\n"
+    "*.V.X *.V.Y *.V.Z: mean velocity, world space, world units per second; 0 where there is "
+    "none.\n"
+    "bubble.behind: mean depth behind Z, world units; 0 where there is none.";
+
 Imf::Compression exr_compression(Compression compression) {
   switch (compression) {
     case Compression::none:
@@ -88,6 +99,7 @@ Imf::Header make_header(const Surface& surface, const Parameters& parameters,
   }
   if (surface.layers.most > 0) comments += kLayerComments;
   if (!surface.forward.pixels.empty()) comments += kForwardComments;
+  if (!surface.whitewater.empty()) comments += kWhitewaterComments;
   Imf::Header header =
       make_exr_header(surface, parameters, exr_compression(compression), job, comments);
   for (auto channel = frame.begin(); channel != frame.end(); ++channel)
@@ -132,6 +144,10 @@ void check_maps(const Surface& surface) {
   }
   for (const Attribute& attribute : surface.attributes)
     check_map(attribute.name.c_str(), attribute.values.size());
+  for (const WhitewaterMaps& maps : surface.whitewater)
+    for (const std::size_t size : {maps.coverage.size(), maps.density.size(), maps.depth.size(),
+                                   maps.velocity.size(), maps.behind.size()})
+      check_map(to_string(maps.type).c_str(), size);
 }
 
 // The channels of 16 bits, by their names. A map of which a value does not fit has none.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "meniscus/types.hpp"
+#include "meniscus/whitewater.hpp"
 
 namespace meniscus {
 
@@ -16,7 +17,7 @@ namespace meniscus {
 inline std::string channel_of(const std::string& attribute) {
   const std::string layer = attribute.substr(0, attribute.find('.'));
   for (const char* map : {"Z", "A", "N", "P", "V", "id", "kind", "residual", "forward", "thickness",
-                          "layers", "R", "G", "B", "X", "Y"})
+                          "layers", "foam", "spray", "bubble", "R", "G", "B", "X", "Y"})
     if (layer == map) return "particle." + attribute;
   return attribute;
 }
@@ -54,6 +55,17 @@ void for_each_channel(Map& surface, Kinds& kind, const Visit& visit) {
     vectors({"N.back.X", "N.back.Y", "N.back.Z"}, layers.back_normal);
     scalars("thickness", Imf::FLOAT, layers.thickness);
     scalars("layers", Imf::UINT, layers.count);
+  }
+  for (auto& maps : surface.whitewater) {
+    const auto name = [&](const char* map) { return to_string(maps.type) + map; };
+    scalars(name(".coverage").c_str(), Imf::FLOAT, maps.coverage);
+    scalars(name(".density").c_str(), Imf::FLOAT, maps.density);
+    scalars(name(".Z").c_str(), Imf::FLOAT, maps.depth);
+    scalars(name(".behind").c_str(), Imf::FLOAT, maps.behind);
+    if (maps.velocity.empty()) continue;
+    visit(name(".V.X").c_str(), Imf::FLOAT, &maps.velocity[0].x, sizeof(Vec3));
+    visit(name(".V.Y").c_str(), Imf::FLOAT, &maps.velocity[0].y, sizeof(Vec3));
+    visit(name(".V.Z").c_str(), Imf::FLOAT, &maps.velocity[0].z, sizeof(Vec3));
   }
 }
 

@@ -221,6 +221,17 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
     layers.back_normal.resize(pixels);
   }
 
+  for (const WhitewaterType type :
+       {WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble}) {
+    const std::string name = to_string(type);
+    if (header.channels().findChannel(name + ".coverage") == nullptr) continue;
+    WhitewaterMaps& maps = surface.whitewater.emplace_back(WhitewaterMaps{.type = type});
+    for (std::vector<float>* map : {&maps.coverage, &maps.density, &maps.depth})
+      map->resize(pixels);
+    make_if((name + ".V.X").c_str(), maps.velocity);
+    make_if((name + ".behind").c_str(), maps.behind);
+  }
+
   if (const auto* names = header.findTypedAttribute<Imf::StringAttribute>("meniscus.attributes")) {
     std::istringstream lines(names->value());
     for (std::string name; std::getline(lines, name);)

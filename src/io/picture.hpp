@@ -76,6 +76,9 @@ Picture draw_lit(const Scene& scene, const std::function<void(double)>& reached)
 /// Clear water before a wall (preview `glass`); the scene's surface has layers.
 Picture draw_glass(const Scene& scene, const std::function<void(double)>& reached);
 
+/// Foam, spray and bubbles of the scene's surface over a picture of its water.
+Picture draw_whitewater_over(const Scene& scene, Picture picture);
+
 /// Blends colours over the silhouettes and depth steps of a scene, whose maps have one sample a
 /// pixel: each step of a jagged border is replaced by the straight line that it stands for
 /// (Reshetov 2009, Morphological Antialiasing, on depth instead of colour). Pixels that do not

@@ -131,6 +131,10 @@ void check_maps(const Surface& surface, Preview preview) {
     require(layers.entry.size() == all && layers.exit.size() == all,
             "write_png: the layers' depths do not fit the camera");
   }
+  for (const WhitewaterMaps& maps : surface.whitewater) {
+    check_map("coverage", maps.coverage.size());
+    if (maps.type == WhitewaterType::bubble) check_map("behind", maps.behind.size());
+  }
   if (preview != Preview::groups) return;
   check_map("id", surface.group.size());
   check_map("kind", surface.kind.size());
@@ -163,7 +167,9 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview,
   };
   Picture colours = draw();
   reached(kColours);
-  const Picture picture = smooth_borders(scene, std::move(colours));
+  Picture picture = smooth_borders(scene, std::move(colours));
+  if (preview == Preview::lit || preview == Preview::glass)
+    picture = draw_whitewater_over(scene, std::move(picture));
   const std::vector<std::uint8_t> srgb = srgb_table();
   std::vector<std::uint8_t> bytes(3 * picture.size());
   const auto byte_of = [&](float channel) {

@@ -6,6 +6,7 @@
 
 #include "base/exact_math.hpp"
 #include "meniscus/error.hpp"
+#include "program/mixed.hpp"
 
 namespace meniscus {
 namespace {
@@ -18,25 +19,7 @@ constexpr double kBend = 0.25;               // height of each of the lattice's 
 // spacing with an even i + j + k, one for every 2 * kSite^3 = 1 s^3.
 constexpr double kSite = 0.7937005259840998;
 
-// SplitMix64 (Steele, Lea, Flood 2014).
-std::uint64_t mixed(std::uint64_t z) {
-  z += 0x9e3779b97f4a7c15u;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(mixed(seed)) {}
-  double uniform() {  // [0, 1)
-    return static_cast<double>(mixed(state_++) >> 11) * 0x1p-53;
-  }
-  double uniform(double low, double high) { return low + (high - low) * uniform(); }
-
- private:
-  std::uint64_t state_;
-};
+using Random = SplitMix;
 
 // sin(2 pi t) to 4e-6, with the same bits on every machine: the library's sine has not.
 double sine(double t) {

@@ -29,6 +29,7 @@ const std::vector<StageCase>& stage_cases() {
       {"ssm", {1, 21, 53}, ssm_case},
       {"spheres", {1, 21, 67}, spheres_case},
       {"filter", {1, 17, 37}, filter_case},
+      {"whitewater", {1, 65, 700}, whitewater_case},
   };
   return cases;
 }

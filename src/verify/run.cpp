@@ -15,6 +15,7 @@
 #include "program/wording.hpp"
 #include "stages/project.hpp"
 #include "stages/visible.hpp"
+#include "stages/whitewater.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/flaws.hpp"
 #include "verify/limits.hpp"
@@ -118,6 +119,22 @@ void run_visible(Device& device, const Scene& scene) {
   device.state().stage.clear();
 }
 
+// Sums of whitewater, of so many that work-items meet in all of them; velocities are positions.
+void run_whitewater(Device& device, const Scene& scene) {
+  device.state().stage = "whitewater";
+  const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
+  const auto x = upload(device, scene.particles.x), y = upload(device, scene.particles.y),
+             z = upload(device, scene.particles.z);
+  const auto radius = upload(device, std::vector<float>(x.size, 0.3f));
+  const std::vector<float> depth(pixel_grid(view).size(), world_depth(view, 450));
+  const WhitewaterType type = WhitewaterType::bubble;
+  const WhitewaterSums sums = no_whitewater(device, view, true, true);
+  draw_whitewater(device, view, {x, y, z, radius, x, y, z}, x.size,
+                  shown_depths(device, view, type, depth, {}, 1), sums);
+  finish_whitewater(device, view, type, sums);
+  device.state().stage.clear();
+}
+
 Case case_of(const StageCase& stage, int size) {
   const bool least = size == stage.sizes.front();
   return {std::string("stage ") + stage.stage, "size " + std::to_string(size), least, least,
@@ -144,6 +161,11 @@ const std::vector<Case>& kernel_cases() {
                            for (int k = 0; k < (storm ? kStormRounds : 1); ++k)
                              run_stream(device, scene);
                          }});
+      if (storm)
+        cases.push_back(
+            {"whitewater on " + scene.name, scene.size, false, false, [&scene](Device& device) {
+               for (int k = 0; k < kStormRounds; ++k) run_whitewater(device, scene);
+             }});
       if (storm)
         for (const DiscForm form : {DiscForm::bins, DiscForm::minima})
           cases.push_back({form == DiscForm::bins ? "visible on " + scene.name
@@ -268,7 +290,7 @@ std::string first_difference(Device& device, const Scene& frame, Method method,
   Tracer tracer(device, canonical_trace(frame_key(frame, method) + ", " + width),
                 shipped_canonical().values, {1, settings.reproducers});
   try {
-    extract(device, frame.particles, frame.camera, parameters_of(frame, method));
+    surface_of(device, frame, method);
   } catch (const BeyondRepair&) {
     device.state().stage.clear();
   }
@@ -287,10 +309,7 @@ void check_frame(Device& device, const Scene& frame, Method method, DiscForm dis
   row.kernel = to_string(method);
   row.size = frame.name + ", " + frame.size;
   row.variant = frame_variant(device.state().vector_width, discs);
-  const auto hash = [&] {
-    return content_hash(
-        extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
-  };
+  const auto hash = [&] { return content_hash(surface_of(device, frame, method)); };
   const auto begin = Clock::now();
   const std::uint64_t found = hash();
   row.ms = milliseconds_since(begin);
@@ -475,8 +494,7 @@ Canonical record_canonical(Device& device, const std::function<void(const std::s
       for (const Method method : frame.methods) {
         const std::string name = frame_key(frame, method);
         record(name + ", width " + std::to_string(width), width, false, [&] {
-          const std::uint64_t hash = content_hash(
-              extract(device, frame.particles, frame.camera, parameters_of(frame, method)));
+          const std::uint64_t hash = content_hash(surface_of(device, frame, method));
           const auto [place, first] = canonical.frames.emplace(name, hash);
           require(first || place->second == hash,
                   name + ": widths 1 and 8 give different bits on this device");

@@ -2,10 +2,12 @@
 
 #include <cfloat>
 #include <cmath>
+#include <memory>
 
 #include "base/printed.hpp"
 #include "frame/input.hpp"
 #include "meniscus/camera.hpp"
+#include "meniscus/whitewater.hpp"
 #include "program/dam_break.hpp"
 #include "verify/random.hpp"
 
@@ -123,6 +125,23 @@ Particles wall() {
   return particles;
 }
 
+// Foam and bubbles about the particles and spray above some, of different sizes.
+std::vector<Particles> whitewater_around(const Particles& water) {
+  std::vector<Particles> types(3);
+  Random random(23);
+  for (std::size_t k = 0; k < water.size(); ++k) {
+    Particles& type = types[k % 3];
+    const bool spray = k % 3 == 1;
+    const double r = water.particle_radius, wide = spray ? 6 * r : r;
+    add(type, water.x[k] + random(-wide, wide),
+        water.y[k] + random(-wide, wide) + (spray ? 6 * r : 0), water.z[k] + random(-wide, wide));
+    type.radius.push_back(static_cast<float>(r * random(.02, .6)));
+  }
+  move(types[0]);
+  move(types[1]);
+  return types;
+}
+
 std::string size_of_scene(const Particles& particles, const Camera& camera) {
   return counted(particles.size(), "particle") + ", " + std::to_string(camera.width) + "x" +
          std::to_string(camera.height);
@@ -186,6 +205,7 @@ std::vector<Scene> make_whole_frames() {
   };
   dam_break("pool", 60, 25, 19, true);
   dam_break("breaking dam", 9000, 320, 240, false);
+  frames.back().whitewater = whitewater_around(frames.back().particles);
   FrameInput dam = dam_frame();
   frames.push_back(scene("dam 015", false, std::move(dam.particles), resized(dam.camera, 400, 300),
                          every_method()));
@@ -212,6 +232,21 @@ Parameters parameters_of(const Scene& scene, Method method) {
     parameters.region.sigma_s = 0.3;
   }
   return parameters;
+}
+
+Surface surface_of(Device& device, const Scene& scene, Method method) {
+  const Parameters parameters = parameters_of(scene, method);
+  Surface surface = extract(device, scene.particles, scene.camera, parameters);
+  if (scene.whitewater.empty()) return surface;
+  std::vector<std::unique_ptr<ParticleSource>> particles;
+  std::vector<WhitewaterSource> sources;
+  for (const WhitewaterType type :
+       {WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble}) {
+    particles.push_back(source_of(scene.whitewater.at(particles.size())));
+    sources.push_back({.type = type, .particles = particles.back().get()});
+  }
+  draw_whitewater(device, sources, parameters, surface);
+  return surface;
 }
 
 }  // namespace meniscus::verify

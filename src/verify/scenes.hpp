@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/meniscus.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 
@@ -17,6 +18,7 @@ struct Scene {
   Particles particles;
   Camera camera;
   std::vector<Method> methods;
+  std::vector<Particles> whitewater{};  // foam, spray and bubbles, or none
 };
 
 /// Frames that show each kernel something else: a block with a step and splash, one particle, none,
@@ -30,5 +32,8 @@ const std::vector<Scene>& whole_frames();
 
 /// The parameters for a method on a scene.
 Parameters parameters_of(const Scene& scene, Method method);
+
+/// The surface of a scene, with its whitewater.
+Surface surface_of(Device& device, const Scene& scene, Method method);
 
 }  // namespace meniscus::verify

@@ -510,6 +510,46 @@ TEST(ExrReader, ReadsALargeImageWithoutASurface) {
   }
 }
 
+TEST(Exr, WhitewaterIsAddedAndChangesNothingElse) {
+  const TemporaryFolder folder;
+  Surface surface = sample_surface(sample_camera());
+  surface.mesh = {};
+  const std::size_t pixels = surface.depth.size();
+  for (const WhitewaterType type : {WhitewaterType::foam, WhitewaterType::bubble}) {
+    WhitewaterMaps& maps = surface.whitewater.emplace_back();
+    maps.type = type;
+    const float first = type == WhitewaterType::foam ? 0 : 0.5f;
+    for (std::size_t p = 0; p < pixels; ++p) {
+      const float value = first + 0.4f * static_cast<float>(p) / static_cast<float>(pixels);
+      maps.coverage.push_back(value);
+      maps.density.push_back(2 * value);
+      maps.depth.push_back(p % 3 == 0 ? INFINITY : 3 + value);
+      if (type == WhitewaterType::foam) maps.velocity.push_back({value, -value, 1});
+      if (type == WhitewaterType::bubble) maps.behind.push_back(7 * value);
+    }
+  }
+  write_exr(folder / "a.exr", surface, {});
+  Imf::InputFile file((folder / "a.exr").c_str());
+  const WhitewaterMaps &foam = surface.whitewater[0], &bubble = surface.whitewater[1];
+  EXPECT_EQ(read_channel<float>(file, "foam.coverage", Imf::FLOAT), foam.coverage);
+  EXPECT_EQ(read_channel<float>(file, "foam.density", Imf::FLOAT), foam.density);
+  EXPECT_EQ(read_channel<float>(file, "foam.Z", Imf::FLOAT), foam.depth);
+  EXPECT_EQ(read_channel<float>(file, "foam.V.Y", Imf::FLOAT), component(foam.velocity, &Vec3::y));
+  EXPECT_EQ(read_channel<float>(file, "bubble.behind", Imf::FLOAT), bubble.behind);
+  EXPECT_EQ(file.header().channels().findChannel("foam.behind"), nullptr);
+  EXPECT_EQ(file.header().channels().findChannel("bubble.V.X"), nullptr);
+  for (const char* word : {"*.coverage:", "*.density:", "bubble.behind:"})
+    EXPECT_THAT(Imf::comments(file.header()), HasSubstr(word));
+  const Surface read = read_exr(folder / "a.exr");
+  EXPECT_TRUE(same_bits(read, surface));
+  ASSERT_EQ(read.whitewater.size(), 2u);
+  EXPECT_TRUE(same_bits(read.whitewater[0], foam));
+  EXPECT_TRUE(same_bits(read.whitewater[1], bubble));
+
+  surface.whitewater[1].behind.pop_back();
+  EXPECT_THROW(write_exr(folder / "b.exr", surface, {}), InvalidArgument);
+}
+
 TEST(Exr, LayersAreAddedAndChangeNothingElse) {
   const TemporaryFolder folder;
   const Surface layered = layered_surface(sample_camera(), 2);

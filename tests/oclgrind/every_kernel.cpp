@@ -14,6 +14,7 @@
 #include "device/probe.hpp"
 #include "meniscus/closed.hpp"
 #include "meniscus/meniscus.hpp"
+#include "meniscus/whitewater.hpp"
 #include "prepare/gather.hpp"
 #include "same_bits.hpp"
 #include "stages/bins.hpp"
@@ -68,6 +69,7 @@ int main() try {
   bool good = true;
   std::map<Method, Surface> first;
   Surface first_closed;
+  std::vector<WhitewaterMaps> first_white;
   for (const int width : {1, 8, 16}) {         // 16 where vectors of 16 are kept busy, else 8
     nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
     Device device;
@@ -101,6 +103,19 @@ int main() try {
     if (width == 1) first_closed = closed;
     if (!same_bits(first_closed, closed)) {
       std::printf("closed: the result depends on the width or on unwritten memory\n");
+      good = false;
+    }
+    Surface white = first[Method::fit];
+    const auto drops = source_of(some);  // on the surface and in it
+    draw_whitewater(device,
+                    {{WhitewaterType::foam, drops.get()}, {WhitewaterType::bubble, drops.get()}},
+                    {}, white);
+    if (width == 1) first_white = white.whitewater;
+    for (std::size_t k = 0; k < first_white.size(); ++k) {
+      const auto& seen = white.whitewater[k].density;
+      good = good && std::any_of(seen.begin(), seen.end(), [](float share) { return share > 0; });
+      if (same_bits(first_white[k], white.whitewater[k])) continue;
+      std::printf("whitewater: the result depends on the width or on unwritten memory\n");
       good = false;
     }
     // Discs drawn the other way, where each of its kernels is used. A minimum is looked at before

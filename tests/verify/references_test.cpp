@@ -90,7 +90,17 @@ const Fault kFaults[] = {
      "weight * ((n - tap) / (n + (tap + 1.01f)))"},
     {"spheres", 21, "spheres.cl", "(b + sqrt(discriminant)) / r.a;",
      "(b + 1.001f * sqrt(discriminant)) / r.a;"},
-    {"filter", 17, "filter.cl", "window.u = w * w * (0.5f", "window.u = w * w * (0.51f"}};
+    {"filter", 17, "filter.cl", "window.u = w * w * (0.5f", "window.u = w * w * (0.51f"},
+    {"whitewater", 700, "whitewater.cl", "x * cut + (under_arc(height)",
+     "x * cut + 1.01f * (under_arc(height)"},
+    {"whitewater", 700, "whitewater.cl", "2.88539008f * series", "2.8f * series"},
+    {"whitewater", 700, "whitewater.cl", "if (before + rest < before) ++carried;",
+     "if (before + rest < before) carried += 2;"},
+    {"whitewater", 700, "whitewater.cl", "disc.depth <= to[s]", "disc.depth <= 0.99f * to[s]"},
+    {"whitewater", 700, "whitewater.cl", "share * disc.vy", "share * 1.001f * disc.vy"},
+    {"whitewater", 700, "whitewater.cl", "from[s] + how.slack", "from[s]"},
+    {"whitewater", 700, "whitewater.cl", "atomic_min(depth + s", "atomic_max(depth + s"},
+};
 
 TEST_P(References, NoticeAFactorThatIsOffByLittle) {
   for (const Fault& fault : kFaults) {

@@ -24,6 +24,32 @@ void check_outputs(const std::vector<FrameJob>& jobs, const std::vector<std::str
     }
 }
 
+// Gives each job its files of one type of whitewater.
+void add_whitewater(const WhitewaterInput& asked, bool skip_missing, std::vector<FrameJob>& jobs,
+                    std::vector<std::string>& warnings) {
+  const std::string path = sequence_in_folder(asked.path);
+  const auto pattern = FramePattern::in(path);
+  if (!pattern)
+    throw InvalidArgument("whitewater " + path +
+                          " has no place for the frame's number, e.g. name.####.ply, but the water "
+                          "is a sequence");
+  const auto existing = pattern->existing();
+  if (existing.empty()) throw InputError(pattern->absence());
+  std::vector<std::int64_t> missing;
+  for (FrameJob& job : jobs) {
+    WhitewaterInput own = asked;
+    const auto found = existing.find(job.frame);
+    own.path = found == existing.end() ? std::string() : found->second.path;
+    if (own.path.empty()) missing.push_back(job.frame);
+    job.whitewater.push_back(std::move(own));
+  }
+  if (missing.empty()) return;
+  const std::string what = path + ": " + named_frames(missing) + " missing";
+  if (!skip_missing)
+    throw InputError(what + " (give --missing skip to make the water without them)");
+  warnings.push_back(what + ", and the water made without");
+}
+
 }  // namespace
 
 std::string named_frames(const std::vector<std::int64_t>& frames) {
@@ -78,12 +104,14 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
   std::vector<FrameJob> jobs;
   for (const std::int64_t frame : wanted) {
     const FramePattern::Found& file = existing.at(frame);
-    FrameJob job{frame, file.path, {}};
+    FrameJob job{frame, file.path, {}, {}};
     for (std::size_t k = 0; k < outputs.size(); ++k)
       job.outputs.push_back(outputs[k] ? outputs[k]->name(frame, file.digits) : request.outputs[k]);
     jobs.push_back(std::move(job));
   }
   check_outputs(jobs, request.outputs);
+  for (const WhitewaterInput& asked : request.whitewater)
+    add_whitewater(asked, request.skip_missing, jobs, plan.warnings);
   plan.all_shards = jobs.size();
   plan.jobs = items_of(request.shard, jobs);
   return plan;

@@ -8,6 +8,7 @@
 #include "program/batch/camera_track.hpp"
 #include "program/batch/frames.hpp"
 #include "program/batch/pattern.hpp"
+#include "program/batch/whitewater.hpp"
 
 namespace meniscus {
 
@@ -16,6 +17,7 @@ struct FrameJob {
   std::int64_t frame = 0;
   std::string input;
   std::vector<std::string> outputs;
+  std::vector<WhitewaterInput> whitewater{};  // a path is empty where the frame has no such file
 };
 
 /// What the user asks for.
@@ -25,6 +27,7 @@ struct SequenceRequest {
   std::string frames;                // parse_frames; empty: all there are
   bool skip_missing = false;         // else a missing frame is an error
   Shard shard;
+  std::vector<WhitewaterInput> whitewater{};  // with places for the number
 };
 
 struct Plan {
@@ -42,7 +45,8 @@ std::string named_frames(const std::vector<std::int64_t>& frames);
 
 /// Resolves the frames to files. Frames beyond the last one there is are left out with a warning,
 /// as farms hand in chunks that end past the sequence. `cameras`, when given, must have one for
-/// each.
+/// each. A frame whose whitewater is missing is made without it where missing frames are to be
+/// skipped.
 ///
 /// Throws InputError when there are no files at all, or missing frames unless they are to be
 /// skipped, naming them; InvalidArgument when the list of frames is wrong or two frames would write

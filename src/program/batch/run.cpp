@@ -17,6 +17,7 @@
 #include "api/extract_sparingly.hpp"
 #include "base/content_hash.hpp"
 #include "base/elapsed.hpp"
+#include "base/printed.hpp"
 #include "device/device.hpp"
 #include "io/input_file.hpp"
 #include "io/parts.hpp"
@@ -40,6 +41,7 @@ struct Frame {
   std::string seal;  // the job that its outputs carry
   Camera camera, next_camera;
   std::unique_ptr<ParticleSource> particles;
+  Whitewater whitewater;
   Surface surface;
 };
 
@@ -171,6 +173,8 @@ class Batch {
     ReadOptions reading = settings_.reading;
     reading.particle_radius = settings_.particle_radius;
     frame.particles = open_particles(frame.job->input, reading);
+    if (settings_.parameters.image)
+      frame.whitewater = Whitewater(frame.job->whitewater, settings_.parameters.whitewater.radius);
   }
 
   // Whether all outputs are there, complete and of the same job.
@@ -191,12 +195,9 @@ class Batch {
 
   void extract_one(Worker& worker, Frame& frame) {
     std::vector<StageTime> stages;
-    try {
-      frame.surface = extract_somehow(worker, frame, stages);
-    } catch (const InputError& error) {
-      throw InputError(frame.job->input + ": " + words_of(error));
-    }
+    frame.surface = extract_somehow(worker, frame, stages);
     frame.particles.reset();
+    frame.whitewater = {};
     if (!frame.surface.velocity.empty())
       frame.surface.forward =
           screen_motion(frame.surface, frame.next_camera, settings_.frames_per_second);
@@ -213,20 +214,51 @@ class Batch {
     record.hash = hex_digits(content_hash(frame.surface));
   }
 
+  // What `work` says is wrong with the frame's particles, with their file's name.
+  template <class Work>
+  static Surface with_name(const Frame& frame, const Work& work) {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      throw InputError(frame.job->input + ": " + words_of(error));
+    }
+  }
+
+  void add_whitewater(Device& device, const Frame& frame, Surface& surface,
+                      std::vector<StageTime>* times) const {
+    if (!frame.whitewater.empty())
+      draw_whitewater(device, frame.whitewater.sources(), settings_.parameters, surface, times,
+                      settings_.memory);
+  }
+
   // What did not work is tried again while all other threads wait: where memory ran out with as
   // little of it as can be, and then, or where the device failed, on another one.
   Surface extract_somehow(Worker& worker, Frame& frame, std::vector<StageTime>& stages) {
     std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
+    std::optional<OutOfDeviceMemory> no_memory;
     const auto extract_on = [&](Device& device) {
       frame.record.device = device.info().name;
       if (settings_.closed)
-        return extract_closed(device, *frame.particles, *settings_.closed, settings_.parameters,
-                              times);
-      return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
-                     settings_.memory);
+        return with_name(frame, [&] {
+          return extract_closed(device, *frame.particles, *settings_.closed, settings_.parameters,
+                                times);
+        });
+      Surface surface = with_name(frame, [&] {
+        return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
+                       settings_.memory);
+      });
+      add_whitewater(device, frame, surface, times);
+      return surface;
+    };
+    const auto extract_with_little = [&](Device& device) {
+      Surface surface = with_name(frame, [&] {
+        return extract_sparingly(device, *frame.particles, frame.camera, settings_.parameters,
+                                 times, settings_.memory, *no_memory);
+      });
+      add_whitewater(device, frame, surface, times);
+      return surface;
     };
     std::string failure;
-    std::optional<OutOfDeviceMemory> no_memory;
     try {
       { const std::lock_guard turn(gate_); }  // behind one that wants to be alone
       const std::shared_lock with_others(extracting_);
@@ -242,10 +274,8 @@ class Batch {
     const std::unique_lock alone(extracting_);
     if (no_memory) try {
         for (Worker& other : workers_) other.device.state().pool->drop_idle();
-        Surface surface = settings_.closed ? extract_on(worker.device)
-                                           : extract_sparingly(worker.device, *frame.particles,
-                                                               frame.camera, settings_.parameters,
-                                                               times, settings_.memory, *no_memory);
+        Surface surface =
+            settings_.closed ? extract_on(worker.device) : extract_with_little(worker.device);
         worker.failures = 0;
         return surface;
       } catch (const DeviceError& error) {
@@ -366,6 +396,11 @@ std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next
                    const BatchSettings& settings) {
   std::string text = settings.program + "\n" + describe(settings.parameters);
   for (const std::string& part : part_files(job.input)) text += trace_of(part);
+  for (const WhitewaterInput& input : job.whitewater) {
+    text += to_string(input.type) + " " + input.attribute + printed(" %.17g\n", input.value);
+    if (!input.path.empty())
+      for (const std::string& part : part_files(input.path)) text += trace_of(part);
+  }
   text += std::to_string(camera.width) + " " + std::to_string(camera.height) + "\n";
   const auto add = [&](double value) {
     char number[32];

@@ -8,6 +8,7 @@
 
 #include "api/extract_sparingly.hpp"
 #include "base/elapsed.hpp"
+#include "base/grouped.hpp"
 #include "device/building.hpp"
 #include "device/device.hpp"
 #include "frame/process.hpp"
@@ -43,10 +44,17 @@ Surface extract_from(const ExtractOptions& options, Device& device, const Partic
   }
 }
 
+// All files of particles that are read.
+std::vector<std::string> inputs_of(const ExtractOptions& options) {
+  std::vector<std::string> inputs{options.input};
+  for (const WhitewaterInput& one : options.whitewater) inputs.push_back(one.path);
+  return inputs;
+}
+
 void run_frame(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   as_usage([&] {
-    check_outputs({{options.input}, {options.camera_file}}, options.outputs,
+    check_outputs({inputs_of(options), {options.camera_file}}, options.outputs,
                   {options.written_camera});
   });
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
@@ -78,9 +86,14 @@ void run_frame(const ExtractOptions& options) {
   working.phase("reading " + options.input);
   const auto source = open_parts(options.input, reading_of(options), team);
   const ParticleSource& particles = *source;
+  Whitewater whitewater;
+  if (options.parameters.image && team.leads())
+    whitewater = Whitewater(options.whitewater, options.parameters.whitewater.radius);
   const double read_ms = milliseconds_since(start);
   working.phase("");
   say_particles(say, options, particles);
+  for (const WhitewaterSource& source : whitewater.sources())
+    say(to_string(source.type).c_str(), source.name + ": " + grouped(source.particles->size()));
   const auto [camera, origin] =
       given ? ChosenCamera{*given, options.camera_file} : aimed_camera(options, {&particles});
   say("camera", origin + ", " + std::to_string(camera.width) + "x" + std::to_string(camera.height));
@@ -93,6 +106,9 @@ void run_frame(const ExtractOptions& options) {
   std::vector<StageTime> stages{{kReading, read_ms, 0, {}}};
   working.phase("extracting " + options.input);
   Surface surface = extract_from(options, device, particles, camera, stages);
+  if (!whitewater.empty())
+    draw_whitewater(device, whitewater.sources(), options.parameters, surface, &stages,
+                    options.memory);
   working.built();
   working.phase("");
   std::vector<RankReport> ranks;

@@ -272,6 +272,17 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                   "layers to the EXR; up to this many, 1 to 8, are kept in a .deep.exr (default 8)")
       ->check(from_to(1, kMostLayers))
       ->type_name("K");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--whitewater",
+          [&o](const std::vector<std::string>& texts) {
+            o.whitewater = as_usage([&] { return parse_whitewater(texts); });
+          },
+          "particles of foam, spray and bubbles that are drawn with the water: foam=FILE, "
+          "spray=FILE, bubble=FILE, all behind one --whitewater or each behind its own; of one "
+          "file for all foam=FILE@type=1 takes those whose attribute type is 1")
+      ->expected(1, 3)
+      ->type_name("TYPE=FILE");
   add_no_motion_option(command, o);
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);

@@ -11,6 +11,7 @@
 #include "meniscus/closed.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/batch/outputs.hpp"
+#include "program/batch/whitewater.hpp"
 
 namespace meniscus::cli {
 
@@ -28,6 +29,7 @@ struct ExtractOptions {
   ReadOptions reading;                    // of the input, but for the radius
   double frames_per_second = 24;
   Parameters parameters;
+  std::vector<WhitewaterInput> whitewater;
   std::optional<ClosedParams> closed;  // of `mesh`; else a camera's surface is wanted
   std::string device;
   WriteOptions writing;

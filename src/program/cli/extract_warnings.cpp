@@ -43,6 +43,9 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
   tell("layers", exr || deep || (png && options.writing.preview == Preview::glass),
        "no output is an .exr, a .deep.exr or a .png of --preview glass");
   tell("preview", png, "no output is a .png");
+  tell("whitewater", exr || png, "no output is an .exr or a .png");
+  for (const char* name : {"whitewater-radius", "whitewater-tolerance"})
+    tell(name, !options.whitewater.empty(), "no --whitewater is given");
   tell("in-flight", is_sequence, "the input is one frame");
   Parameters parameters = options.parameters;
   const std::string method = to_string(parameters.method);

@@ -18,6 +18,10 @@ void refuse_sequences(const ExtractOptions& options) {
   if (const char* const option = sequence_option(options))
     throw usage_error(std::string(option) + " is for sequences, but " + options.input +
                       " has no place for the frame's number, e.g. name.####.ply");
+  for (const WhitewaterInput& one : options.whitewater)
+    if (FramePattern::in(sequence_in_folder(one.path)))
+      throw usage_error("--whitewater " + to_string(one.type) + "=" + one.path +
+                        " is a sequence, but " + options.input + " is one frame");
   for (const std::string& path : options.outputs)
     if (FramePattern::is_in_name(path))
       throw usage_error(

@@ -113,8 +113,11 @@ void prepare_folders(const Plan& plan, const CameraTrack* cameras, const Extract
   std::vector<std::string> outputs;
   for (const FrameJob& job : plan.jobs)
     outputs.insert(outputs.end(), job.outputs.begin(), job.outputs.end());
+  std::vector<std::string> inputs = plan.inputs;
+  for (const FrameJob& job : plan.jobs)
+    for (const WhitewaterInput& one : job.whitewater) inputs.push_back(one.path);
   as_usage([&] {
-    check_outputs({plan.inputs, cameras ? cameras->files() : std::vector<std::string>()}, outputs,
+    check_outputs({inputs, cameras ? cameras->files() : std::vector<std::string>()}, outputs,
                   {options.log, options.report, options.written_camera});
   });
   std::set<std::string> folders;
@@ -304,8 +307,9 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   else
     check_aim(options);
   const Plan plan = as_usage([&] {
-    return plan_sequence({input, options.outputs, options.frames, options.skip_missing, shard},
-                         cameras.get());
+    return plan_sequence(
+        {input, options.outputs, options.frames, options.skip_missing, shard, options.whitewater},
+        cameras.get());
   });
   if (team.leads())
     for (const std::string& warning : plan.warnings) warn(warning);

@@ -30,5 +30,6 @@ ReferenceErrors printed_case(Device& device, int size);
 ReferenceErrors ssm_case(Device& device, int size);
 ReferenceErrors spheres_case(Device& device, int size);
 ReferenceErrors filter_case(Device& device, int size);
+ReferenceErrors whitewater_case(Device& device, int size);
 
 }  // namespace meniscus::verify
