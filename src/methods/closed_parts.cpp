@@ -307,6 +307,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
     // One round in which nothing was wanted tells that none will, where corners that are meshed
     // know of it.
     const int rounds = found.rounds + 1 + kMeshed;
+    if (getenv("DBG")) fprintf(stderr, "DBG parts %zu noise %.9g/%.9g reach %.9g/%.9g rounds %d/%d\n", parts.size(), found.noise, known.noise, found.reach, known.reach, found.rounds, known.rounds);
     again = found.noise != known.noise || found.reach != known.reach || rounds > known.rounds;
     known = {found.noise, found.reach, std::max(rounds, known.rounds)};
   }
