@@ -16,9 +16,9 @@ namespace meniscus MENISCUS_API {
 /// What a closed mesh is told beside Parameters.
 struct ClosedParams {
   double cell = 1;  // side of the cells that are contoured, particle radii, .1 to 4
-  /// What a frame of 2^18 particles and more may take beside its mesh, about, bytes: where that is
-  /// more it is made in parts. The mesh is the same.
-  std::size_t memory = std::size_t{2} << 30;
+  /// What a frame of 2^18 particles and more may take beside its mesh, about; bytes. One that takes
+  /// more is made in parts of space, as far as that saves memory. The mesh is the same.
+  std::size_t memory = std::size_t{1} << 30;
 };
 
 /// Meshes all of the fluid: method fit's implicit function with a quadric around every particle of

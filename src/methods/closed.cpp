@@ -152,8 +152,8 @@ FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters&
   std::vector<float> roundness =
       measure_roundness(device, placed, tried, around, trial, params.fit, params.blend);
   if (scope.tried) roundness = values_of(fitted, tried, roundness);
-  fluid.fits = fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit,
-                             scope.noise);
+  fluid.fits =
+      fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit, scope.noise);
   clock.start("trust");
   std::vector<double> trust = measure_trust(device, fluid.fits, cells);
   distrust_gaps(device, cells, fluid.fits, trust);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "base/stage_clock.hpp"
@@ -62,7 +63,7 @@ struct Known {
 // A part, made.
 struct Made {
   MeshPart mesh;
-  Mesh carried;  // velocities and attributes of its vertices
+  Mesh carried;                 // velocities and attributes of its vertices
   std::vector<float> residual;  // of its own fits before the last pass
   double reach = 1;             // of these, the farthest
   int rounds = 0;               // after which no more of its own corners were wanted
@@ -124,6 +125,7 @@ class PartMaker {
     fluid.fits = {};
     contour(fluid, own, asked, made);
     if (carry_) carry(placed, particles, made);
+    clock_.stop();
     return made;
   }
 
@@ -307,7 +309,6 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
     // One round in which nothing was wanted tells that none will, where corners that are meshed
     // know of it.
     const int rounds = found.rounds + 1 + kMeshed;
-    if (getenv("DBG")) fprintf(stderr, "DBG parts %zu noise %.9g/%.9g reach %.9g/%.9g rounds %d/%d\n", parts.size(), found.noise, known.noise, found.reach, known.reach, found.rounds, known.rounds);
     again = found.noise != known.noise || found.reach != known.reach || rounds > known.rounds;
     known = {found.noise, found.reach, std::max(rounds, known.rounds)};
   }
@@ -326,16 +327,18 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   result.mesh = to_world(view, std::move(joined.mesh));
   if (carry && !whole.carried.empty()) {
     const std::vector<Mesh>& carried = whole.carried;
-    if (std::any_of(carried.begin(), carried.end(), [](const Mesh& m) { return !m.velocity.empty(); }))
-      result.mesh.velocity = in_place<Vec3>(joined, kept, vertices, [&](std::size_t p) -> const auto& {
-        return carried[p].velocity;
-      });
+    if (std::any_of(carried.begin(), carried.end(),
+                    [](const Mesh& m) { return !m.velocity.empty(); }))
+      result.mesh.velocity = in_place<Vec3>(
+          joined, kept,
+          vertices, [&](std::size_t p) -> const auto& { return carried[p].velocity; });
     for (std::size_t a = 0; a < carried[0].attributes.size(); ++a)
       result.mesh.attributes.push_back(
           {carried[0].attributes[a].name,
-           in_place<float>(joined, kept, vertices, [&](std::size_t p) -> const auto& {
-             return carried[p].attributes[a].values;
-           })});
+           in_place<float>(
+               joined, kept, vertices, [&](std::size_t p) -> const auto& {
+                 return carried[p].attributes[a].values;
+               })});
   }
   clock.stop();
   return result;

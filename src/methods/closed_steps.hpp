@@ -34,8 +34,8 @@ double band_of(double cell);
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.
 struct FitScope {
-  std::function<bool(const Vec3d& position)> tried, fitted;  // whose roundness is told; who is
-                                                             // fitted; none: all of the surface
+  std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is told; who is
+                                                            // fitted; none: all of the surface
   NoiseOf noise = noise_of;
   double reach = 1;  // of the frame's fits, see make_implicit()
 };
@@ -43,7 +43,7 @@ struct FitScope {
 /// The fluid as a function of space.
 struct FittedFluid {
   ImplicitFunction function;
-  Points seeds;              // particles that see air
+  Points seeds;  // particles that see air
   ParticleFits fits;
   std::vector<float> reach;  // [fits] 0: the fit does not count
 };

@@ -1,6 +1,7 @@
 #include "prepare/parts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <unordered_map>
@@ -22,9 +23,10 @@ namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;  // particles that are read at a time
 
-constexpr double kCube = 32;           // side of a cube, about; particle radii
-constexpr double kThinnest = 64;       // side of a part, particle radii
-constexpr double kBytes = 256;         // that a particle takes where a part is made
+constexpr double kCube = 32;      // side of a cube, about; particle radii
+constexpr double kThinnest = 64;  // side of a part, particle radii
+constexpr double kBytes = 256;    // that a particle takes where a part is made
+constexpr double kSaved = 0.8;    // a cut leaves at most so much of a part's memory, or is none
 constexpr std::int32_t kLast = 1 << 19;  // cubes farther away count as this one
 
 bool is_finite(const ParticleChunk& chunk, std::size_t i) {
@@ -33,6 +35,15 @@ bool is_finite(const ParticleChunk& chunk, std::size_t i) {
 
 Vec3d place_of(const View& view, const ParticleChunk& chunk, std::size_t i) {
   return eye_from_world(view, {chunk.x[i], chunk.y[i], chunk.z[i]});
+}
+
+SpaceBox in_world(const View& view, SpaceBox box) {
+  const std::array origin{view.origin.x, view.origin.y, view.origin.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = origin[axis] + view.radius * box.low[axis];
+    box.high[axis] = origin[axis] + view.radius * box.high[axis];
+  }
+  return box;
 }
 
 using Count = PartedFrame::Cube;
@@ -118,9 +129,8 @@ double bytes_of(const BlockBox& box, const std::vector<Count>& counts, double ha
     double share = static_cast<double>(cube.count);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double at = cube.at[axis];
-      share *= std::clamp(std::min(at + 1, box.high[axis] + halo) -
-                              std::max(at, box.low[axis] - halo),
-                          0.0, 1.0);
+      share *= std::clamp(
+          std::min(at + 1, box.high[axis] + halo) - std::max(at, box.low[axis] - halo), 0.0, 1.0);
     }
     particles += share;
   }
@@ -151,9 +161,8 @@ bool cut(const BlockBox& box, const std::vector<Count>& counts, std::int32_t thi
     before[static_cast<std::size_t>(cube.at[axis] - first) + 1] += cube.count;
   for (std::size_t k = 1; k < before.size(); ++k) before[k] += before[k - 1];
   const auto half = std::lower_bound(before.begin(), before.end(), before.back() / 2);
-  const std::int32_t at =
-      first + std::clamp(static_cast<std::int32_t>(half - before.begin()), thinnest,
-                         longest - thinnest);
+  const std::int32_t at = first + std::clamp(static_cast<std::int32_t>(half - before.begin()),
+                                             thinnest, longest - thinnest);
   low = high = box;
   low.high[axis] = high.low[axis] = at;
   return true;
@@ -177,14 +186,17 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
   frame.blocks = std::max(1, static_cast<std::int32_t>(std::lround(kCube / block)));
   Counting counting(frame.blocks * block);
   Checks checks(source);
-  for_each_chunk(source, kChunk, {.velocity = params.motion, .attributes = true},
-                 [&](ParticleChunk& chunk) {
-                   for (std::size_t i = 0; i < chunk.count; ++i) {
-                     if (!is_finite(chunk, i)) continue;
-                     counting.add(place_of(frame.view, chunk, i));
-                     checks.look_at(chunk, i);
-                   }
-                 });
+  const bool counted = team.size() > 1 || static_cast<double>(frame.all) * kBytes >
+                                              static_cast<double>(filling.memory);
+  if (counted || frame.moving || !source.attributes().empty())
+    for_each_chunk(source, kChunk, {.velocity = params.motion, .attributes = true},
+                   [&](ParticleChunk& chunk) {
+                     for (std::size_t i = 0; i < chunk.count; ++i) {
+                       if (!is_finite(chunk, i)) continue;
+                       if (counted) counting.add(place_of(frame.view, chunk, i));
+                       checks.look_at(chunk, i);
+                     }
+                   });
   const std::size_t told = filling.notices.size();
   checks.report(source, params, filling.notices);
   frame.all_known = filling.notices.size() == told;
@@ -205,17 +217,18 @@ std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& fra
     const auto most = std::max_element(left.begin(), left.end(), takes_less);
     const Box box = *most;
     left.erase(most);
-    Box low, high;
-    const bool wanted = box.bytes > static_cast<double>(filling.memory) ||
-                        left.size() + whole.size() + 1 < static_cast<std::size_t>(processes);
-    if (!wanted || !cut(box.cubes, frame.cubes, thinnest, low.cubes, high.cubes)) {
+    std::array<Box, 2> halves;
+    const bool few = left.size() + whole.size() + 1 < static_cast<std::size_t>(processes);
+    bool cuts = (few || box.bytes > static_cast<double>(filling.memory)) &&
+                cut(box.cubes, frame.cubes, thinnest, halves[0].cubes, halves[1].cubes);
+    if (cuts)
+      for (Box& half : halves) half.bytes = bytes_of(half.cubes, frame.cubes, around);
+    // Particles around thin parts are more than what is in them.
+    cuts = cuts && (few || std::max(halves[0].bytes, halves[1].bytes) <= kSaved * box.bytes);
+    if (cuts)
+      left.insert(left.end(), halves.begin(), halves.end());
+    else
       whole.push_back(box);
-      continue;
-    }
-    for (Box* const half : {&low, &high}) {
-      half->bytes = bytes_of(half->cubes, frame.cubes, around);
-      left.push_back(*half);
-    }
   }
   std::vector<BlockBox> parts;
   for (const Box& box : whole) {
@@ -236,16 +249,17 @@ WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
                          const SpaceBox& own, PartTally& tally) {
   filling.clock.start("order");
   std::vector<Particles> kept(boxes.size());
+  std::vector<SpaceBox> places;  // the boxes in the world, which is looked at many times
+  for (const SpaceBox& box : boxes) places.push_back(in_world(frame.view, box));
   for (Particles& some : kept)
     for (const std::string& name : source.attributes()) some.attributes.push_back({name, {}});
   for_each_chunk(
       source, kChunk, {.radius = true, .velocity = frame.moving, .attributes = true},
       [&](ParticleChunk& chunk) {
         for (std::size_t i = 0; i < chunk.count; ++i) {
-          if (!is_finite(chunk, i)) continue;
-          const Vec3d at = place_of(frame.view, chunk, i);
           for (std::size_t b = 0; b < boxes.size(); ++b) {
-            if (!boxes[b].holds(at)) continue;
+            if (!places[b].holds({chunk.x[i], chunk.y[i], chunk.z[i]}) || !is_finite(chunk, i))
+              continue;
             Particles& to = kept[b];
             to.x.push_back(chunk.x[i]);
             to.y.push_back(chunk.y[i]);
@@ -274,8 +288,9 @@ WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
 
   const Particles& mine = kept[static_cast<std::size_t>(team.rank())];
   require(mine.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in one part");
+  const bool owns_all = own == SpaceBox{};
   const auto is_own = [&](std::size_t i) {
-    return own.holds(eye_from_world(frame.view, {mine.x[i], mine.y[i], mine.z[i]}));
+    return owns_all || own.holds(eye_from_world(frame.view, {mine.x[i], mine.y[i], mine.z[i]}));
   };
   std::vector<Notice> told;
   std::vector<std::size_t> order = canonical_order(mine, {}, told);
@@ -314,8 +329,7 @@ void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
     too_small = std::min(too_small, part.too_small);
   }
   const auto size = static_cast<std::size_t>(frame.all), had = static_cast<std::size_t>(all.had);
-  if (all.copies > 0)
-    notices.push_back(coinciding(static_cast<std::size_t>(all.copies), size));
+  if (all.copies > 0) notices.push_back(coinciding(static_cast<std::size_t>(all.copies), size));
   if (too_large > 0 && too_large < SpaceBox::kFar)
     notices.push_back(radius_too_large(too_large, frame.radius));
   if (too_small > 0 && too_small < SpaceBox::kFar)

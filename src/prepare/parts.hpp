@@ -2,6 +2,7 @@
 // part's particles, and those around it that bear on it, are read and put in order by themselves.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -16,17 +17,17 @@ namespace meniscus {
 
 /// What a frame is like as a whole.
 struct PartedFrame {
-  double radius = 0;       // of the particles, world units
-  View view;               // make_world_view()
-  std::int64_t all = 0;    // particles
-  bool moving = false;     // whether they carry velocities
-  bool all_known = true;   // whether all values that they carry can be used
-  /// Particles in cubes, ascending.
+  double radius = 0;      // of the particles, world units
+  View view;              // make_world_view()
+  std::int64_t all = 0;   // particles
+  bool moving = false;    // whether they carry velocities
+  bool all_known = true;  // whether all values that they carry can be used
+  /// Particles in cubes.
   struct Cube {
     std::array<std::int32_t, 3> at;
     std::int64_t count;
   };
-  std::vector<Cube> cubes;
+  std::vector<Cube> cubes;  // none where the frame needs no parts
   std::int32_t blocks = 1;  // side of the cubes
 };
 

@@ -29,9 +29,9 @@ struct SurfaceCell {
 
 /// A vertex between two doubled neighbours, in the second edge through the low face of a cell.
 struct VertexBetween {
-  std::uint32_t cell = 0;   // among all
-  std::int32_t axis = 0;    // of the face
-  std::int32_t block = 0;   // whose edges had it first
+  std::uint32_t cell = 0;  // among all
+  std::int32_t axis = 0;   // of the face
+  std::int32_t block = 0;  // whose edges had it first
 };
 
 struct DualMesh {

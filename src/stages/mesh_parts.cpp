@@ -106,8 +106,8 @@ MeshPart part_of(const SpaceGrid& grid, const DualMesh& mesh, const std::vector<
   for (std::size_t b = 0; b < grid.blocks.size(); ++b) {
     while (b >= added[round]) ++round;
     if (vertices[b] + between[b] + mesh.triangles_of[b] > 0)
-      part.blocks.push_back({key_of(grid.blocks[b].at), round, vertices[b], between[b],
-                             mesh.triangles_of[b]});
+      part.blocks.push_back(
+          {key_of(grid.blocks[b].at), round, vertices[b], between[b], mesh.triangles_of[b]});
   }
   return part;
 }
@@ -127,9 +127,9 @@ JoinedMesh join_parts(std::vector<MeshPart> parts) {
     row.first = static_cast<std::uint32_t>(vertices);
     vertices += block.vertices;
     triangles += block.triangles;
-    require(vertices < kNowhere && triangles < kNowhere,
-            "the mesh has more than 2^32 vertices or triangles (use a larger " + setting("cell") +
-                ")");
+    require(
+        vertices < kNowhere && triangles < kNowhere,
+        "the mesh has more than 2^32 vertices or triangles (use a larger " + setting("cell") + ")");
   }
 
   // Vertices of cells go where their blocks are, those between behind them.

@@ -38,12 +38,12 @@ struct MeshPart {
     std::uint32_t vertex = 0;  // four times the bit of the cell's lowest corner, and the piece
     std::uint32_t axis = 0;    // of a vertex between: of the face
   };
-  std::vector<Block> blocks;            // its own, by round, then key
-  std::vector<std::uint8_t> vertex;     // [vertices] as in Name, ascending in each block
-  std::vector<Name> between;            // the vertices between, in the order of their first edges
-  std::vector<Vec3d> position;          // [vertices, then between] particle radii
-  std::vector<Vec3> normal;             // [vertices, then between] unit, outward
-  std::vector<Name> others;             // vertices of other parts' cells
+  std::vector<Block> blocks;         // its own, by round, then key
+  std::vector<std::uint8_t> vertex;  // [vertices] as in Name, ascending in each block
+  std::vector<Name> between;         // the vertices between, in the order of their first edges
+  std::vector<Vec3d> position;       // [vertices, then between] particle radii
+  std::vector<Vec3> normal;          // [vertices, then between] unit, outward
+  std::vector<Name> others;          // vertices of other parts' cells
   std::vector<std::array<std::uint32_t, 3>> triangle;  // of vertices, between, others, as one row
 };
 

@@ -10,7 +10,7 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kModel = 16;      // floats of a trial fit, as in roundness.cl
+constexpr std::size_t kModel = 16;  // floats of a trial fit, as in roundness.cl
 // Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
 // count up to 100 degrees: a rim turns by 180.
 constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};

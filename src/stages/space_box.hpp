@@ -15,9 +15,10 @@ struct SpaceBox {
   std::array<double, 3> low{-kFar, -kFar, -kFar}, high{kFar, kFar, kFar};
 
   bool holds(const Vec3d& at) const {
-    return at.x >= low[0] && at.x < high[0] && at.y >= low[1] && at.y < high[1] &&
-           at.z >= low[2] && at.z < high[2];
+    return at.x >= low[0] && at.x < high[0] && at.y >= low[1] && at.y < high[1] && at.z >= low[2] &&
+           at.z < high[2];
   }
+  bool operator==(const SpaceBox&) const = default;
   SpaceBox wider(double by) const {
     SpaceBox box = *this;
     for (std::size_t axis = 0; axis < 3; ++axis) {

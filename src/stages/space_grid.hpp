@@ -41,7 +41,7 @@ struct CornerBox {
 std::uint64_t key_of(const std::array<std::int32_t, 3>& at);
 
 struct SpaceGrid {
-  double cell = 1;  // side of a cell, particle radii
+  double cell = 1;   // side of a cell, particle radii
   CornerBox within;  // no other corner is ever wanted
   std::vector<CornerBlock> blocks;
   /// The blocks around each, (dx + 1) + 3 (dy + 1) + 9 (dz + 1), kNoBlock where there is none.
