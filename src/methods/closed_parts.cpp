@@ -70,13 +70,14 @@ struct Made {
   std::int64_t particles = 0, fits = 0;
 };
 
-SpaceBox space_of(const CornerBox& corners, double cell) {
+// The space of blocks and of so many corners around them, particle radii.
+SpaceBox space_of(const BlockBox& blocks, int more, double cell) {
   SpaceBox box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (corners.low[axis] > -CornerBox::kAll / 4096)
-      box.low[axis] = cell * static_cast<double>(corners.low[axis]);
-    if (corners.high[axis] < CornerBox::kAll / 4096)
-      box.high[axis] = cell * static_cast<double>(corners.high[axis]);
+    if (blocks.low[axis] != -BlockBox::kAll)
+      box.low[axis] = cell * (double{kBlockSide} * blocks.low[axis] - more);
+    if (blocks.high[axis] != BlockBox::kAll)
+      box.high[axis] = cell * (double{kBlockSide} * blocks.high[axis] + more);
   }
   return box;
 }
@@ -111,10 +112,9 @@ class PartMaker {
         made.carried.attributes.push_back({attribute.name, {}});
     const Projected placed = place_particles(view_, particles);
     if (placed.size() == 0) return made;
-    const SpaceBox inside = space_of(corners_of(own), cell_);
-    const CornerBox asked = corners_of(own, known.rounds);
+    const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
     for (std::size_t i = 0; i < placed.size(); ++i) made.particles += inside.holds(placed.eye(i));
-    FittedFluid fluid = fit(placed, space_of(asked, cell_), known, made);
+    FittedFluid fluid = fit(placed, asked, known, made);
     for (std::size_t k = 0; k < fluid.fits.size(); ++k)
       if (inside.holds(fluid.fits.position[k])) {
         ++made.fits;
@@ -123,7 +123,7 @@ class PartMaker {
       }
     made.residual.resize(static_cast<std::size_t>(made.fits));
     fluid.fits = {};
-    contour(fluid, own, asked, made);
+    contour(fluid, own, known.rounds, made);
     if (carry_) carry(placed, particles, made);
     clock_.stop();
     return made;
@@ -146,13 +146,12 @@ class PartMaker {
     return fluid;
   }
 
-  void contour(const FittedFluid& fluid, const BlockBox& own, const CornerBox& asked,
-               Made& made) const {
+  void contour(const FittedFluid& fluid, const BlockBox& own, int around, Made& made) const {
     clock_.start("corners");
     const double band = band_of(cell_);
-    SpaceGrid grid = grid_around(
-        points_in(space_of(asked, cell_).wider(band + 2 * kBlockSide * cell_), fluid.seeds), band,
-        cell_, asked);
+    const SpaceBox near = space_of(own, around, cell_).wider(band + 2 * kBlockSide * cell_);
+    SpaceGrid grid =
+        grid_around(points_in(near, fluid.seeds), band, cell_, corners_of(own, around));
     std::vector<std::size_t> added{grid.blocks.size()};  // blocks, after each round
     std::size_t wanted = wanted_in(grid, own);
     for (bool more = true; more;) {
@@ -249,10 +248,10 @@ Whole make_parts(const PartMaker& maker, Team& team, const std::vector<BlockBox>
   for (std::size_t first = 0; first < parts.size(); first += processes) {
     std::vector<SpaceBox> boxes(processes, SpaceBox::nowhere());
     for (std::size_t k = 0; k < processes && first + k < parts.size(); ++k)
-      boxes[k] = space_of(corners_of(parts[first + k], known.rounds), cell).wider(halo);
+      boxes[k] = space_of(parts[first + k], known.rounds, cell).wider(halo);
     const std::size_t part = std::min(first + static_cast<std::size_t>(team.rank()), parts.size());
     const bool any = part < parts.size();
-    const SpaceBox own = any ? space_of(corners_of(parts[part]), cell) : SpaceBox::nowhere();
+    const SpaceBox own = any ? space_of(parts[part], 0, cell) : SpaceBox::nowhere();
     const WorldParticles particles = fill(part, boxes, own);
     add_parts(team, maker.make(any ? parts[part] : BlockBox{}, particles, known), whole);
   }

@@ -26,7 +26,7 @@ constexpr std::size_t kChunk = std::size_t{1} << 18;  // particles that are read
 constexpr double kCube = 32;      // side of a cube, about; particle radii
 constexpr double kThinnest = 64;  // side of a part, particle radii
 constexpr double kBytes = 256;    // that a particle takes where a part is made
-constexpr double kSaved = 0.8;    // a cut leaves at most so much of a part's memory, or is none
+constexpr double kSaved = 0.85;   // a cut leaves at most so much of a part's memory, or is none
 constexpr std::int32_t kLast = 1 << 19;  // cubes farther away count as this one
 
 bool is_finite(const ParticleChunk& chunk, std::size_t i) {

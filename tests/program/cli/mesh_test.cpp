@@ -3,10 +3,8 @@
 
 #include <cmath>
 #include <map>
-#include <span>
 
 #include "program/cli/program.hpp"
-#include "program/dam_break.hpp"
 
 namespace meniscus::test {
 namespace {
@@ -67,18 +65,22 @@ TEST_F(ProgramMesh, OfALargeFrameIsTheSameInParts) {
     for (const float value : {x, y, z}) rows.append(reinterpret_cast<const char*>(&value), 4);
     ++count;
   };
-  DamBreak(270000, 1).emit([&](std::span<const float> block) {
-    for (std::size_t k = 0; k < block.size(); k += 3) add(block[k], block[k + 1], block[k + 2]);
-  });
+  for (int i = 0; i < 300; ++i)
+    for (int j = 0; j < 30; ++j)
+      for (int k = 0; k < 30; ++k) {
+        const float off = 0.002f * std::sin(static_cast<float>(37 * i + 11 * j + 5 * k));
+        add(0.02f * static_cast<float>(i) + off, 0.02f * static_cast<float>(j) - off,
+            0.02f * static_cast<float>(k) + off);
+      }
   for (int k = 0; k < 40; ++k) add(2 + 1e-5f * static_cast<float>(k), 1, 0.5f);
   for (int k = 0; k < 3; ++k) add(0.75f, 0.01f, 0.75f);
   add(NAN, 0, 0);
   write("in.ply",
-        "ply\nformat binary_little_endian 1.0\ncomment particle_radius 0.0091\n"
+        "ply\nformat binary_little_endian 1.0\ncomment particle_radius 0.01\n"
         "element vertex " +
             std::to_string(count) +
             "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + rows);
-  const std::vector<std::string> words{"mesh", "in.ply", "--timings", "-o"};
+  const std::vector<std::string> words{"mesh", "in.ply", "--cell", "2", "--timings", "-o"};
   std::vector<std::string> whole = words, parts = words;
   whole.push_back("whole.ply");
   parts.insert(parts.end(), {"parts.ply", "--memory", "30M"});
