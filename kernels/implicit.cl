@@ -370,7 +370,7 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
   const Vector n = unit_of(gx, gy, gz);
   Level level = {(1.0f - l) / slope, n.x, n.y, n.z};
   const intv open = wanted & (c > 0.3f * limits.x) & (c < FILLED);
-  if (ANY(open)) {
+  if (fits.reach > 0.0f && ANY(open)) {
     Fitted fitted;
     ask_fits(fits, x, y, z, open, sheets, &fitted);
     const floatv contour = limits.x * (1.0f - 0.7f * fitted.edge), doubt = 1.0f - fitted.trust;

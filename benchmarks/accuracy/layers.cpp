@@ -140,7 +140,7 @@ LayerFigures measure_layers(const TrueLayers& truth, const Surface& surface) {
   const std::size_t pixels = truth.intervals.size();
   require(layers.count.size() == pixels, "measure_layers: the surface is of another camera");
   LayerFigures figures;
-  std::vector<double> thickness, back, angle;
+  std::vector<double> thickness, front, back, angle;
   std::int64_t second = 0, second_inner = 0, number = 0, films = 0;
   for (std::size_t p = 0; p < pixels; ++p) {
     const std::vector<TrueInterval>& truly = truth.intervals[p];
@@ -165,6 +165,7 @@ LayerFigures measure_layers(const TrueLayers& truth, const Surface& surface) {
     double all = 0;
     for (const TrueInterval& interval : truly) all += interval.exit - interval.entry;
     thickness.push_back(layers.thickness[p] - all * stretch);
+    front.push_back((layers.entry[p] - truly[0].entry) * stretch);
     back.push_back((layers.exit[p] - truly[0].exit) * dot(direction, truth.back_normal[p]));
     if (!truth.crease[p])
       angle.push_back(kDegrees *
@@ -177,6 +178,7 @@ LayerFigures measure_layers(const TrueLayers& truth, const Surface& surface) {
   figures.thickness_rms = rms(thickness);
   for (double& error : thickness) error = std::abs(error);
   figures.thickness_999 = percentile(std::move(thickness), 0.999);
+  figures.front_rms = rms(front);
   figures.back_rms = rms(back);
   figures.normal_median = percentile(angle, 0.5);
   figures.normal_95 = percentile(std::move(angle), 0.95);

@@ -37,7 +37,8 @@ struct LayerFigures {
   std::int64_t inner = 0;    // of these, away from outlines
   double thickness_rms = 0;  // over inner pixels, along rays
   double thickness_999 = 0;  // 99.9th percentile of the same errors
-  double back_rms = 0;       // of the first exit along its normal, over inner pixels
+  double front_rms = 0;  // of the first entry, which is the front, along rays, over inner pixels
+  double back_rms = 0;   // of the first exit along its normal, over inner pixels
   double normal_median = 0;  // of the first exit, degrees, over inner pixels without creases
   double normal_95 = 0;
   double second_right = 0;        // share of all pixels whose second body is as in truth: none, or

@@ -13,10 +13,10 @@ namespace meniscus::accuracy {
 namespace {
 
 void print(const std::string& scene, const LayerFigures& f) {
-  std::printf("%-12s %8lld %8lld %9.4f %8.3f %8.4f %8.2f %8.2f %9.2f %9.2f %9.2f %7.2f\n",
+  std::printf("%-12s %8lld %8lld %9.4f %8.3f %8.4f %8.4f %8.2f %8.2f %9.2f %9.2f %9.2f %7.2f\n",
               scene.c_str(), static_cast<long long>(f.pixels), static_cast<long long>(f.inner),
-              f.thickness_rms, f.thickness_999, f.back_rms, f.normal_median, f.normal_95,
-              100 * f.second_right, 100 * f.second_right_inner, 100 * f.number_right,
+              f.thickness_rms, f.thickness_999, f.front_rms, f.back_rms, f.normal_median,
+              f.normal_95, 100 * f.second_right, 100 * f.second_right_inner, 100 * f.number_right,
               100 * f.films);
   std::fflush(stdout);
 }
@@ -25,9 +25,9 @@ void print(const std::string& scene, const LayerFigures& f) {
 
 void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes) {
   Device device(common.device);
-  std::printf("%-12s %8s %8s %9s %8s %8s %8s %8s %9s %9s %9s %7s\n", "scene", "pixels", "inner",
-              "thickness", "99.9 %", "back", "normal", "95 %", "second %", "inner %", "number %",
-              "films %");
+  std::printf("%-12s %8s %8s %9s %8s %8s %8s %8s %8s %9s %9s %9s %7s\n", "scene", "pixels", "inner",
+              "thickness", "99.9 %", "front", "back", "normal", "95 %", "second %", "inner %",
+              "number %", "films %");
   LayerFigures mean;
   double count = 0;
   for (const std::string& name : scenes_named(scenes.scenes)) {
@@ -47,17 +47,19 @@ void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes) 
       mean.pixels += f.pixels;
       mean.inner += f.inner;
       for (double LayerFigures::*const value :
-           {&LayerFigures::thickness_rms, &LayerFigures::thickness_999, &LayerFigures::back_rms,
-            &LayerFigures::normal_median, &LayerFigures::normal_95, &LayerFigures::second_right,
-            &LayerFigures::second_right_inner, &LayerFigures::number_right, &LayerFigures::films})
+           {&LayerFigures::thickness_rms, &LayerFigures::thickness_999, &LayerFigures::front_rms,
+            &LayerFigures::back_rms, &LayerFigures::normal_median, &LayerFigures::normal_95,
+            &LayerFigures::second_right, &LayerFigures::second_right_inner,
+            &LayerFigures::number_right, &LayerFigures::films})
         mean.*value += f.*value;
     }
   }
   if (count == 0) return;
   for (double LayerFigures::*const value :
-       {&LayerFigures::thickness_rms, &LayerFigures::thickness_999, &LayerFigures::back_rms,
-        &LayerFigures::normal_median, &LayerFigures::normal_95, &LayerFigures::second_right,
-        &LayerFigures::second_right_inner, &LayerFigures::number_right, &LayerFigures::films})
+       {&LayerFigures::thickness_rms, &LayerFigures::thickness_999, &LayerFigures::front_rms,
+        &LayerFigures::back_rms, &LayerFigures::normal_median, &LayerFigures::normal_95,
+        &LayerFigures::second_right, &LayerFigures::second_right_inner, &LayerFigures::number_right,
+        &LayerFigures::films})
     mean.*value /= count;
   print("mean", mean);
 }

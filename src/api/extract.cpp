@@ -11,7 +11,7 @@
 #include "device/device.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
-#include "methods/closed.hpp"
+#include "methods/layers.hpp"
 #include "output/spray.hpp"
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
@@ -49,19 +49,10 @@ FilledFrame fill_for_layers(const Filling& filling, const ParticleSource& source
       {filling.device, filling.camera, params, filling.memory, filling.clock, told_before}, source);
 }
 
-// The depths that pixels show, world units.
-std::vector<float> front_of(Device& device, const FilledFrame& frame,
-                            const Extraction& extraction) {
-  const HostView depth(device, extraction.image.depth);
-  std::vector<float> front(extraction.image.grid.size());
-  for (std::size_t s = 0; s < front.size(); ++s) front[s] = world_depth(frame.view, depth[s]);
-  return front;
-}
-
 Surface extract_frame(const Filling& filling, const ParticleSource& source,
                       std::vector<StageTime>* timings) {
   Device& device = filling.device;
-  const Parameters& params = filling.params;
+  Parameters params = filling.params;
   const FilledFrame frame = fill_frame(filling, source);
   Surface surface;
   surface.camera = filling.camera;
@@ -69,7 +60,11 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   surface.notices = std::move(filling.notices);
   FilledFrame streamed;  // with all that streamed past the frame
   const bool streams = source.size() >= kStreamed, layered = params.layers > 0 && params.image;
-  if (layered && streams) streamed = fill_for_layers(filling, source, frame.radius);
+  const int layers = params.layers;
+  if (layered && streams) {
+    streamed = fill_for_layers(filling, source, frame.radius);
+    params.layers = 0;  // of the frame that is kept
+  }
   if (!source.team().leads()) return surface;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, params, timings);
   if (frame.all >= 0) extraction.counts.particles = frame.all;
@@ -81,10 +76,10 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
     extraction.counts.representatives = static_cast<std::int64_t>(frame.particles.x.size());
     extraction.counts.spray = static_cast<std::int64_t>(frame.spray.size());
   }
-  if (layered) {
-    const FilledFrame& whole = streams ? streamed : frame;
-    surface.layers = run_layers(device, whole.view, whole.particles,
-                                front_of(device, frame, extraction), params, timings);
+  if (layered && streams) {
+    params.layers = layers;
+    extraction.layers = run_layers(device, streamed.view, streamed.particles,
+                                   front_of(device, frame.view, extraction.image), params, timings);
   }
   return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
 }

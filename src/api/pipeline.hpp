@@ -14,6 +14,7 @@ struct Extraction {
   SurfaceBuffers image;               // at pixel centres, on the device; empty unless params.image
   std::vector<Vec3> velocity;         // [pixels] world axes, world units per second; empty: unknown
   std::vector<Attribute> attributes;  // [pixels] each
+  Layers layers;                      // empty unless params.layers
   Mesh mesh;                          // world space; empty unless params.mesh
   std::vector<float> residual;        // [groups] RMS fit residual, particle radii
   Counts counts;                      // of the method

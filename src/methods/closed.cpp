@@ -12,7 +12,6 @@
 #include "methods/methods.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
-#include "stages/layers.hpp"
 #include "stages/motion.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/roundness.hpp"
@@ -28,14 +27,6 @@ constexpr double kOpen = 0.5;
 // Corners of cells are asked this near to particles that see air; the surface is one particle
 // radius outside them, and wherever else it goes more corners are asked for.
 constexpr double kBand = 2;
-
-// Of particles that see air: the density at them is lower or its slope steeper (1 / particle
-// radii). A face has .85 and .25, a single layer .70 and 0.
-constexpr double kLowDensity = 0.9, kSlope = 0.1;
-
-// Of the cells of layers, and how far beyond the screen particles count: what is out of view seems
-// to end there, and fits that lie at such an end must not reach the screen. Particle radii.
-constexpr double kLayerCell = 1, kLayerMargin = 16;
 
 // All that stand for the surface and are fitted, where `wanted`.
 Visible fitted_of(const Projected& placed, const FieldSurface& shell,
@@ -59,30 +50,6 @@ std::vector<float> values_of(const Visible& some, const Visible& more,
   for (const std::int32_t place : places_in(more.index, some.index))
     taken.push_back(values[static_cast<std::size_t>(place)]);
   return taken;
-}
-
-// Less trust to fits without air before them: particles around a gap in a lattice, as large as one
-// that is missing, seem to lie on a surface. No camera sees them. C is 1/8 there before a face, 3/8
-// before a concave edge, and 1 behind a gap.
-void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
-                   std::vector<double>& trust) {
-  constexpr double kBefore = 1.5;  // particle radii
-  std::vector<Vec3d> before(fits.size());
-  for (std::size_t k = 0; k < fits.size(); ++k) before[k] = fits.foot[k] + fits.normal[k] * kBefore;
-  const std::vector<float> density = measure_density(device, cells, before);
-  for (std::size_t k = 0; k < fits.size(); ++k) trust[k] *= 1 - smooth_step(0.55, 0.75, density[k]);
-}
-
-// The particles that see air.
-Points near_air(const Cells& cells, const float* gradients) {
-  const std::size_t n = cells.item.size();
-  Points points;
-  for (std::size_t p = 0; p < n; ++p) {
-    const Vec3d slope{gradients[p], gradients[n + p], gradients[2 * n + p]};
-    if (gradients[3 * n + p] < kLowDensity || dot(slope, slope) > kSlope * kSlope)
-      points.add({cells.x[p], cells.y[p], cells.z[p]});
-  }
-  return points;
 }
 
 // What is made of particles.
@@ -111,7 +78,7 @@ Closed close_surface(Device& device, const Projected& placed, double cell, const
   // 2.5
   clock.start("mesh");
   Closed made;
-  made.mesh = place_vertices(grid, edges, kFlatSheet);
+  made.mesh = place_vertices(grid, edges, {});
   settle_vertices(device, fluid.function, made.mesh);
   join_vertices(grid, edges, made.mesh);
   drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
@@ -205,20 +172,6 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   }
   clock.stop();
   return result;
-}
-
-Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
-                  const std::vector<float>& front, const Parameters& params,
-                  std::vector<StageTime>* timings) {
-  StageClock clock(device, timings);
-  clock.start("layers");
-  const Projected placed = project_particles(device, view, particles, kLayerMargin);
-  Closed made;
-  if (placed.size() > 0) made = close_surface(device, placed, kLayerCell, params, clock);
-  clock.start("layers");
-  Layers layers = trace_layers(view, made.mesh, front, params.layers);
-  clock.stop();
-  return layers;
 }
 
 }  // namespace meniscus

@@ -5,7 +5,6 @@
 
 #include "api/pipeline.hpp"
 #include "meniscus/closed.hpp"
-#include "stages/layers.hpp"
 
 namespace meniscus {
 
@@ -15,12 +14,5 @@ namespace meniscus {
 Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
                       const ClosedParams& closed, const Parameters& params,
                       std::vector<StageTime>* timings);
-
-/// The layers along the rays of a view, from the closed surface of the particles in view.
-///
-///   front  [pixels] depths that the view's pixels show, world units; kNoSurface
-Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
-                  const std::vector<float>& front, const Parameters& params,
-                  std::vector<StageTime>* timings);
 
 }  // namespace meniscus

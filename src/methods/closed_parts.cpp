@@ -169,7 +169,7 @@ class PartMaker {
     CrossedEdges edges = list_crossings(grid);
     find_crossings(device_, fluid.function, grid, kCrossingRounds, kCrossingEnough, edges);
     clock_.start("mesh");
-    DualMesh mesh = place_vertices(grid, edges, kFlatSheet);
+    DualMesh mesh = place_vertices(grid, edges, {});
     settle_vertices(device_, fluid.function, mesh);
     join_vertices(grid, edges, mesh, corners_of(own));
     made.mesh = part_of(grid, mesh, added, own);

@@ -20,10 +20,6 @@ namespace meniscus {
 inline constexpr int kCrossingRounds = 6;
 inline constexpr double kCrossingEnough = 0.004;
 
-/// See place_vertices(): planes that all are within about 15 degrees of each other's mean are one
-/// smooth sheet.
-inline constexpr double kFlatSheet = 0.05;
-
 /// See drop_crumbs(); particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
 inline constexpr double kLeastFluid = 1, kLeastAir = 8;
 

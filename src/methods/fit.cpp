@@ -8,6 +8,7 @@
 #include "base/parallel.hpp"
 #include "base/stage_clock.hpp"
 #include "device/together.hpp"
+#include "methods/layers.hpp"
 #include "methods/methods.hpp"
 #include "stages/group.hpp"
 #include "stages/merge.hpp"
@@ -251,11 +252,15 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
     const SurfaceMap nodes = download(device, surface);
     result.mesh = make_mesh(view, nodes, cut_silhouettes(sampler, nodes), params.grid);
   }
-  clock.stop();
-
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);
   result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
-  result.residual = std::move(fits.residual);
+  result.residual = fits.residual;
+  if (params.image && params.layers > 0)
+    result.layers = find_layers(device, view,
+                                {fluid.particles, fluid.host_cells, fluid.cells, fluid.levelled,
+                                 fluid.measured.part<0>(), around, std::move(fits), trust},
+                                front_of(device, view, result.image), params, clock);
+  clock.stop();
   return result;
 }
 

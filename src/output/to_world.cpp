@@ -106,6 +106,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   clock.stop();
   surface.velocity = std::move(extraction.velocity);  // in world units already
   surface.attributes = std::move(extraction.attributes);
+  surface.layers = std::move(extraction.layers);
   surface.mesh = std::move(extraction.mesh);
   Counts& counts = surface.counts;
   counts = extraction.counts;

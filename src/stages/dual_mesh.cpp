@@ -13,10 +13,6 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kGrain = 64;  // blocks that are worth a thread
-// Vertices keep this share of a cell from its faces, so that no two of them coincide.
-constexpr double kMargin = 0.01;
-// F at a crossing is off by at most this, particle radii; where it is more, F jumps there.
-constexpr double kMostOff = 0.05;
 
 // A cell's corners are i + 2 j + 4 k; its edges 0 to 3 along x, then y, then z, in the order of
 // their lower corners; its faces 2 axis + side.
@@ -226,7 +222,7 @@ Eigen::Vector3d within(const Eigen::Matrix3d& planes, const Eigen::Vector3d& off
 
 // Where the planes of a piece's crossings meet, its normal, and whether it is on a crease.
 void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
-                  std::uint32_t piece, double flat, DualMesh& mesh) {
+                  std::uint32_t piece, const Placing& placing, DualMesh& mesh) {
   std::array<std::uint32_t, 12> crossing;
   std::size_t count = 0;
   Vec3d middle, normal;
@@ -254,20 +250,20 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
     const Vec3d& n = edges.normal[e];
     const double value = edges.value[e];
     const double out =
-        dot(n, edges.position[e] - middle) - (std::abs(value) < kMostOff ? value : 0);
+        dot(n, edges.position[e] - middle) - (std::abs(value) < placing.most_off ? value : 0);
     const Eigen::Vector3d v(n.x, n.y, n.z);
     planes += v * v.transpose();
     off += v * out;
   }
   const Vec3d low = grid.position(static_cast<std::size_t>(cell.block), cell.bit & 3,
                                   cell.bit >> 2 & 3, cell.bit >> 4);
-  const double margin = kMargin * grid.cell, side = grid.cell - 2 * margin;
+  const double margin = placing.margin * grid.cell, side = grid.cell - 2 * margin;
   const Vec3d from = low + Vec3d(margin, margin, margin);
   const std::size_t vertex = cell.first + piece;
   mesh.bounds[vertex] = {from, from + Vec3d(side, side, side)};
   int rank = 0;
   const Eigen::Vector3d from_middle(from.x - middle.x, from.y - middle.y, from.z - middle.z);
-  const Eigen::Vector3d move = within(planes, off, from_middle, side, flat, &rank);
+  const Eigen::Vector3d move = within(planes, off, from_middle, side, placing.flat, &rank);
   mesh.position[vertex] = clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
   mesh.normal[vertex] = normalized(normal);
   mesh.sharp[vertex] = rank > 1;
@@ -275,7 +271,7 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
 
 }  // namespace
 
-DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, double flat) {
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing) {
   DualMesh mesh;
   const std::size_t blocks = grid.blocks.size();
   mesh.mask.resize(blocks);
@@ -313,7 +309,7 @@ DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, double
   parallel_for(mesh.cells.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
       for (std::uint32_t piece = 0; piece < mesh.cells[c].pieces; ++piece)
-        place_vertex(grid, edges, mesh.cells[c], piece, flat, mesh);
+        place_vertex(grid, edges, mesh.cells[c], piece, placing, mesh);
   });
   return mesh;
 }

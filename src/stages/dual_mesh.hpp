@@ -47,10 +47,20 @@ struct DualMesh {
   std::vector<std::uint32_t> triangles_of;             // [blocks] how many their edges have
 };
 
+/// How vertices are placed.
+struct Placing {
+  double flat = 0.05;      // planes that all are within about 15 degrees of their mean are one
+                           // smooth sheet
+  double most_off = 0.05;  // F at a crossing is off by at most this, particle radii; where it is
+                           // more, F jumps there
+  double margin = 0.01;    // vertices keep this share of a cell from its faces, so that no two of
+                           // them coincide; below 0: leave it by as much
+};
+
 /// The vertices of a grid's surface: each is where the planes of its piece's crossings meet, as far
 /// as they tell, and else in the middle of the crossings; within its cell (the smallest squared
 /// distance from the planes, directions with less than `flat` of the largest eigenvalue left out).
-DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, double flat);
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing);
 
 /// Moves vertices that are on no crease onto F = 0, within their cells, and gives them F's normals.
 /// Waits.

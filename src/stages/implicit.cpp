@@ -74,10 +74,11 @@ Levels measure_implicit(Device& device, const ImplicitFunction& function, const 
     std::copy_n(points.y.data() + first, count, arrays.data<1>());
     std::copy_n(points.z.data() + first, count, arrays.data<2>());
     const auto [x, y, z] = arrays.done();
-    const meniscus::records::Implicit of{static_cast<int>(count), static_cast<int>(stride),
-                                         function.reach,          function.limits.s[0],
-                                         function.limits.s[1],    function.sheets.s[0],
-                                         function.sheets.s[1]};
+    const float reach = function.alone ? -1.0f : function.reach;
+    const meniscus::records::Implicit of{
+        static_cast<int>(count), static_cast<int>(stride), reach,
+        function.limits.s[0],    function.limits.s[1],     function.sheets.s[0],
+        function.sheets.s[1]};
     const auto result = allocate<float>(device, 4 * stride);
     launch(device, kernels::measure_implicit, width,
            {(count + static_cast<std::size_t>(width) - 1) / static_cast<std::size_t>(width)},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -29,9 +30,21 @@ constexpr double kThinAir = 0.5;
 // triangle's own counts. 25 degrees.
 constexpr double kCreaseNormals = 0.9063077870366499;
 
+// A vertex on the screen.
 struct ScreenCorner {
-  std::int64_t u, v;  // steps
-  double depth, inverse_w;
+  std::int64_t u = 0, v = 0;  // steps
+  double depth = 0, inverse_w = 0;
+  Vec3d normal;  // world axes
+  bool usable = false;
+};
+
+// The mesh on the screen.
+struct ScreenMesh {
+  std::vector<ScreenCorner> corner;                    // [vertices]
+  std::vector<std::array<std::uint32_t, 3>> triangle;  // corners of those that may be met
+  std::vector<std::int8_t> enters;                     // [triangles] 1: faces the eye; -1
+  std::vector<Vec3d> flat;                             // [triangles] unit, outward, world axes
+  std::vector<std::vector<std::uint32_t>> of_band;     // [bands] their triangles, ascending
 };
 
 // Twice the area to the right of a to b, where p lies.
@@ -44,13 +57,92 @@ bool owns_edge(const ScreenCorner& a, const ScreenCorner& b) {
   return a.v == b.v ? b.u > a.u : b.v < a.v;
 }
 
-// A triangle on the screen, its corners so that its inside is to the right of its edges.
-struct ScreenTriangle {
-  std::array<ScreenCorner, 3> corner;
-  std::array<std::uint32_t, 3> vertex;
-  int enters;                        // 1 where it faces the eye, -1
+std::int64_t centre_of(int pixel) {
+  return static_cast<std::int64_t>(pixel) * static_cast<std::int64_t>(kSubpixels) +
+         static_cast<std::int64_t>(kSubpixels) / 2;
+}
+
+// The pixels whose centres lie between two steps along an axis: the first, and the one behind the
+// last.
+std::array<int, 2> pixels_between(std::int64_t low, std::int64_t high, int size) {
+  const double first = std::ceil(static_cast<double>(low) / kSubpixels - 0.5),
+               last = std::floor(static_cast<double>(high) / kSubpixels - 0.5);
+  return {static_cast<int>(std::clamp<double>(first, 0, size)),
+          static_cast<int>(std::clamp<double>(last + 1, 0, size))};
+}
+
+// How far a point lies to the right of each edge of a triangle, the k-th opposite corner k.
+std::array<std::int64_t, 3> sides_of(const std::array<const ScreenCorner*, 3>& corner,
+                                     std::int64_t u, std::int64_t v) {
+  return {side_of(*corner[1], *corner[2], u, v), side_of(*corner[2], *corner[0], u, v),
+          side_of(*corner[0], *corner[1], u, v)};
+}
+
+// The three edges of a triangle, its inside to the right of them; the k-th lies opposite corner k.
+struct Edges {
+  std::array<const ScreenCorner*, 3> corner;
   std::array<int, 2> columns, rows;  // whose centres it may cover, first and behind the last
+
+  Edges(const ScreenMesh& mesh, const std::array<std::uint32_t, 3>& t, const View& view)
+      : corner{&mesh.corner[t[0]], &mesh.corner[t[1]], &mesh.corner[t[2]]} {
+    const auto range = [&](std::int64_t ScreenCorner::*axis, int size) {
+      const std::int64_t a = corner[0]->*axis, b = corner[1]->*axis, c = corner[2]->*axis;
+      return pixels_between(std::min({a, b, c}), std::max({a, b, c}), size);
+    };
+    columns = range(&ScreenCorner::u, view.width);
+    rows = range(&ScreenCorner::v, view.height);
+  }
 };
+
+// Projects the mesh, and lists the triangles of each band of rows. Corners of triangles are put so
+// that their inside is to the right of their edges.
+ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
+  ScreenMesh screen;
+  screen.corner.resize(mesh.position.size());
+  parallel_for(screen.corner.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Vec3d& at = mesh.position[k];
+      const PixelPosition p = project(view, at);
+      if (!(-at.z > 0 && p.w > 0 && std::abs(p.u) < kFarthestPixel &&
+            std::abs(p.v) < kFarthestPixel))
+        continue;
+      screen.corner[k] = {std::llround(p.u * kSubpixels),
+                          std::llround(p.v * kSubpixels),
+                          -at.z,
+                          1 / p.w,
+                          world_direction(view, mesh.normal[k]),
+                          true};
+    }
+  });
+  screen.of_band.resize(static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn));
+  screen.triangle.reserve(mesh.triangle.size());
+  for (std::array<std::uint32_t, 3> t : mesh.triangle) {
+    const ScreenCorner &a = screen.corner[t[0]], &b = screen.corner[t[1]], &c = screen.corner[t[2]];
+    if (!a.usable || !b.usable || !c.usable) continue;
+    const std::int64_t area = side_of(a, b, c.u, c.v);
+    if (area == 0) continue;
+    if (area < 0) std::swap(t[1], t[2]);  // rows run down
+    const Edges edges(screen, t, view);
+    if (edges.columns[0] >= edges.columns[1] || edges.rows[0] >= edges.rows[1]) continue;
+    for (int band = edges.rows[0] / kRowsDrawn; band <= (edges.rows[1] - 1) / kRowsDrawn; ++band)
+      screen.of_band[static_cast<std::size_t>(band)].push_back(
+          static_cast<std::uint32_t>(screen.triangle.size()));
+    screen.triangle.push_back(t);
+    screen.enters.push_back(area < 0 ? 1 : -1);
+  }
+  screen.flat.resize(screen.triangle.size());
+  parallel_for(screen.flat.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto& [a, b, c] = screen.triangle[k];
+      const Vec3d &from = mesh.position[a],
+                  across = cross(mesh.position[b] - from, mesh.position[c] - from);
+      // The corners run the other way where the triangle faces the eye.
+      screen.flat[k] =
+          normalized(world_direction(view, across * static_cast<double>(-screen.enters[k])));
+    }
+  });
+  return screen;
+}
 
 // Where a ray meets a triangle.
 struct Crossing {
@@ -65,120 +157,90 @@ struct Crossing {
   }
 };
 
-struct Projector {
-  const View& view;
-  const DualMesh& mesh;
-  std::vector<ScreenCorner> corner;
-  std::vector<char> usable;
+// What lies behind the fronts of a band of rows: the crossings of each of its pixels, one after the
+// other.
+struct BandCrossings {
+  struct Link {
+    Crossing crossing;
+    std::uint32_t next;
+  };
+  static constexpr std::uint32_t kEnd = ~0u;
+  int width, first;                 // columns; the first row
+  std::vector<double> start;        // [pixels] of the fronts, particle radii
+  std::vector<std::uint32_t> head;  // [pixels]
+  std::vector<Link> links;
 
-  Projector(const View& view_, const DualMesh& mesh_)
-      : view(view_), mesh(mesh_), corner(mesh.position.size()), usable(mesh.position.size()) {
-    parallel_for(corner.size(), 4096, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) {
-        const Vec3d& at = mesh.position[k];
-        const PixelPosition p = project(view, at);
-        usable[k] = -at.z > 0 && p.w > 0 && std::abs(p.u) < kFarthestPixel &&
-                    std::abs(p.v) < kFarthestPixel;
-        if (usable[k])
-          corner[k] = {std::llround(p.u * kSubpixels), std::llround(p.v * kSubpixels), -at.z,
-                       1 / p.w};
+  explicit BandCrossings(int columns) : width(columns), first(0) {}
+
+  void clear(const View& view, const std::vector<float>& front, int first_row, int rows) {
+    first = first_row;
+    const std::size_t n = static_cast<std::size_t>(rows) * static_cast<std::size_t>(width);
+    const float* const from =
+        &front[static_cast<std::size_t>(first) * static_cast<std::size_t>(width)];
+    head.assign(n, kEnd);
+    start.resize(n);
+    for (std::size_t p = 0; p < n; ++p) start[p] = from[p] / view.radius;
+    links.clear();
+  }
+
+  // Draws the rows of a triangle that lie in the band. Its depth is a quotient of two functions
+  // that are linear on the screen.
+  void draw(const Edges& edges, std::uint32_t triangle, std::int32_t enters, int rows) {
+    const auto& [a, b, c] = edges.corner;
+    std::array<std::int64_t, 3> to_right{b->v - c->v, c->v - a->v, a->v - b->v};
+    const std::array<std::int64_t, 3> beside{owns_edge(*b, *c) ? 0 : 1, owns_edge(*c, *a) ? 0 : 1,
+                                             owns_edge(*a, *b) ? 0 : 1};
+    for (std::int64_t& step : to_right) step *= static_cast<std::int64_t>(kSubpixels);
+    const std::array<double, 3> below{a->inverse_w, b->inverse_w, c->inverse_w},
+        above{a->inverse_w * a->depth, b->inverse_w * b->depth, c->inverse_w * c->depth};
+    const int top = std::max(first, edges.rows[0]), behind = std::min(first + rows, edges.rows[1]);
+    for (int row = top; row < behind; ++row) {
+      const std::size_t row_at =
+          static_cast<std::size_t>(row - first) * static_cast<std::size_t>(width);
+      auto [e0, e1, e2] = sides_of(edges.corner, centre_of(edges.columns[0]), centre_of(row));
+      bool met = false;
+      for (int column = edges.columns[0]; column < edges.columns[1];
+           ++column, e0 += to_right[0], e1 += to_right[1], e2 += to_right[2]) {
+        if (((e0 - beside[0]) | (e1 - beside[1]) | (e2 - beside[2])) < 0) {
+          if (met) break;
+          continue;
+        }
+        met = true;
+        const double x = static_cast<double>(e0), y = static_cast<double>(e1),
+                     z = static_cast<double>(e2);
+        const double depth = (x * above[0] + y * above[1] + z * above[2]) /
+                             (x * below[0] + y * below[1] + z * below[2]);
+        const std::size_t p = row_at + static_cast<std::size_t>(column);
+        if (!(depth > start[p])) continue;
+        links.push_back({{depth, triangle, enters}, head[p]});
+        head[p] = static_cast<std::uint32_t>(links.size() - 1);
       }
-    });
-  }
-
-  // Whether a triangle covers any pixel's centre, perhaps.
-  bool draw(const std::array<std::uint32_t, 3>& t, ScreenTriangle& drawn) const {
-    if (!usable[t[0]] || !usable[t[1]] || !usable[t[2]]) return false;
-    drawn.corner = {corner[t[0]], corner[t[1]], corner[t[2]]};
-    drawn.vertex = t;
-    const std::int64_t area =
-        side_of(drawn.corner[0], drawn.corner[1], drawn.corner[2].u, drawn.corner[2].v);
-    if (area == 0) return false;
-    drawn.enters = area < 0 ? 1 : -1;  // rows run down
-    if (area < 0) {
-      std::swap(drawn.corner[1], drawn.corner[2]);
-      std::swap(drawn.vertex[1], drawn.vertex[2]);
     }
-    const auto range = [&](std::int64_t ScreenCorner::*axis, int size) {
-      std::int64_t low = drawn.corner[0].*axis, high = low;
-      for (const ScreenCorner& c : drawn.corner) {
-        low = std::min(low, c.*axis);
-        high = std::max(high, c.*axis);
-      }
-      const double first = std::ceil(static_cast<double>(low) / kSubpixels - 0.5),
-                   last = std::floor(static_cast<double>(high) / kSubpixels - 0.5);
-      return std::array{static_cast<int>(std::clamp<double>(first, 0, size)),
-                        static_cast<int>(std::clamp<double>(last + 1, 0, size))};
-    };
-    drawn.columns = range(&ScreenCorner::u, view.width);
-    drawn.rows = range(&ScreenCorner::v, view.height);
-    return drawn.columns[0] < drawn.columns[1] && drawn.rows[0] < drawn.rows[1];
   }
-};
 
-std::int64_t centre_of(int pixel) {
-  return static_cast<std::int64_t>(pixel) * static_cast<std::int64_t>(kSubpixels) +
-         static_cast<std::int64_t>(kSubpixels) / 2;
-}
-
-// What the corners of a triangle count in space where a ray meets it, whether or not it does; their
-// sum is not 1.
-struct Weights {
-  std::array<double, 3> of;
-  bool inside = true;
-
-  Weights(const ScreenTriangle& drawn, std::int64_t u, std::int64_t v) {
-    for (int k = 0; k < 3; ++k) {
-      const ScreenCorner &a = drawn.corner[(k + 1) % 3], &b = drawn.corner[(k + 2) % 3];
-      const std::int64_t side = side_of(a, b, u, v);
-      inside &= side > 0 || (side == 0 && owns_edge(a, b));
-      of[k] = static_cast<double>(side) * drawn.corner[k].inverse_w;
+  // Those of a pixel, in order.
+  void list(std::size_t pixel, std::vector<Crossing>& sorted) const {
+    sorted.clear();
+    for (std::uint32_t at = head[pixel]; at != kEnd; at = links[at].next) {
+      sorted.push_back(links[at].crossing);
+      for (std::size_t k = sorted.size() - 1; k > 0 && sorted[k] < sorted[k - 1]; --k)
+        std::swap(sorted[k], sorted[k - 1]);
     }
   }
 };
 
-// All crossings of the rays of a row, by columns.
-struct RowCrossings {
-  std::vector<std::pair<int, Crossing>> found;  // column
-  std::vector<std::size_t> end;                 // [columns] in `sorted`
-  std::vector<Crossing> sorted;
-
-  void add(const ScreenTriangle& drawn, std::uint32_t triangle, int row) {
-    const std::int64_t v = centre_of(row);
-    for (int column = drawn.columns[0]; column < drawn.columns[1]; ++column) {
-      const Weights weights(drawn, centre_of(column), v);
-      if (!weights.inside) continue;
-      const auto& [a, b, c] = weights.of;
-      const double depth =
-          (a * drawn.corner[0].depth + b * drawn.corner[1].depth + c * drawn.corner[2].depth) /
-          (a + b + c);
-      found.push_back({column, {depth, triangle, drawn.enters}});
-    }
-  }
-
-  void sort(int columns) {
-    end.assign(static_cast<std::size_t>(columns) + 1, 0);
-    for (const auto& crossing : found) ++end[static_cast<std::size_t>(crossing.first) + 1];
-    for (std::size_t k = 1; k < end.size(); ++k) end[k] += end[k - 1];
-    sorted.resize(found.size());
-    for (const auto& crossing : found)
-      sorted[end[static_cast<std::size_t>(crossing.first)]++] = crossing.second;
-    for (std::size_t k = 0, first = 0; k < end.size(); first = end[k++])
-      if (end[k] - first > 1) std::sort(&sorted[first], &sorted[first] + (end[k] - first));
-    found.clear();
-  }
-};
-
-// The mesh's normal at a place of a triangle.
-Vec3d normal_at(const DualMesh& mesh, const ScreenTriangle& drawn, const Weights& weights) {
-  const Vec3d &a = mesh.position[drawn.vertex[0]], &b = mesh.position[drawn.vertex[1]],
-              &c = mesh.position[drawn.vertex[2]];
-  // The corners run the other way where the triangle faces the eye.
-  const Vec3d flat = normalized(cross(b - a, c - a) * static_cast<double>(-drawn.enters));
+// The mesh's normal where a ray meets a triangle, world axes.
+Vec3d normal_at(const ScreenMesh& screen, const Crossing& met, int column, int row) {
+  const std::array<std::uint32_t, 3>& t = screen.triangle[met.triangle];
+  const std::array<const ScreenCorner*, 3> corner{&screen.corner[t[0]], &screen.corner[t[1]],
+                                                  &screen.corner[t[2]]};
+  const std::array<std::int64_t, 3> sides = sides_of(corner, centre_of(column), centre_of(row));
+  const Vec3d& flat = screen.flat[met.triangle];
   Vec3d sum;
   for (int k = 0; k < 3; ++k) {
-    const Vec3d& n = mesh.normal[drawn.vertex[k]];
-    sum += (dot(n, flat) < kCreaseNormals ? flat : n) * weights.of[k];
+    const Vec3d& normal = corner[k]->normal;
+    sum += (dot(normal, flat) < kCreaseNormals ? flat : normal) *
+           (static_cast<double>(sides[k]) * corner[k]->inverse_w);
   }
   return normalized(sum, flat);
 }
@@ -188,48 +250,49 @@ struct Interval {
   const Crossing* leaving = nullptr;
 };
 
-// The bodies along one ray, from its crossings in order; air of less depth than `least_air` is
-// none.
-void list_intervals(const Crossing* begin, const Crossing* end, double least_air,
+// The bodies along one ray behind its front, from its crossings there in order; air of less depth
+// than `least_air` is none. The mesh is closed: what a ray leaves more often than it enters it
+// behind the front, it is in there, and its body begins before it.
+void list_intervals(const std::vector<Crossing>& crossings, double least_air,
                     std::vector<Interval>& bodies) {
   bodies.clear();
   int all = 0;
-  for (const Crossing* c = begin; c != end; ++c) all += c->enters;
-  int within = std::max(-all, 0);  // where the mesh's beginning lies behind the eye
+  for (const Crossing& c : crossings) all += c.enters;
+  int within = std::max(-all, 0);
   double from = 0;
-  for (const Crossing* c = begin; c != end; ++c) {
+  for (const Crossing& c : crossings) {
     const int before = within;
-    within += c->enters;
-    if (before <= 0 && within > 0) from = c->depth;
+    within += c.enters;
+    if (before <= 0 && within > 0) from = c.depth;
     if (before <= 0 || within > 0) continue;
     if (!bodies.empty() && from - bodies.back().to < least_air)
-      bodies.back() = {bodies.back().from, c->depth, c};
+      bodies.back() = {bodies.back().from, c.depth, &c};
     else
-      bodies.push_back({from, c->depth, c});
+      bodies.push_back({from, c.depth, &c});
   }
+}
+
+// The next number above a depth that is not negative.
+float next_above(float depth) {
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(depth) + 1);
 }
 
 struct Tracer {
   const View& view;
-  const DualMesh& mesh;
-  const Projector& projector;
+  const ScreenMesh& screen;
   const std::vector<float>& front;
   Layers& layers;
 
   // Writes what is kept of one ray. `bodies` is room to work in.
-  void write(int column, int row, const RowCrossings& crossings,
+  void write(int column, int row, const std::vector<Crossing>& crossings,
              std::vector<Interval>& bodies) const {
     const std::size_t pixels = front.size(),
                       pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width) +
                               static_cast<std::size_t>(column);
     const float first = front[pixel];
-    if (!(first < kNoSurface)) return;
     const Vec3d along = ray_direction(view, column + 0.5, row + 0.5);
     const double stretch = length(along), start = first / view.radius;
-    const auto c = static_cast<std::size_t>(column);
-    list_intervals(crossings.sorted.data() + (c > 0 ? crossings.end[c - 1] : 0),
-                   crossings.sorted.data() + crossings.end[c], kThinAir / stretch, bodies);
-    std::erase_if(bodies, [&](const Interval& body) { return !(body.to > start); });
+    list_intervals(crossings, kThinAir / stretch, bodies);
     if (bodies.empty() || bodies[0].from > start + kMeetsFront / stretch)
       bodies.insert(bodies.begin(), {start, start + kFilm / stretch, nullptr});
 
@@ -238,24 +301,19 @@ struct Tracer {
     std::size_t count = 0;
     float last = 0;  // where the layer before ends
     for (const Interval& body : bodies) {
-      const float next = std::nextafter(last, kNoSurface);
-      const float from = count == 0 ? first : std::max(world_depth(view, body.from), next);
+      const float from =
+          count == 0 ? first : std::max(world_depth(view, body.from), next_above(last));
       float to = world_depth(view, body.to);
-      if (count == 0) to = std::max(to, std::nextafter(from, kNoSurface));
+      if (count == 0) to = std::max(to, next_above(from));
       if (!(to > from)) continue;
       if (count < most) {
         layers.entry[count * pixels + pixel] = from;
         layers.exit[count * pixels + pixel] = to;
       }
-      if (count == 0) {
-        Vec3d normal = normalized(along);
-        if (body.leaving != nullptr) {
-          ScreenTriangle drawn{};
-          projector.draw(mesh.triangle[body.leaving->triangle], drawn);
-          normal = normal_at(mesh, drawn, Weights(drawn, centre_of(column), centre_of(row)));
-        }
-        layers.back_normal[pixel] = static_cast<Vec3>(world_direction(view, normal));
-      }
+      if (count == 0)
+        layers.back_normal[pixel] = static_cast<Vec3>(
+            body.leaving != nullptr ? normal_at(screen, *body.leaving, column, row)
+                                    : world_direction(view, normalized(along)));
       thickness += (double{to} - double{from}) * stretch;
       ++count;
       last = to;
@@ -278,40 +336,27 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
   layers.entry.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
-  // The triangles of each band of rows, in their order.
-  const Projector projector(view, mesh);
-  const auto bands = static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn);
-  std::vector<std::array<int, 2>> rows_of(mesh.triangle.size());
-  parallel_for(rows_of.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    ScreenTriangle drawn{};
-    for (std::size_t t = begin; t < end; ++t)
-      if (projector.draw(mesh.triangle[t], drawn)) rows_of[t] = drawn.rows;
-  });
-  std::vector<std::vector<std::uint32_t>> of_band(bands);
-  for (std::size_t t = 0; t < rows_of.size(); ++t)
-    if (rows_of[t][0] < rows_of[t][1])
-      for (int band = rows_of[t][0] / kRowsDrawn; band <= (rows_of[t][1] - 1) / kRowsDrawn; ++band)
-        of_band[static_cast<std::size_t>(band)].push_back(static_cast<std::uint32_t>(t));
-
-  const Tracer tracer{view, mesh, projector, front, layers};
-  parallel_for(bands, 1, [&](std::size_t begin, std::size_t end) {
-    std::array<RowCrossings, kRowsDrawn> rows;
+  const ScreenMesh screen = project_mesh(view, mesh);
+  const Tracer tracer{view, screen, front, layers};
+  parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
+    BandCrossings band(view.width);
+    std::vector<Crossing> crossings;
     std::vector<Interval> bodies;
-    ScreenTriangle drawn{};
-    for (std::size_t band = begin; band < end; ++band) {
-      const int first = static_cast<int>(band) * kRowsDrawn,
-                behind = std::min(first + kRowsDrawn, view.height);
-      for (const std::uint32_t t : of_band[band]) {
-        projector.draw(mesh.triangle[t], drawn);
-        for (int row = std::max(first, drawn.rows[0]); row < std::min(behind, drawn.rows[1]); ++row)
-          rows[static_cast<std::size_t>(row - first)].add(drawn, t, row);
-      }
-      for (int row = first; row < behind; ++row) {
-        RowCrossings& crossings = rows[static_cast<std::size_t>(row - first)];
-        crossings.sort(view.width);
-        for (int column = 0; column < view.width; ++column)
+    for (std::size_t k = begin; k < end; ++k) {
+      const int first = static_cast<int>(k) * kRowsDrawn,
+                rows = std::min(kRowsDrawn, view.height - first);
+      band.clear(view, front, first, rows);
+      for (const std::uint32_t t : screen.of_band[k])
+        band.draw(Edges(screen, screen.triangle[t], view), t, screen.enters[t], rows);
+      for (int row = first; row < first + rows; ++row)
+        for (int column = 0; column < view.width; ++column) {
+          const std::size_t p =
+              static_cast<std::size_t>(row - first) * static_cast<std::size_t>(view.width) +
+              static_cast<std::size_t>(column);
+          if (!(band.start[p] < kNoSurface)) continue;
+          band.list(p, crossings);
           tracer.write(column, row, crossings, bodies);
-      }
+        }
     }
   });
   return layers;

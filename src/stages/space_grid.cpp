@@ -139,6 +139,18 @@ void each_corner_around(int bit, int axis, Visit&& visit) {
 
 }  // namespace
 
+Points near_air(const Cells& cells, const float* gradients) {
+  constexpr double kLowDensity = 0.9, kSlope = 0.1;
+  const std::size_t n = cells.item.size();
+  Points points;
+  for (std::size_t p = 0; p < n; ++p) {
+    const Vec3d slope{gradients[p], gradients[n + p], gradients[2 * n + p]};
+    if (gradients[3 * n + p] < kLowDensity || dot(slope, slope) > kSlope * kSlope)
+      points.add({cells.x[p], cells.y[p], cells.z[p]});
+  }
+  return points;
+}
+
 std::uint64_t key_of(const Place& at) {
   const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + (1 << 20)); };
   return part(at[2]) << 42 | part(at[1]) << 21 | part(at[0]);
@@ -221,11 +233,12 @@ SpaceGrid grid_around(const Points& points, double reach, double cell, const Cor
               apart[2][c] = square(side * static_cast<double>(k) + cell * c - points.z[p]);
             }
             std::uint64_t near = 0;
-            for (int bit = 0; bit < 64; ++bit)
-              near |=
-                  std::uint64_t{apart[0][bit & 3] + apart[1][bit >> 2 & 3] + apart[2][bit >> 4] <=
-                                squared}
-                  << bit;
+            for (int row = 0; row < kBlockSide * kBlockSide; ++row) {
+              const double y2 = apart[1][row & 3], z2 = apart[2][row >> 2];
+              if (y2 + z2 > squared) continue;
+              for (int c = 0; c < kBlockSide; ++c)
+                near |= std::uint64_t{apart[0][c] + y2 + z2 <= squared} << (kBlockSide * row + c);
+            }
             std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(near, std::memory_order_relaxed);
           }
     }
@@ -340,6 +353,80 @@ CrossedEdges list_crossings(const SpaceGrid& grid) {
   edges.normal.resize(n);
   edges.value.resize(n);
   return edges;
+}
+
+void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
+  parallel_for(edges.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) {
+      const std::size_t b = static_cast<std::size_t>(edges.block[e]);
+      const int axis = edges.axis[e], bit = edges.bit[e];
+      const int i = bit & 3, j = bit >> 2 & 3, k = bit >> 4;
+      // The 18 corners around an edge are known.
+      std::array<double, 3> slope{};
+      double end_value[2] = {0, 0};
+      each_corner_around(bit, axis, [&](int x, int y, int z) {
+        const Corner corner = corner_at(grid, b, x, y, z);
+        const double value = grid.blocks[static_cast<std::size_t>(corner.block)]
+                                 .value[static_cast<std::size_t>(corner.bit)];
+        const std::array<int, 3> off{x - i, y - j, z - k};
+        const int aside[2] = {off[static_cast<std::size_t>((axis + 1) % 3)],
+                              off[static_cast<std::size_t>((axis + 2) % 3)]};
+        if (aside[0] == 0 && aside[1] == 0)
+          end_value[off[static_cast<std::size_t>(axis)]] = value;
+        else if (aside[0] == 0 || aside[1] == 0)
+          for (int q = 0; q < 2; ++q)
+            slope[static_cast<std::size_t>((axis + 1 + q) % 3)] += 0.25 * aside[q] * value;
+      });
+      const auto [low, high] = end_value;
+      slope[static_cast<std::size_t>(axis)] = high - low;
+      const double at = low / (low - high);
+      const auto [x, y, z] = kAlong[edges.axis[e]];
+      edges.at[e] = static_cast<float>(at);
+      edges.position[e] = grid.position(b, i, j, k) + Vec3d(x, y, z) * (at * grid.cell);
+      edges.normal[e] = normalized({slope[0], slope[1], slope[2]});
+      edges.value[e] = 0;
+    }
+  });
+}
+
+std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
+                                         const std::vector<std::uint32_t>& some) {
+  // The cells around an edge begin at its lower end and up to one back along the other axes.
+  const auto each_cell_of = [&](std::size_t e, const auto& visit) {
+    const int bit = edges.bit[e], axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
+    for (int q = 0; q < 4; ++q) {
+      int at[3] = {bit & 3, bit >> 2 & 3, bit >> 4};
+      at[b] -= q & 1;
+      at[c] -= q >> 1;
+      visit(corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+    }
+  };
+  std::vector<std::uint64_t> cells(grid.blocks.size(), 0);
+  for (const std::uint32_t e : some)
+    each_cell_of(e, [&](const Corner& lowest) {
+      cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
+    });
+  std::vector<std::uint32_t> all;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    bool any = false;
+    each_cell_of(e, [&](const Corner& lowest) {
+      any |= (cells[static_cast<std::size_t>(lowest.block)] >> lowest.bit & 1) != 0;
+    });
+    if (any) all.push_back(static_cast<std::uint32_t>(e));
+  }
+  return all;
+}
+
+void measure_crossings(Device& device, const ImplicitFunction& function,
+                       const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
+  Points points;
+  points.reserve(some.size());
+  for (const std::uint32_t e : some) points.add(edges.position[e]);
+  const Levels levels = measure_implicit(device, function, points);
+  for (std::size_t k = 0; k < some.size(); ++k) {
+    edges.value[some[k]] = levels.value[k];
+    edges.normal[some[k]] = Vec3d(levels.gradient[k]);
+  }
 }
 
 void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,

@@ -69,6 +69,12 @@ inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, 
           (i & 3) + 4 * (j & 3) + 16 * (k & 3)};
 }
 
+/// The particles that see air: the density at them is below .9, or its slope above .1 (1 / particle
+/// radii). A face has .85 and .25, a single layer .70 and 0.
+///
+///   gradients  [4][n] of measure_gradients over these cells
+Points near_air(const Cells& cells, const float* gradients);
+
 /// A grid whose corners within `reach` of one of the points (particle radii) are wanted, of those
 /// in `within`. Throws InvalidArgument where that is more than the program can hold.
 SpaceGrid grid_around(const Points& points, double reach, double cell,
@@ -107,6 +113,18 @@ struct CrossedEdges {
 /// The edges of a grid whose surface is closed, in order. Where they cross it is not said yet.
 /// Throws InvalidArgument where there are more than the program can hold.
 CrossedEdges list_crossings(const SpaceGrid& grid);
+
+/// Where they cross the surface if F is linear along them, and outward along the edge as the
+/// normal.
+void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges);
+
+/// Some crossings, ascending, and all others of the cells that these belong to.
+std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
+                                         const std::vector<std::uint32_t>& some);
+
+/// F and its gradient's way at some of the crossings. Waits.
+void measure_crossings(Device& device, const ImplicitFunction& function,
+                       const std::vector<std::uint32_t>& some, CrossedEdges& edges);
 
 /// Where they cross the surface: F is asked at up to `rounds` points of each, until it is less than
 /// `enough` particle radii. Waits.

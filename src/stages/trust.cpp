@@ -75,4 +75,13 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
   return trust;
 }
 
+void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
+                   std::vector<double>& trust) {
+  constexpr double kBefore = 1.5;  // particle radii
+  std::vector<Vec3d> before(fits.size());
+  for (std::size_t k = 0; k < fits.size(); ++k) before[k] = fits.foot[k] + fits.normal[k] * kBefore;
+  const std::vector<float> density = measure_density(device, cells, before);
+  for (std::size_t k = 0; k < fits.size(); ++k) trust[k] *= 1 - smooth_step(0.55, 0.75, density[k]);
+}
+
 }  // namespace meniscus

@@ -28,4 +28,11 @@ inline constexpr float kTrustSheet = 5;
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells);
 
+/// Less trust to fits without air before them: particles around a gap in a lattice, as large as one
+/// that is missing, seem to lie on a surface. No camera sees them. With C the density 1.5 particle
+/// radii before the foot, which is 1/8 before a face, 3/8 before a concave edge, and 1 behind a
+/// gap: times 1 - smoothstep(.55, .75, C). Waits.
+void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
+                   std::vector<double>& trust);
+
 }  // namespace meniscus

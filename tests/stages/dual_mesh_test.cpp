@@ -55,6 +55,27 @@ CrossedEdges halved(const SpaceGrid& grid) {
   return edges;
 }
 
+// F is linear along edges, and its slope is told by the corners around them.
+TEST(SpaceGrid, GuessesTheCrossingsOfAPlane) {
+  const Vec3d normal = normalized({0.3, -0.5, 0.8});
+  const double offset = dot(normal, {3.1, 3.2, 3.3});
+  const SpaceGrid grid =
+      grid_of(14, [&](const Vec3d& at) { return static_cast<float>(dot(normal, at) - offset); });
+  CrossedEdges edges = list_crossings(grid);
+  guess_crossings(grid, edges);
+  int compared = 0;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const Vec3d& at = edges.position[e];
+    const auto within = [](double v) { return v > 1.1 && v < 5.4; };  // no corner around is outside
+    if (!within(at.x) || !within(at.y) || !within(at.z)) continue;
+    ++compared;
+    // Values round to 2^-24 of at most 8; the steepest edge has .15 of slope over half a radius.
+    EXPECT_NEAR(dot(normal, at), offset, 1e-5);
+    EXPECT_LT(length(edges.normal[e] - normal), 1e-5);
+  }
+  EXPECT_GT(compared, 100);
+}
+
 // White noise has all configurations of a cell, and pairs of cells that are neighbours twice.
 TEST(DualMesh, OfNoiseIsClosedAndManifold) {
   std::int64_t between = 0, triangles = 0;
@@ -65,7 +86,7 @@ TEST(DualMesh, OfNoiseIsClosedAndManifold) {
         return static_cast<float>(random(0.1, 1) * (random(0, 1) < share ? -1 : 1));
       });
       const CrossedEdges edges = halved(grid);
-      DualMesh mesh = place_vertices(grid, edges, 0.05);
+      DualMesh mesh = place_vertices(grid, edges, {});
       const std::size_t of_cells = mesh.position.size();
       join_vertices(grid, edges, mesh);
       between += static_cast<std::int64_t>(mesh.position.size() - of_cells);
@@ -109,7 +130,7 @@ TEST(DualMesh, OfABoxHasItsCorners) {
         : edges.axis[e] == 1 ? (n > 0 ? high.y : low.y)
                              : (n > 0 ? high.z : low.z);
   }
-  DualMesh mesh = place_vertices(grid, edges, 0.05);
+  DualMesh mesh = place_vertices(grid, edges, {});
   join_vertices(grid, edges, mesh);
   for (const Vec3d& at : mesh.position) EXPECT_NEAR(distance(at), 0, 1e-12);
   const accuracy::ClosedFigures figures = accuracy::check_topology(plain(mesh));
@@ -129,7 +150,7 @@ TEST(DualMesh, LosesWhatIsTooSmall) {
         std::min(std::max(around - 1.6, 0.7 - around), length(p - drop) - 0.4));
   });
   const CrossedEdges edges = halved(grid);
-  DualMesh whole = place_vertices(grid, edges, 0.05);
+  DualMesh whole = place_vertices(grid, edges, {});
   join_vertices(grid, edges, whole);
   const accuracy::ClosedFigures all = accuracy::check_topology(plain(whole));
   ASSERT_EQ(all.pieces, 3);
@@ -160,6 +181,28 @@ TEST(SpaceGrid, RefusesCellsThatAreTooSmallForIt) {
     EXPECT_NE(std::string(error.what()).find("cell is 0.1 particle radii"), std::string::npos)
         << error.what();
   }
+}
+
+// A plane that lies beside the crossings, as F tells it: vertices go onto it where they may.
+TEST(DualMesh, VerticesLeaveTheirCellsAsFarAsTheyMay) {
+  const SpaceGrid grid =
+      grid_of(14, [](const Vec3d& at) { return static_cast<float>(at.z - 3.2); });
+  CrossedEdges edges = list_crossings(grid);
+  guess_crossings(grid, edges);
+  const double off = 0.4;  // the cells end at 3.5
+  for (float& value : edges.value) value = static_cast<float>(-off);
+  const auto highest = [&](const Placing& placing) {
+    double high = 0;
+    const DualMesh mesh = place_vertices(grid, edges, placing);
+    for (const Vec3d& at : mesh.position)
+      if (at.x > 1.1 && at.x < 5.4 && at.y > 1.1 && at.y < 5.4 && at.z > 3)
+        high = std::max(high, at.z);
+    return high;
+  };
+  EXPECT_NEAR(highest({.most_off = 0.3}), 3.2, 1e-5);  // more than is believed
+  EXPECT_NEAR(highest({.most_off = 1}), 3.5 - 0.01 * 0.5, 1e-5);
+  EXPECT_NEAR(highest({.most_off = 1, .margin = -0.1}), 3.5 + 0.1 * 0.5, 1e-5);
+  EXPECT_NEAR(highest({.most_off = 1, .margin = -0.5}), 3.6, 1e-5);
 }
 
 }  // namespace

@@ -128,6 +128,24 @@ TEST_P(Implicit, WithoutFitsIsTheField) {
   EXPECT_NEAR(found.gradient[1].x, 1, 1e-6);
 }
 
+// Asked for less, it says what it says without fits.
+TEST_P(Implicit, AloneTheFieldSpeaks) {
+  const Parameters params;
+  const Corner corner(false);
+  ImplicitFunction function = corner.function(device_, params);
+  Points points;
+  for (int i = -4; i <= 4; ++i)
+    for (int k = -4; k <= 4; ++k) points.add({0.7 * i, 0.1, 0.7 * k});
+  const Levels both = measure_implicit(device_, function, points);
+  function.alone = true;
+  const Levels alone = measure_implicit(device_, function, points);
+  const Levels without =
+      measure_implicit(device_, make_implicit(device_, {}, function.levelled, params), points);
+  EXPECT_EQ(alone.value, without.value);
+  EXPECT_EQ(alone.gradient, without.gradient);
+  EXPECT_NE(alone.value, both.value);
+}
+
 MENISCUS_ON_EVERY_DEVICE(Implicit);
 
 }  // namespace

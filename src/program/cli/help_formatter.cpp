@@ -10,9 +10,9 @@ constexpr std::size_t kIndent = 34, kWidth = 100;  // columns
 
 // What most people need of a command with many options.
 constexpr const char* kMostUsed[] = {
-    "--output",  "--particle-radius", "--camera",  "--eye",   "--target", "--up",      "--fov",
-    "--size",    "--frames",          "--resume",  "--log",   "--report", "--method",  "--aov",
-    "--preview", "--device",          "--timings", "--quiet", "--help",   "--help-all"};
+    "--output", "--particle-radius", "--camera", "--eye",     "--target", "--up",     "--fov",
+    "--size",   "--frames",          "--resume", "--log",     "--report", "--method", "--aov",
+    "--layers", "--preview",         "--device", "--timings", "--quiet",  "--help",   "--help-all"};
 
 }  // namespace
 

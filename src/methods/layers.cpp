@@ -1,0 +1,224 @@
+// The layers along rays: what the front knows of the fluid is used again, and no more is found out
+// than exits need (docs/layers.md).
+#include "methods/layers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "stages/dual_mesh.hpp"
+#include "stages/implicit.hpp"
+#include "stages/roundness.hpp"
+#include "stages/surface.hpp"
+#include "stages/trust.hpp"
+
+namespace meniscus {
+namespace {
+
+// Particles of the surface with less u are not fitted, as in with_rim().
+constexpr double kOpen = 0.5;
+
+// How far beyond the screen particles count where the front was made from others: what is out of
+// view seems to end there, and fits that lie at such an end must not reach the screen.
+constexpr double kMargin = 16;
+
+// The mesh's cells, and how near to particles that see air their corners are asked at first;
+// particle radii.
+constexpr double kCell = 2, kBand = 2;
+
+// The field tells the cells that the surface passes through, the fits where it is: that may be up
+// to two radii away, and in a cell beside it.
+constexpr Placing kPlacing{.most_off = 2, .margin = -0.5};
+
+// Crossings that lie less than this behind the front (particle radii) and face the eye by more than
+// this cosine are the front itself, of which the mesh need not tell anything.
+constexpr double kBehindFront = 0.75, kFacing = 0.6;
+
+// Particle radii cubed, as of closed meshes.
+constexpr double kLeastFluid = 1, kLeastAir = 8;
+
+// The fit of every particle of the surface is much like those beside it. Of the particles that the
+// front has not fitted one a cube of this side (particle radii) and side of the fluid is.
+constexpr double kApart = 2.5;
+
+// The cube of a point, and which of six ways its normal points. Points farther than 2^19 cubes away
+// share cubes.
+constexpr double kFarthest = 1 << 19;
+std::uint64_t place_of(const Vec3d& at, const Vec3d& normal) {
+  const auto coordinate = [](double v) {
+    return static_cast<std::uint64_t>(
+        std::clamp(std::floor(v / kApart) + kFarthest, 0.0, 2.0 * kFarthest - 1));
+  };
+  const double x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
+  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  const double along = axis == 0 ? normal.x : axis == 1 ? normal.y : normal.z;
+  const std::uint64_t way = static_cast<std::uint64_t>(2 * axis + (along < 0 ? 1 : 0));
+  return ((coordinate(at.x) << 20 | coordinate(at.y)) << 20 | coordinate(at.z)) << 3 | way;
+}
+
+// The particles to fit where the front has no fits.
+Visible choose_hidden(const KnownFluid& known) {
+  const SurfaceParticles& around = known.around;
+  std::vector<std::uint64_t> taken;
+  taken.reserve(known.fits.size());
+  for (std::size_t k = 0; k < known.fits.size(); ++k)
+    taken.push_back(place_of(known.fits.position[k], known.fits.normal[k]));
+  std::sort(taken.begin(), taken.end());
+  std::vector<std::pair<std::uint64_t, std::int32_t>> candidates;
+  for (std::size_t k = 0; k < around.index.size(); ++k) {
+    if (around.weight[k] < kOpen) continue;
+    const Vec3d at = known.particles.eye(static_cast<std::size_t>(around.index[k]));
+    candidates.emplace_back(place_of(at, around.normal[k]), around.index[k]);
+  }
+  std::sort(candidates.begin(), candidates.end());
+  Visible hidden;
+  auto next = taken.begin();
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const std::uint64_t place = candidates[k].first;
+    if (k > 0 && candidates[k - 1].first == place) continue;
+    while (next != taken.end() && *next < place) ++next;
+    if (next != taken.end() && *next == place) continue;
+    hidden.index.push_back(candidates[k].second);
+  }
+  std::sort(hidden.index.begin(), hidden.index.end());
+  hidden.owned.assign(hidden.index.size(), 1);
+  return hidden;
+}
+
+ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
+                        const Parameters& params) {
+  const SurfaceParticles& around = known.around;
+  const FitNeighbours trial =
+      find_neighbours(device, known.particles, hidden.index, around.index, kTrialReach);
+  const FitNeighbours neighbours =
+      find_neighbours(device, known.particles, hidden.index, around.index, params.fit.support);
+  const std::vector<float> roundness =
+      measure_roundness(device, known.particles, hidden, around, trial, params.fit, params.blend);
+  return fit_particles(device, known.particles, hidden, around, neighbours, roundness, params.fit);
+}
+
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+// Fits of the front and others, all of which count alike.
+void join_fits(ParticleFits& fits, const ParticleFits& more) {
+  append(fits.position, more.position);
+  append(fits.normal, more.normal);
+  append(fits.surface, more.surface);
+  append(fits.support, more.support);
+  append(fits.roundness, more.roundness);
+  append(fits.edge, more.edge);
+  append(fits.firmness, more.firmness);
+  append(fits.spread, more.spread);
+  append(fits.supporters, more.supporters);
+  append(fits.foot, more.foot);
+  append(fits.quadric, more.quadric);
+  append(fits.residual, more.residual);
+  if (!fits.extent.empty()) fits.extent.resize(fits.size(), 0);
+  fits.visible.assign(fits.size(), 1);
+}
+
+// The crossings that are not the front itself.
+std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float>& front,
+                                       const CrossedEdges& edges) {
+  std::vector<std::uint32_t> hidden;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const Vec3d& at = edges.position[e];
+    const PixelPosition p = project(view, at);
+    if (-at.z > 0 && p.w > 0 && p.u >= 0 && p.v >= 0 && p.u < view.width && p.v < view.height) {
+      const std::size_t pixel =
+          static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
+          static_cast<std::size_t>(p.u);
+      const Vec3d along = ray_direction(view, p.u, p.v);
+      if (-at.z < front[pixel] / view.radius + kBehindFront && front[pixel] < kNoSurface &&
+          dot(along, edges.normal[e]) < -kFacing * length(along))
+        continue;
+    }
+    hidden.push_back(static_cast<std::uint32_t>(e));
+  }
+  return hidden;
+}
+
+// 2.4 and 2.5: the mesh that rays leave.
+DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>& front,
+                     const KnownFluid& known, const ImplicitFunction& function, StageClock& clock) {
+  clock.start("corners");
+  Points seeds;
+  {
+    const HostView gradients(device, known.field);
+    seeds = near_air(known.host_cells, gradients.data());
+  }
+  ImplicitFunction field = function;
+  field.alone = true;
+  SpaceGrid grid = grid_around(seeds, kBand, kCell);
+  do {
+    fill_corners(
+        grid, [&](const Points& points) { return measure_implicit(device, field, points).value; });
+  } while (want_closed(grid));
+  clock.start("crossings");
+  CrossedEdges edges = list_crossings(grid);
+  guess_crossings(grid, edges);
+  measure_crossings(device, function, of_same_cells(grid, edges, list_hidden(view, front, edges)),
+                    edges);
+  clock.start("mesh");
+  DualMesh mesh = place_vertices(grid, edges, kPlacing);
+  join_vertices(grid, edges, mesh);
+  drop_crumbs(mesh, kLeastFluid, kLeastAir);
+  return mesh;
+}
+
+}  // namespace
+
+std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffers& image) {
+  const HostView depth(device, image.depth);
+  std::vector<float> front(image.grid.size());
+  for (std::size_t s = 0; s < front.size(); ++s) front[s] = world_depth(view, depth[s]);
+  return front;
+}
+
+Layers find_layers(Device& device, const View& view, KnownFluid known,
+                   const std::vector<float>& front, const Parameters& params, StageClock& clock) {
+  clock.start("fit");
+  const Visible hidden = choose_hidden(known);
+  const ParticleFits more = fit_hidden(device, known, hidden, params);
+  clock.start("trust");
+  append(known.trust, measure_trust(device, more, known.cells));
+  join_fits(known.fits, more);
+  distrust_gaps(device, known.cells, known.fits, known.trust);
+  const ImplicitFunction function = make_implicit(
+      device, make_records(known.fits, known.trust, params.fit, kBlendReach * params.blend.radius),
+      known.levelled, params);
+  const DualMesh mesh = mesh_behind(device, view, front, known, function, clock);
+  clock.start("layers");
+  Layers layers = trace_layers(view, mesh, front, params.layers);
+  clock.stop();
+  return layers;
+}
+
+Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
+                  const std::vector<float>& front, const Parameters& params,
+                  std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  clock.start("project");
+  const Projected placed = project_particles(device, view, particles, kMargin);
+  if (placed.size() == 0) return trace_layers(view, {}, front, params.layers);
+  clock.start("field");
+  const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);
+  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
+  const DeviceCells levelled = level_cells(device, cells, field, params.region);
+  clock.start("surface");
+  FieldSurface found;
+  {
+    const HostView gradients(device, field);
+    found = find_surface({}, host_cells, {gradients.data(), gradients.size()});
+  }
+  const SurfaceParticles around = with_normals(std::move(found), {}, {});
+  return find_layers(device, view, {placed, host_cells, cells, levelled, field, around, {}, {}},
+                     front, params, clock);
+}
+
+}  // namespace meniscus

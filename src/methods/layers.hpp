@@ -1,0 +1,40 @@
+// The layers along rays: the fits of the front, few more on the surface that the camera does not
+// see, and a closed mesh of both (docs/layers.md).
+#pragma once
+
+#include <vector>
+
+#include "api/pipeline.hpp"
+#include "base/stage_clock.hpp"
+#include "stages/density.hpp"
+#include "stages/layers.hpp"
+#include "stages/particle_fit.hpp"
+
+namespace meniscus {
+
+/// What is known of a fluid once its front is made.
+struct KnownFluid {
+  const Projected& particles;
+  const Cells& host_cells;              // of all of them, side kDensitySupport
+  const DeviceCells &cells, &levelled;  // the same
+  const Buffer<float>& field;           // measure_gradients() over them, near air
+  const SurfaceParticles& around;       // the surface's particles
+  ParticleFits fits;                    // of the front
+  std::vector<double> trust;            // [fits]
+};
+
+/// The layers along the rays of a view.
+///
+///   front  [pixels] depths that the view's pixels show, world units; kNoSurface
+Layers find_layers(Device& device, const View& view, KnownFluid known,
+                   const std::vector<float>& front, const Parameters& params, StageClock& clock);
+
+/// The same of particles whose front was made from others.
+Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
+                  const std::vector<float>& front, const Parameters& params,
+                  std::vector<StageTime>* timings);
+
+/// The depths that pixels show, world units.
+std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffers& image);
+
+}  // namespace meniscus
