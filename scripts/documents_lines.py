@@ -76,6 +76,7 @@ SMALLER = {
         "mpirun -n 2 meniscus extract 'dam.####.ply' -o 'mpi.####.ply' --camera camera.json", 2, "two processors"),
     # Large frames.
     "meniscus generate --particles 1e8 -o large.ply": ("meniscus generate --particles 3e5 -o large.ply", 1, "1.2 GB"),
+    "meniscus generate --particles 1e7 -o dam.ply": ("meniscus generate --particles 3e5 -o dam.ply", 1, "120 MB"),
     "mpirun -n 64 --map-by ppr:1:node --bind-to none meniscus extract 'dam.rank*.ply' -o dam.exr": (
         "mpirun -n 2 --bind-to none meniscus extract 'dam.rank*.ply' -o dam.exr", 2, "one machine"),
     "benchmarks/scaling.py": ("benchmarks/scaling.py --largest 1e4 --runs 1 --sizes 320x240", 2, "10^8 particles"),

@@ -16,12 +16,16 @@ namespace meniscus MENISCUS_API {
 /// What a closed mesh is told beside Parameters.
 struct ClosedParams {
   double cell = 1;  // side of the cells that are contoured, particle radii, .1 to 4
+  /// What a frame of 2^18 particles and more may take beside its mesh, about; bytes. One that takes
+  /// more is made in parts of space, as far as that saves memory. The mesh is the same.
+  std::size_t memory = std::size_t{1} << 30;
 };
 
 /// Meshes all of the fluid: method fit's implicit function with a quadric around every particle of
 /// the surface, contoured by dual contouring, so that creases stay sharp.
 ///
-///   particles   any order; the result does not depend on it. All are held in memory
+///   particles   any order; the result does not depend on it. Of a source that is read in parts no
+///               more are held than closed.memory has room for
 ///   parameters  of method fit; what concerns cameras and maps has no effect
 ///   timings     when given, receives an entry each time a stage runs, in order
 ///

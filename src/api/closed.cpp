@@ -10,8 +10,10 @@
 #include "device/device.hpp"
 #include "meniscus/device.hpp"
 #include "methods/closed.hpp"
+#include "methods/closed_parts.hpp"
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
+#include "prepare/parts.hpp"
 
 namespace meniscus {
 namespace {
@@ -30,8 +32,53 @@ Parameters of_meshes(const Parameters& parameters) {
   return params;
 }
 
+// A frame that streams, in parts where it is large or several processes share it.
+Surface mesh_parts(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
+                   std::vector<StageTime>* timings) {
+  const Parameters& params = filling.params;
+  Team& team = source.team();
+  const double block = kBlockSide * closed.cell, halo = halo_of_parts(closed.cell, params);
+  const PartedFrame frame = survey_parts(filling, source, block);
+  const std::vector<BlockBox> parts = share_space(filling, frame, block, halo, team.size());
+  std::vector<PartTally> tallies(parts.size());
+  const FillPart fill = [&](std::size_t part, const std::vector<SpaceBox>& boxes,
+                            const SpaceBox& own) {
+    PartTally tally;
+    WorldParticles particles = fill_part(filling, source, frame, boxes, own, tally);
+    if (part < parts.size()) tallies[part] = tally;
+    return particles;
+  };
+  // For the first process; the others get nothing.
+  std::vector<SpaceBox> everything(static_cast<std::size_t>(team.size()), SpaceBox::nowhere());
+  everything[0] = {};
+  const bool carries = frame.moving || !source.attributes().empty();
+  Extraction made;
+  if (parts.size() == 1) {
+    const WorldParticles particles = fill(0, everything, {});
+    if (team.leads())
+      made = run_closed(filling.device, frame.view, particles, closed, params, timings);
+  } else {
+    made = run_closed_in_parts(filling.device, frame.view, team, parts, fill, closed, params,
+                               carries && frame.all_known, timings);
+    // Where what some particles carry is not known, particles from anywhere may speak for them.
+    if (carries && !frame.all_known) {
+      const WorldParticles particles = fill(parts.size(), everything, {});
+      if (team.leads())
+        carry_values(filling.device, frame.view, place_particles(frame.view, particles), particles,
+                     params, made);
+    }
+  }
+  Surface surface;
+  surface.particle_radius = frame.radius;
+  report(team.size() == 1 ? tallies : team.joined(tallies), frame, filling.notices);
+  surface.notices = std::move(filling.notices);
+  if (!team.leads()) return surface;
+  return to_world(filling.device, frame.view, std::move(made), std::move(surface), params, timings);
+}
+
 Surface mesh_frame(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
                    std::vector<StageTime>* timings) {
+  if (source.size() >= kStreamed) return mesh_parts(filling, source, closed, timings);
   const FilledFrame frame = fill_everything(filling, source);
   Surface surface;
   surface.particle_radius = frame.radius;
@@ -64,7 +111,7 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
   StageClock clock(device, timings);
   std::vector<Notice> notices;
   const Camera none;
-  const Filling filling{device, none, params, kStreamMemory, clock, notices};
+  const Filling filling{device, none, params, closed.memory, clock, notices};
   const DeviceInfo& info = device.info();
   return on_threads(info.is_part ? info.compute_units : 0,
                     [&] { return mesh_frame(filling, source, closed, timings); });

@@ -101,10 +101,10 @@ void Team::share_bytes(void* bytes, std::size_t size) {
   });
 }
 
-void Team::send_bytes(const void* bytes, std::size_t size) {
+void Team::send_bytes(const void* bytes, std::size_t size, int to) {
   const Waiting waiting(*this);
   in_parts(size, largest_, [&](std::size_t first, std::size_t n) {
-    channel_->send(static_cast<const char*>(bytes) + first, n, 0);
+    channel_->send(static_cast<const char*>(bytes) + first, n, to);
   });
 }
 

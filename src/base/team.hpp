@@ -73,20 +73,25 @@ class Team {
   }
   std::string from_first(const std::string& text);
 
-  /// Calls take(rank, values) in rank 0 with what each rank has, in the ranks' order. Takes `mine`.
+  /// Calls take(rank, values) in rank `to` with what each rank has, in the ranks' order. Takes
+  /// `mine`.
   template <class T, class Take>
-  void gather(std::vector<T>&& mine, const Take& take) {
+  void gather(std::vector<T>&& mine, const Take& take, int to = 0) {
     static_assert(std::is_trivially_copyable_v<T>);
     const std::vector<std::int64_t> counts = counts_of(mine.size());
-    if (leads()) take(0, std::move(mine));
-    for (int from = 1; from < size(); ++from) {
+    for (int from = 0; from < size(); ++from) {
+      if (from == to) {
+        if (rank() == to) take(from, std::move(mine));
+        continue;
+      }
       std::vector<T> values;
-      if (leads()) values.resize(static_cast<std::size_t>(counts[static_cast<std::size_t>(from)]));
-      meet();  // nobody sends what rank 0 has no room for
+      if (rank() == to)
+        values.resize(static_cast<std::size_t>(counts[static_cast<std::size_t>(from)]));
+      meet();  // nobody sends what `to` has no room for
       if (rank() == from) {
-        send_bytes(mine.data(), mine.size() * sizeof(T));
+        send_bytes(mine.data(), mine.size() * sizeof(T), to);
         mine = {};
-      } else if (leads()) {
+      } else if (rank() == to) {
         receive_bytes(values.data(), values.size() * sizeof(T), from);
         take(from, std::move(values));
       }
@@ -113,7 +118,7 @@ class Team {
   void agree(bool failed, const std::string& message);
   std::vector<std::int64_t> counts_of(std::size_t mine);  // of all ranks
   void share_bytes(void* bytes, std::size_t size);        // rank 0's
-  void send_bytes(const void* bytes, std::size_t size);   // to rank 0
+  void send_bytes(const void* bytes, std::size_t size, int to);
   void receive_bytes(void* bytes, std::size_t size, int from);
 
   Channel* channel_;

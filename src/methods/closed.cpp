@@ -8,6 +8,7 @@
 
 #include "base/parallel.hpp"
 #include "base/stage_clock.hpp"
+#include "methods/closed_steps.hpp"
 #include "methods/methods.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
@@ -27,22 +28,109 @@ constexpr double kOpen = 0.5;
 // radius outside them, and wherever else it goes more corners are asked for.
 constexpr double kBand = 2;
 
-// An edge's crossing is sought until F is this small, particle radii.
-constexpr int kRounds = 6;
-constexpr double kEnough = 0.004;
-
-// Particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
-constexpr double kLeastFluid = 1, kLeastAir = 8;
-
-// All that stand for the surface and are fitted.
-Visible fitted_of(const FieldSurface& shell) {
+// All that stand for the surface and are fitted, where `wanted`.
+Visible fitted_of(const Projected& placed, const FieldSurface& shell,
+                  const std::function<bool(const Vec3d& position)>& wanted) {
   Visible fitted;
-  for (std::size_t k = 0; k < shell.index.size(); ++k)
-    if (shell.weight[k] >= kOpen) {
-      fitted.index.push_back(shell.index[k]);
-      fitted.owned.push_back(1);
-    }
+  for (std::size_t k = 0; k < shell.index.size(); ++k) {
+    const std::int32_t i = shell.index[k];
+    if (shell.weight[k] < kOpen || (wanted && !wanted(placed.eye(static_cast<std::size_t>(i)))))
+      continue;
+    fitted.index.push_back(i);
+    fitted.owned.push_back(1);
+  }
   return fitted;
+}
+
+// The values of some particles, of those of more; both ascending.
+std::vector<float> values_of(const Visible& some, const Visible& more,
+                             const std::vector<float>& values) {
+  std::vector<float> taken;
+  taken.reserve(some.index.size());
+  for (const std::int32_t place : places_in(more.index, some.index))
+    taken.push_back(values[static_cast<std::size_t>(place)]);
+  return taken;
+}
+
+// What is made of particles.
+struct Closed {
+  DualMesh mesh;  // in their eye space
+  ParticleFits fits;
+};
+
+// Section 2 of the paper; cells of side `cell`, particle radii.
+Closed close_surface(Device& device, const Projected& placed, double cell, const Parameters& params,
+                     StageClock& clock) {
+  FittedFluid fluid = fit_fluid(device, placed, params, clock);
+
+  // 2.4: F at the corners of cells around the surface, and where their edges cross it.
+  clock.start("corners");
+  SpaceGrid grid = grid_around(fluid.seeds, band_of(cell), cell);
+  do {
+    fill_corners(grid, [&](const Points& points) {
+      return measure_implicit(device, fluid.function, points).value;
+    });
+  } while (want_closed(grid));
+  clock.start("crossings");
+  CrossedEdges edges = list_crossings(grid);
+  find_crossings(device, fluid.function, grid, kCrossingRounds, kCrossingEnough, edges);
+
+  // 2.5
+  clock.start("mesh");
+  Closed made;
+  made.mesh = place_vertices(grid, edges, {});
+  settle_vertices(device, fluid.function, made.mesh);
+  join_vertices(grid, edges, made.mesh);
+  drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
+  made.fits = std::move(fluid.fits);
+  return made;
+}
+
+}  // namespace
+
+double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
+
+FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters& params,
+                      StageClock& clock, const FitScope& scope) {
+  FittedFluid fluid;
+  // 2.1: the density field, and the particles of the surface.
+  clock.start("field");
+  const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
+  const DeviceCells cells = upload_cells(device, host_cells);
+  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
+  const DeviceCells levelled = level_cells(device, cells, field, params.region);
+  clock.start("surface");
+  FieldSurface found;
+  {
+    const HostView gradients(device, field);
+    found = find_surface({}, host_cells, {gradients.data(), gradients.size()});
+    fluid.seeds = near_air(host_cells, gradients.data());
+  }
+  const Visible fitted = fitted_of(placed, found, scope.fitted);
+
+  // 2.2, 2.3: a quadric around each of them.
+  clock.start("fit");
+  const Visible tried = scope.tried ? fitted_of(placed, found, scope.tried) : fitted;
+  const FitNeighbours trial =
+      find_neighbours(device, placed, tried.index, found.index, kTrialReach);
+  const FitNeighbours neighbours =
+      find_neighbours(device, placed, fitted.index, found.index, params.fit.support);
+  const SurfaceParticles around = with_normals(std::move(found), {}, {});
+  std::vector<float> roundness =
+      measure_roundness(device, placed, tried, around, trial, params.fit, params.blend);
+  if (scope.tried) roundness = values_of(fitted, tried, roundness);
+  fluid.fits =
+      fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit, scope.noise);
+  clock.start("trust");
+  std::vector<double> trust = measure_trust(device, fluid.fits, cells);
+  distrust_gaps(device, cells, fluid.fits, trust);
+  const BlendRecords records =
+      make_records(fluid.fits, trust, params.fit, kBlendReach * params.blend.radius);
+  fluid.function = make_implicit(device, records, levelled, params, scope.reach);
+  fluid.reach.resize(records.size());
+  for (std::size_t k = 0; k < records.size(); ++k)
+    fluid.reach[k] = counts(records, k) ? records.foot[4 * k + 3] : 0;
+  return fluid;
 }
 
 Mesh to_world(const View& view, DualMesh made) {
@@ -59,74 +147,6 @@ Mesh to_world(const View& view, DualMesh made) {
   mesh.triangle = std::move(made.triangle);
   return mesh;
 }
-
-// What is made of particles.
-struct Closed {
-  DualMesh mesh;  // in their eye space
-  ParticleFits fits;
-};
-
-// Section 2 of the paper; cells of side `cell`, particle radii.
-Closed close_surface(Device& device, const Projected& placed, double cell, const Parameters& params,
-                     StageClock& clock) {
-  // 2.1: the density field, and the particles of the surface.
-  clock.start("field");
-  const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);
-  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
-  const DeviceCells levelled = level_cells(device, cells, field, params.region);
-  clock.start("surface");
-  FieldSurface found;
-  Points seeds;
-  {
-    const HostView gradients(device, field);
-    found = find_surface({}, host_cells, {gradients.data(), gradients.size()});
-    seeds = near_air(host_cells, gradients.data());
-  }
-  const Visible fitted = fitted_of(found);
-
-  // 2.2, 2.3: a quadric around each of them.
-  clock.start("fit");
-  const FitNeighbours trial =
-      find_neighbours(device, placed, fitted.index, found.index, kTrialReach);
-  const FitNeighbours neighbours =
-      find_neighbours(device, placed, fitted.index, found.index, params.fit.support);
-  const SurfaceParticles around = with_normals(std::move(found), {}, {});
-  const std::vector<float> roundness =
-      measure_roundness(device, placed, fitted, around, trial, params.fit, params.blend);
-  ParticleFits fits =
-      fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit);
-  clock.start("trust");
-  std::vector<double> trust = measure_trust(device, fits, cells);
-  distrust_gaps(device, cells, fits, trust);
-  const ImplicitFunction function = make_implicit(
-      device, make_records(fits, trust, params.fit, kBlendReach * params.blend.radius), levelled,
-      params);
-
-  // 2.4: F at the corners of cells around the surface, and where their edges cross it.
-  clock.start("corners");
-  SpaceGrid grid = grid_around(seeds, std::max(kBand, 1.8 * cell), cell);
-  do {
-    fill_corners(grid, [&](const Points& points) {
-      return measure_implicit(device, function, points).value;
-    });
-  } while (want_closed(grid));
-  clock.start("crossings");
-  CrossedEdges edges = list_crossings(grid);
-  find_crossings(device, function, grid, kRounds, kEnough, edges);
-
-  // 2.5
-  clock.start("mesh");
-  Closed made;
-  made.mesh = place_vertices(grid, edges, {});
-  settle_vertices(device, function, made.mesh);
-  join_vertices(grid, edges, made.mesh);
-  drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
-  made.fits = std::move(fits);
-  return made;
-}
-
-}  // namespace
 
 Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
                       const ClosedParams& closed, const Parameters& params,

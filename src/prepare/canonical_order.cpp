@@ -72,6 +72,15 @@ void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
   notices.push_back(std::move(notice));
 }
 
+Notice coinciding(std::size_t copies, std::size_t size) {
+  return {.code = Code::coinciding,
+          .text = "of " + std::to_string(size) + " particles " + std::to_string(copies) +
+                  " lie exactly where another one does, which counts them twice (do parts of the "
+                  "frame overlap?)",
+          .count = static_cast<std::int64_t>(copies),
+          .of = static_cast<std::int64_t>(size)};
+}
+
 std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Parameters& params,
                                          std::vector<Notice>& notices) {
   std::vector<Key> keys;
@@ -112,14 +121,7 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
     }
     first = last;
   }
-  if (copies > 0)
-    notices.push_back({.code = Code::coinciding,
-                       .text = "of " + std::to_string(p.size()) + " particles " +
-                               std::to_string(copies) +
-                               " lie exactly where another one does, which counts them twice (do "
-                               "parts of the frame overlap?)",
-                       .count = static_cast<std::int64_t>(copies),
-                       .of = static_cast<std::int64_t>(p.size())});
+  if (copies > 0) notices.push_back(coinciding(copies, p.size()));
   std::vector<std::size_t> order(keys.size());
   for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].index;
   return order;

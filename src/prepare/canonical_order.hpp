@@ -24,6 +24,9 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& particles,
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
                     const Parameters& params, std::vector<Notice>& notices);
 
+/// The warning that so many of `size` particles lie where another one does.
+Notice coinciding(std::size_t copies, std::size_t size);
+
 /// Whether two particles have one position; those that do follow each other in the order.
 inline bool at_one_position(const BorrowedParticles& p, std::size_t a, std::size_t b) {
   return p.x[a] == p.x[b] && p.y[a] == p.y[b] && p.z[a] == p.z[b];

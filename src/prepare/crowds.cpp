@@ -22,9 +22,6 @@ namespace {
 // is twice too large, up to 15, and 7.
 constexpr std::uint32_t kOrdinary = 4, kCrowd = 16;
 
-// Fewer particles than that may be one drop, and do not tell whether the radius is right.
-constexpr std::size_t kTelling = 256;
-
 struct Cube {
   std::int32_t x, y, z;
   auto operator<=>(const Cube&) const = default;
@@ -174,6 +171,37 @@ std::vector<Member> members_of_crowds(const BorrowedParticles& p,
 
 }  // namespace
 
+Notice radius_too_small(double factor, double radius) {
+  return {.code = Code::radius_too_small,
+          .text = "the particles lie about " + times(factor) +
+                  " times as far apart as their radius, " + printed("%.6g", radius) +
+                  ", says, which is half the spacing: loose balls instead of a surface (check " +
+                  setting("particle-radius") + "; " + printed("%.3g", factor * radius) +
+                  " would fit)",
+          .found = radius,
+          .wanted = factor * radius};
+}
+
+Notice radius_too_large(double factor, double radius) {
+  return {.code = Code::radius_too_large,
+          .text = "the particles lie about " + times(factor) +
+                  " times as close together as their radius, " + printed("%.6g", radius) +
+                  ", says, which is half the spacing (check " + setting("particle-radius") + ")",
+          .found = radius,
+          .wanted = radius / factor};
+}
+
+Notice crowded(std::size_t largest, std::size_t dropped, std::size_t had, double radius) {
+  return {.code = Code::crowded,
+          .text = printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "
+                          "%zu of %zu were dropped",
+                          largest, 2 * radius, dropped, had),
+          .count = static_cast<std::int64_t>(dropped),
+          .of = static_cast<std::int64_t>(had),
+          .found = static_cast<double>(largest),
+          .wanted = 2 * radius};
+}
+
 std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
                                         double radius, std::vector<Notice>& notices) {
   constexpr double kTooSmall = 1.6;  // by this factor the field falls apart
@@ -181,16 +209,7 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
     const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
                               ? 1 / times_too_large(p, order, radius)
                               : 1;
-    if (factor > kTooSmall)
-      notices.push_back({.code = Code::radius_too_small,
-                         .text = "the particles lie about " + times(factor) +
-                                 " times as far apart as their radius, " + printed("%.6g", radius) +
-                                 ", says, which is half the spacing: loose balls instead of a "
-                                 "surface (check " +
-                                 setting("particle-radius") + "; " +
-                                 printed("%.3g", factor * radius) + " would fit)",
-                         .found = radius,
-                         .wanted = factor * radius});
+    if (factor > kTooSmall) notices.push_back(radius_too_small(factor, radius));
     return order;
   }
 
@@ -226,24 +245,9 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
     // Of those that do not tell, what the cubes hold: 16 at most.
     const double factor =
         std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)));
-    notices.push_back(
-        {.code = Code::radius_too_large,
-         .text = "the particles lie about " + times(factor) +
-                 " times as close together as their radius, " + printed("%.6g", radius) +
-                 ", says, which is half the spacing (check " + setting("particle-radius") + ")",
-         .found = radius,
-         .wanted = radius / factor});
+    notices.push_back(radius_too_large(factor, radius));
   }
-  if (dropped > 0)
-    notices.push_back(
-        {.code = Code::crowded,
-         .text = printed("up to %zu particles crowd into a cube of one particle spacing, %.6g: "
-                         "%zu of %zu were dropped",
-                         largest, 2 * radius, dropped, had),
-         .count = static_cast<std::int64_t>(dropped),
-         .of = static_cast<std::int64_t>(had),
-         .found = static_cast<double>(largest),
-         .wanted = 2 * radius});
+  if (dropped > 0) notices.push_back(crowded(largest, dropped, had, radius));
   return order;
 }
 

@@ -156,6 +156,12 @@ FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
 
 }  // namespace
 
+WorldParticles particles_in_order(const BorrowedParticles& particles,
+                                  const std::vector<std::size_t>& order, double radius,
+                                  bool moving) {
+  return in_order(particles, order, radius, moving).world;
+}
+
 FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {
   return source.size() >= kStreamed ? fill_streaming(filling, source)
                                     : fill_whole_frame(filling, source);

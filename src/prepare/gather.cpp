@@ -8,6 +8,7 @@
 
 #include "base/team.hpp"
 #include "device/kernels.hpp"
+#include "stages/project.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {

@@ -337,11 +337,14 @@ void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh&
   }
 }
 
-void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh) {
+void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh,
+                   const CornerBox& within) {
   std::map<std::uint64_t, std::uint32_t> between;  // vertices between doubled neighbours
   mesh.triangle.reserve(2 * edges.size());
+  mesh.triangles_of.assign(grid.blocks.size(), 0);
   // The vertex in the second edge through a doubled face of `cell`, if `edge` belongs to that one.
-  const auto vertex_between = [&](std::uint32_t cell, int face, int edge, std::uint32_t& vertex) {
+  const auto vertex_between = [&](std::uint32_t cell, int face, int edge, std::int32_t block,
+                                  std::uint32_t& vertex) {
     const SurfaceCell& of = mesh.cells[cell];
     Values value;
     values_of(grid, static_cast<std::size_t>(of.block), of.bit, value);
@@ -364,6 +367,7 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
     mesh.position.push_back(middle);
     mesh.normal.push_back(normalized(normal));
     mesh.sharp.push_back(0);
+    mesh.between.push_back({cell, face / 2, block});
     return true;
   };
 
@@ -371,6 +375,11 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
     const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
     const std::size_t block = static_cast<std::size_t>(edges.block[e]);
     const int at[3] = {edges.bit[e] & 3, edges.bit[e] >> 2 & 3, edges.bit[e] >> 4};
+    const std::array<std::int32_t, 3>& of = grid.blocks[block].at;
+    if (!within.holds(std::int64_t{kBlockSide} * of[0] + at[0],
+                      std::int64_t{kBlockSide} * of[1] + at[1],
+                      std::int64_t{kBlockSide} * of[2] + at[2]))
+      continue;
     // The cells around the edge, counter-clockwise seen from its upper end: how far each lies back
     // along b and c, which is where the edge lies in it.
     constexpr std::array<std::array<int, 2>, 4> kAround{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
@@ -400,7 +409,7 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
       // Named by the cell of which it is the low face.
       const std::size_t owner = from_low ? q : to;
       std::uint32_t vertex = 0;
-      if (!vertex_between(cell[owner], 2 * across, edge[owner], vertex)) continue;
+      if (!vertex_between(cell[owner], 2 * across, edge[owner], edges.block[e], vertex)) continue;
       if (first_between < 0) first_between = static_cast<int>(count);
       ring[count++] = vertex;
     }
@@ -429,10 +438,11 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
     }
     for (std::size_t k = 1; k + 1 < count; ++k)
       mesh.triangle.push_back({ring[from], ring[(from + k) % count], ring[(from + k + 1) % count]});
+    mesh.triangles_of[block] += static_cast<std::uint32_t>(count) - 2;
   }
 }
 
-void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
+std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
   const std::size_t vertices = mesh.position.size();
   std::vector<std::uint32_t> parent(vertices);
   std::iota(parent.begin(), parent.end(), 0u);
@@ -454,7 +464,8 @@ void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
                          cross(mesh.position[t[1]] - from, mesh.position[t[2]] - from)) /
                      6;
   }
-  std::vector<std::uint32_t> place(vertices);
+  std::vector<std::uint32_t> place(vertices), kept;
+  kept.reserve(vertices);
   std::uint32_t left = 0;
   for (std::uint32_t v = 0; v < vertices; ++v) {
     const double of = volume[piece_of(v)];
@@ -465,9 +476,10 @@ void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
     mesh.position[left] = mesh.position[v];
     mesh.normal[left] = mesh.normal[v];
     mesh.sharp[left] = mesh.sharp[v];
+    kept.push_back(v);
     place[v] = left++;
   }
-  if (left == vertices) return;
+  if (left == vertices) return kept;
   mesh.position.resize(left);
   mesh.normal.resize(left);
   mesh.sharp.resize(left);
@@ -477,6 +489,9 @@ void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
   // What stood for cells stands for others now.
   mesh.cells.clear();
   mesh.bounds.clear();
+  mesh.between.clear();
+  mesh.triangles_of.clear();
+  return kept;
 }
 
 }  // namespace meniscus

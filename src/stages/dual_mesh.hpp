@@ -27,6 +27,13 @@ struct SurfaceCell {
   std::uint32_t first = 0;   // its first vertex
 };
 
+/// A vertex between two doubled neighbours, in the second edge through the low face of a cell.
+struct VertexBetween {
+  std::uint32_t cell = 0;  // among all
+  std::int32_t axis = 0;   // of the face
+  std::int32_t block = 0;  // whose edges had it first
+};
+
 struct DualMesh {
   std::vector<SurfaceCell> cells;            // in the order of blocks and bits
   std::vector<std::uint64_t> mask;           // [blocks] which cells these are
@@ -36,6 +43,8 @@ struct DualMesh {
   std::vector<std::uint8_t> sharp;           // [vertices] on a crease or a corner
   std::vector<std::array<Vec3d, 2>> bounds;  // [vertices] of the vertex's place in its cell
   std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
+  std::vector<VertexBetween> between;                  // [vertices that are no cell's]
+  std::vector<std::uint32_t> triangles_of;             // [blocks] how many their edges have
 };
 
 /// How vertices are placed.
@@ -58,11 +67,13 @@ DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const 
 void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh& mesh);
 
 /// A quadrangle around each crossed edge, in two triangles: of both diagonals the one whose middle
-/// is nearer to the surface. Adds the vertices between doubled neighbours.
-void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh);
+/// is nearer to the surface. Adds the vertices between doubled neighbours. Edges that do not begin
+/// in `within` are left out.
+void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh,
+                   const CornerBox& within = {});
 
 /// Leaves out pieces of the mesh that enclose less fluid, or less air, than so much (particle radii
-/// cubed), and the vertices that are theirs.
-void drop_crumbs(DualMesh& mesh, double least_fluid, double least_air);
+/// cubed), and the vertices that are theirs. Returns which vertices are left, ascending.
+std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air);
 
 }  // namespace meniscus

@@ -15,14 +15,18 @@ constexpr std::size_t kChunk = std::size_t{1} << 20;
 
 }  // namespace
 
+bool counts(const BlendRecords& records, std::size_t k) {
+  return records.foot[4 * k + 3] > 0 && records.record[kRecord * k + 11] > 0;
+}
+
 ImplicitFunction make_implicit(Device& device, const BlendRecords& records,
-                               const DeviceCells& levelled, const Parameters& params) {
+                               const DeviceCells& levelled, const Parameters& params,
+                               double reach) {
   std::vector<std::size_t> counting;
   std::vector<Vec3d> foot;
-  double reach = 1;
   for (std::size_t k = 0; k < records.size(); ++k) {
+    if (!counts(records, k)) continue;
     const float* const at = &records.foot[4 * k];
-    if (!(at[3] > 0) || !(records.record[kRecord * k + 11] > 0)) continue;
     counting.push_back(k);
     foot.emplace_back(at[0], at[1], at[2]);
     reach = std::max(reach, double{at[3]});

@@ -22,9 +22,14 @@ struct ImplicitFunction {
   bool alone = false;            // the field speaks alone: F is asked for less than exactly
 };
 
-/// Fits that do not count (untrusted ones) are left out.
+/// Whether fit k counts: untrusted ones do not.
+bool counts(const BlendRecords& records, std::size_t k);
+
+/// Fits that do not count are left out. Their cells are as wide as the farthest reach, or `reach`
+/// where that is more: the order of sums depends on it.
 ImplicitFunction make_implicit(Device& device, const BlendRecords& records,
-                               const DeviceCells& levelled, const Parameters& params);
+                               const DeviceCells& levelled, const Parameters& params,
+                               double reach = 1);
 
 /// Points in space, particle radii.
 struct Points {

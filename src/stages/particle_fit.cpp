@@ -18,9 +18,9 @@ constexpr std::size_t kMostSlots = std::size_t{1} << 28;
 constexpr float kHeight = 0.6f;          // h_0 of fit_particles, particle radii
 constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
-// Where supports are narrowed: what residual noise alone explains (particle radii, and against the
-// frame's least), and over which fits residuals are averaged.
-constexpr double kNoise = 0.14, kOverLeast = 1.5;
+// Where supports are narrowed: what residual noise alone explains against the frame's least, and
+// over which fits residuals are averaged.
+constexpr double kOverLeast = 1.5;
 constexpr SheetWeights kSheet{kResidualReach, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 4;  // values of a particle's records, see particle_fit.cl
@@ -228,17 +228,13 @@ std::vector<float> widest_supports(const std::vector<float>& roundness, const Fi
 
 // The fits' supports for the last pass, see fit_particles.
 std::vector<float> narrow_supports(Device& device, const Cells& cells, const LaneMeans& lanes,
-                                   const std::vector<float>& widest, const FitParams& params) {
+                                   const std::vector<float>& widest, const FitParams& params,
+                                   const NoiseOf& noise_of_frame) {
   const std::size_t fits = widest.size();
-  std::vector<float> rho = widest, sorted;
+  std::vector<float> rho = widest;
   const ViewTogether found(device, lanes);
-  const float *const residual = found.data<2>(), *const mean = found.data<3>();
-  for (std::size_t p = 0; p < fits; ++p)
-    if (residual[p] > 0) sorted.push_back(residual[p]);
-  if (sorted.empty()) return rho;
-  const auto least = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 20);
-  std::nth_element(sorted.begin(), least, sorted.end());
-  const double noise = std::max(kOverLeast * *least, kNoise);
+  const float* const mean = found.data<3>();
+  const double noise = noise_of_frame(by_item(cells, found.data<2>()));
   for (std::size_t p = 0; p < fits; ++p) {
     if (!(mean[p] > 0)) continue;
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);
@@ -250,6 +246,14 @@ std::vector<float> narrow_supports(Device& device, const Cells& cells, const Lan
 }
 
 }  // namespace
+
+double noise_of(std::vector<float> residual) {
+  std::erase_if(residual, [](float value) { return !(value > 0); });
+  if (residual.empty()) return kLeastNoise;
+  const auto least = residual.begin() + static_cast<std::ptrdiff_t>(residual.size() / 20);
+  std::nth_element(residual.begin(), least, residual.end());
+  return std::max(kOverLeast * *least, kLeastNoise);
+}
 
 void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
                   const std::vector<double>& extent) {
@@ -425,7 +429,8 @@ LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                            const SurfaceParticles& around, const FitNeighbours& neighbours,
-                           const std::vector<float>& roundness, const FitParams& params) {
+                           const std::vector<float>& roundness, const FitParams& params,
+                           const NoiseOf& noise) {
   const std::size_t count = seen.index.size();
   ParticleFits fits;
   if (count == 0) return fits;
@@ -443,7 +448,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     if (pass > 0 && left == 0 && params.least_support < 1) {
       const LaneMeans means = average_lanes(device, surface, normals, parts, &FitLanes::residual, 2,
                                             false, *sheet, kSheet);
-      rho = narrow_supports(device, sheet->host, means, widest, params);
+      rho = narrow_supports(device, sheet->host, means, widest, params, noise);
       for (FitLanes& part : parts) part.set(device, rho, roundness);
     }
     for (const FitLanes& part : parts)

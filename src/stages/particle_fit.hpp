@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,14 @@ void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
 
 /// Over which fits residuals are averaged, particle radii.
 inline constexpr float kResidualReach = 6;
+
+/// What residual noise alone explains, particle radii, told from the residuals of all fits of a
+/// frame; those that are not above 0 do not count: 1.5 times their 5th percentile, at least .14.
+double noise_of(std::vector<float> residual);
+inline constexpr double kLeastNoise = 0.14;
+
+/// The same for those who know of more fits than are at hand, whose residuals are given.
+using NoiseOf = std::function<double(const std::vector<float>& residual)>;
 
 /// How far a fit's edge e looks (kernel measure_edges), particle radii.
 inline constexpr float kEdgeReach = 4;
@@ -207,11 +216,14 @@ Range range_of_lanes(Device& device, const FitLanes& lanes);
 ///   roundness   [seen] how far one quadric explains each one's surroundings (roundness.hpp), 0 ..
 ///   1:
 ///               it takes sigma, tau, support, off-surface distance and ridge to kRound...
+///   noise       what noise explains, from residuals [seen] before the last pass; by default
+///               noise_of()
 ///
 /// Waits. Throws DeviceError.
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                            const SurfaceParticles& around, const FitNeighbours& neighbours,
-                           const std::vector<float>& roundness, const FitParams& params);
+                           const std::vector<float>& roundness, const FitParams& params,
+                           const NoiseOf& noise = noise_of);
 
 /// The same with a search for the neighbours.
 inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,

@@ -10,12 +10,10 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kModel = 16;      // floats of a trial fit, as in roundness.cl
-constexpr float kEvidenceReach = 4.5f;  // particle radii; whose fits tell of a particle
-
+constexpr std::size_t kModel = 16;  // floats of a trial fit, as in roundness.cl
 // Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
 // count up to 100 degrees: a rim turns by 180.
-constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{24, -0.6f, -0.2f};
+constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
 
 // Squared distances (radii^2) and bends that noise leaves, so that logarithms stay finite; where
 // bends begin to tell; and which scores speak for one quadric. See docs/method.md for how they were

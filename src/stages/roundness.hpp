@@ -15,6 +15,10 @@ inline constexpr double kTrialReach = 6;
 /// Over which fits evidence is averaged first, particle radii.
 inline constexpr float kEvidenceSheet = 5;
 
+/// Whose trial fits tell of a particle, and over which fits the bent places' scores are averaged,
+/// particle radii.
+inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 24;
+
 /// The evidence at a particle: means over the trial fits around it.
 struct Evidence {
   std::vector<float> one;     // [n] squared distance of wide fits, radii^2

@@ -20,11 +20,6 @@ constexpr std::size_t kGrain = 64;                         // blocks that are wo
 
 using Place = std::array<std::int32_t, 3>;
 
-// Keys are in the order of z, y, x.
-std::uint64_t key_of(const Place& at) {
-  const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + (1 << 20)); };
-  return part(at[2]) << 42 | part(at[1]) << 21 | part(at[0]);
-}
 Place place_of(std::uint64_t key) {
   const auto part = [&](int shift) {
     return static_cast<std::int32_t>(key >> shift & 0x1fffff) - (1 << 20);
@@ -156,9 +151,30 @@ Points near_air(const Cells& cells, const float* gradients) {
   return points;
 }
 
-SpaceGrid grid_around(const Points& points, double reach, double cell) {
+std::uint64_t key_of(const Place& at) {
+  const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + (1 << 20)); };
+  return part(at[2]) << 42 | part(at[1]) << 21 | part(at[0]);
+}
+
+std::uint64_t CornerBox::mask_of(const Place& at) const {
+  constexpr std::array<std::uint64_t, 3> kFirst{0x1111111111111111u, 0x000f000f000f000fu, 0xffffu};
+  std::uint64_t mask = ~std::uint64_t{0};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::uint64_t here = 0;  // of the four planes along the axis
+    for (int plane = 0; plane < kBlockSide; ++plane) {
+      const std::int64_t corner = std::int64_t{kBlockSide} * at[axis] + plane;
+      if (corner >= low[axis] && corner < high[axis])
+        here |= kFirst[axis] << (plane << 2 * static_cast<int>(axis));
+    }
+    mask &= here;
+  }
+  return mask;
+}
+
+SpaceGrid grid_around(const Points& points, double reach, double cell, const CornerBox& within) {
   SpaceGrid grid;
   grid.cell = cell;
+  grid.within = within;
   const double side = kBlockSide * cell;
   const std::size_t n = points.size();
   // Block b has the corners side b .. side (b + 1) - cell.
@@ -227,6 +243,7 @@ SpaceGrid grid_around(const Points& points, double reach, double cell) {
           }
     }
   });
+  for (CornerBlock& block : grid.blocks) block.wanted &= within.mask_of(block.at);
   return grid;
 }
 
@@ -269,8 +286,12 @@ bool want_closed(SpaceGrid& grid) {
           each_corner_around(bit, axis, [&](int i, int j, int k) {
             const Corner corner = corner_at(grid, b, i, j, k);
             const std::uint64_t mask = std::uint64_t{1} << corner.bit;
+            const Place& at = grid.blocks[b].at;
+            if (!grid.within.holds(std::int64_t{kBlockSide} * at[0] + i,
+                                   std::int64_t{kBlockSide} * at[1] + j,
+                                   std::int64_t{kBlockSide} * at[2] + k))
+              return;
             if (corner.block == kNoBlock) {
-              const Place& at = grid.blocks[b].at;
               own.emplace_back(key_of({at[0] + (i >> 2), at[1] + (j >> 2), at[2] + (k >> 2)}),
                                mask);
               return;
@@ -293,6 +314,10 @@ bool want_closed(SpaceGrid& grid) {
   for (const auto& [key, mask] : later)
     grid.blocks[static_cast<std::size_t>(index.find(key))].wanted |= mask;
   return true;
+}
+
+void forget_outside(SpaceGrid& grid, const CornerBox& box) {
+  for (CornerBlock& block : grid.blocks) block.known &= box.mask_of(block.at);
 }
 
 CrossedEdges list_crossings(const SpaceGrid& grid) {

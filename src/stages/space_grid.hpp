@@ -25,8 +25,24 @@ struct CornerBlock {
 inline constexpr int kBlockSide = 4;  // corners
 inline constexpr std::int32_t kNoBlock = -1;
 
+/// Corners from `low` on and before `high`, counted from the origin; all there are.
+struct CornerBox {
+  static constexpr std::int64_t kAll = std::int64_t{1} << 40;
+  std::array<std::int64_t, 3> low{-kAll, -kAll, -kAll}, high{kAll, kAll, kAll};
+
+  bool holds(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return i >= low[0] && i < high[0] && j >= low[1] && j < high[1] && k >= low[2] && k < high[2];
+  }
+  /// Which corners of the block at `at` it holds.
+  std::uint64_t mask_of(const std::array<std::int32_t, 3>& at) const;
+};
+
+/// Blocks in one number that is ordered by z, then y, then x.
+std::uint64_t key_of(const std::array<std::int32_t, 3>& at);
+
 struct SpaceGrid {
-  double cell = 1;  // side of a cell, particle radii
+  double cell = 1;   // side of a cell, particle radii
+  CornerBox within;  // no other corner is ever wanted
   std::vector<CornerBlock> blocks;
   /// The blocks around each, (dx + 1) + 3 (dy + 1) + 9 (dz + 1), kNoBlock where there is none.
   std::vector<std::array<std::int32_t, 27>> around;
@@ -59,9 +75,10 @@ inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, 
 ///   gradients  [4][n] of measure_gradients over these cells
 Points near_air(const Cells& cells, const float* gradients);
 
-/// A grid whose corners within `reach` of one of the points (particle radii) are wanted. Throws
-/// InvalidArgument where that is more than the program can hold.
-SpaceGrid grid_around(const Points& points, double reach, double cell);
+/// A grid whose corners within `reach` of one of the points (particle radii) are wanted, of those
+/// in `within`. Throws InvalidArgument where that is more than the program can hold.
+SpaceGrid grid_around(const Points& points, double reach, double cell,
+                      const CornerBox& within = {});
 
 /// Fills in the corners that are wanted and not known, block by block: `value_at` is told about a
 /// million points at a time and returns F at each.
@@ -72,6 +89,9 @@ void fill_corners(SpaceGrid& grid,
 /// known. Returns whether any of them is not known. Once none is, the surface of these edges is
 /// closed.
 bool want_closed(SpaceGrid& grid);
+
+/// Forgets the values of all corners outside a box.
+void forget_outside(SpaceGrid& grid, const CornerBox& box);
 
 /// Edges of the grid whose ends lie on both sides of the surface, by block, axis and bit.
 struct CrossedEdges {

@@ -6,7 +6,7 @@
 namespace meniscus {
 namespace {
 
-constexpr SheetWeights kSheet{5, 0.4f, 0.6f};
+constexpr SheetWeights kSheet{kTrustSheet, 0.4f, 0.6f};
 
 // Where fits' surroundings lie farther from them than this (RMS, particle radii; by the higher one
 // in full), a trace less than full trust has every sample compared with the density field

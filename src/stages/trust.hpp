@@ -14,6 +14,9 @@
 
 namespace meniscus {
 
+/// Over which fits what trust is told from is averaged, particle radii.
+inline constexpr float kTrustSheet = 5;
+
 /// Trust of each fit, 0 .. 1:
 ///   smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread)) smoothstep(5, 12, supporters)
 ///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.5, .8, B)) (1 - sheet)),

@@ -78,6 +78,16 @@ TEST_P(TeamOf, GathersInTheRanksOrder) {
     EXPECT_EQ(ranks.size(), team.leads() ? static_cast<std::size_t>(team.size()) : 0u);
     EXPECT_TRUE(std::is_sorted(ranks.begin(), ranks.end()));
 
+    const int last = team.size() - 1;
+    ranks.clear();
+    const auto take = [&](int rank, std::vector<std::int32_t>&& values) {
+      ranks.push_back(rank);
+      EXPECT_EQ(values, of(rank));
+    };
+    team.gather(of(team.rank()), take, last);
+    EXPECT_EQ(ranks.size(), team.rank() == last ? static_cast<std::size_t>(team.size()) : 0u);
+    EXPECT_TRUE(std::is_sorted(ranks.begin(), ranks.end()));
+
     std::vector<std::int32_t> expected;
     for (int rank = 0; rank < team.size(); ++rank)
       for (const std::int32_t value : of(rank)) expected.push_back(value);

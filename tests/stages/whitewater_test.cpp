@@ -142,9 +142,10 @@ void expect_as_plain_loop(Device& device, const Camera& camera, WhitewaterType t
     const Vec3d mean = e.velocity / e.density;
     EXPECT_NEAR(length(Vec3d(maps.velocity[s]) - mean), 0,
                 mean_error(length(mean), e.velocity_error));
-    if (bubbles)
+    if (bubbles) {
       EXPECT_NEAR(maps.behind[s], e.behind / e.density * kRadius,
                   mean_error(e.behind / e.density, e.behind_error) * kRadius);
+    }
   }
   EXPECT_LT(unsure, expected.size() / 100);
   EXPECT_GT(covered, expected.size() / 5);
@@ -224,7 +225,9 @@ TEST_P(WhitewaterOn, BubblesAreInTheWaterAlone) {
     std::fill_n(layered.layers.exit.begin(), layered.depth.size(), exit);
     const WhitewaterMaps maps = drawn(device_, WhitewaterType::bubble, particles, layered);
     EXPECT_EQ(sum_of(maps.density) > 0, is_seen);
-    if (is_seen) EXPECT_EQ(maps.behind[11 * 32 + 16], 2);
+    if (is_seen) {
+      EXPECT_EQ(maps.behind[11 * 32 + 16], 2);
+    }
   }
 }
 

@@ -367,6 +367,8 @@ void add_mesh_options(CLI::App& command, ExtractOptions& o) {
                   "half of it makes four times as many triangles",
                   closed.cell))
       ->type_name("NUMBER");
+  add_memory_option(command, closed.memory,
+                    "memory that a frame may take beside its mesh, about; more is made in parts");
   add_source_options(command, o);
   add_device_options(command, o);
   add_no_motion_option(command, o);

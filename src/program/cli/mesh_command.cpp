@@ -26,28 +26,29 @@ namespace {
 
 void mesh_one(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  if (launched_team().size() > 1)
-    throw usage_error("the mesh of one frame is made by one process, found " +
-                      std::to_string(launched_team().size()) +
-                      " (start it without mpirun, or give a sequence)");
   as_usage([&] { check_outputs({{options.input}, {}}, options.outputs); });
-  for (const std::string& path : options.outputs) OutputFile probe(path);  // better now than later
-  for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
+  // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
+  Team& team = launched_team();
+  if (team.leads()) {
+    for (const std::string& path : options.outputs)
+      OutputFile probe(path);  // better now than later
+    for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
+  }
   std::string why;
   const DeviceInfo info = select_device(options.device, &why);
   Device device(info);
   const std::vector<ProgramName> programs = closed_programs(options.parameters, device.state());
-  Working working(programs.size(), options.quiet);
+  Working working(programs.size(), options.quiet || !team.leads());
   device.state().on_building = [&](int begun) { working.building(begun); };
   const BuildAhead ahead(device, programs);
 
-  const Talk say(options.quiet);
+  const Talk say(options.quiet || !team.leads());
   working.phase("reading " + options.input);
-  const auto source = open_parts(options.input, reading_of(options), launched_team());
+  const auto source = open_parts(options.input, reading_of(options), team);
   std::vector<StageTime> stages{{kReading, milliseconds_since(start), 0, {}}};
   working.phase("");
   say_particles(say, options, *source);
-  say_device(say, options, info, why);
+  if (team.leads()) say_device(say, options, info, why);
   working.phase("meshing " + options.input);
   Surface surface;
   try {
@@ -57,6 +58,11 @@ void mesh_one(const ExtractOptions& options) {
   }
   working.built();
   working.phase("");
+  std::vector<RankReport> ranks;
+  if (options.timings)
+    ranks = team.joined<RankReport>(
+        {report_of(stages, team.waited_ms(), device.state().memory->peak())});
+  if (!team.leads()) return;
   for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, *source, surface.particle_radius));
   say("found", counts_line(named(surface.counts)));
@@ -69,6 +75,7 @@ void mesh_one(const ExtractOptions& options) {
   if (options.timings) {
     print_timings(stages, named(surface.counts));
     print_memory(device.state().memory->peak(), peak_memory());
+    if (team.size() > 1) print_ranks(ranks);
   }
 }
 

@@ -132,12 +132,14 @@ void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels) {
       ->type_name("K,...");
 }
 
-void add_memory_option(CLI::App& command, std::size_t& memory) {
+void add_memory_option(CLI::App& command, std::size_t& memory, const std::string& effect) {
   command
       .add_option_function<std::string>(
           "--memory", [&memory](const std::string& text) { memory = parse_bytes(text); },
-          "device memory that the passes over large files may take: bytes, or with K, M or G "
-          "(default 128M)")
+          effect + ": bytes, or with K, M or G (default " +
+              (memory >> 30 > 0 ? std::to_string(memory >> 30) + "G"
+                                : std::to_string(memory >> 20) + "M") +
+              ")")
       ->type_name("BYTES");
 }
 

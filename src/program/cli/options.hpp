@@ -59,8 +59,10 @@ CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
                                  const std::string& unit, std::function<void(double)> take,
                                  const std::string& help);
 
-/// --memory BYTES.
-void add_memory_option(CLI::App& command, std::size_t& memory);
+/// --memory BYTES, which bounds what `effect` says.
+void add_memory_option(
+    CLI::App& command, std::size_t& memory,
+    const std::string& effect = "device memory that the passes over large files may take");
 
 /// --threads N; 0 stands for all.
 CLI::Option* add_threads_option(CLI::App& command, int& threads);

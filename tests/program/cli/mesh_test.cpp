@@ -1,6 +1,7 @@
 // `meniscus mesh`: frames and sequences without a camera.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <map>
 
 #include "program/cli/program.hpp"
@@ -56,10 +57,52 @@ TEST_F(ProgramMesh, OfASequenceGoesOnWhereItWasLeft) {
   EXPECT_NE(read("m.2.ply"), meshes["m.2.ply"]);
 }
 
+// Copies, a crowd and a particle without a place among them, which are told once.
+TEST_F(ProgramMesh, OfALargeFrameIsTheSameInParts) {
+  std::string rows;
+  std::size_t count = 0;
+  const auto add = [&](float x, float y, float z) {
+    for (const float value : {x, y, z}) rows.append(reinterpret_cast<const char*>(&value), 4);
+    ++count;
+  };
+  for (int i = 0; i < 300; ++i)
+    for (int j = 0; j < 30; ++j)
+      for (int k = 0; k < 30; ++k) {
+        const float off = 0.002f * std::sin(static_cast<float>(37 * i + 11 * j + 5 * k));
+        add(0.02f * static_cast<float>(i) + off, 0.02f * static_cast<float>(j) - off,
+            0.02f * static_cast<float>(k) + off);
+      }
+  for (int k = 0; k < 40; ++k) add(2 + 1e-5f * static_cast<float>(k), 1, 0.5f);
+  for (int k = 0; k < 3; ++k) add(0.75f, 0.01f, 0.75f);
+  add(NAN, 0, 0);
+  write("in.ply",
+        "ply\nformat binary_little_endian 1.0\ncomment particle_radius 0.01\n"
+        "element vertex " +
+            std::to_string(count) +
+            "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + rows);
+  const std::vector<std::string> words{"mesh", "in.ply", "--cell", "2", "--timings", "-o"};
+  std::vector<std::string> whole = words, parts = words;
+  whole.push_back("whole.ply");
+  parts.insert(parts.end(), {"parts.ply", "--memory", "30M"});
+  const Outcome one = run(whole), some = run(parts);
+  EXPECT_EQ(one.exit_code, 0) << one.err;
+  EXPECT_EQ(some.exit_code, 0) << some.err;
+  EXPECT_THAT(one.out, testing::Not(HasSubstr("join ")));
+  EXPECT_THAT(some.out, HasSubstr("join "));
+  EXPECT_TRUE(read("whole.ply") == read("parts.ply"));
+  const auto until_written = [](const std::string& text) {
+    return text.substr(0, text.find("wrote "));
+  };
+  EXPECT_EQ(until_written(one.err), until_written(some.err));
+  EXPECT_THAT(one.err, testing::AllOf(HasSubstr("1 of "), HasSubstr("lie exactly where"),
+                                      HasSubstr("crowd into a cube")));
+}
+
 TEST_F(ProgramMesh, WhatCannotBeDoneIsOneLine) {
   write_particles("in.ply", block(3));
   expect_error(run({"mesh", "in.ply", "-o", "a.exr"}), 2, {"a.exr", ".ply", "meniscus extract"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--cell", "0"}), 2, {"--cell", "0.1 to 4"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--memory", "0"}), 2, {"--memory"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--resume"}), 2, {"--resume", "sequences"});
   expect_error(run({"mesh", "in.ply", "-o", "a.####.ply"}), 2, {"a.####.ply", "one frame"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--eye", "1,2,3"}), 2, {"--eye"});

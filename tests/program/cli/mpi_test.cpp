@@ -141,6 +141,36 @@ TEST_F(UnderMpi, BringsRadiiAndVelocitiesTogether) {
   }
 }
 
+// What cannot be used of what particles carry is told by others from anywhere.
+TEST_F(UnderMpi, MeshesOneFrameTogether) {
+  std::vector<std::array<float, 7>> rows;
+  for (const auto& p : dam())
+    rows.push_back({p[0], p[1], p[2], std::sin(p[1]), p[2], -p[0], p[0] * p[1]});
+  write_rows<7>("dam.ply", "comment particle_radius 0.0088\n",
+                {"x", "y", "z", "vx", "vy", "vz", "q"}, rows);
+  for (const std::size_t bad : {60000u, 250000u}) rows[bad][4] = NAN;
+  write_rows<7>("torn.ply", "comment particle_radius 0.0088\n",
+                {"x", "y", "z", "vx", "vy", "vz", "q"}, rows);
+  for (const char* input : {"dam.ply", "torn.ply"}) {
+    const Words words{"mesh", input, "--attribute", "q", "--device", "cpu"};
+    const Outcome one = run(words + Words{"-o", "one.ply"});
+    EXPECT_EQ(one.exit_code, 0) << one.err;
+    for (const char* count : {"2", "3"}) {
+      const Outcome made = run(words + Words{"-o", "some.ply"}, ranks(count));
+      EXPECT_EQ(made.exit_code, 0) << made.err;
+      EXPECT_TRUE(read("one.ply") == read("some.ply")) << input << " " << count;
+      const auto until_written = [](const std::string& text) {
+        return text.substr(0, text.find("wrote "));
+      };
+      EXPECT_EQ(until_written(one.err), until_written(made.err));
+    }
+  }
+  write_particles("few.ply", block(6), 0.1);
+  EXPECT_EQ(run({"mesh", "few.ply", "-o", "one.ply", "-q"}).exit_code, 0);
+  EXPECT_EQ(run({"mesh", "few.ply", "-o", "some.ply", "-q"}, ranks("2")).exit_code, 0);
+  EXPECT_EQ(read("one.ply"), read("some.ply"));
+}
+
 TEST_F(UnderMpi, ReadsPartsByRank) {
   write_dam("dam.ply");
   for (std::size_t k = 0; k < 4; ++k)
@@ -205,8 +235,8 @@ TEST_F(UnderMpi, EndsWithOneErrorWhereverItIs) {
 
 TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
   write_dam("dam.ply");
-  // mpirun gives its processes a second to end by themselves, and then kills them: here three, since
-  // tests run side by side, and the frame is to take longer.
+  // mpirun gives its processes a second to end by themselves, and then kills them: here three,
+  // since tests run side by side, and the frame is to take longer.
   Conditions patient = ranks("2");
   patient.launcher.insert(patient.launcher.end(), {"--mca", "odls_base_sigkill_timeout", "3"});
   Words words = Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall;

@@ -1,0 +1,346 @@
+// A part of a closed surface is made of the particles in a box and of those around it that bear on
+// what is in the box: every sum over them is the same as over all particles, since what is farther
+// away weighs nothing. Three numbers are of the whole frame: what residual noise explains, the
+// farthest reach of a fit, and how often corners were asked for until the surface was closed. They
+// are taken for what they are nearly always, and compared with what all parts found; where they are
+// others, all parts are made again with these.
+#include "methods/closed_parts.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "base/stage_clock.hpp"
+#include "methods/closed_steps.hpp"
+#include "stages/roundness.hpp"
+#include "stages/trust.hpp"
+
+namespace meniscus {
+namespace {
+
+// Corners around a part's own that are asked too: a corner is wanted for the sake of one beside it,
+// so what lies farther away than there are rounds has no say.
+constexpr int kRoundsAround = 8;
+// Corners of these that are needed to mesh the part's own cells: those of the cells around them.
+constexpr int kMeshed = 1;
+
+// How far around the corners that are asked particles bear on F, step by step backwards; particle
+// radii.
+struct Halo {
+  double fitted;     // fits
+  double tried;      // trial fits, which tell roundness
+  double particles;  // all
+};
+
+Halo halo_of(const Parameters& params) {
+  constexpr double kRounding = 0.5;
+  // Who sees the 27 cells around it filled is inside (measure_gradients()); a particle's levelled
+  // weight and its normal follow from that. Crowds are told in cubes of two radii, which must be
+  // whole.
+  constexpr double kField = 2 * kDensitySupport + 2;
+  // F looks at fits as far as they reach from their feet, which lie within a radius of the surface
+  // through the particle.
+  const double counted = kBlendReach * params.blend.radius + 1 + std::abs(params.fit.offset);
+  // Their trust is a mean over their sheet, of what is told from the normals around.
+  const double trusted = counted + kTrustSheet + kEdgeReach;
+  // These normals, and supports, follow from those of the pass before.
+  const double fitted =
+      trusted + (params.fit.passes - 1) * std::max<double>(params.fit.support, kResidualReach);
+  // Their roundness is a mean over bent places of means over what trial fits around say.
+  const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
+  const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
+  return {fitted, tried, surface + kField + kRounding};
+}
+
+// What is taken for known of the whole frame, or was found.
+struct Known {
+  double noise = kLeastNoise;
+  double reach = 1;
+  int rounds = kRoundsAround;  // at most
+};
+
+// A part, made.
+struct Made {
+  MeshPart mesh;
+  Mesh carried;                 // velocities and attributes of its vertices
+  std::vector<float> residual;  // of its own fits before the last pass
+  double reach = 1;             // of these, the farthest
+  int rounds = 0;               // after which no more of its own corners were wanted
+  std::int64_t particles = 0, fits = 0;
+};
+
+// The space of blocks and of so many corners around them, particle radii.
+SpaceBox space_of(const BlockBox& blocks, int more, double cell) {
+  SpaceBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (blocks.low[axis] != -BlockBox::kAll)
+      box.low[axis] = cell * (double{kBlockSide} * blocks.low[axis] - more);
+    if (blocks.high[axis] != BlockBox::kAll)
+      box.high[axis] = cell * (double{kBlockSide} * blocks.high[axis] + more);
+  }
+  return box;
+}
+
+Points points_in(const SpaceBox& box, const Points& points) {
+  Points inside;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const Vec3d at{points.x[p], points.y[p], points.z[p]};
+    if (box.holds(at)) inside.add(at);
+  }
+  return inside;
+}
+
+std::size_t wanted_in(const SpaceGrid& grid, const BlockBox& own) {
+  std::size_t corners = 0;
+  for (const CornerBlock& block : grid.blocks)
+    if (own.holds(block.at)) corners += static_cast<std::size_t>(std::popcount(block.wanted));
+  return corners;
+}
+
+// One part of a frame of which this is known.
+class PartMaker {
+ public:
+  PartMaker(Device& device, const View& view, double cell, const Parameters& params, bool carry,
+            StageClock& clock)
+      : device_(device), view_(view), cell_(cell), params_(params), carry_(carry), clock_(clock) {}
+
+  Made make(const BlockBox& own, const WorldParticles& particles, const Known& known) const {
+    Made made;
+    if (carry_)
+      for (const Attribute& attribute : particles.attributes)
+        made.carried.attributes.push_back({attribute.name, {}});
+    const Projected placed = place_particles(view_, particles);
+    if (placed.size() == 0) return made;
+    const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
+    for (std::size_t i = 0; i < placed.size(); ++i) made.particles += inside.holds(placed.eye(i));
+    FittedFluid fluid = fit(placed, asked, known, made);
+    for (std::size_t k = 0; k < fluid.fits.size(); ++k)
+      if (inside.holds(fluid.fits.position[k])) {
+        ++made.fits;
+        made.reach = std::max(made.reach, double{fluid.reach[k]});
+        made.residual[static_cast<std::size_t>(made.fits) - 1] = made.residual[k];
+      }
+    made.residual.resize(static_cast<std::size_t>(made.fits));
+    fluid.fits = {};
+    contour(fluid, own, known.rounds, made);
+    if (carry_) carry(placed, particles, made);
+    clock_.stop();
+    return made;
+  }
+
+ private:
+  FittedFluid fit(const Projected& placed, const SpaceBox& asked, const Known& known,
+                  Made& made) const {
+    const Halo halo = halo_of(params_);
+    FitScope scope;
+    scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
+    scope.fitted = [box = asked.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
+    scope.noise = [&](const std::vector<float>& residual) {
+      made.residual = residual;
+      return known.noise;
+    };
+    scope.reach = known.reach;
+    FittedFluid fluid = fit_fluid(device_, placed, params_, clock_, scope);
+    made.residual.resize(fluid.fits.size());
+    return fluid;
+  }
+
+  void contour(const FittedFluid& fluid, const BlockBox& own, int around, Made& made) const {
+    clock_.start("corners");
+    const double band = band_of(cell_);
+    const SpaceBox near = space_of(own, around, cell_).wider(band + 2 * kBlockSide * cell_);
+    SpaceGrid grid =
+        grid_around(points_in(near, fluid.seeds), band, cell_, corners_of(own, around));
+    std::vector<std::size_t> added{grid.blocks.size()};  // blocks, after each round
+    std::size_t wanted = wanted_in(grid, own);
+    for (bool more = true; more;) {
+      fill_corners(grid, [&](const Points& points) {
+        return measure_implicit(device_, fluid.function, points).value;
+      });
+      more = want_closed(grid);
+      added.push_back(grid.blocks.size());
+      const std::size_t now = wanted_in(grid, own);
+      if (now > wanted) made.rounds = static_cast<int>(added.size()) - 1;
+      wanted = now;
+    }
+    forget_outside(grid, corners_of(own, kMeshed));
+    clock_.start("crossings");
+    CrossedEdges edges = list_crossings(grid);
+    find_crossings(device_, fluid.function, grid, kCrossingRounds, kCrossingEnough, edges);
+    clock_.start("mesh");
+    DualMesh mesh = place_vertices(grid, edges, {});
+    settle_vertices(device_, fluid.function, mesh);
+    join_vertices(grid, edges, mesh, corners_of(own));
+    made.mesh = part_of(grid, mesh, added, own);
+  }
+
+  void carry(const Projected& placed, const WorldParticles& particles, Made& made) const {
+    clock_.start("motion");
+    Extraction carried;
+    for (const Vec3d& at : made.mesh.position)
+      carried.mesh.position.push_back(static_cast<Vec3>(world_from_eye(view_, at)));
+    carry_values(device_, view_, placed, particles, params_, carried);
+    made.carried = std::move(carried.mesh);
+    made.carried.position = {};
+  }
+
+  Device& device_;
+  const View& view_;
+  double cell_;
+  const Parameters& params_;
+  bool carry_;
+  StageClock& clock_;
+};
+
+// All parts: meshes in the first process of the team, the rest of this process's own.
+struct Whole {
+  std::vector<MeshPart> mesh;
+  std::vector<Mesh> carried;
+  std::vector<float> residual;
+  double reach = 1;
+  int rounds = 0;
+  std::int64_t particles = 0, fits = 0;
+};
+
+// Moves what each process has of a vector to the first one's parts.
+template <class Part, class T>
+void gather(Team& team, std::vector<T>&& mine, std::vector<Part>& parts, std::vector<T> Part::*to) {
+  team.gather(std::move(mine), [&](int rank, std::vector<T>&& values) {
+    parts[static_cast<std::size_t>(rank)].*to = std::move(values);
+  });
+}
+
+// Adds the parts that the processes have made.
+void add_parts(Team& team, Made made, Whole& whole) {
+  whole.residual.insert(whole.residual.end(), made.residual.begin(), made.residual.end());
+  whole.reach = std::max(whole.reach, made.reach);
+  whole.rounds = std::max(whole.rounds, made.rounds);
+  whole.particles += made.particles;
+  whole.fits += made.fits;
+  const auto processes = static_cast<std::size_t>(team.size());
+  std::vector<MeshPart> parts(processes);
+  MeshPart& own = made.mesh;
+  gather(team, std::move(own.blocks), parts, &MeshPart::blocks);
+  gather(team, std::move(own.vertex), parts, &MeshPart::vertex);
+  gather(team, std::move(own.between), parts, &MeshPart::between);
+  gather(team, std::move(own.position), parts, &MeshPart::position);
+  gather(team, std::move(own.normal), parts, &MeshPart::normal);
+  gather(team, std::move(own.others), parts, &MeshPart::others);
+  gather(team, std::move(own.triangle), parts, &MeshPart::triangle);
+  std::vector<Mesh> carried(processes);
+  gather(team, std::move(made.carried.velocity), carried, &Mesh::velocity);
+  for (Attribute& attribute : made.carried.attributes)
+    team.gather(std::move(attribute.values), [&](int rank, std::vector<float>&& values) {
+      carried[static_cast<std::size_t>(rank)].attributes.push_back(
+          {attribute.name, std::move(values)});
+    });
+  if (!team.leads()) return;
+  for (MeshPart& part : parts) whole.mesh.push_back(std::move(part));
+  for (Mesh& mesh : carried) whole.carried.push_back(std::move(mesh));
+}
+
+// Makes all parts, as many at a time as there are processes.
+Whole make_parts(const PartMaker& maker, Team& team, const std::vector<BlockBox>& parts,
+                 const FillPart& fill, double cell, double halo, const Known& known) {
+  Whole whole;
+  const auto processes = static_cast<std::size_t>(team.size());
+  for (std::size_t first = 0; first < parts.size(); first += processes) {
+    std::vector<SpaceBox> boxes(processes, SpaceBox::nowhere());
+    for (std::size_t k = 0; k < processes && first + k < parts.size(); ++k)
+      boxes[k] = space_of(parts[first + k], known.rounds, cell).wider(halo);
+    const std::size_t part = std::min(first + static_cast<std::size_t>(team.rank()), parts.size());
+    const bool any = part < parts.size();
+    const SpaceBox own = any ? space_of(parts[part], 0, cell) : SpaceBox::nowhere();
+    const WorldParticles particles = fill(part, boxes, own);
+    add_parts(team, maker.make(any ? parts[part] : BlockBox{}, particles, known), whole);
+  }
+  return whole;
+}
+
+// What all parts found of the frame.
+Known found_by_all(Team& team, Whole& whole) {
+  Known found;
+  found.noise = noise_of(team.joined(std::move(whole.residual)));
+  whole.residual = {};
+  found.reach = 1;
+  found.rounds = 0;
+  for (const double reach : team.joined<double>({whole.reach}))
+    found.reach = std::max(found.reach, reach);
+  for (const int rounds : team.joined<int>({whole.rounds}))
+    found.rounds = std::max(found.rounds, rounds);
+  return team.from_first(found);
+}
+
+// Puts what parts' vertices carry where the vertices are, of those that are kept.
+template <class T, class Of>
+std::vector<T> in_place(const JoinedMesh& joined, const std::vector<std::uint32_t>& kept,
+                        std::size_t vertices, const Of& of_part) {
+  std::vector<T> all(vertices), values(kept.size());
+  for (std::size_t p = 0; p < joined.place.size(); ++p) {
+    const std::vector<T>& of = of_part(p);
+    for (std::size_t v = 0; v < of.size(); ++v) all[joined.place[p][v]] = of[v];
+  }
+  for (std::size_t v = 0; v < kept.size(); ++v) values[v] = all[kept[v]];
+  return values;
+}
+
+}  // namespace
+
+double halo_of_parts(double cell, const Parameters& params) {
+  return halo_of(params).particles + kRoundsAround * cell;
+}
+
+Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
+                               const std::vector<BlockBox>& parts, const FillPart& fill,
+                               const ClosedParams& closed, const Parameters& params, bool carry,
+                               std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  const PartMaker maker(device, view, closed.cell, params, carry, clock);
+  Known known;
+  // Nearly always there is a fit that reaches as far as any can.
+  known.reach = static_cast<float>(kBlendReach * params.blend.radius);
+  Whole whole;
+  for (bool again = true; again;) {
+    whole = {};
+    whole = make_parts(maker, team, parts, fill, closed.cell, halo_of(params).particles, known);
+    const Known found = found_by_all(team, whole);
+    // One round in which nothing was wanted tells that none will, where corners that are meshed
+    // know of it.
+    const int rounds = found.rounds + 1 + kMeshed;
+    again = found.noise != known.noise || found.reach != known.reach || rounds > known.rounds;
+    known = {found.noise, found.reach, std::max(rounds, known.rounds)};
+  }
+
+  Extraction result;
+  result.counts.particles = result.counts.fits = 0;
+  for (const std::int64_t particles : team.joined<std::int64_t>({whole.particles}))
+    result.counts.particles += particles;
+  for (const std::int64_t fits : team.joined<std::int64_t>({whole.fits}))
+    result.counts.fits += fits;
+  if (!team.leads()) return result;
+  clock.start("join");
+  JoinedMesh joined = join_parts(std::move(whole.mesh));
+  const std::size_t vertices = joined.mesh.position.size();
+  const std::vector<std::uint32_t> kept = drop_crumbs(joined.mesh, kLeastFluid, kLeastAir);
+  result.mesh = to_world(view, std::move(joined.mesh));
+  if (carry && !whole.carried.empty()) {
+    const std::vector<Mesh>& carried = whole.carried;
+    if (std::any_of(carried.begin(), carried.end(),
+                    [](const Mesh& m) { return !m.velocity.empty(); }))
+      result.mesh.velocity = in_place<Vec3>(
+          joined, kept,
+          vertices, [&](std::size_t p) -> const auto& { return carried[p].velocity; });
+    for (std::size_t a = 0; a < carried[0].attributes.size(); ++a)
+      result.mesh.attributes.push_back(
+          {carried[0].attributes[a].name,
+           in_place<float>(
+               joined, kept, vertices, [&](std::size_t p) -> const auto& {
+                 return carried[p].attributes[a].values;
+               })});
+  }
+  clock.stop();
+  return result;
+}
+
+}  // namespace meniscus

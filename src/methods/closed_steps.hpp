@@ -1,0 +1,55 @@
+// The steps that closed surfaces share, whether all of the fluid is at hand (closed.cpp) or a part
+// of it at a time (closed_parts.cpp).
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "base/stage_clock.hpp"
+#include "device/device.hpp"
+#include "meniscus/parameters.hpp"
+#include "meniscus/types.hpp"
+#include "stages/dual_mesh.hpp"
+#include "stages/implicit.hpp"
+#include "stages/particle_fit.hpp"
+#include "stages/project.hpp"
+
+namespace meniscus {
+
+/// An edge's crossing is sought until F is this small, particle radii.
+inline constexpr int kCrossingRounds = 6;
+inline constexpr double kCrossingEnough = 0.004;
+
+/// See drop_crumbs(); particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
+inline constexpr double kLeastFluid = 1, kLeastAir = 8;
+
+/// Corners of cells of side `cell` are asked this near to particles that see air, particle radii;
+/// the surface is one radius outside them, and wherever else it goes more corners are asked for.
+double band_of(double cell);
+
+/// Which particles are fitted, and what is known of a whole frame of which these are a part; by
+/// default they are all there are.
+struct FitScope {
+  std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is told; who is
+                                                            // fitted; none: all of the surface
+  NoiseOf noise = noise_of;
+  double reach = 1;  // of the frame's fits, see make_implicit()
+};
+
+/// The fluid as a function of space.
+struct FittedFluid {
+  ImplicitFunction function;
+  Points seeds;  // particles that see air
+  ParticleFits fits;
+  std::vector<float> reach;  // [fits] 0: the fit does not count
+};
+
+/// The first steps of a closed surface (section 2.1 to 2.3 of the paper): field, surface, fits and
+/// their trust.
+FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters& params,
+                      StageClock& clock, const FitScope& scope = {});
+
+/// A mesh from eye space into the world, without what particles carry.
+Mesh to_world(const View& view, DualMesh made);
+
+}  // namespace meniscus

@@ -1,0 +1,342 @@
+#include "prepare/parts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+#include <utility>
+
+#include "base/team.hpp"
+#include "meniscus/error.hpp"
+#include "prepare/attributes.hpp"
+#include "prepare/canonical_order.hpp"
+#include "prepare/choose_radius.hpp"
+#include "prepare/collect.hpp"
+#include "prepare/crowds.hpp"
+#include "prepare/origin.hpp"
+#include "prepare/survey.hpp"
+#include "prepare/velocities.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kChunk = std::size_t{1} << 18;  // particles that are read at a time
+
+constexpr double kCube = 32;      // side of a cube, about; particle radii
+constexpr double kThinnest = 64;  // side of a part, particle radii
+constexpr double kBytes = 256;    // that a particle takes where a part is made
+constexpr double kSaved = 0.85;   // a cut leaves at most so much of a part's memory, or is none
+constexpr std::int32_t kLast = 1 << 19;  // cubes farther away count as this one
+
+bool is_finite(const ParticleChunk& chunk, std::size_t i) {
+  return std::isfinite(chunk.x[i]) && std::isfinite(chunk.y[i]) && std::isfinite(chunk.z[i]);
+}
+
+Vec3d place_of(const View& view, const ParticleChunk& chunk, std::size_t i) {
+  return eye_from_world(view, {chunk.x[i], chunk.y[i], chunk.z[i]});
+}
+
+SpaceBox in_world(const View& view, SpaceBox box) {
+  const std::array origin{view.origin.x, view.origin.y, view.origin.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = origin[axis] + view.radius * box.low[axis];
+    box.high[axis] = origin[axis] + view.radius * box.high[axis];
+  }
+  return box;
+}
+
+using Count = PartedFrame::Cube;
+
+// The particles in cubes of this side, of this process's share.
+class Counting {
+ public:
+  explicit Counting(double side) : side_(side) {}
+  void add(const Vec3d& at) {
+    const auto part = [&](double x) {
+      return static_cast<std::uint64_t>(
+          static_cast<std::int64_t>(std::clamp<double>(std::floor(x / side_), -kLast, kLast)) +
+          kLast);
+    };
+    const std::uint64_t key = part(at.z) << 42 | part(at.y) << 21 | part(at.x);
+    if (key != last_) here_ = &counts_[last_ = key];  // elements of such a map stay in place
+    ++*here_;
+  }
+  std::vector<Count> counts() const {
+    std::vector<Count> all;
+    for (const auto& [key, count] : counts_) {
+      const auto part = [key = key](int shift) {
+        return static_cast<std::int32_t>(key >> shift & 0x1fffff) - kLast;
+      };
+      all.push_back({{part(0), part(21), part(42)}, count});
+    }
+    return all;
+  }
+
+ private:
+  double side_;
+  std::unordered_map<std::uint64_t, std::int64_t> counts_;
+  std::uint64_t last_ = ~std::uint64_t{0};
+  std::int64_t* here_ = nullptr;
+};
+
+// Checks what particles carry, over all processes.
+class Checks {
+ public:
+  explicit Checks(const ParticleSource& source) : values_(source.attributes().size()) {}
+  void look_at(const ParticleChunk& chunk, std::size_t i) {
+    const std::int64_t place = chunk.first + static_cast<std::int64_t>(i);
+    if (!chunk.vx.empty()) velocities_.checked({chunk.vx[i], chunk.vy[i], chunk.vz[i]}, place);
+    for (std::size_t a = 0; a < chunk.attributes.size(); ++a)
+      values_[a].checked(chunk.attributes[a][i], place);
+  }
+  void report(const ParticleSource& source, const Parameters& params,
+              std::vector<Notice>& notices) const {
+    joined(source.team(), velocities_).report("particles", params, notices);
+    for (std::size_t a = 0; a < values_.size(); ++a)
+      joined(source.team(), values_[a]).report(source.attributes()[a], params, notices);
+  }
+
+ private:
+  template <class Check>
+  static Check joined(Team& team, const Check& own) {
+    Check all;
+    for (const Check& one : team.joined<Check>({own})) all.add(one);
+    return all;
+  }
+  VelocityCheck velocities_;
+  std::vector<ValueCheck> values_;
+};
+
+// Marks what cannot be used, which has been told before.
+void check_values(WorldParticles& world) {
+  VelocityCheck velocities;
+  for (Vec3& velocity : world.velocity) velocity = velocities.checked(velocity, 0);
+  ValueCheck values;
+  for (Attribute& attribute : world.attributes)
+    for (float& value : attribute.values) value = values.checked(value, 0);
+}
+
+// A box of cubes.
+struct Box {
+  BlockBox cubes;
+  double bytes = 0;  // that it takes
+};
+
+double bytes_of(const BlockBox& box, const std::vector<Count>& counts, double halo) {
+  double particles = 0;
+  for (const Count& cube : counts) {
+    double share = static_cast<double>(cube.count);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double at = cube.at[axis];
+      share *= std::clamp(
+          std::min(at + 1, box.high[axis] + halo) - std::max(at, box.low[axis] - halo), 0.0, 1.0);
+    }
+    particles += share;
+  }
+  return particles * kBytes;
+}
+
+// Cuts a box across its longest side, so that both parts hold about as many particles and are at
+// least `thinnest` cubes thick. False: it cannot be.
+bool cut(const BlockBox& box, const std::vector<Count>& counts, std::int32_t thinnest,
+         BlockBox& low, BlockBox& high) {
+  std::vector<Count> own;
+  for (const Count& cube : counts)
+    if (box.holds(cube.at)) own.push_back(cube);
+  if (own.empty()) return false;
+  std::size_t axis = 3;
+  std::int32_t longest = 2 * thinnest - 1, first = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto [least, most] = std::minmax_element(
+        own.begin(), own.end(), [k](const Count& a, const Count& b) { return a.at[k] < b.at[k]; });
+    if (most->at[k] + 1 - least->at[k] <= longest) continue;
+    axis = k;
+    first = least->at[k];
+    longest = most->at[k] + 1 - first;
+  }
+  if (axis == 3) return false;
+  std::vector<std::int64_t> before(static_cast<std::size_t>(longest) + 1, 0);
+  for (const Count& cube : own)
+    before[static_cast<std::size_t>(cube.at[axis] - first) + 1] += cube.count;
+  for (std::size_t k = 1; k < before.size(); ++k) before[k] += before[k - 1];
+  const auto half = std::lower_bound(before.begin(), before.end(), before.back() / 2);
+  const std::int32_t at = first + std::clamp(static_cast<std::int32_t>(half - before.begin()),
+                                             thinnest, longest - thinnest);
+  low = high = box;
+  low.high[axis] = high.low[axis] = at;
+  return true;
+}
+
+}  // namespace
+
+PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block) {
+  PartedFrame frame;
+  Team& team = source.team();
+  const Parameters& params = filling.params;
+  filling.clock.start("survey");
+  const Survey& survey = survey_of(source);
+  report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, params,
+                 filling.notices);
+  frame.radius = choose_radius(source, params, filling.notices);
+  frame.all = survey.size;
+  frame.view = team.from_first(
+      make_world_view(frame.radius, origin_of(survey.low, survey.high, survey.sample)));
+  frame.moving = params.motion && source.has_velocity();
+  frame.blocks = std::max(1, static_cast<std::int32_t>(std::lround(kCube / block)));
+  Counting counting(frame.blocks * block);
+  Checks checks(source);
+  const bool counted = team.size() > 1 || static_cast<double>(frame.all) * kBytes >
+                                              static_cast<double>(filling.memory);
+  if (counted || frame.moving || !source.attributes().empty())
+    for_each_chunk(source, kChunk, {.velocity = params.motion, .attributes = true},
+                   [&](ParticleChunk& chunk) {
+                     for (std::size_t i = 0; i < chunk.count; ++i) {
+                       if (!is_finite(chunk, i)) continue;
+                       if (counted) counting.add(place_of(frame.view, chunk, i));
+                       checks.look_at(chunk, i);
+                     }
+                   });
+  const std::size_t told = filling.notices.size();
+  checks.report(source, params, filling.notices);
+  frame.all_known = filling.notices.size() == told;
+  std::map<std::array<std::int32_t, 3>, std::int64_t> all;
+  for (const Count& cube : team.joined(counting.counts())) all[cube.at] += cube.count;
+  for (const auto& [at, count] : all) frame.cubes.push_back({at, count});
+  filling.clock.stop();
+  return frame;
+}
+
+std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& frame, double block,
+                                  double halo, int processes) {
+  const double side = frame.blocks * block, around = halo / side;
+  const auto thinnest = static_cast<std::int32_t>(std::ceil(kThinnest / side));
+  std::vector<Box> left{{{}, bytes_of({}, frame.cubes, around)}}, whole;
+  const auto takes_less = [](const Box& a, const Box& b) { return a.bytes < b.bytes; };
+  while (!left.empty()) {
+    const auto most = std::max_element(left.begin(), left.end(), takes_less);
+    const Box box = *most;
+    left.erase(most);
+    std::array<Box, 2> halves;
+    const bool few = left.size() + whole.size() + 1 < static_cast<std::size_t>(processes);
+    bool cuts = (few || box.bytes > static_cast<double>(filling.memory)) &&
+                cut(box.cubes, frame.cubes, thinnest, halves[0].cubes, halves[1].cubes);
+    if (cuts)
+      for (Box& half : halves) half.bytes = bytes_of(half.cubes, frame.cubes, around);
+    // Particles around thin parts are more than what is in them.
+    cuts = cuts && (few || std::max(halves[0].bytes, halves[1].bytes) <= kSaved * box.bytes);
+    if (cuts)
+      left.insert(left.end(), halves.begin(), halves.end());
+    else
+      whole.push_back(box);
+  }
+  std::vector<BlockBox> parts;
+  for (const Box& box : whole) {
+    BlockBox part;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (box.cubes.low[axis] != -BlockBox::kAll)
+        part.low[axis] = box.cubes.low[axis] * frame.blocks;
+      if (box.cubes.high[axis] != BlockBox::kAll)
+        part.high[axis] = box.cubes.high[axis] * frame.blocks;
+    }
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
+                         const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
+                         const SpaceBox& own, PartTally& tally) {
+  filling.clock.start("order");
+  std::vector<Particles> kept(boxes.size());
+  std::vector<SpaceBox> places;  // the boxes in the world, which is looked at many times
+  for (const SpaceBox& box : boxes) places.push_back(in_world(frame.view, box));
+  for (Particles& some : kept)
+    for (const std::string& name : source.attributes()) some.attributes.push_back({name, {}});
+  for_each_chunk(
+      source, kChunk, {.radius = true, .velocity = frame.moving, .attributes = true},
+      [&](ParticleChunk& chunk) {
+        for (std::size_t i = 0; i < chunk.count; ++i) {
+          for (std::size_t b = 0; b < boxes.size(); ++b) {
+            if (!places[b].holds({chunk.x[i], chunk.y[i], chunk.z[i]}) || !is_finite(chunk, i))
+              continue;
+            Particles& to = kept[b];
+            to.x.push_back(chunk.x[i]);
+            to.y.push_back(chunk.y[i]);
+            to.z.push_back(chunk.z[i]);
+            if (!chunk.radius.empty()) to.radius.push_back(chunk.radius[i]);
+            if (!chunk.vx.empty()) {
+              to.vx.push_back(chunk.vx[i]);
+              to.vy.push_back(chunk.vy[i]);
+              to.vz.push_back(chunk.vz[i]);
+            }
+            for (std::size_t a = 0; a < chunk.attributes.size(); ++a)
+              to.attributes[a].values.push_back(chunk.attributes[a][i]);
+          }
+        }
+      });
+  Team& team = source.team();
+  for (std::size_t to = 0; to < boxes.size() && team.size() > 1; ++to)
+    for (std::vector<float>* const values : arrays_of(kept[to])) {
+      std::vector<float> all;
+      team.gather(
+          std::move(*values),
+          [&](int, std::vector<float>&& some) { all.insert(all.end(), some.begin(), some.end()); },
+          static_cast<int>(to));
+      *values = std::move(all);
+    }
+
+  const Particles& mine = kept[static_cast<std::size_t>(team.rank())];
+  require(mine.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in one part");
+  const bool owns_all = own == SpaceBox{};
+  const auto is_own = [&](std::size_t i) {
+    return owns_all || own.holds(eye_from_world(frame.view, {mine.x[i], mine.y[i], mine.z[i]}));
+  };
+  std::vector<Notice> told;
+  std::vector<std::size_t> order = canonical_order(mine, {}, told);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (!is_own(order[k])) continue;
+    ++tally.had;
+    if (k > 0 && at_one_position(mine, order[k - 1], order[k])) ++tally.copies;
+  }
+  told.clear();
+  order = without_crowds(mine, std::move(order), frame.radius, told);
+  tally.dropped =
+      tally.had - static_cast<std::int64_t>(std::count_if(order.begin(), order.end(), is_own));
+  for (const Notice& notice : told) {
+    if (notice.code == Code::crowded && tally.dropped > 0) tally.largest = notice.found;
+    if (notice.code == Code::radius_too_large) tally.too_large = notice.found / notice.wanted;
+    if (notice.code == Code::radius_too_small) tally.too_small = notice.wanted / notice.found;
+  }
+  WorldParticles world = particles_in_order(mine, order, frame.radius, frame.moving);
+  check_values(world);
+  filling.clock.stop();
+  return world;
+}
+
+void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
+            std::vector<Notice>& notices) {
+  PartTally all;
+  // What a part says of the radius counts where all say so that can tell.
+  double too_large = SpaceBox::kFar, too_small = SpaceBox::kFar;
+  for (const PartTally& part : tallies) {
+    all.had += part.had;
+    all.dropped += part.dropped;
+    all.copies += part.copies;
+    all.largest = std::max(all.largest, part.largest);
+    if (part.had < static_cast<std::int64_t>(kTelling)) continue;
+    too_large = std::min(too_large, part.too_large);
+    too_small = std::min(too_small, part.too_small);
+  }
+  const auto size = static_cast<std::size_t>(frame.all), had = static_cast<std::size_t>(all.had);
+  if (all.copies > 0) notices.push_back(coinciding(static_cast<std::size_t>(all.copies), size));
+  if (too_large > 0 && too_large < SpaceBox::kFar)
+    notices.push_back(radius_too_large(too_large, frame.radius));
+  if (too_small > 0 && too_small < SpaceBox::kFar)
+    notices.push_back(radius_too_small(too_small, frame.radius));
+  if (all.dropped > 0)
+    notices.push_back(crowded(static_cast<std::size_t>(all.largest),
+                              static_cast<std::size_t>(all.dropped), had, frame.radius));
+}
+
+}  // namespace meniscus

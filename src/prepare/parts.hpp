@@ -1,0 +1,64 @@
+// parts: frames that pass in parts of space, for what needs all of the fluid (closed meshes). Each
+// part's particles, and those around it that bear on it, are read and put in order by themselves.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "meniscus/source.hpp"
+#include "prepare/fill.hpp"
+#include "stages/mesh_parts.hpp"
+#include "stages/project.hpp"
+#include "stages/space_box.hpp"
+#include "stages/view.hpp"
+
+namespace meniscus {
+
+/// What a frame is like as a whole.
+struct PartedFrame {
+  double radius = 0;      // of the particles, world units
+  View view;              // make_world_view()
+  std::int64_t all = 0;   // particles
+  bool moving = false;    // whether they carry velocities
+  bool all_known = true;  // whether all values that they carry can be used
+  /// Particles in cubes.
+  struct Cube {
+    std::array<std::int32_t, 3> at;
+    std::int64_t count;
+  };
+  std::vector<Cube> cubes;  // none where the frame needs no parts
+  std::int32_t blocks = 1;  // side of the cubes
+};
+
+/// Looks at a frame whose blocks of cells have a side of `block` particle radii. Warns of what was
+/// dropped, estimated or cannot be used. All processes of the source's team call this. Throws as
+/// fill_frame().
+PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block);
+
+/// Shares space out: boxes of blocks that fill it, of which none with the particles in `halo`
+/// particle radii around it takes more than filling.memory, as far as boxes are not thinner than 64
+/// particle radii; at least as many as there are processes where that leaves none of them thinner.
+std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& frame, double block,
+                                  double halo, int processes);
+
+/// What a part had, to be told once all have been.
+struct PartTally {
+  std::int64_t had = 0, dropped = 0, copies = 0;  // of its own particles
+  double largest = 0;                             // crowd
+  double too_large = 0, too_small = 0;            // its radius; 0: it is not
+};
+
+/// The particles of a part in canonical order. All processes call this with the same boxes, one for
+/// each of them (eye space, particle radii), and each gets those in its own.
+///
+///   own  where this process's part ends and others' begin
+WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
+                         const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
+                         const SpaceBox& own, PartTally& tally);
+
+/// Warns of what all parts together had.
+void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
+            std::vector<Notice>& notices);
+
+}  // namespace meniscus

@@ -1,0 +1,34 @@
+// A box in space, whose sides may lie at infinity.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+
+#include "stages/vec.hpp"
+
+namespace meniscus {
+
+/// Points from `low` on and before `high`; all of space.
+struct SpaceBox {
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+  std::array<double, 3> low{-kFar, -kFar, -kFar}, high{kFar, kFar, kFar};
+
+  bool holds(const Vec3d& at) const {
+    return at.x >= low[0] && at.x < high[0] && at.y >= low[1] && at.y < high[1] && at.z >= low[2] &&
+           at.z < high[2];
+  }
+  bool operator==(const SpaceBox&) const = default;
+  SpaceBox wider(double by) const {
+    SpaceBox box = *this;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.low[axis] -= by;
+      box.high[axis] += by;
+    }
+    return box;
+  }
+  /// One that holds nothing.
+  static SpaceBox nowhere() { return {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}; }
+};
+
+}  // namespace meniscus
