@@ -1,17 +1,22 @@
 #include "device/uploads.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 namespace meniscus {
 
 Memory Uploads::add(MemoryPool& pool, std::size_t largest, HostMemory memory) {
-  // Blocks of a few frames' uploads; what is large has a command and a block to itself.
-  constexpr std::size_t kBlock = 16 << 20;
+  // Blocks of a few frames' uploads, each larger than the one before: small frames take little, and
+  // oclgrind goes through all of a block after each kernel. What is large has a command and a block
+  // to itself.
+  constexpr std::size_t kLeast = 1 << 20, kMost = 16 << 20;
   const std::size_t size = memory.size;
   bytes_ += size;
   if (block_size_ - used_ < size) {
-    const std::size_t wanted = size >= kEnough ? size : std::min(kBlock, largest);
+    const std::size_t grown =
+        std::max(std::clamp(2 * block_size_, kLeast, kMost), std::bit_ceil(size));
+    const std::size_t wanted = size >= kEnough ? size : std::min(grown, largest);
     Memory block = pool.take(wanted);
     if (wanted == size) {
       waiting_.push_back({std::move(memory), block, 0});
