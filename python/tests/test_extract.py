@@ -121,7 +121,9 @@ def test_layers_are_where_rays_leave(points, camera, tmp_path):
     assert surface.thickness[36, 48] == pytest.approx(width, rel=.1)
     assert surface.exit[0, 36, 48] - surface.depth[36, 48] == pytest.approx(
         surface.thickness[36, 48], rel=.01)
-    assert surface.back_normal[36, 48, 2] < -.7 < .7 < surface.normal[36, 48, 2]
+    # Around the middle: at the pole of a ball of a lattice one particle stands out.
+    middle = np.s_[30:42, 42:54, 2]
+    assert np.median(surface.back_normal[middle]) < -.9 < .9 < np.median(surface.normal[middle])
     surface.write(tmp_path / "a.exr")
     back = meniscus.read_exr(tmp_path / "a.exr")
     assert np.array_equal(back.exit[0], surface.exit[0])
