@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "api/host_threads.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "base/stage_clock.hpp"
@@ -112,8 +113,7 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
   std::vector<Notice> notices;
   const Camera none;
   const Filling filling{device, none, params, closed.memory, clock, notices};
-  const DeviceInfo& info = device.info();
-  return on_threads(info.is_part ? info.compute_units : 0,
+  return on_threads(host_threads(device.info()),
                     [&] { return mesh_frame(filling, source, closed, timings); });
 }
 

@@ -48,21 +48,19 @@ FilledFrame fill_for_layers(const Filling& filling, const ParticleSource& source
 Surface extract_frame(const Filling& filling, const ParticleSource& source,
                       std::vector<StageTime>* timings) {
   Device& device = filling.device;
-  Parameters params = filling.params;
+  const Parameters& params = filling.params;
   const FilledFrame frame = fill_frame(filling, source);
   Surface surface;
   surface.camera = filling.camera;
   surface.particle_radius = frame.radius;
   surface.notices = std::move(filling.notices);
   FilledFrame streamed;  // with all that streamed past the frame
-  const bool streams = source.size() >= kStreamed, layered = params.layers > 0 && params.image;
-  const int layers = params.layers;
-  if (layered && streams) {
-    streamed = fill_for_layers(filling, source, frame.radius);
-    params.layers = 0;  // of the frame that is kept
-  }
+  const bool layers_apart = params.layers > 0 && params.image && source.size() >= kStreamed;
+  if (layers_apart) streamed = fill_for_layers(filling, source, frame.radius);
   if (!source.team().leads()) return surface;
-  Extraction extraction = run_pipeline(device, frame.view, frame.particles, params, timings);
+  Parameters of_front = params;
+  if (layers_apart) of_front.layers = 0;
+  Extraction extraction = run_pipeline(device, frame.view, frame.particles, of_front, timings);
   if (frame.all >= 0) extraction.counts.particles = frame.all;
   if (frame.factor > 1) {
     filling.clock.start("spray");
@@ -72,11 +70,9 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
     extraction.counts.representatives = static_cast<std::int64_t>(frame.particles.x.size());
     extraction.counts.spray = static_cast<std::int64_t>(frame.spray.size());
   }
-  if (layered && streams) {
-    params.layers = layers;
+  if (layers_apart)
     extraction.layers = run_layers(device, streamed.view, streamed.particles,
                                    front_of(device, frame.view, extraction.image), params, timings);
-  }
   return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
 }
 

@@ -12,6 +12,7 @@
 #include "base/printed.hpp"
 #include "base/stage_clock.hpp"
 #include "meniscus/device.hpp"
+#include "prepare/canonical_order.hpp"
 #include "prepare/survey.hpp"
 #include "prepare/velocities.hpp"
 #include "stages/whitewater.hpp"
@@ -136,15 +137,7 @@ class Drawing {
   void report(std::vector<Notice>& notices) const {
     std::vector<Notice> told;
     if (bad_ > 0) {
-      Notice notice{
-          .code = Code::not_finite,
-          .text = printed("%lld of %lld particles have NaN or infinite coordinates (the first is "
-                          "particle %lld)",
-                          static_cast<long long>(bad_), static_cast<long long>(bad_ + drawn_),
-                          static_cast<long long>(first_bad_)),
-          .place = first_bad_,
-          .count = bad_,
-          .of = bad_ + drawn_};
+      Notice notice = not_finite(bad_, bad_ + drawn_, first_bad_);
       notice.text += params_.strict ? "; leave " + setting("strict") + " away to drop them"
                                     : " and were dropped";
       if (params_.strict) throw InputError(notice);

@@ -221,8 +221,7 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
     layers.back_normal.resize(pixels);
   }
 
-  for (const WhitewaterType type :
-       {WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble}) {
+  for (const WhitewaterType type : kWhitewaterTypes) {
     const std::string name = to_string(type);
     if (header.channels().findChannel(name + ".coverage") == nullptr) continue;
     WhitewaterMaps& maps = surface.whitewater.emplace_back(WhitewaterMaps{.type = type});

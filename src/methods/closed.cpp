@@ -21,9 +21,6 @@
 namespace meniscus {
 namespace {
 
-// Particles of the surface with less u are not fitted, as in with_rim().
-constexpr double kOpen = 0.5;
-
 // Corners of cells are asked this near to particles that see air; the surface is one particle
 // radius outside them, and wherever else it goes more corners are asked for.
 constexpr double kBand = 2;
@@ -34,7 +31,8 @@ Visible fitted_of(const Projected& placed, const FieldSurface& shell,
   Visible fitted;
   for (std::size_t k = 0; k < shell.index.size(); ++k) {
     const std::int32_t i = shell.index[k];
-    if (shell.weight[k] < kOpen || (wanted && !wanted(placed.eye(static_cast<std::size_t>(i)))))
+    if (shell.weight[k] < kLeastSurface ||
+        (wanted && !wanted(placed.eye(static_cast<std::size_t>(i)))))
       continue;
     fitted.index.push_back(i);
     fitted.owned.push_back(1);
@@ -90,15 +88,21 @@ Closed close_surface(Device& device, const Projected& placed, double cell, const
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
 
+FluidField measure_field(Device& device, const Projected& placed, const RegionParams& params) {
+  FluidField field;
+  field.host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
+  field.cells = upload_cells(device, field.host_cells);
+  field.gradients = measure_gradients(device, field.cells, Measured::near_air);
+  field.levelled = level_cells(device, field.cells, field.gradients, params);
+  return field;
+}
+
 FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters& params,
                       StageClock& clock, const FitScope& scope) {
   FittedFluid fluid;
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");
-  const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);
-  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
-  const DeviceCells levelled = level_cells(device, cells, field, params.region);
+  const auto [host_cells, cells, levelled, field] = measure_field(device, placed, params.region);
   clock.start("surface");
   FieldSurface found;
   {

@@ -9,6 +9,8 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
+#include "stages/cells.hpp"
+#include "stages/density.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
 #include "stages/particle_fit.hpp"
@@ -26,6 +28,16 @@ inline constexpr double kLeastFluid = 1, kLeastAir = 8;
 /// Corners of cells of side `cell` are asked this near to particles that see air, particle radii;
 /// the surface is one radius outside them, and wherever else it goes more corners are asked for.
 double band_of(double cell);
+
+/// The density field of particles, and the cells that they lie in.
+struct FluidField {
+  Cells host_cells;             // side kDensitySupport
+  DeviceCells cells, levelled;  // the same
+  Buffer<float> gradients;      // measure_gradients() over them, near air
+};
+
+/// Does not wait.
+FluidField measure_field(Device& device, const Projected& placed, const RegionParams& params);
 
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.

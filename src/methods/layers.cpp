@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/parallel.hpp"
+#include "methods/closed_steps.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
 #include "stages/roundness.hpp"
@@ -15,9 +15,6 @@
 
 namespace meniscus {
 namespace {
-
-// Particles of the surface with less u are not fitted, as in with_rim().
-constexpr double kOpen = 0.5;
 
 // How far beyond the screen particles count where the front was made from others: what is out of
 // view seems to end there, and fits that lie at such an end must not reach the screen.
@@ -34,9 +31,6 @@ constexpr Placing kPlacing{.most_off = 2, .margin = -0.5};
 // Crossings that lie less than this behind the front (particle radii) and face the eye by more than
 // this cosine are the front itself, of which the mesh need not tell anything.
 constexpr double kBehindFront = 0.75, kFacing = 0.6;
-
-// Particle radii cubed, as of closed meshes.
-constexpr double kLeastFluid = 1, kLeastAir = 8;
 
 // The fit of every particle of the surface is much like those beside it. Of the particles that the
 // front has not fitted one a cube of this side (particle radii) and side of the fluid is.
@@ -67,7 +61,7 @@ Visible choose_hidden(const KnownFluid& known) {
   std::sort(taken.begin(), taken.end());
   std::vector<std::pair<std::uint64_t, std::int32_t>> candidates;
   for (std::size_t k = 0; k < around.index.size(); ++k) {
-    if (around.weight[k] < kOpen) continue;
+    if (around.weight[k] < kLeastSurface) continue;
     const Vec3d at = known.particles.eye(static_cast<std::size_t>(around.index[k]));
     candidates.emplace_back(place_of(at, around.normal[k]), around.index[k]);
   }
@@ -206,10 +200,7 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
   const Projected placed = project_particles(device, view, particles, kMargin);
   if (placed.size() == 0) return trace_layers(view, {}, front, params.layers);
   clock.start("field");
-  const Cells host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
-  const DeviceCells cells = upload_cells(device, host_cells);
-  const Buffer<float> field = measure_gradients(device, cells, Measured::near_air);
-  const DeviceCells levelled = level_cells(device, cells, field, params.region);
+  const auto [host_cells, cells, levelled, field] = measure_field(device, placed, params.region);
   clock.start("surface");
   FieldSurface found;
   {

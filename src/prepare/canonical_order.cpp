@@ -54,16 +54,20 @@ int sort_by_leading_bits(std::vector<Key>& keys) {
 
 }  // namespace
 
+Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first) {
+  return {.code = Code::not_finite,
+          .text = std::to_string(bad) + " of " + std::to_string(size) +
+                  " particles have NaN or infinite coordinates (the first is particle " +
+                  std::to_string(first) + ")",
+          .place = first,
+          .count = bad,
+          .of = size};
+}
+
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
                     const Parameters& params, std::vector<Notice>& notices) {
   if (bad == 0) return;
-  Notice notice{.code = Code::not_finite,
-                .text = std::to_string(bad) + " of " + std::to_string(size) +
-                        " particles have NaN or infinite coordinates (the first is particle " +
-                        std::to_string(first) + ")",
-                .place = first,
-                .count = bad,
-                .of = size};
+  Notice notice = not_finite(bad, size, first);
   const bool none_left = bad == size;
   notice.text += none_left       ? ", and none is left"
                  : params.strict ? "; leave " + setting("strict") + " away to drop them"

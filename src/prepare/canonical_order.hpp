@@ -18,6 +18,9 @@ namespace meniscus {
 std::vector<std::size_t> canonical_order(const BorrowedParticles& particles,
                                          const Parameters& params, std::vector<Notice>& notices);
 
+/// That `bad` of `size` particles, the first of them number `first`, have no finite coordinates.
+Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first);
+
 /// Warns that `bad` of `size` particles, the first of them number `first`, have no finite
 /// coordinates and were dropped. Throws InputError when params.strict, and where none is left:
 /// that is no empty frame but a damaged one.

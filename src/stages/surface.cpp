@@ -206,7 +206,6 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
 Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around,
                  double reach) {
   const float within = static_cast<float>(reach);
-  constexpr double kOpen = 0.5;
   const Cells cells = cells_of(projected, seen.index, within);
   const std::size_t n = around.index.size();
   std::vector<char> near(n, 0);
@@ -218,7 +217,7 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
     for (std::size_t k = begin; k < end; ++k) {
       const std::int32_t i = around.index[k];
       while (next != seen.index.end() && *next < i) ++next;
-      if (around.weight[k] < kOpen || (next != seen.index.end() && *next == i)) continue;
+      if (around.weight[k] < kLeastSurface || (next != seen.index.end() && *next == i)) continue;
       const std::array at{projected.x[i], projected.y[i], projected.z[i]};
       visit_ranges_near(
           cells, at[0], at[1], at[2],

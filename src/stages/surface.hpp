@@ -23,6 +23,9 @@ inline constexpr double kLeastFitted = 0.02, kFullyVisible = 0.10;
 /// radii; method groups: ones further away change no figure (docs/method.md).
 inline constexpr double kRimReach = 6, kRimReachGroups = 4.2;
 
+/// Particles of the surface with less u are not fitted unless they are seen.
+inline constexpr double kLeastSurface = 0.5;
+
 /// v = max(1e-4, smoothstep(kLeastFitted, kFullyVisible, owned)): particles fade in and out.
 double visibility(double owned);
 

@@ -240,8 +240,7 @@ Surface surface_of(Device& device, const Scene& scene, Method method) {
   if (scene.whitewater.empty()) return surface;
   std::vector<std::unique_ptr<ParticleSource>> particles;
   std::vector<WhitewaterSource> sources;
-  for (const WhitewaterType type :
-       {WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble}) {
+  for (const WhitewaterType type : kWhitewaterTypes) {
     particles.push_back(source_of(scene.whitewater.at(particles.size())));
     sources.push_back({.type = type, .particles = particles.back().get()});
   }

@@ -47,8 +47,7 @@ void take_attribute(WhitewaterInput& input) {
 WhitewaterInput parse_whitewater(const std::string& text) {
   const std::size_t sign = text.find('=');
   WhitewaterInput input;
-  for (const WhitewaterType type :
-       {WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble}) {
+  for (const WhitewaterType type : kWhitewaterTypes) {
     if (sign == std::string::npos || text.substr(0, sign) != to_string(type)) continue;
     input.type = type;
     input.path = text.substr(sign + 1);
