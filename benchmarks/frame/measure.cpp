@@ -151,6 +151,7 @@ FrameFigures measure_frame(const DeviceInfo& info, const FrameInput& input,
   figures.streamed = !input.file.empty();
   figures.width = input.camera.width;
   figures.height = input.camera.height;
+  figures.layers = parameters.layers;
   figures.mesh = parameters.mesh;
 
   forget_peak_memory();

@@ -34,6 +34,7 @@ struct FrameFigures {
   std::string frame, method;
   std::int64_t particles = 0, pixels = 0;  // pixels: covered ones
   int width = 0, height = 0;
+  int layers = 0;  // Parameters::layers
   bool mesh = false, streamed = false;
 
   double first_ms = 0;  // on a device just opened: kernels are built or loaded

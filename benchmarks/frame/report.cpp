@@ -45,6 +45,7 @@ ordered_json json_of(const FrameFigures& f) {
   for (const CommandKind& kind : kCommandKinds) commands[kind.name] = f.commands.*kind.count;
   return {{"frame", f.frame},
           {"method", f.method},
+          {"layers", f.layers},
           {"particles", f.particles},
           {"width", f.width},
           {"height", f.height},
@@ -94,6 +95,10 @@ std::string heading(const FrameFigures& f) {
          (f.mesh ? ", with the mesh" : "");
 }
 
+std::string measured(const FrameFigures& f) {
+  return f.layers == 0 ? f.method : f.method + ", " + std::to_string(f.layers) + " layers";
+}
+
 // The stages of the methods of one frame, one column a method.
 std::string stage_table(const std::vector<const FrameFigures*>& methods) {
   std::vector<std::string> names;
@@ -102,7 +107,7 @@ std::string stage_table(const std::vector<const FrameFigures*>& methods) {
       if (std::find(names.begin(), names.end(), stage.stage) == names.end())
         names.push_back(stage.stage);
   std::vector<std::vector<std::string>> rows{{"stage, ms"}};
-  for (const FrameFigures* f : methods) rows[0].push_back(f->method);
+  for (const FrameFigures* f : methods) rows[0].push_back(measured(*f));
   for (const std::string& name : names) {
     rows.push_back({name});
     for (const FrameFigures* f : methods) {
@@ -123,7 +128,7 @@ std::string stage_table(const std::vector<const FrameFigures*>& methods) {
 // What one frame asks of the device, one column a method.
 std::string command_table(const std::vector<const FrameFigures*>& methods) {
   std::vector<std::vector<std::string>> rows{{"commands of a frame"}};
-  for (const FrameFigures* f : methods) rows[0].push_back(f->method);
+  for (const FrameFigures* f : methods) rows[0].push_back(measured(*f));
   for (const CommandKind& kind : kCommandKinds) {
     rows.push_back({kind.name});
     for (const FrameFigures* f : methods)
@@ -155,7 +160,7 @@ std::string frames_table(const std::vector<FrameFigures>& frames) {
     for (; last < frames.size() && heading(frames[last]) == heading(frames[first]); ++last) {
       const FrameFigures& f = frames[last];
       methods.push_back(&f);
-      rows.push_back({f.method, milliseconds(f.median_ms), milliseconds(f.p10_ms),
+      rows.push_back({measured(f), milliseconds(f.median_ms), milliseconds(f.p10_ms),
                       milliseconds(f.p90_ms), milliseconds(f.cpu_ms),
                       milliseconds(f.frames_per_second), milliseconds(f.overlapped_cpu_ms),
                       milliseconds(f.first_ms), mebibytes(f.device_bytes),

@@ -103,9 +103,9 @@ struct Layers {
 
 /// Particles that water carries: foam on it, spray above it, bubbles in it.
 enum class WhitewaterType : std::uint8_t { foam = 0, spray = 1, bubble = 2 };
-// Not inline: a shared library would show it.
-constexpr std::array kWhitewaterTypes{WhitewaterType::foam, WhitewaterType::spray,
-                                      WhitewaterType::bubble};
+// All types, in order. Not inline: a shared library would show its name.
+[[maybe_unused]] constexpr std::array kWhitewaterTypes{
+    WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble};
 
 /// What pixels show of one type of whitewater, front of all else of the same type or not: see
 /// draw_whitewater() (whitewater.hpp).

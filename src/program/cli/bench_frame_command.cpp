@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
@@ -26,6 +27,7 @@ struct BenchFrameOptions {
   std::vector<Method> methods;
   std::vector<std::array<int, 2>> sizes;  // pixels
   std::vector<std::int64_t> particles;    // of synthetic frames
+  std::vector<int> layers{0};
   Aovs aovs = aovs_named("N");
   bool sweep = false, mesh = false, motion = false;
   int threads = 0;  // 0: all
@@ -48,6 +50,17 @@ std::vector<Method> parse_methods(const std::string& list) {
     }
   if (methods.empty()) throw usage_error("--method names no method, e.g. --method fit,ssm");
   return methods;
+}
+
+std::vector<int> parse_layers(const std::string& list) {
+  std::vector<int> numbers;
+  for (const std::string& word : words_of(list)) {
+    if (word.size() != 1 || word[0] < '0' || word[0] > '0' + kMostLayers)
+      throw usage_error("--layers is " + list + ", must be numbers from 0 to " +
+                        std::to_string(kMostLayers) + ", e.g. 0,2");
+    numbers.push_back(word[0] - '0');
+  }
+  return numbers.empty() ? std::vector<int>{0} : numbers;
 }
 
 /// The given frame or the dam, or synthetic frames, each at every size that was asked for. Made one
@@ -94,6 +107,8 @@ void run_bench_frame(BenchFrameOptions options) {
   const bool to_output = options.json == "-";
   std::unique_ptr<OutputFile> json;  // better now than later
   if (!options.json.empty() && !to_output) json = std::make_unique<OutputFile>(options.json);
+  if (options.methods.empty() && *std::ranges::max_element(options.layers) > 0)
+    options.methods = {Method::fit, Method::groups};  // that have layers
   if (options.methods.empty())
     for (const MethodEntry& entry : method_list()) options.methods.push_back(entry.method);
 
@@ -102,19 +117,21 @@ void run_bench_frame(BenchFrameOptions options) {
   print_line(stderr, printed("%-10s %s: %s", "device", device.name.c_str(), why.c_str()));
   std::vector<FrameFigures> results;
   for_each_frame(options, [&](const FrameInput& frame) {
-    for (const Method method : options.methods) {
-      Parameters parameters;
-      parameters.method = method;
-      parameters.aovs = options.aovs;
-      parameters.mesh = options.mesh;
-      parameters.motion = options.motion;
-      parameters.particle_radius = options.particle_radius.value_or(0);
-      results.push_back(measure_frame(device, frame, parameters, options.measure));
-      const FrameFigures& f = results.back();
-      print_line(stderr, printed("%-10s %s, %s particles, %dx%d: %.2f ms", f.method.c_str(),
-                                 f.frame.c_str(), grouped(f.particles).c_str(), f.width, f.height,
-                                 f.median_ms));
-    }
+    for (const Method method : options.methods)
+      for (const int layers : options.layers) {
+        Parameters parameters;
+        parameters.method = method;
+        parameters.layers = layers;
+        parameters.aovs = options.aovs;
+        parameters.mesh = options.mesh;
+        parameters.motion = options.motion;
+        parameters.particle_radius = options.particle_radius.value_or(0);
+        results.push_back(measure_frame(device, frame, parameters, options.measure));
+        const FrameFigures& f = results.back();
+        print_line(stderr, printed("%-10s %s, %s particles, %dx%d: %.2f ms", f.method.c_str(),
+                                   f.frame.c_str(), grouped(f.particles).c_str(), f.width,
+                                   f.height, f.median_ms));
+      }
   });
   if (to_output) {
     std::fputs(frames_json(device, results).c_str(), stdout);
@@ -190,6 +207,12 @@ void add_bench_frame_command(CLI::App& bench) {
           "maps beside depth, as for extract (default N)")
       ->type_name("LIST");
   command.add_flag("--mesh", o.mesh, "make the mesh, too");
+  command
+      .add_option_function<std::string>(
+          "--layers", [&o](const std::string& list) { o.layers = parse_layers(list); },
+          "layers along rays that are kept, as for extract, one measurement each, e.g. 0,2 (default "
+          "0: the front alone)")
+      ->type_name("LIST");
   command.add_flag("--motion", o.motion,
                    "follow the surface's motion, too, where the particles carry velocities");
   command

@@ -61,6 +61,21 @@ TEST_F(ProgramBench, FramesOfEveryMethodWithTheirStagesAndMemory) {
   EXPECT_EQ(methods, wanted);
 }
 
+TEST_F(ProgramBench, FramesWithLayersStandBesideThoseWithout) {
+  write_particles("in.ply", block(5));
+  const json results =
+      measured({"in.ply", "--method", "fit", "--size", "64x48", "--layers", "0,2"})["results"];
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0]["layers"], 0);
+  EXPECT_EQ(results[1]["layers"], 2);
+  EXPECT_FALSE(results[0]["stages"].contains("layers"));
+  EXPECT_GT(results[1]["stages"]["layers"], 0);
+  EXPECT_THAT(table_, HasSubstr("\nfit, 2 layers "));
+  const Outcome wrong = run({"bench", "frame", "--layers", "0,9"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("--layers is 0,9, must be numbers from 0 to 8, e.g. 0,2"));
+}
+
 TEST_F(ProgramBench, TheBuiltInFrameIsTheExampleOfTheDam) {
   const json built_in = measured({"--method", "spheres", "--size", "128x96"})["results"][0];
   const std::string dam = MENISCUS_EXAMPLE_DATA "/dam/";
