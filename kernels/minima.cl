@@ -62,35 +62,39 @@ inline intv inside_share(const Share share, const int i) {
   return (column >= share.i0) & (column <= share.i1);
 }
 
-// Lowers the map, or raises it, at the samples from s on that `better` names.
+// Lowers the map, or raises it, at the samples from s on that `better` names. Returns at how many of
+// them it is the first to lower it from infinity.
 #define LOWER 0
 #define RAISE 1
-inline void move_to(const int direction, global uint* map, const int s, const floatv depth,
+inline int move_to(const int direction, global uint* map, const int s, const floatv depth,
                     const intv better) {
 #if WIDTH == 1
-  if (!better) return;
+  if (!better) return 0;
+  uint before;
   if (direction == LOWER)
-    atomic_min(map + s, as_uint(depth));
+    before = atomic_min(map + s, as_uint(depth));
   else
-    atomic_max(map + s, as_uint(depth));
+    before = atomic_max(map + s, as_uint(depth));
+  return before == as_uint(INFINITY);
 #else
-  if (!ANY(better)) return;
+  if (!ANY(better)) return 0;
   uint bits[WIDTH];
-  int moved[WIDTH];
+  int moved[WIDTH], first = 0;
   STOREI(better, moved);
   STOREF(depth, (float*)bits);
   for (int lane = 0; lane < WIDTH; ++lane) {
     if (!moved[lane]) continue;
     if (direction == LOWER)
-      atomic_min(map + s + lane, bits[lane]);
+      first += atomic_min(map + s + lane, bits[lane]) == as_uint(INFINITY);
     else
       atomic_max(map + s + lane, bits[lane]);
   }
+  return first;
 #endif
 }
 
-inline void lower(global uint* map, const int s, const floatv depth, const intv better) {
-  move_to(LOWER, map, s, depth, better & (depth < DEPTHS_AT(map, s)));
+inline int lower(global uint* map, const int s, const floatv depth, const intv better) {
+  return move_to(LOWER, map, s, depth, better & (depth < DEPTHS_AT(map, s)));
 }
 
 // The lowest index wins.
@@ -127,6 +131,7 @@ inline void draw_share(global const float* disc,   // [stride][8] of outline_dis
                        global const float* behind,  // [samples] only fronts deeper than this + gap
                        const float gap,             // particle radii
                        global uint* from,          // [samples] lowered by fronts
+                       global int* occupied,       // [blocks] at how many of them there is one
                        global uint* to,            // [samples] raised by backs
                        global const float* depth,  // [samples] whose front is this owns the sample:
                        global int* owner) {        // [samples] the lowest of several
@@ -139,7 +144,10 @@ inline void draw_share(global const float* disc,   // [stride][8] of outline_dis
     const floatv front = in_front(d.s0 - half_depth);
     intv inside = inside_share(share, i);
     if (behind) inside &= front > LOADF(behind + s) + gap;
-    if (from) lower(from, s, front, inside);
+    if (from) {
+      const int first = lower(from, s, front, inside);
+      if (occupied && first > 0) atomic_add(occupied + block_of(i, j, samples.nx), first);
+    }
     if (to) move_to(RAISE, to, s, back, inside & (back > FAR_AT(to, s)));
     if (owner) own(owner, s, share.p, inside & (front == LOADF(depth + s)));
   }
@@ -151,16 +159,26 @@ kernel void lower_discs(global const float* disc, OUTLINES(const, box, key),
                         global uint* depth,  // [samples] bits of the depth, particle radii; +infinity
                                              // before
                         const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, depth, 0, 0, 0);
+  draw_share(disc, box, key, bound, all, samples, 0, 0, depth, 0, 0, 0, 0);
 }
 
-// The same and the farthest back.
+// The same and at how many samples of each block there is one.
+kernel void lower_fronts(global const float* disc, OUTLINES(const, box, key),
+                         global const float* bound,
+                         global uint* depth,    // [samples] +infinity before
+                         global int* occupied,  // [blocks] 0 before
+                         const Outlined all, const Lattice samples) {
+  draw_share(disc, box, key, bound, all, samples, 0, 0, depth, occupied, 0, 0, 0);
+}
+
+// And the farthest back.
 kernel void lower_and_raise_discs(global const float* disc, OUTLINES(const, box, key),
                                   global const float* bound,
-                                  global uint* from,  // [samples] +infinity before
-                                  global uint* to,    // [samples] 0 before
+                                  global uint* from,     // [samples] +infinity before
+                                  global uint* to,       // [samples] 0 before
+                                  global int* occupied,  // [blocks] 0 before
                                   const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, from, to, 0, 0);
+  draw_share(disc, box, key, bound, all, samples, 0, 0, from, occupied, to, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
@@ -169,7 +187,7 @@ kernel void own_discs(global const float* disc, OUTLINES(const, box, key),
                       global const float* depth,  // [samples] of lower_discs
                       global int* owner,          // [samples] INT_MAX before
                       const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, 0, 0, depth, owner);
+  draw_share(disc, box, key, bound, all, samples, 0, 0, 0, 0, 0, depth, owner);
 }
 
 // The nearest front deeper than `behind` + gap.
@@ -179,7 +197,7 @@ kernel void lower_discs_behind(global const float* disc, OUTLINES(const, box, ke
                                global uint* depth,          // [samples] +infinity before
                                const Outlined all, const Lattice samples,
                                const float gap) {  // particle radii
-  draw_share(disc, box, key, bound, all, samples, behind, gap, depth, 0, 0, 0);
+  draw_share(disc, box, key, bound, all, samples, behind, gap, depth, 0, 0, 0, 0);
 }
 
 // How many samples each disc owns. One work-item per RUN samples, which often have one owner.
@@ -198,18 +216,6 @@ kernel void count_owners(global const int* owner,  // [samples] none: INT_MAX, o
     while (s < end && owner[s] == here) ++s;
     if (here < as_int(INFINITY)) atomic_add(owned + here, s - begin);
   }
-}
-
-// At how many samples of each block the depth is finite. One work-item per block.
-kernel void count_finite_depths(global const float* depth,  // [samples]
-                                global int* occupied,       // [blocks] out
-                                const int2 samples) {
-  const int i0 = get_global_id(0) * BIN, j0 = get_global_id(1) * BIN;
-  if (i0 >= samples.x || j0 >= samples.y) return;
-  int number = 0;
-  for (int j = j0; j < min(j0 + BIN, samples.y); ++j)
-    for (int i = i0; i < min(i0 + BIN, samples.x); ++i) number += depth[j * samples.x + i] < INFINITY;
-  occupied[block_of(i0, j0, samples.x)] = number;
 }
 
 // Where rays enter a sphere; NaN beside it. As draw_spheres of spheres.cl works it out.

@@ -74,8 +74,4 @@ inline Buffer<cl_int> own_minima(Device& device, const auto& kernel, const Buffe
 /// Adds how many samples each owns to `owned`. Does not wait.
 void count_owners(Device& device, const Buffer<cl_int>& owner, const Buffer<cl_int>& owned);
 
-/// At how many samples of each block a map is finite. Does not wait.
-void count_finite(Device& device, const SampleGrid& grid, const Buffer<float>& depth,
-                  const OccupiedBlocks& occupied);
-
 }  // namespace meniscus

@@ -181,9 +181,8 @@ void splat_fronts(Device& device, const SplatParticles& particles, const SampleG
   if (!draws_by_minima(device))
     return draw_all(device, kernels::splat_fronts, discs, grid,
                     std::tie(into.depth, into.occupied));
-  draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, no_bound(device, grid),
-              grid, std::tie(into.depth), lattice_of(grid));
-  count_finite(device, grid, into.depth, into.occupied);
+  draw_minima(device, kernels::lower_fronts, discs.records, discs.outlines, no_bound(device, grid),
+              grid, std::tie(into.depth, into.occupied), lattice_of(grid));
 }
 
 Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
@@ -205,8 +204,8 @@ void splat_extent(Device& device, const SplatParticles& particles, const SampleG
     return draw_all(device, kernels::splat_extent, discs, grid,
                     std::tie(into, into.occupied, asked));
   draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines,
-              no_bound(device, grid), grid, std::tie(into.from, into.to), lattice_of(grid));
-  count_finite(device, grid, into.from, into.occupied);
+              no_bound(device, grid), grid, std::tie(into.from, into.to, into.occupied),
+              lattice_of(grid));
 }
 
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,

@@ -59,7 +59,20 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
       everywhere);
   errors.push_back(owners.error());
 
-  Worst extents("lower_and_raise_discs", "from and to"), blocks("count_finite_depths", "occupied");
+  Worst nearest("lower_fronts", "depth"), covered("lower_fronts", "occupied");
+  const auto front = [&](auto part) {
+    return download(device, splat_fronts(device, splats, grid, 1.8, 0.45).*part);
+  };
+  see_both(
+      device, covered, [&] { return front(&Fronts::occupied); }, everywhere);
+  see_both(
+      device, nearest, [&] { return front(&Fronts::depth); },
+      [&](std::size_t k) { return fronts[k] < kNoSurface; });
+  errors.push_back(nearest.error());
+  errors.push_back(covered.error());
+
+  Worst extents("lower_and_raise_discs", "from and to"),
+      blocks("lower_and_raise_discs", "occupied");
   const auto extent = [&](auto part) {
     return download(device, splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
   };
