@@ -67,7 +67,7 @@ inline intv inside_share(const Share share, const int i) {
 #define LOWER 0
 #define RAISE 1
 inline int move_to(const int direction, global uint* map, const int s, const floatv depth,
-                    const intv better) {
+                   const intv better) {
 #if WIDTH == 1
   if (!better) return 0;
   uint before;
