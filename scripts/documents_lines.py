@@ -53,6 +53,8 @@ SMALLER = {
         "meniscus-accuracy --method fit,groups --scene sphere --seeds 2 --flicker", 3, "minutes"),
     "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1,0.5 --beside-splashsurf --beside-openvdb build/peers/openvdb_mesh": (
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1,0.5", 3, "minutes"),
+    "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1": (
+        "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1", 2, "minutes"),
     "meniscus-accuracy layers --scene calm,violent --seeds 1001": (
         "meniscus-accuracy layers --scene sphere --seeds 1001", 3, "minutes"),
     "meniscus-accuracy real FRAME --reference none --particle-radius 0.025": (

@@ -49,6 +49,12 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
                          [&device, cell](const Particles& particles) {
                            return extract_closed(device, particles, {.cell = cell}).mesh;
                          });
+  for (const double cell : options.cells)
+    methods.emplace_back("adaptive " + printed("%g", cell),
+                         [&device, cell](const Particles& particles) {
+                           const ClosedParams closed{.cell = cell, .adaptive = kAdaptive};
+                           return extract_closed(device, particles, closed).mesh;
+                         });
   if (options.splashsurf)
     methods.emplace_back("splashsurf", [&](const Particles& particles) {
       return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);

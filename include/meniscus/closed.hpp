@@ -13,9 +13,15 @@
 
 namespace meniscus MENISCUS_API {
 
+/// What ClosedParams::adaptive is for a mesh whose errors are those of the full one.
+inline constexpr double kAdaptive = 0.05;  // particle radii
+
 /// What a closed mesh is told beside Parameters.
 struct ClosedParams {
   double cell = 1;  // side of the cells that are contoured, particle radii, .1 to 4
+  /// How far the mesh may be from the vertices of the full one, particle radii, up to 1; fewer
+  /// triangles where it is flat. 0: the full mesh.
+  double adaptive = 0;
   /// What a frame of 2^18 particles and more may take beside its mesh, about; bytes. One that takes
   /// more is made in parts of space, as far as that saves memory. The mesh is the same.
   std::size_t memory = std::size_t{1} << 30;
@@ -47,7 +53,7 @@ Surface extract_closed(Device& device, const ParticleSource& source,
                        const ClosedParams& closed = {}, const Parameters& parameters = {},
                        std::vector<StageTime>* timings = nullptr);
 
-/// Throws InvalidArgument where a cell is out of its range.
+/// Throws InvalidArgument where a cell or a tolerance is out of its range.
 void check(const ClosedParams& closed);
 
 }  // namespace MENISCUS_API

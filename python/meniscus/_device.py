@@ -178,8 +178,8 @@ def _draw_whitewater(made: _core.Surface, whitewater: Mapping[str, Any], device:
                           progress)
 
 
-def extract_closed(points: ArrayLike | Particles, *, cell: float = 1,
-                   velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
+def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: float = 0,
+                   memory: int = 1 << 30, velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
                    attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
                    motion: bool = True, strict: bool = False, device: Device | None = None,
                    progress: Callable[[str], object] | None = None, **parameters: float) -> Mesh:
@@ -189,8 +189,14 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1,
     cell
         Side of the cells that the mesh is made of, particle radii, .1 to 4. Half of it makes four
         times as many triangles.
+    adaptive
+        Fewer triangles where the mesh is flat: how far vertices of the full mesh may be from it,
+        particle radii, up to 1; .05 keeps its accuracy. 0: the full mesh.
+    memory
+        Bytes that a frame of 2^18 particles and more may take beside its mesh and these arrays,
+        about. One that takes more is made in parts of space; the mesh is the same.
 
-    All else is as in extract(); the method is `fit`. All particles are held in memory. Raises
+    All else is as in extract(); the method is `fit`. Raises
     InvalidArgument also where cells are so small that the mesh would be too large.
     """
     bare = _core.Parameters()
@@ -199,8 +205,8 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1,
     for name, value in parameters.items():
         bare.set(name.replace("_", "-"), float(value))
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
-    made = _core.extract_closed((device or default_device())._bare, frame, float(cell), bare,
-                                progress)
+    made = _core.extract_closed((device or default_device())._bare, frame, float(cell),
+                                float(adaptive), int(memory), bare, progress)
     del keep
     for notice in made.notices:
         warning = MeniscusWarning(notice.text)

@@ -404,6 +404,11 @@ def test_a_closed_mesh_has_two_triangles_at_every_edge(tmp_path):
     assert (tmp_path / "ball.ply").stat().st_size > 12 * len(mesh.positions)
     with pytest.raises(meniscus.InvalidArgument, match="cell is 9, must be"):
         meniscus.extract_closed(points, cell=9, particle_radius=RADIUS)
+    fewer = meniscus.extract_closed(points, cell=.8, adaptive=.05, memory=1 << 24,
+                                    particle_radius=RADIUS)
+    assert 0 < len(fewer.triangles) < len(mesh.triangles) / 2
+    with pytest.raises(meniscus.InvalidArgument, match="adaptive is -1, must be 0 to 1 particle"):
+        meniscus.extract_closed(points, adaptive=-1, particle_radius=RADIUS)
 
 
 def test_whitewater_is_drawn_with_the_water(points, camera, tmp_path):

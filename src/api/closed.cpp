@@ -12,6 +12,7 @@
 #include "meniscus/device.hpp"
 #include "methods/closed.hpp"
 #include "methods/closed_parts.hpp"
+#include "output/simplify.hpp"
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
 #include "prepare/parts.hpp"
@@ -19,7 +20,17 @@
 namespace meniscus {
 namespace {
 
-constexpr double kLeastCell = 0.1, kMostCell = 4;  // particle radii
+constexpr double kLeastCell = 0.1, kMostCell = 4, kMostAdaptive = 1;  // particle radii
+
+void check_range(const char* name, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw InvalidArgument({.code = Code::parameter_out_of_range,
+                         .text = setting(name) + printed(" is %g, must be %g to %g particle radii",
+                                                         value, least, most),
+                         .subject = name,
+                         .found = value,
+                         .wanted = value < least ? least : most});
+}
 
 // What is asked of a frame: a mesh.
 Parameters of_meshes(const Parameters& parameters) {
@@ -94,13 +105,8 @@ Surface mesh_frame(const Filling& filling, const ParticleSource& source, const C
 }  // namespace
 
 void check(const ClosedParams& closed) {
-  if (closed.cell >= kLeastCell && closed.cell <= kMostCell) return;
-  throw InvalidArgument({.code = Code::parameter_out_of_range,
-                         .text = setting("cell") + printed(" is %g, must be %g to %g", closed.cell,
-                                                           kLeastCell, kMostCell),
-                         .subject = "cell",
-                         .found = closed.cell,
-                         .wanted = closed.cell < kLeastCell ? kLeastCell : kMostCell});
+  check_range("cell", closed.cell, kLeastCell, kMostCell);
+  check_range("adaptive", closed.adaptive, 0, kMostAdaptive);
 }
 
 Surface extract_closed(Device& device, const ParticleSource& source, const ClosedParams& closed,
@@ -113,8 +119,15 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
   std::vector<Notice> notices;
   const Camera none;
   const Filling filling{device, none, params, closed.memory, clock, notices};
-  return on_threads(host_threads(device.info()),
-                    [&] { return mesh_frame(filling, source, closed, timings); });
+  return on_threads(host_threads(device.info()), [&] {
+    Surface surface = mesh_frame(filling, source, closed, timings);
+    if (closed.adaptive > 0) {
+      clock.start("simplify");
+      surface.mesh = simplify(std::move(surface.mesh), closed.adaptive, surface.particle_radius);
+      clock.stop();
+    }
+    return surface;
+  });
 }
 
 Surface extract_closed(Device& device, const BorrowedParticles& particles,

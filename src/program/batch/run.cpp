@@ -422,6 +422,7 @@ std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next
   if (settings.closed) {
     text += "closed ";
     add(settings.closed->cell);
+    add(settings.closed->adaptive);
   }
   text += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
   return hex_digits(content_hash(text));

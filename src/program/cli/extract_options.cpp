@@ -367,6 +367,13 @@ void add_mesh_options(CLI::App& command, ExtractOptions& o) {
                   "half of it makes four times as many triangles",
                   closed.cell))
       ->type_name("NUMBER");
+  command
+      .add_option("--adaptive", closed.adaptive,
+                  printed("fewer triangles where the mesh is flat: how far vertices of the full "
+                          "mesh may be from it, particle radii, up to 1, e.g. %g (default 0: the "
+                          "full mesh)",
+                          kAdaptive))
+      ->type_name("NUMBER");
   add_memory_option(command, closed.memory,
                     "memory that a frame may take beside its mesh, about; more is made in parts");
   add_source_options(command, o);

@@ -28,6 +28,10 @@ TEST_F(ProgramMesh, OfAFrameIsWrittenInEveryFormat) {
   EXPECT_EQ(read("b.ply"), mesh);
   EXPECT_EQ(run({"mesh", "in.ply", "-o", "c.ply", "--cell", "0.7", "--no-motion", "-q"}).err, "");
   EXPECT_THAT(read("c.ply"), testing::Not(HasSubstr("property float vx")));
+  EXPECT_EQ(
+      run({"mesh", "in.ply", "-o", "d.ply", "--cell", "0.7", "--adaptive", "0.05", "-q"}).err, "");
+  EXPECT_LT(2 * read("d.ply").size(), mesh.size());
+  EXPECT_EQ(run({"mesh", "in.ply", "-o", "e.ply", "--adaptive", "2"}).exit_code, 2);
 }
 
 TEST_F(ProgramMesh, OfASequenceGoesOnWhereItWasLeft) {
