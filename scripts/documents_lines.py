@@ -95,6 +95,7 @@ SMALLER = {
         "pip install -q usd-core numpy && scripts/usd_sequence.py --help", 5, "needs arguments, which the block has"),
     # Benchmarks of frames and kernels: minutes.
     "meniscus bench frame": (f"meniscus bench frame --method ssm {SHORT}", 2, "two minutes"),
+    "meniscus bench frame --seconds 2": (f"meniscus bench frame --method groups {SHORT}", 2, "two minutes"),
     "meniscus bench": (f"meniscus bench {ONE_KERNEL}", 2, "minutes"),
     "meniscus bench frame --method fit,ssm --json frames.json": (
         f"meniscus bench frame --method fit,ssm --json frames.json {SHORT}", 2, "time"),
