@@ -55,6 +55,8 @@ SMALLER = {
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1,0.5", 3, "minutes"),
     "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1": (
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1", 2, "minutes"),
+    "meniscus-accuracy --method fit,groups --seeds reporting --flicker --flicker-seeds 1": (
+        "meniscus-accuracy --method fit,groups --seeds 1001 --scene sphere --flicker --flicker-seeds 1", 5, "minutes"),
     "meniscus-accuracy layers --scene calm,violent --seeds 1001": (
         "meniscus-accuracy layers --scene sphere --seeds 1001", 3, "minutes"),
     "meniscus-accuracy real FRAME --reference none --particle-radius 0.025": (
