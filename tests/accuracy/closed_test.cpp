@@ -110,7 +110,7 @@ TEST(Closed, MeshCarriesVelocitiesAndAttributes) {
   }
 }
 
-// As near to the truth as the full mesh is, with a fifth of its triangles.
+// As near to the truth as the full mesh is, with less than a fifth of its triangles.
 TEST(Closed, AdaptiveMeshIsAsGood) {
   const Scene& scene = find_scene("notch");
   const Particles particles = make_particles(scene, 0.05, 1);
@@ -125,7 +125,7 @@ TEST(Closed, AdaptiveMeshIsAsGood) {
   EXPECT_EQ(few.pieces, full.pieces);
   EXPECT_NEAR(few.volume, full.volume, 5e-4);
   EXPECT_LT(few.distance_rms, 1.1 * full.distance_rms);
-  // Of vertices: where there are few on flat faces, those beside creases weigh more.
+  // Normals pay for fewer triangles: docs/mesh.md.
   EXPECT_LT(few.normal_95, 1.5 * full.normal_95);
   EXPECT_LT(few.crease_rms, 1.1 * full.crease_rms);
 }
