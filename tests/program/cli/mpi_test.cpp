@@ -242,7 +242,7 @@ TEST_F(UnderMpi, LeavesNothingWhenItIsStopped) {
   Words words = Words{"extract", "dam.ply", "-o", "a.exr", "-o", "a.png"} + kSmall;
   std::replace(words.begin(), words.end(), std::string("320x240"), std::string("3200x2400"));
   int stopped = 0;
-  for (const int milliseconds : {300, 1200}) {
+  for (const int milliseconds : {300, 700, 1200, 2000}) {
     const int process = start(words, patient);
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
     kill(process, SIGTERM);
