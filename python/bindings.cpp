@@ -100,13 +100,14 @@ void add_whitewater(Session& session, Made& made,
                           timed ? &made.timings : nullptr);
 }
 
-std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, const ClosedParams& closed,
+std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, double cell,
+                                  double adaptive, std::size_t memory,
                                   const Parameters& parameters, const nb::object& progress) {
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
-  made->surface =
-      session.extract_closed(*frame.source, closed, parameters, watched(kStreamMemory, progress));
+  made->surface = session.extract_closed(*frame.source, {cell, adaptive, memory}, parameters,
+                                         watched(kStreamMemory, progress));
   return made;
 }
 
@@ -299,13 +300,8 @@ void bind_devices(nb::module_& module) {
              "memory"_a, "timed"_a, "progress"_a.none());
   module.def("draw_whitewater", &add_whitewater, "device"_a, "surface"_a, "frames"_a, "memory"_a,
              "timed"_a, "progress"_a.none());
-  module.def("extract_closed",
-             [](Session& session, const Frame& frame, double cell, double adaptive,
-                std::size_t memory, const Parameters& parameters, const nb::object& progress) {
-               return close_frame(session, frame, {cell, adaptive, memory}, parameters, progress);
-             },
-             "device"_a, "frame"_a, "cell"_a, "adaptive"_a, "memory"_a, "parameters"_a,
-             "progress"_a.none());
+  module.def("extract_closed", &close_frame, "device"_a, "frame"_a, "cell"_a, "adaptive"_a,
+             "memory"_a, "parameters"_a, "progress"_a.none());
   module.attr("STREAM_MEMORY") = kStreamMemory;
 }
 

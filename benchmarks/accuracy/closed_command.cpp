@@ -44,17 +44,14 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
   Device device(common.device);
   using Make = std::function<Mesh(const Particles&)>;
   std::vector<std::pair<std::string, Make>> methods;
-  for (const double cell : options.cells)
-    methods.emplace_back("cell " + printed("%g", cell),
-                         [&device, cell](const Particles& particles) {
-                           return extract_closed(device, particles, {.cell = cell}).mesh;
-                         });
-  for (const double cell : options.cells)
-    methods.emplace_back("adaptive " + printed("%g", cell),
-                         [&device, cell](const Particles& particles) {
-                           const ClosedParams closed{.cell = cell, .adaptive = kAdaptive};
-                           return extract_closed(device, particles, closed).mesh;
-                         });
+  for (const double adaptive : {0.0, kAdaptive})
+    for (const double cell : options.cells)
+      methods.emplace_back(
+          (adaptive > 0 ? "adaptive " : "cell ") + printed("%g", cell),
+          [&device, closed = ClosedParams{.cell = cell, .adaptive = adaptive}](
+              const Particles& particles) {
+            return extract_closed(device, particles, closed).mesh;
+          });
   if (options.splashsurf)
     methods.emplace_back("splashsurf", [&](const Particles& particles) {
       return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);

@@ -95,6 +95,7 @@ std::string heading(const FrameFigures& f) {
          (f.mesh ? ", with the mesh" : "");
 }
 
+// What a row or a column is of.
 std::string measured(const FrameFigures& f) {
   return f.layers == 0 ? f.method : f.method + ", " + std::to_string(f.layers) + " layers";
 }

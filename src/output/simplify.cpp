@@ -199,7 +199,7 @@ struct Work {
   std::vector<Quadric> quadric;     // [vertices]
   std::vector<std::uint8_t> crease;  // [vertices of the full mesh]
   std::vector<std::uint32_t> stamp;  // [vertices] how often it has changed
-  std::vector<std::uint32_t> tile;   // [vertices] see each_tile()
+  std::vector<std::uint32_t> tile;   // [vertices] of simplify_in_tiles()
   // The vertices of the full mesh, each with the triangle that it is near: lists.
   std::vector<std::uint32_t> first_point;  // [triangles]
   std::vector<std::uint32_t> following;    // [vertices of the full mesh]

@@ -55,12 +55,14 @@ std::vector<Method> parse_methods(const std::string& list) {
 std::vector<int> parse_layers(const std::string& list) {
   std::vector<int> numbers;
   for (const std::string& word : words_of(list)) {
-    if (word.size() != 1 || word[0] < '0' || word[0] > '0' + kMostLayers)
-      throw usage_error("--layers is " + list + ", must be numbers from 0 to " +
-                        std::to_string(kMostLayers) + ", e.g. 0,2");
-    numbers.push_back(word[0] - '0');
+    const bool good = word.size() == 1 && word[0] >= '0' && word[0] <= '0' + kMostLayers;
+    numbers.push_back(good ? word[0] - '0' : -1);
   }
-  return numbers.empty() ? std::vector<int>{0} : numbers;
+  if (numbers.empty() || std::ranges::min(numbers) < 0)
+    throw usage_error("--layers is " + (list.empty() ? "empty" : list) +
+                      ", must be numbers from 0 to " + std::to_string(kMostLayers) +
+                      ", e.g. 0,2");
+  return numbers;
 }
 
 /// The given frame or the dam, or synthetic frames, each at every size that was asked for. Made one

@@ -74,6 +74,7 @@ TEST_F(ProgramBench, FramesWithLayersStandBesideThoseWithout) {
   const Outcome wrong = run({"bench", "frame", "--layers", "0,9"});
   EXPECT_EQ(wrong.exit_code, 2);
   EXPECT_THAT(wrong.err, HasSubstr("--layers is 0,9, must be numbers from 0 to 8, e.g. 0,2"));
+  EXPECT_EQ(run({"bench", "frame", "--layers", ""}).exit_code, 2);
 }
 
 TEST_F(ProgramBench, TheBuiltInFrameIsTheExampleOfTheDam) {
