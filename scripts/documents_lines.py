@@ -4,6 +4,7 @@ Lines are spelled as in the document, without comments, continued lines joined, 
 """
 
 SECONDS = 300  # that one command may take
+LONG = 20  # seconds: such a line of SMALLER runs once, not in every document that has it
 
 FRAMES = "examples/data/dam_sequence"
 

@@ -31,7 +31,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from check_docs import ROOT, shell_lines
-from documents_lines import BLOCKS, ELSEWHERE, EXIT_CODES, NEVER, PREPARE, SECONDS, SMALLER, WHERE_THERE_IS
+from documents_lines import BLOCKS, ELSEWHERE, EXIT_CODES, LONG, NEVER, PREPARE, SECONDS, SMALLER, WHERE_THERE_IS
 
 # In prose a name alone, such as `meniscus verify`, is no command.
 PROGRAMS = r"meniscus(-accuracy)? .* ([-./'A-Z]|\d)|(scripts|examples|benchmarks)/[\w/]*\.(sh|py)|cmake |ctest |cpack |pip |" \
@@ -96,7 +96,7 @@ def inside(job):
 
 def plan(documents, faults):
     """Of each document what is run, with the exit code wanted; and what is run elsewhere or never."""
-    jobs, elsewhere, never, used = [], [], [], set()
+    jobs, elsewhere, never, used, long = [], [], [], set(), set()
     for document in documents:
         name, runs = str(document.relative_to(ROOT)), []
         for number, command in commands(document):
@@ -113,7 +113,10 @@ def plan(documents, faults):
                     faults.append(f"{name}:{number}: {command}: {script} has no {text}")
                 elsewhere.append((name, number, command, script))
             else:
-                instead = SMALLER.get(command, (command,))[0]
+                instead, seconds = SMALLER.get(command, (command, 0))[:2]
+                if seconds >= LONG and instead in long:
+                    continue  # ran in an earlier document
+                long.add(instead)
                 runs.append((number, command, instead, EXIT_CODES.get(command, 0)))
         for language, prepare in BLOCKS.get(name, ()):
             if not blocks(document, language):

@@ -11,11 +11,16 @@
 #include <random>
 #include <string>
 
+#include "cost.hpp"
 #include "io/readers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
 namespace meniscus {
+
+// How often the bits of a file are flipped. Under sanitizers, where it takes four times as long, a
+// fourth: the fuzzers go on with it.
+inline constexpr int kFlips = kSlower > 1 ? 2500 : 10000;
 
 /// A value as it lies in a file of the given byte order.
 template <class T>
@@ -83,12 +88,12 @@ class InputTest : public testing::Test {
     return read_without_error;
   }
 
-  /// Flips one to three random bits, 10000 times: InputError or particles whose arrays fit
+  /// Flips one to three random bits, kFlips times: InputError or particles whose arrays fit
   /// together.
   void flip_bits(const std::string& name, const std::string& bytes) const {
     std::mt19937 random(7);
     int errors = 0;
-    for (int round = 0; round < 10000; ++round) {
+    for (int round = 0; round < kFlips; ++round) {
       std::string damaged = bytes;
       for (unsigned flips = 1 + random() % 3; flips > 0; --flips) {
         const std::size_t bit = random() % (8 * bytes.size());

@@ -73,6 +73,8 @@ int main() try {
   for (const int width : {1, 8, 16}) {         // 16 where vectors of 16 are kept busy, else 8
     nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
     Device device;
+    const bool slow = device.info().name.find("Oclgrind") != std::string::npos;
+    if (slow && width == 8) continue;  // its lanes are those of 16
     device.state().vector_width = std::min(width, 8);
     device.state().wide = width == 16;
     device.state().discs = DiscForm::bins;
@@ -93,7 +95,7 @@ int main() try {
     }
     // Oclgrind has the time for a few particles.
     Particles some = scene.particles;
-    if (device.info().name.find("Oclgrind") != std::string::npos)
+    if (slow)
       for (std::vector<float>* const axis : {&some.x, &some.y, &some.z}) axis->resize(12);
     some.vx = some.vy = some.vz = some.radius = {};
     some.id = {};
