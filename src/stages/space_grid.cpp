@@ -61,24 +61,28 @@ class BlockIndex {
                         " particle radii: " + what + " (use a larger " + setting("cell") + ")");
 }
 
-// Finds who is around the blocks from the first one on, which are new.
+// Finds who is around the blocks from the first one on, which are new. Of two new blocks the one that
+// comes behind the other, z, y, x, looks for it, and both learn of each other.
 void find_around(SpaceGrid& grid, std::size_t first) {
+  constexpr int kSelf = 13;
   const BlockIndex index(grid.blocks);
-  grid.around.resize(grid.blocks.size());
+  std::array<std::int32_t, 27> nobody;
+  nobody.fill(kNoBlock);
+  grid.around.resize(grid.blocks.size(), nobody);
   parallel_for(grid.blocks.size() - first, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = first + begin; b < first + end; ++b)
-      for (int n = 0; n < 27; ++n) {
-        const Place& at = grid.blocks[b].at;
+    for (std::size_t b = first + begin; b < first + end; ++b) {
+      const Place& at = grid.blocks[b].at;
+      grid.around[b][kSelf] = static_cast<std::int32_t>(b);
+      for (int n = 0; n < (first > 0 ? 27 : kSelf); ++n) {
+        if (n == kSelf) continue;
         const std::int32_t other =
-            n == 13
-                ? static_cast<std::int32_t>(b)
-                : index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+            index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+        if (other == kNoBlock || (n > kSelf && static_cast<std::size_t>(other) >= first)) continue;
         grid.around[b][static_cast<std::size_t>(n)] = other;
-        // An old block has the new one opposite; no other block writes there.
-        if (other != kNoBlock && static_cast<std::size_t>(other) < first)
-          grid.around[static_cast<std::size_t>(other)][static_cast<std::size_t>(26 - n)] =
-              static_cast<std::int32_t>(b);
+        grid.around[static_cast<std::size_t>(other)][static_cast<std::size_t>(26 - n)] =
+            static_cast<std::int32_t>(b);
       }
+    }
   });
 }
 
@@ -99,6 +103,9 @@ template <class Visit>
 void each_bit(std::uint64_t mask, Visit&& visit) {
   for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
 }
+
+// Corners beside the end of an edge along the other two axes, and the end.
+constexpr std::array<std::array<int, 2>, 5> kBesideEdge{{{-1, 0}, {0, -1}, {0, 0}, {0, 1}, {1, 0}}};
 
 constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
@@ -281,8 +288,10 @@ bool want_closed(SpaceGrid& grid) {
     std::vector<std::pair<std::uint64_t, std::uint64_t>> own;
     bool wants = false;
     for (std::size_t b = begin; b < end; ++b)
-      for (int axis = 0; axis < 3; ++axis)
-        each_bit(crossed_from(grid, b, axis), [&](int bit) {
+      for (int axis = 0; axis < 3; ++axis) {
+        std::uint64_t& done = grid.blocks[b].closed[static_cast<std::size_t>(axis)];
+        const std::uint64_t crossed = crossed_from(grid, b, axis);
+        each_bit(crossed & ~done, [&](int bit) {
           each_corner_around(bit, axis, [&](int i, int j, int k) {
             const Corner corner = corner_at(grid, b, i, j, k);
             const std::uint64_t mask = std::uint64_t{1} << corner.bit;
@@ -302,6 +311,8 @@ bool want_closed(SpaceGrid& grid) {
             std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(mask, std::memory_order_relaxed);
           });
         });
+        done |= crossed;
+      }
     if (wants) any = true;
     if (own.empty()) return;
     const std::scoped_lock lock(joining);
@@ -361,24 +372,26 @@ void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
       const std::size_t b = static_cast<std::size_t>(edges.block[e]);
       const int axis = edges.axis[e], bit = edges.bit[e];
       const int i = bit & 3, j = bit >> 2 & 3, k = bit >> 4;
-      // The 18 corners around an edge are known.
+      // The corners around an edge are known. Slopes across it are those at both its ends.
       std::array<double, 3> slope{};
       double end_value[2] = {0, 0};
-      each_corner_around(bit, axis, [&](int x, int y, int z) {
-        const Corner corner = corner_at(grid, b, x, y, z);
-        const double value = grid.blocks[static_cast<std::size_t>(corner.block)]
-                                 .value[static_cast<std::size_t>(corner.bit)];
-        const std::array<int, 3> off{x - i, y - j, z - k};
-        const int aside[2] = {off[static_cast<std::size_t>((axis + 1) % 3)],
-                              off[static_cast<std::size_t>((axis + 2) % 3)]};
-        if (aside[0] == 0 && aside[1] == 0)
-          end_value[off[static_cast<std::size_t>(axis)]] = value;
-        else if (aside[0] == 0 || aside[1] == 0)
-          for (int q = 0; q < 2; ++q)
-            slope[static_cast<std::size_t>((axis + 1 + q) % 3)] += 0.25 * aside[q] * value;
-      });
+      const std::size_t along = static_cast<std::size_t>(axis), across = (along + 1) % 3,
+                        beyond = (along + 2) % 3;
+      for (int end_of = 0; end_of <= 1; ++end_of)
+        for (const auto& [db, dc] : kBesideEdge) {
+          std::array<int, 3> at{i, j, k};
+          at[along] += end_of;
+          at[across] += db;
+          at[beyond] += dc;
+          const Corner corner = corner_at(grid, b, at[0], at[1], at[2]);
+          const double value = grid.blocks[static_cast<std::size_t>(corner.block)]
+                                   .value[static_cast<std::size_t>(corner.bit)];
+          if (db == 0 && dc == 0) end_value[end_of] = value;
+          slope[across] += 0.25 * db * value;
+          slope[beyond] += 0.25 * dc * value;
+        }
       const auto [low, high] = end_value;
-      slope[static_cast<std::size_t>(axis)] = high - low;
+      slope[along] = high - low;
       const double at = low / (low - high);
       const auto [x, y, z] = kAlong[edges.axis[e]];
       edges.at[e] = static_cast<float>(at);

@@ -19,7 +19,9 @@ struct CornerBlock {
   std::uint64_t wanted = 0;          // corners whose values matter
   std::uint64_t known = 0;           // corners whose values are there
   std::uint64_t inside = 0;          // those of them that are below 0
-  std::array<float, 64> value{};     // F
+  /// Of each axis the crossed edges whose cells want_closed() has gone through.
+  std::array<std::uint64_t, 3> closed{};
+  std::array<float, 64> value{};  // F
 };
 
 inline constexpr int kBlockSide = 4;  // corners
