@@ -2,6 +2,7 @@
 """Checks closed meshes (`meniscus mesh`, `meniscus-accuracy closed --meshes FOLDER`) with programs that are not ours.
 
     scripts/mesh_check.py [--table] MESH.ply ...      --table: one line a mesh, as for docs/mesh.md
+    scripts/mesh_check.py --apart FULL.ply FEW.ply RADIUS      how far an --adaptive mesh is from the full one
 
 Three readers and checkers that share no code, neither with each other nor with Meniscus (PyPI):
   trimesh     every edge has two faces, which run against each other; the volume is above 0; no face without area
@@ -99,7 +100,25 @@ def check_closed(path):
     return said, faults
 
 
+def apart(full, few, radius):
+    """Prints how far `few` is from `full`, at 400,000 points or so, and the vertices of `full` from `few`, in radii."""
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(full)
+    meshes.load_new_mesh(few)
+    for name, start, end, within in [("of the few from the full", 1, 0, True), ("vertices of the full from the few", 0, 1, False)]:
+        meshes.get_hausdorff_distance(
+            sampledmesh=start, targetmesh=end, samplevert=True, sampleedge=within, sampleface=within, samplenum=400000,
+            savesample=True, maxdist=pymeshlab.PercentageValue(50))
+        # Layers added last: the samples and the places nearest to them. Vertices are samples, too.
+        off = meshes.mesh(meshes.mesh_number() - 2).vertex_scalar_array() / radius
+        print(f"{few.rsplit('/', 1)[-1]}: {name}: RMS {np.sqrt((off**2).mean()):.4f}, 99 % {np.percentile(off, 99):.3f}, "
+              f"99.9 % {np.percentile(off, 99.9):.3f}, most {off.max():.3f} radii")
+
+
 def main():
+    if sys.argv[1:2] == ["--apart"] and len(sys.argv) == 5 and pymeshlab:
+        apart(sys.argv[2], sys.argv[3], float(sys.argv[4]))
+        return
     paths = [word for word in sys.argv[1:] if not word.startswith("--")]
     table = "--table" in sys.argv
     if not paths or set(sys.argv[1:]) - set(paths) - {"--table"}:
