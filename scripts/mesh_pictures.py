@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Draws closed meshes from three sides: docs/images/closed_mesh.png, closed_rivals.png and adaptive_mesh.png.
 
-    scripts/mesh_pictures.py [--width PIXELS] [--columns N] [--wires] OUT.png MESH[:UP[:LABEL]][,MESH...] ...
+    scripts/mesh_pictures.py [--width PIXELS] [--columns N] [--beside] [--wires] OUT.png MESH[:UP[:LABEL]][,MESH...] ...
 
 Each word is a row of three sides, and further rows where commas join meshes: these are seen by the first one's cameras.
-UP: y (default) or z. --width: of a picture (460). --columns: so many sides of three (3). --wires: edges are drawn, too.
+UP: y (default) or z. --width: of a picture (460). --columns: so many sides of three (3). --beside: such meshes are put
+beside each other. --wires: edges are drawn, too.
 docs/mesh.md has the commands. Wants numpy, pillow, trimesh and embreex (PyPI).
 """
 import argparse
@@ -84,13 +85,14 @@ def main():
     words = argparse.ArgumentParser(usage=__doc__)
     words.add_argument("--width", type=int, default=460)
     words.add_argument("--columns", type=int, default=3)
+    words.add_argument("--beside", action="store_true")
     words.add_argument("--wires", action="store_true")
     words.add_argument("out")
     words.add_argument("meshes", nargs="+")
     words = words.parse_args()
     rows = []
     for group in words.meshes:
-        cameras = None
+        cameras, of_group = None, []
         for name in group.split(","):
             path, axis, label = (name.split(":") + ["", ""])[:3]
             axis = axis or "y"
@@ -98,7 +100,8 @@ def main():
             cameras = cameras or [camera(mesh, side, AXES[axis]) for side in SIDES[axis][:words.columns]]
             row = [picture(mesh, seen_from, words.width, words.wires) for seen_from in cameras]
             row[0] = labelled(row[0], label)
-            rows.append(np.hstack(row))
+            of_group.append(np.hstack(row))
+        rows.append((np.hstack if words.beside else np.vstack)(of_group))
     Image.fromarray(np.vstack(rows)).quantize(128).save(words.out, optimize=True)
 
 

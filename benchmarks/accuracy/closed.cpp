@@ -18,7 +18,8 @@ constexpr double kCreaseCosine = 0.77;  // 40 degrees between normals so far apa
 
 double square(double x) { return x * x; }
 
-/// Whether the truth has a crease near a point: its normals around differ.
+/// Whether the truth has a crease near a point: its normals around differ. Scenes that count as
+/// smooth are so where cameras look; waves have walls and a floor, too.
 bool near_crease(const Scene& scene, const Vec3d& at) {
   const Vec3d own = outward(scene.distance, at);
   const Vec3d side = std::abs(own.x) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
@@ -157,7 +158,7 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
         const Vec3d at = within(mesh.position, k);
         samples[4 * t + k] = {std::abs(scene.distance(at)),
                               angle_off(scene, within(mesh.normal, k), at), whole / 4,
-                              !scene.smooth && near_crease(scene, at)};
+                              near_crease(scene, at)};
       }
     }
   });
@@ -185,7 +186,7 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
     const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
     for (std::size_t v = begin; v < std::min(angles.size(), begin + kBlock); ++v) {
       const Vec3d at(mesh.position[v]);
-      const bool crease = !scene.smooth && near_crease(scene, at);
+      const bool crease = near_crease(scene, at);
       angles[v] = {angle_off(scene, Vec3d(mesh.normal[v]), at), crease ? 0.0 : area[v]};
     }
   });
