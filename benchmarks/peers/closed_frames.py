@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Makes closed meshes of frames with meniscus, splashsurf (smooth) and OpenVDB, and prints what each takes.
 
-  closed_frames.py MENISCUS SPLASHSURF OPENVDB FOLDER [FRAME=RADIUS ...]    OPENVDB: a program, or - for none
+  closed_frames.py FOLDER [FRAME=RADIUS ...]     the frames are the six of docs/mesh.md unless given
 
-SPLASHSURF and OPENVDB are what splashsurf.sh and openvdb.sh print; OpenVDB's program takes frames that are PLY files as
-examples/data has them. The frames are the six of docs/mesh.md unless given. Whole programs, one after the other, from file to file; processor time (of the kernel, too) is
-the least of three runs (OpenVDB: one, it is slow), memory the most that was resident. Meshes go to FOLDER/NAME_WHO.ply.
+Programs are build/release/meniscus and those that splashsurf.sh and openvdb.sh make in build/peers. OpenVDB is left out
+where its program is not there, and of frames that are not PLY files as examples/data has them. Whole programs, one after
+the other, from file to file. Processor time (the kernel's, too) is the least of three runs (OpenVDB: one, it is slow),
+memory the most that was resident. Meshes go to FOLDER/NAME_WHO.ply.
 """
 
 import os
@@ -41,12 +42,17 @@ def triangles(path):
 
 
 def main():
-    if len(sys.argv) < 5:
+    if len(sys.argv) < 2:
         sys.exit(__doc__)
-    meniscus, splashsurf, openvdb, folder = sys.argv[1:5]
+    folder, frames = sys.argv[1], sys.argv[2:] or FRAMES
+    meniscus, splashsurf = root / "build/release/meniscus", root / "build/peers/bin/pysplashsurf"
+    openvdb = root / "build/peers/openvdb_mesh"
+    for program, script in (meniscus, "scripts/test.sh"), (splashsurf, "benchmarks/peers/splashsurf.sh"):
+        if not program.exists():
+            sys.exit(f"closed_frames.py: {program} is not there: {script} makes it")
     pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
     print(f"{'frame':<54}{'mesh':<12}{'triangles':>10}{'CPU s':>8}{'MB':>7}")
-    for word in sys.argv[5:] or FRAMES:
+    for word in frames:
         frame, _, radius = word.partition("=")
         name = pathlib.Path(frame).parent.name + "_" + pathlib.Path(frame).stem
         # The settings of meniscus-accuracy closed.
@@ -59,7 +65,7 @@ def main():
                 "--normals-smoothing-iters=10", "-o"],
         }
         with tempfile.TemporaryDirectory() as scratch:
-            if openvdb != "-" and frame.endswith(".ply"):
+            if openvdb.exists() and frame.endswith(".ply"):
                 from frame import read_ply
 
                 positions = pathlib.Path(scratch) / "positions"
