@@ -52,8 +52,25 @@ SMALLER = {
         "meniscus-accuracy --method paper,paper-best,paper+sigma-s=0.01,fit --seeds 1001 --scene sphere", 5, "minutes"),
     "meniscus-accuracy --method fit,groups --scene sphere,waves,box,boxpool,capsules,sheet --seeds 2 --flicker": (
         "meniscus-accuracy --method fit,groups --scene sphere --seeds 2 --flicker", 3, "minutes"),
-    "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1,0.5 --beside-splashsurf --beside-openvdb build/peers/openvdb_mesh": (
-        "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1,0.5", 3, "minutes"),
+    # Closed meshes: half an hour with OpenVDB, and whole frames.
+    "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1,0.5 --beside-splashsurf "
+    "--beside-openvdb build/peers/openvdb_mesh --meshes solids": (
+        "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 2 --meshes solids", 3, "half an hour"),
+    "pip install numpy scipy trimesh manifold3d pymeshlab embreex pillow": (
+        "pip install -q numpy scipy trimesh manifold3d embreex pillow", 10, "pymeshlab has 100 MB"),
+    "benchmarks/peers/closed_frames.py frames": (
+        "benchmarks/peers/closed_frames.py frames examples/data/cube_drop/frame_012.ply=0.025", 5, "time"),
+    "scripts/mesh_pictures.py --width 520 rivals.png "
+    "solids/crown_0_1001.ply:z:meniscus,solids/crown_4_1001.ply:z:splashsurf,solids/crown_5_1001.ply:z:OpenVDB "
+    "frames/dam_frame_015_full.ply::meniscus,frames/dam_frame_015_splashsurf.ply::splashsurf,frames/dam_frame_015_openvdb.ply::OpenVDB "
+    "frames/cube_drop_frame_012_full.ply::meniscus,frames/cube_drop_frame_012_splashsurf.ply::splashsurf,"
+    "frames/cube_drop_frame_012_openvdb.ply::OpenVDB": (
+        "scripts/mesh_pictures.py --width 60 rivals.png solids/sphere_0_1001.ply:z:meniscus,solids/sphere_1_1001.ply:z:meniscus "
+        "frames/cube_drop_frame_012_full.ply:y:meniscus,frames/cube_drop_frame_012_splashsurf.ply:y:splashsurf", 5, "OpenVDB"),
+    "scripts/mesh_pictures.py --width 640 --columns 1 --beside --wires few.png "
+    "frames/cube_drop_frame_012_full.ply,frames/cube_drop_frame_012_adaptive.ply": (
+        "scripts/mesh_pictures.py --width 60 --columns 1 --beside --wires few.png "
+        "frames/cube_drop_frame_012_full.ply,frames/cube_drop_frame_012_adaptive.ply", 3, "time"),
     "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1": (
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1", 2, "minutes"),
     "meniscus-accuracy --method fit,groups --seeds reporting --flicker --flicker-seeds 1": (
@@ -180,6 +197,8 @@ NEVER = {
     "scripts/test.sh asan": "all tests under the sanitizers take an hour; scripts/sanitized.sh runs the fast ones",
     "benchmarks/peers/run.sh": "needs VTK with EGL",
     "benchmarks/peers/openvdb.sh": "needs OpenVDB's headers",
+    "scripts/mesh_check.py --apart frames/dam_frame_015_full.ply frames/dam_frame_015_adaptive.ply 0.025": "needs pymeshlab, 100 MB",
+    "scripts/mesh_kills.sh build/release/meniscus": "a minute of kills; scripts/batch_test.sh has those of extract",
     "scripts/format_samples.py": "needs VTK, meshio, h5py and blosc; tests/data/formats has what it writes",
     "pip install '.[cpu]'": "800 MB",
     "scripts/portability.sh": "builds all kernels anew for each runtime, minutes, and downloads 1 GB of them",

@@ -18,7 +18,8 @@ constexpr double kCreaseCosine = 0.77;  // 40 degrees between normals so far apa
 
 double square(double x) { return x * x; }
 
-/// Whether the truth has a crease near a point: its normals around differ.
+/// Whether the truth has a crease near a point: its normals around differ. Scenes that count as
+/// smooth are so where cameras look; waves have walls and a floor, too.
 bool near_crease(const Scene& scene, const Vec3d& at) {
   const Vec3d own = outward(scene.distance, at);
   const Vec3d side = std::abs(own.x) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
@@ -29,6 +30,13 @@ bool near_crease(const Scene& scene, const Vec3d& at) {
     if (dot(outward(scene.distance, there), own) < kCreaseCosine) return true;
   }
   return false;
+}
+
+/// The angle between a normal and the truth's where the truth is nearest to a point, degrees.
+double angle_off(const Scene& scene, const Vec3d& normal, const Vec3d& at) {
+  const Vec3d foot = at - outward(scene.distance, at) * scene.distance(at);
+  const double cosine = dot(normalized(normal), outward(scene.distance, foot));
+  return std::acos(std::clamp(cosine, -1.0, 1.0)) * 57.295779513082323;
 }
 
 struct Weighed {
@@ -123,11 +131,15 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
   ClosedFigures figures = check_topology(mesh);
   figures.volume = figures.volume / true_volume - 1;
 
-  // Four places a triangle, each for a quarter of its area.
+  // Four places a triangle, each for a quarter of its area: the middles of its four quarters.
   struct Sample {
-    double distance, area;
+    double distance, angle, area;
     bool crease;
   };
+  constexpr std::array<std::array<double, 3>, 4> kShares{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
+                                                          {2.0 / 3, 1.0 / 6, 1.0 / 6},
+                                                          {1.0 / 6, 2.0 / 3, 1.0 / 6},
+                                                          {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   const std::size_t n = mesh.triangle.size();
   std::vector<Sample> samples(4 * n);
   std::vector<double> area(mesh.position.size(), 0.0);
@@ -138,22 +150,31 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
       const auto& v = mesh.triangle[t];
       const Vec3d a(mesh.position[v[0]]), b(mesh.position[v[1]]), c(mesh.position[v[2]]);
       const double whole = 0.5 * length(cross(b - a, c - a));
-      const std::array places{(a + b + c) / 3.0, (a * 4 + b + c) / 6.0, (a + b * 4 + c) / 6.0,
-                              (a + b + c * 4) / 6.0};
-      for (std::size_t k = 0; k < 4; ++k)
-        samples[4 * t + k] = {std::abs(scene.distance(places[k])), whole / 4,
-                              !scene.smooth && near_crease(scene, places[k])};
+      const auto within = [&](const std::vector<Vec3>& values, std::size_t k) {
+        return Vec3d(values[v[0]]) * kShares[k][0] + Vec3d(values[v[1]]) * kShares[k][1] +
+               Vec3d(values[v[2]]) * kShares[k][2];
+      };
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Vec3d at = within(mesh.position, k);
+        samples[4 * t + k] = {std::abs(scene.distance(at)),
+                              angle_off(scene, within(mesh.normal, k), at), whole / 4,
+                              near_crease(scene, at)};
+      }
     }
   });
   double sum = 0, weight = 0, creases = 0, crease_weight = 0;
-  std::vector<Weighed> distances;
+  std::vector<Weighed> distances, within;
   for (const Sample& s : samples) {
     (s.crease ? creases : sum) += s.area * square(s.distance);
     (s.crease ? crease_weight : weight) += s.area;
-    if (!s.crease) distances.push_back({s.distance, s.area});
+    if (s.crease) continue;
+    distances.push_back({s.distance, s.area});
+    within.push_back({s.angle, s.area});
   }
   figures.distance_rms = std::sqrt(sum / weight);
   figures.distance_999 = percentile_of(std::move(distances), 0.999);
+  figures.within_median = percentile_of(within, 0.5);
+  figures.within_95 = percentile_of(std::move(within), 0.95);
   figures.crease_rms = crease_weight > 0 ? std::sqrt(creases / crease_weight)
                                          : std::numeric_limits<double>::quiet_NaN();
 
@@ -165,10 +186,8 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
     const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
     for (std::size_t v = begin; v < std::min(angles.size(), begin + kBlock); ++v) {
       const Vec3d at(mesh.position[v]);
-      const double cosine = std::clamp(
-          dot(normalized(Vec3d(mesh.normal[v])), outward(scene.distance, at)), -1.0, 1.0);
-      const bool crease = !scene.smooth && near_crease(scene, at);
-      angles[v] = {std::acos(cosine) * 57.295779513082323, crease ? 0.0 : area[v]};
+      const bool crease = near_crease(scene, at);
+      angles[v] = {angle_off(scene, Vec3d(mesh.normal[v]), at), crease ? 0.0 : area[v]};
     }
   });
   figures.normal_median = percentile_of(angles, 0.5);

@@ -20,6 +20,7 @@ struct ClosedFigures {
   double distance_rms = 0;                  // of the mesh from the truth
   double distance_999 = 0;                  // 99.9th percentile
   double normal_median = 0, normal_95 = 0;  // degrees, vertices' normals
+  double within_median = 0, within_95 = 0;  // the same within triangles, interpolated
   double crease_rms = 0;                    // distance near creases; NaN: there are none
   double volume = 0;  // of the mesh over the truth's, less 1 (check_topology: its volume)
 };

@@ -28,6 +28,8 @@ void print(const std::string& scene, const std::string& method, const ClosedFigu
   cell(3, f.distance_999);
   cell(2, f.normal_median);
   cell(2, f.normal_95);
+  cell(2, f.within_median);
+  cell(2, f.within_95);
   cell(3, f.crease_rms);
   cell(2, 100 * f.volume);
   std::printf(" %8lld %5lld %5lld %5lld %5lld %5lld %7.0f\n", static_cast<long long>(f.triangles),
@@ -46,12 +48,11 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
   std::vector<std::pair<std::string, Make>> methods;
   for (const double adaptive : {0.0, kAdaptive})
     for (const double cell : options.cells)
-      methods.emplace_back(
-          (adaptive > 0 ? "adaptive " : "cell ") + printed("%g", cell),
-          [&device, closed = ClosedParams{.cell = cell, .adaptive = adaptive}](
-              const Particles& particles) {
-            return extract_closed(device, particles, closed).mesh;
-          });
+      methods.emplace_back((adaptive > 0 ? "adaptive " : "cell ") + printed("%g", cell),
+                           [&device, closed = ClosedParams{.cell = cell, .adaptive = adaptive}](
+                               const Particles& particles) {
+                             return extract_closed(device, particles, closed).mesh;
+                           });
   if (options.splashsurf)
     methods.emplace_back("splashsurf", [&](const Particles& particles) {
       return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);
@@ -60,9 +61,9 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
     methods.emplace_back("openvdb", [&](const Particles& particles) {
       return reconstruct_with_openvdb(options.openvdb, particles, kParticleRadius);
     });
-  std::printf("%-12s %-12s %8s %8s %8s %8s %8s %8s %8s %5s %5s %5s %5s %5s %7s\n", "scene",
-              "method", "distance", "99.9 %", "normal", "95 %", "crease", "volume%", "triangl.",
-              "open", "edges", "fans", "piece", "bubbl", "ms");
+  std::printf("%-12s %-12s %8s %8s %8s %8s %8s %8s %8s %8s %8s %5s %5s %5s %5s %5s %7s\n", "scene",
+              "method", "distance", "99.9 %", "normal", "95 %", "within", "95 %", "crease",
+              "volume%", "triangl.", "open", "edges", "fans", "piece", "bubbl", "ms");
   std::vector<ClosedFigures> sum(methods.size());
   std::vector<double> seconds(methods.size(), 0.0), of_creases(methods.size(), 0.0);
   double count = 0;
@@ -91,6 +92,8 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
         s.distance_999 += f.distance_999;
         s.normal_median += f.normal_median;
         s.normal_95 += f.normal_95;
+        s.within_median += f.within_median;
+        s.within_95 += f.within_95;
         if (!std::isnan(f.crease_rms)) {
           s.crease_rms += f.crease_rms;
           ++of_creases[m];
@@ -109,8 +112,8 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
   if (count == 0) return;
   for (std::size_t m = 0; m < methods.size(); ++m) {
     ClosedFigures& s = sum[m];
-    for (double* const value :
-         {&s.distance_rms, &s.distance_999, &s.normal_median, &s.normal_95, &s.volume})
+    for (double* const value : {&s.distance_rms, &s.distance_999, &s.normal_median, &s.normal_95,
+                                &s.within_median, &s.within_95, &s.volume})
       *value /= count;
     s.crease_rms /= of_creases[m];
     print("mean", methods[m].first, s, seconds[m] / count);

@@ -18,8 +18,7 @@ namespace meniscus {
 /// Returns a mesh that is closed, manifold and oriented as `mesh`, with the same pieces. Every
 /// vertex of `mesh` is within `tolerance` of it, but for the rounding of positions to floats; its
 /// normal, unless it lies on a crease, is within 10 degrees of the interpolated one there. Values
-/// at vertices are interpolated. Loops in one order on one thread: the same mesh gives the same
-/// bytes.
+/// at vertices are interpolated. The same mesh gives the same bytes with any number of threads.
 /// Throws InvalidArgument where an edge of `mesh` has not two triangles.
 Mesh simplify(Mesh mesh, double tolerance, double unit);
 

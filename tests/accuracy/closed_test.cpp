@@ -110,6 +110,30 @@ TEST(Closed, MeshCarriesVelocitiesAndAttributes) {
   }
 }
 
+// A sphere's normals are right at the corners of a double pyramid and turn with the corners' shares
+// within its faces; the sphere's own turn with the place. Of each face, corners 12 x, 12 y and 24
+// z, the places (4, 4, 8), (8, 2, 4), (2, 8, 4) and (2, 2, 16) count as much.
+TEST(Closed, NormalsAreInterpolatedWithinTriangles) {
+  Mesh mesh;
+  for (const float side : {1.0f, -1.0f})
+    for (const Vec3& axis : {Vec3{side, 0, 0}, Vec3{0, side, 0}, Vec3{0, 0, side}}) {
+      mesh.position.push_back({12 * axis.x, 12 * axis.y, 24 * axis.z});
+      mesh.normal.push_back(axis);
+    }
+  for (const std::uint32_t x : {0u, 3u})
+    for (const std::uint32_t y : {1u, 4u})
+      for (const std::uint32_t z : {2u, 5u})
+        mesh.triangle.push_back(((x + y + z) % 2 == 1) ? std::array{x, y, z} : std::array{y, x, z});
+  const Scene& sphere = find_scene("sphere");
+  const ClosedFigures f = measure_closed(sphere, volume(sphere), mesh);
+  EXPECT_EQ(f.open_edges + f.bad_edges + f.bad_vertices, 0);
+  EXPECT_GT(f.volume, -1);
+  EXPECT_NEAR(f.normal_95, 0, 1e-3);
+  const double degrees = 180 / std::numbers::pi;
+  EXPECT_NEAR(f.within_median, std::acos(38 / std::sqrt(84.0 * 18)) * degrees, 1e-3);
+  EXPECT_NEAR(f.within_95, std::acos(4 / std::sqrt(18.0)) * degrees, 1e-3);
+}
+
 // As near to the truth as the full mesh is, with less than a fifth of its triangles.
 TEST(Closed, AdaptiveMeshIsAsGood) {
   const Scene& scene = find_scene("notch");
@@ -127,6 +151,7 @@ TEST(Closed, AdaptiveMeshIsAsGood) {
   EXPECT_LT(few.distance_rms, 1.1 * full.distance_rms);
   // Normals pay for fewer triangles: docs/mesh.md.
   EXPECT_LT(few.normal_95, 1.5 * full.normal_95);
+  EXPECT_LT(few.within_95, 1.5 * full.within_95);
   EXPECT_LT(few.crease_rms, 1.1 * full.crease_rms);
 }
 

@@ -166,9 +166,12 @@ TEST_F(UnderMpi, MeshesOneFrameTogether) {
     }
   }
   write_particles("few.ply", block(6), 0.1);
-  EXPECT_EQ(run({"mesh", "few.ply", "-o", "one.ply", "-q"}).exit_code, 0);
-  EXPECT_EQ(run({"mesh", "few.ply", "-o", "some.ply", "-q"}, ranks("2")).exit_code, 0);
-  EXPECT_EQ(read("one.ply"), read("some.ply"));
+  for (const char* adaptive : {"0", "0.1"}) {
+    const Words words{"mesh", "few.ply", "-q", "--adaptive", adaptive};
+    EXPECT_EQ(run(words + Words{"-o", "one.ply"}).exit_code, 0);
+    EXPECT_EQ(run(words + Words{"-o", "some.ply"}, ranks("2")).exit_code, 0);
+    EXPECT_EQ(read("one.ply"), read("some.ply")) << adaptive;
+  }
 }
 
 TEST_F(UnderMpi, ReadsPartsByRank) {
