@@ -114,6 +114,8 @@ SMALLER = {
     # Benchmarks of frames and kernels: minutes.
     "meniscus bench frame": (f"meniscus bench frame --method ssm {SHORT}", 2, "two minutes"),
     "meniscus bench frame --seconds 2": (f"meniscus bench frame --method groups {SHORT}", 2, "two minutes"),
+    "meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1": (
+        f"meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1 {SHORT}", 2, "time"),
     "meniscus bench": (f"meniscus bench {ONE_KERNEL}", 2, "minutes"),
     "meniscus bench frame --method fit,ssm --json frames.json": (
         f"meniscus bench frame --method fit,ssm --json frames.json {SHORT}", 2, "time"),
