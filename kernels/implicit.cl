@@ -373,8 +373,10 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
   if (fits.reach > 0.0f && ANY(open)) {
     Fitted fitted;
     ask_fits(fits, x, y, z, open, sheets, &fitted);
+    // Where the density falls, fits hand over to the field, slowly: else a gap beside an edge, or
+    // the tip of a drop, has a step where both differ.
     const floatv contour = limits.x * (1.0f - 0.7f * fitted.edge), doubt = 1.0f - fitted.trust;
-    floatv share = fitted.trust * clamp(20.0f * (c - contour - 0.1f * doubt), 0.0f, 1.0f);
+    floatv share = fitted.trust * clamp(4.0f * (c - contour + 0.1f * fitted.trust), 0.0f, 1.0f);
     // Where fits follow their particles badly, what they say is compared with the field.
     const floatv apart = fabs(fitted.level.f - level.f);
     const floatv alike =

@@ -369,11 +369,12 @@ void add_mesh_options(CLI::App& command, ExtractOptions& o) {
       ->type_name("NUMBER");
   command
       .add_option("--adaptive", closed.adaptive,
-                  printed("fewer triangles where the mesh is flat: how far vertices of the full "
-                          "mesh may be from it, particle radii, up to 1, e.g. %g (default 0: the "
+                  printed("fewer triangles where the mesh is flat; the number, which may be left "
+                          "out, is how far vertices of the full mesh may be from it, particle "
+                          "radii, up to 1 (%g where it is left out; without the option 0, the "
                           "full mesh)",
                           kAdaptive))
-      ->type_name("NUMBER");
+      ->type_name("[NUMBER]");
   add_memory_option(command, closed.memory,
                     "memory that a frame may take beside its mesh, about; more is made in parts");
   add_source_options(command, o);
@@ -382,6 +383,17 @@ void add_mesh_options(CLI::App& command, ExtractOptions& o) {
   add_threads_option(command, o.threads);
   add_talk_options(command, o);
   add_sequence_options(command, o);
+}
+
+void fill_in_numbers(std::vector<std::string>& typed) {
+  for (std::size_t k = 0; k < typed.size() && typed[k] != "--"; ++k) {
+    if (typed[k] != "--adaptive") continue;
+    double number = 0;
+    const std::string next = k + 1 < typed.size() ? typed[k + 1] : "";
+    const auto [end, error] = std::from_chars(next.data(), next.data() + next.size(), number);
+    if (next.empty() || error != std::errc{} || end != next.data() + next.size())
+      typed.insert(typed.begin() + static_cast<std::ptrdiff_t>(k) + 1, printed("%g", kAdaptive));
+  }
 }
 
 std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,

@@ -73,6 +73,10 @@ void add_extract_options(CLI::App& command, ExtractOptions& options);
 /// Adds all options of `mesh`; they are parsed into `options`, whose `closed` is set.
 void add_mesh_options(CLI::App& command, ExtractOptions& options);
 
+/// Adds the numbers of --adaptive that were left out to what was typed behind `meniscus mesh`; CLI11
+/// would take INPUT for them.
+void fill_in_numbers(std::vector<std::string>& typed);
+
 /// The radius that was used and where it is from, in the order in which extract() chooses.
 std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
                         double used);

@@ -16,6 +16,7 @@
 
 #include "meniscus/meniscus.hpp"
 #include "program/cli/commands.hpp"
+#include "program/cli/extract_options.hpp"
 #include "program/cli/help_formatter.hpp"
 #include "program/cli/newer_tbb.hpp"
 #include "program/cli/signals.hpp"
@@ -88,6 +89,7 @@ int run(int argc, char** argv) {
     typed.erase(typed.begin());
     typed.push_back("--help");
   }
+  if (!typed.empty() && typed.front() == "mesh") meniscus::cli::fill_in_numbers(typed);
   try {
     program.parse(std::vector<std::string>(typed.rbegin(), typed.rend()));
     if (std::fflush(stdout) != 0)

@@ -173,7 +173,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     const double trusted =
         std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
     double share =
-        trusted * std::clamp(20 * (c - contour * (1 - 0.7 * edge) - 0.1 * (1 - trusted)), 0.0, 1.0);
+        trusted * std::clamp(4 * (c - contour * (1 - 0.7 * edge) + 0.1 * trusted), 0.0, 1.0);
     const double agreement = (1 - smooth_passage(0.5, 1, std::abs(fitted.f - field.f))) *
                              smooth_passage(0.6, 0.92, dot(fitted.g, field.g));
     const double compared = std::clamp(100 * (1 - trusted), 0.0, 1.0) * (1 - edge);

@@ -31,6 +31,11 @@ TEST_F(ProgramMesh, OfAFrameIsWrittenInEveryFormat) {
   EXPECT_EQ(run({"mesh", "in.ply", "-o", "d.ply", "--cell", "0.7", "--adaptive", "0.05", "-q"}).err,
             "");
   EXPECT_LT(2 * read("d.ply").size(), mesh.size());
+  // Without its number, before INPUT and at the end.
+  EXPECT_EQ(run({"mesh", "--adaptive", "in.ply", "-o", "f.ply", "--cell", "0.7", "-q"}).err, "");
+  EXPECT_EQ(read("f.ply"), read("d.ply"));
+  EXPECT_EQ(run({"mesh", "in.ply", "-o", "g.ply", "--cell", "0.7", "-q", "--adaptive"}).err, "");
+  EXPECT_EQ(read("g.ply"), read("d.ply"));
   EXPECT_EQ(run({"mesh", "in.ply", "-o", "e.ply", "--adaptive", "2"}).exit_code, 2);
 }
 
