@@ -51,7 +51,7 @@ const Fault kFaults[] = {
     {"roundness", 11, "roundness.cl", "squares / larger", "1.001f * squares / larger"},
     {"roundness", 11, "roundness.cl", "A.ff * va), rows", "1.01f * A.ff * va), rows"},
     {"blend", 9, "hits.cl", "fabs(B) + sqrt(D)", "fabs(B) + 1.0001f * sqrt(D)"},
-    {"implicit", 600, "implicit.cl", "clamp(20.0f * (c - contour", "clamp(21.0f * (c - contour"},
+    {"implicit", 600, "implicit.cl", "clamp(4.0f * (c - contour", "clamp(4.2f * (c - contour"},
     {"implicit", 600, "implicit.cl", "rest * (1.0f - share)", "1.01f * rest * (1.0f - share)"},
     {"implicit", 600, "implicit.cl", "c = share * (vv * v)", "c = 1.0001f * share * (vv * v)"},
     {"stable", 13, "stable.cl", "root = sqrt(fmax(D, none))",
