@@ -117,9 +117,12 @@ TEST_F(FormatsOnDisk, CutAnywhereAreErrorsOrWhole) {
         "lammps.lammpstrj", "pysph.hdf5", "houdini.bgeo", "houdini.bgeo.sc"}) {
     const std::string bytes = content(sample(name));
     // All that can be left out is what follows the values: closing tags, a second group.
-    cut_everywhere(name, bytes, [&](const Particles& p, std::size_t) {
-      return p.x == wanted.x && p.y == wanted.y && p.z == wanted.z;
-    });
+    cut_everywhere(
+        name, bytes,
+        [&](const Particles& p, std::size_t) {
+          return p.x == wanted.x && p.y == wanted.y && p.z == wanted.z;
+        },
+        kCuts);
   }
 }
 
