@@ -89,7 +89,7 @@ void fill_corners(SpaceGrid& grid,
 
 /// Wants all corners of all cells around the edges that cross the surface, as far as corners are
 /// known. Returns whether any of them is not known. Once none is, the surface of these edges is
-/// closed.
+/// closed. What an earlier call wanted is to be filled in before: it is not looked at again.
 bool want_closed(SpaceGrid& grid);
 
 /// Forgets the values of all corners outside a box.

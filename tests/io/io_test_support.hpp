@@ -73,8 +73,9 @@ class InputTest : public testing::Test {
     return "no error";
   }
 
-  /// Reads every (or every step-th) beginning of `bytes` from memory: each must throw InputError, or give particles
-  /// that `fine` accepts for that length. Returns how many gave particles.
+  /// Reads beginnings of `bytes` from memory, each `step` longer than the one before: each must
+  /// throw InputError, or give particles that `fine` accepts for that length. Returns how many gave
+  /// particles.
   int cut_everywhere(const std::string& name, const std::string& bytes,
                      const std::function<bool(const Particles&, std::size_t)>& fine,
                      std::size_t step = 1) const {

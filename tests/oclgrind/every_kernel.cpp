@@ -74,7 +74,7 @@ int main() try {
     nonsense_byte = width == 1 ? 0x5a : 0xff;  // a large number; NaN and -1
     Device device;
     const bool slow = device.info().name.find("Oclgrind") != std::string::npos;
-    if (slow && width == 8) continue;  // its lanes are those of 16
+    if (slow && width == 8) continue;  // at 16 most kernels have 8 lanes, the others 16
     device.state().vector_width = std::min(width, 8);
     device.state().wide = width == 16;
     device.state().discs = DiscForm::bins;
