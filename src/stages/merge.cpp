@@ -26,18 +26,33 @@ constexpr std::size_t kGrain = 1024;              // particles that are worth a 
 // A particle of the surface.
 struct Member {
   float x, y, z;            // eye space, particle radii
-  float nx, ny, nz;         // unit; zero: does not merge
   float weight;             // u
+  float nx, ny, nz;         // unit; zero: does not merge
   float takes;              // how far it may take others in
   float rank;               // by its place in the world
   std::int32_t index = -1;  // in Visible
 };
 
-// Another one within reach of a particle, in the same layer.
-struct Near {
-  std::int32_t other;
-  float distance;  // particle radii
-  float alike;     // 0: of another sheet .. 1
+// Others near a particle whose normals are like its own.
+struct Alike {
+  std::vector<cl_int> place;  // in the surface
+  std::vector<float> same;    // n.n'
+  std::vector<float> apart;   // squared distance, particle radii^2
+  std::vector<float> height;  // squared, above or below it, particle radii^2
+  std::vector<float> weight;  // u
+  std::size_t count = 0;      // the vectors may be longer
+};
+
+// One that may take a particle in.
+struct Candidate {
+  std::int32_t group;
+  float same, apart, height;  // as in Alike
+};
+
+// One that does.
+struct Taker {
+  std::int32_t group;
+  float takes;  // t
 };
 
 // Lists of some particles.
@@ -52,14 +67,15 @@ template <class T>
 using Lists = std::vector<Block<T>>;
 
 // Makes the list of each of n particles: add(k, list) appends to it.
-template <class T, class Add>
-Lists<T> make_lists(std::size_t n, const Add& add) {
+template <class T, class MakeAdd>
+Lists<T> make_lists(std::size_t n, const MakeAdd& make_add) {
   constexpr std::size_t kBlock = NearLists::kBlock;
   Lists<T> lists((n + kBlock - 1) / kBlock);
   parallel_for(lists.size(), 1, [&](std::size_t begin, std::size_t end) {
+    auto add = make_add();
     for (std::size_t b = begin; b < end; ++b) {
       Block<T>& block = lists[b];
-      block.entry.reserve(32 * kBlock);  // mostly enough
+      block.entry.reserve(16 * kBlock);  // mostly enough
       block.start.push_back(0);
       for (std::size_t k = b * kBlock; k < std::min(n, (b + 1) * kBlock); ++k) {
         add(k, block.entry);
@@ -105,10 +121,10 @@ std::vector<Member> members_of(const View& view, const Projected& projected, con
       members[p] = {projected.x[i],
                     projected.y[i],
                     projected.z[i],
+                    static_cast<float>(around.weight[p]),
                     static_cast<float>(n.x),
                     static_cast<float>(n.y),
                     static_cast<float>(n.z),
-                    static_cast<float>(around.weight[p]),
                     static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p])),
                     static_cast<float>(rank),
                     static_cast<std::int32_t>(k)};
@@ -122,47 +138,89 @@ double within(double distance, double extent) {
   return 1 - smooth_step(kFullReach, 1, distance / extent);
 }
 
-// Who lies near each particle that merges, and how far each takes in others.
+// 0: of another sheet .. 1.
+float alike_at(float same) { return static_cast<float>(smooth_step(kOther, kSame, same)); }
+
+// The same with the height, of those nearer than kAbove.
+float alike_at(float same, float height) {
+  float alike = alike_at(same);
+  if (height > kBeside * kBeside)
+    alike *= static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(height)));
+  return alike;
+}
+
+// Those of a list whose normals are like those of the member at `place`. No branches: they would be
+// foretold badly.
+void find_alike(const std::vector<Member>& members, cl_int place, std::span<const cl_int> list,
+                Alike& found) {
+  if (found.place.size() < list.size()) {
+    found.place.resize(2 * list.size());
+    for (std::vector<float>* row : {&found.same, &found.apart, &found.height, &found.weight})
+      row->resize(2 * list.size());
+  }
+  const Member own = members[static_cast<std::size_t>(place)];
+  cl_int* const at = found.place.data();
+  float *const same_at = found.same.data(), *const apart = found.apart.data(),
+               *const height = found.height.data(), *const weight = found.weight.data();
+  std::size_t count = 0;
+  for (const cl_int p : list) {
+    const Member& other = members[static_cast<std::size_t>(p)];
+    const float same = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
+    const float x = other.x - own.x, y = other.y - own.y, z = other.z - own.z;
+    // The mean normal's length is sqrt((1 + n.n') / 2).
+    const float along = x * (own.nx + other.nx) + y * (own.ny + other.ny) + z * (own.nz + other.nz);
+    at[count] = p;
+    same_at[count] = same;
+    apart[count] = x * x + y * y + z * z;
+    height[count] = along * along / (2 * (1 + same));
+    weight[count] = other.weight;
+    count += static_cast<std::size_t>((same > kOther) & (p != place));
+  }
+  found.count = count;
+}
+
+// How far a particle takes in others, R, from those alike.
+float extent_among(const Alike& alike, const MergeParams& params) {
+  float all = 1e-9f, bend = 0;
+  for (std::size_t a = 0; a < alike.count; ++a) {
+    const float same = alike.same[a];
+    const float d =
+        std::max(1 - alike.apart[a] / static_cast<float>(kBendReach * kBendReach), 0.0f);
+    const float w = alike.weight[a] * alike_at(same) * d * d;
+    all += w;
+    bend += w * (1 - same);
+  }
+  const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
+  return static_cast<float>(params.least_reach + (params.reach - params.least_reach) * calm);
+}
+
+// How far each particle takes in others, and who may take it in.
 struct Surroundings {
-  Lists<Near> near;
   std::vector<float> extent;  // [particles] R, particle radii
+  Lists<Candidate> candidates;
 };
 
 Surroundings look_around(const std::vector<Member>& members, const std::vector<std::int32_t>& place,
                          const NearLists& lists, const MergeParams& params) {
-  const float widest = static_cast<float>(std::max(params.reach, params.least_reach));
   std::vector<float> extents(place.size());
-  Lists<Near> all_near =
-      make_lists<Near>(place.size(), [&](std::size_t k, std::vector<Near>& near) {
-        const Member& own = members[static_cast<std::size_t>(place[k])];
-        float all = 1e-9f, bend = 0;
-        for (const cl_int p : lists[k]) {
-          const Member& other = members[static_cast<std::size_t>(p)];
-          const float same = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
-          if (!(same > kOther) || p == place[k]) continue;
-          const float x = other.x - own.x, y = other.y - own.y, z = other.z - own.z;
-          const float squared = x * x + y * y + z * z;
-          float alike = 1;
-          if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
-          const float d = std::max(1 - squared / static_cast<float>(kBendReach * kBendReach), 0.0f);
-          const float w = other.weight * alike * d * d;
-          all += w;
-          bend += w * (1 - same);
-          if (!(squared < widest * widest)) continue;
-          // The mean normal's length is sqrt((1 + n.n') / 2).
-          const float along =
-              x * (own.nx + other.nx) + y * (own.ny + other.ny) + z * (own.nz + other.nz);
-          const float square = along * along / (2 * (1 + same));  // of the height
-          if (!(square < kAbove * kAbove)) continue;
-          if (square > kBeside * kBeside)
-            alike *= static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
-          if (alike > 0) near.push_back({other.index, std::sqrt(squared), alike});
-        }
-        const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
-        extents[k] =
-            static_cast<float>(params.least_reach + (params.reach - params.least_reach) * calm);
-      });
-  return {std::move(all_near), std::move(extents)};
+  Lists<Candidate> candidates = make_lists<Candidate>(place.size(), [&] {
+    return [&, alike = Alike()](std::size_t k, std::vector<Candidate>& list) mutable {
+      find_alike(members, place[k], lists[k], alike);
+      const float extent = extents[k] = extent_among(alike, params);
+      const float rank = members[static_cast<std::size_t>(place[k])].rank;
+      const std::size_t before = list.size();
+      list.resize(before + alike.count);
+      Candidate* next = list.data() + before;
+      for (std::size_t a = 0; a < alike.count; ++a) {
+        const Member& other = members[static_cast<std::size_t>(alike.place[a])];
+        *next = {other.index, alike.same[a], alike.apart[a], alike.height[a]};
+        next += (alike.apart[a] < extent * extent) & (alike.height[a] < kAbove * kAbove) &
+                (double{other.rank} - rank > -kTie) & (other.takes > 0);
+      }
+      list.resize(static_cast<std::size_t>(next - list.data()));
+    };
+  });
+  return {std::move(extents), std::move(candidates)};
 }
 
 // The particles, those of high rank first.
@@ -180,27 +238,26 @@ std::vector<std::int32_t> by_rank(const std::vector<float>& rank) {
 std::vector<float> merge_until_settled(const std::vector<Member>& members,
                                        const std::vector<std::int32_t>& place,
                                        const Surroundings& around) {
-  struct Taker {
-    std::int32_t group;
-    float takes;  // t
-  };
   const std::size_t n = place.size();
   std::vector<float> rank, takes;
   for (const std::int32_t p : place) {
     rank.push_back(members[static_cast<std::size_t>(p)].rank);
     takes.push_back(members[static_cast<std::size_t>(p)].takes);
   }
-  const Lists<Taker> takers = make_lists<Taker>(n, [&](std::size_t k, std::vector<Taker>& list) {
-    for (const Near& near : list_of(around.near, k)) {
-      const std::size_t j = static_cast<std::size_t>(near.other);
-      const double lead = double{rank[j]} - rank[k];
-      const double extent = std::min(around.extent[k], around.extent[j]);
-      if (!(lead > -kTie) || !(near.distance < extent)) continue;
-      double taken = double{near.alike} * takes[j];
-      if (near.distance > kFullReach * extent) taken *= within(near.distance, extent);
-      if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
-      if (taken > 0) list.push_back({near.other, static_cast<float>(taken)});
-    }
+  const Lists<Taker> takers = make_lists<Taker>(n, [&] {
+    return [&](std::size_t k, std::vector<Taker>& list) {
+      for (const Candidate& other : list_of(around.candidates, k)) {
+        const std::size_t j = static_cast<std::size_t>(other.group);
+        const double extent = std::min(around.extent[k], around.extent[j]);
+        if (!(other.apart < extent * extent)) continue;
+        const double lead = double{rank[j]} - rank[k];
+        const float distance = std::sqrt(other.apart);
+        double taken = double{alike_at(other.same, other.height)} * takes[j];
+        if (distance > kFullReach * extent) taken *= within(distance, extent);
+        if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
+        if (taken > 0) list.push_back({other.group, static_cast<float>(taken)});
+      }
+    };
   });
   const std::vector<std::int32_t> order = by_rank(rank);
   std::vector<float> left(n, 1.0f);
@@ -233,15 +290,22 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
   const Surroundings surroundings = look_around(members, place, near, params);
   const std::vector<float> left = merge_until_settled(members, place, surroundings);
   MergedGroups groups;
+  Alike alike;
   for (std::size_t k = 0; k < place.size(); ++k) {
     if (!(left[k] > kGone)) continue;
     // A group is seen as far as its members are.
     double owned = rim.owned[k];
-    for (const Near& other : list_of(surroundings.near, k)) {
-      const double others = rim.owned[static_cast<std::size_t>(other.other)];
-      if (others <= owned) continue;
-      owned = std::max(owned, others * within(other.distance, surroundings.extent[k]) *
-                                  other.alike * members[static_cast<std::size_t>(place[k])].takes);
+    const double takes = members[static_cast<std::size_t>(place[k])].takes;
+    if (owned < kFullyVisible && takes > 0) {
+      find_alike(members, place[k], near[k], alike);
+      const double extent = surroundings.extent[k];
+      for (std::size_t a = 0; a < alike.count; ++a) {
+        const std::size_t j = static_cast<std::size_t>(
+            members[static_cast<std::size_t>(alike.place[a])].index);
+        if (rim.owned[j] <= owned || !(alike.height[a] < kAbove * kAbove)) continue;
+        owned = std::max(owned, rim.owned[j] * within(std::sqrt(alike.apart[a]), extent) *
+                                    alike_at(alike.same[a], alike.height[a]) * takes);
+      }
     }
     groups.seed.index.push_back(rim.index[k]);
     groups.seed.owned.push_back(static_cast<float>(owned));
