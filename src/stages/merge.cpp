@@ -40,6 +40,7 @@ struct Alike {
   std::vector<float> apart;   // squared distance, particle radii^2
   std::vector<float> height;  // squared, above or below it, particle radii^2
   std::vector<float> weight;  // u
+  std::vector<double> between;
   std::size_t count = 0;      // the vectors may be longer
 };
 
@@ -155,6 +156,7 @@ void find_alike(const std::vector<Member>& members, cl_int place, std::span<cons
                 Alike& found) {
   if (found.place.size() < list.size()) {
     found.place.resize(2 * list.size());
+    found.between.resize(2 * list.size());
     for (std::vector<float>* row : {&found.same, &found.apart, &found.height, &found.weight})
       row->resize(2 * list.size());
   }
@@ -179,16 +181,23 @@ void find_alike(const std::vector<Member>& members, cl_int place, std::span<cons
   found.count = count;
 }
 
-// How far a particle takes in others, R, from those alike.
-float extent_among(const Alike& alike, const MergeParams& params) {
+// How far a particle takes in others, R, from those alike. Takes their weights for its own purpose.
+float extent_among(Alike& alike, const MergeParams& params) {
+  float* const weight = alike.weight.data();
+  const float *const same = alike.same.data(), *const apart = alike.apart.data();
+  // Loops that become vectors, which smooth_step() in one of them would prevent, and one that sums
+  // in order.
+  double* const t = alike.between.data();
+  for (std::size_t a = 0; a < alike.count; ++a)
+    t[a] = std::min((double{same[a]} - kOther) / (double{kSame} - kOther), 1.0);
+  for (std::size_t a = 0; a < alike.count; ++a) {
+    const float d = std::max(1 - apart[a] / static_cast<float>(kBendReach * kBendReach), 0.0f);
+    weight[a] = weight[a] * static_cast<float>(t[a] * t[a] * (3 - 2 * t[a])) * d * d;
+  }
   float all = 1e-9f, bend = 0;
   for (std::size_t a = 0; a < alike.count; ++a) {
-    const float same = alike.same[a];
-    const float d =
-        std::max(1 - alike.apart[a] / static_cast<float>(kBendReach * kBendReach), 0.0f);
-    const float w = alike.weight[a] * alike_at(same) * d * d;
-    all += w;
-    bend += w * (1 - same);
+    all += weight[a];
+    bend += weight[a] * (1 - same[a]);
   }
   const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
   return static_cast<float>(params.least_reach + (params.reach - params.least_reach) * calm);
