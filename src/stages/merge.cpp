@@ -38,16 +38,15 @@ struct Alike {
   std::vector<cl_int> place;  // in the surface
   std::vector<float> same;    // n.n'
   std::vector<float> apart;   // squared distance, particle radii^2
-  std::vector<float> height;  // squared, above or below it, particle radii^2
   std::vector<float> weight;  // u
-  std::vector<double> between;
+  std::vector<double> gate;   // for extent_among()
   std::size_t count = 0;      // the vectors may be longer
 };
 
 // One that may take a particle in.
 struct Candidate {
-  std::int32_t group;
-  float same, apart, height;  // as in Alike
+  cl_int place;       // in the surface
+  float same, apart;  // as in Alike
 };
 
 // One that does.
@@ -139,15 +138,15 @@ double within(double distance, double extent) {
   return 1 - smooth_step(kFullReach, 1, distance / extent);
 }
 
-// 0: of another sheet .. 1.
-float alike_at(float same) { return static_cast<float>(smooth_step(kOther, kSame, same)); }
-
-// The same with the height, of those nearer than kAbove.
-float alike_at(float same, float height) {
-  float alike = alike_at(same);
-  if (height > kBeside * kBeside)
-    alike *= static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(height)));
-  return alike;
+// How far two whose normals are alike lie in one layer: 0: of another sheet .. 1.
+double in_layer(const Member& a, const Member& b, float same) {
+  // The mean normal's length is sqrt((1 + n.n') / 2).
+  const float along =
+      (b.x - a.x) * (a.nx + b.nx) + (b.y - a.y) * (a.ny + b.ny) + (b.z - a.z) * (a.nz + b.nz);
+  const float square = along * along / (2 * (1 + same));  // of the height
+  const float alike = static_cast<float>(smooth_step(kOther, kSame, same));
+  if (!(square > kBeside * kBeside)) return alike;
+  return alike * static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
 }
 
 // Those of a list whose normals are like those of the member at `place`. No branches: they would be
@@ -156,27 +155,25 @@ void find_alike(const std::vector<Member>& members, cl_int place, std::span<cons
                 Alike& found) {
   if (found.place.size() < list.size()) {
     found.place.resize(2 * list.size());
-    found.between.resize(2 * list.size());
-    for (std::vector<float>* row : {&found.same, &found.apart, &found.height, &found.weight})
-      row->resize(2 * list.size());
+    found.same.resize(2 * list.size());
+    found.apart.resize(2 * list.size());
+    found.weight.resize(2 * list.size());
+    found.gate.resize(2 * list.size());
   }
   const Member own = members[static_cast<std::size_t>(place)];
   cl_int* const at = found.place.data();
-  float *const same_at = found.same.data(), *const apart = found.apart.data(),
-               *const height = found.height.data(), *const weight = found.weight.data();
+  float *const same = found.same.data(), *const apart = found.apart.data(),
+               *const weight = found.weight.data();
   std::size_t count = 0;
   for (const cl_int p : list) {
     const Member& other = members[static_cast<std::size_t>(p)];
-    const float same = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
     const float x = other.x - own.x, y = other.y - own.y, z = other.z - own.z;
-    // The mean normal's length is sqrt((1 + n.n') / 2).
-    const float along = x * (own.nx + other.nx) + y * (own.ny + other.ny) + z * (own.nz + other.nz);
+    const float cosine = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
     at[count] = p;
-    same_at[count] = same;
+    same[count] = cosine;
     apart[count] = x * x + y * y + z * z;
-    height[count] = along * along / (2 * (1 + same));
     weight[count] = other.weight;
-    count += static_cast<std::size_t>((same > kOther) & (p != place));
+    count += static_cast<std::size_t>((cosine > kOther) & (p != place));
   }
   found.count = count;
 }
@@ -187,7 +184,7 @@ float extent_among(Alike& alike, const MergeParams& params) {
   const float *const same = alike.same.data(), *const apart = alike.apart.data();
   // Loops that become vectors, which smooth_step() in one of them would prevent, and one that sums
   // in order.
-  double* const t = alike.between.data();
+  double* const t = alike.gate.data();
   for (std::size_t a = 0; a < alike.count; ++a)
     t[a] = std::min((double{same[a]} - kOther) / (double{kSame} - kOther), 1.0);
   for (std::size_t a = 0; a < alike.count; ++a) {
@@ -216,15 +213,15 @@ Surroundings look_around(const std::vector<Member>& members, const std::vector<s
     return [&, alike = Alike()](std::size_t k, std::vector<Candidate>& list) mutable {
       find_alike(members, place[k], lists[k], alike);
       const float extent = extents[k] = extent_among(alike, params);
-      const float rank = members[static_cast<std::size_t>(place[k])].rank;
+      const float least_rank =
+          members[static_cast<std::size_t>(place[k])].rank - static_cast<float>(kTie);
       const std::size_t before = list.size();
       list.resize(before + alike.count);
       Candidate* next = list.data() + before;
       for (std::size_t a = 0; a < alike.count; ++a) {
         const Member& other = members[static_cast<std::size_t>(alike.place[a])];
-        *next = {other.index, alike.same[a], alike.apart[a], alike.height[a]};
-        next += (alike.apart[a] < extent * extent) & (alike.height[a] < kAbove * kAbove) &
-                (double{other.rank} - rank > -kTie) & (other.takes > 0);
+        *next = {alike.place[a], alike.same[a], alike.apart[a]};
+        next += (alike.apart[a] < extent * extent) & (other.rank > least_rank) & (other.takes > 0);
       }
       list.resize(static_cast<std::size_t>(next - list.data()));
     };
@@ -248,26 +245,25 @@ std::vector<float> merge_until_settled(const std::vector<Member>& members,
                                        const std::vector<std::int32_t>& place,
                                        const Surroundings& around) {
   const std::size_t n = place.size();
-  std::vector<float> rank, takes;
-  for (const std::int32_t p : place) {
-    rank.push_back(members[static_cast<std::size_t>(p)].rank);
-    takes.push_back(members[static_cast<std::size_t>(p)].takes);
-  }
   const Lists<Taker> takers = make_lists<Taker>(n, [&] {
     return [&](std::size_t k, std::vector<Taker>& list) {
-      for (const Candidate& other : list_of(around.candidates, k)) {
-        const std::size_t j = static_cast<std::size_t>(other.group);
-        const double extent = std::min(around.extent[k], around.extent[j]);
-        if (!(other.apart < extent * extent)) continue;
-        const double lead = double{rank[j]} - rank[k];
-        const float distance = std::sqrt(other.apart);
-        double taken = double{alike_at(other.same, other.height)} * takes[j];
+      const Member& own = members[static_cast<std::size_t>(place[k])];
+      for (const Candidate& candidate : list_of(around.candidates, k)) {
+        const Member& other = members[static_cast<std::size_t>(candidate.place)];
+        const double extent =
+            std::min(around.extent[k], around.extent[static_cast<std::size_t>(other.index)]);
+        if (!(candidate.apart < extent * extent)) continue;
+        const double distance = std::sqrt(candidate.apart);
+        double taken = in_layer(own, other, candidate.same) * other.takes;
         if (distance > kFullReach * extent) taken *= within(distance, extent);
+        const double lead = double{other.rank} - own.rank;
         if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
-        if (taken > 0) list.push_back({other.group, static_cast<float>(taken)});
+        if (taken > 0) list.push_back({other.index, static_cast<float>(taken)});
       }
     };
   });
+  std::vector<float> rank;
+  for (const std::int32_t p : place) rank.push_back(members[static_cast<std::size_t>(p)].rank);
   const std::vector<std::int32_t> order = by_rank(rank);
   std::vector<float> left(n, 1.0f);
   float change = 1;
@@ -304,16 +300,15 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
     if (!(left[k] > kGone)) continue;
     // A group is seen as far as its members are.
     double owned = rim.owned[k];
-    const double takes = members[static_cast<std::size_t>(place[k])].takes;
-    if (owned < kFullyVisible && takes > 0) {
+    const Member& seed = members[static_cast<std::size_t>(place[k])];
+    if (owned < kFullyVisible && seed.takes > 0) {
       find_alike(members, place[k], near[k], alike);
-      const double extent = surroundings.extent[k];
       for (std::size_t a = 0; a < alike.count; ++a) {
-        const std::size_t j = static_cast<std::size_t>(
-            members[static_cast<std::size_t>(alike.place[a])].index);
-        if (rim.owned[j] <= owned || !(alike.height[a] < kAbove * kAbove)) continue;
-        owned = std::max(owned, rim.owned[j] * within(std::sqrt(alike.apart[a]), extent) *
-                                    alike_at(alike.same[a], alike.height[a]) * takes);
+        const Member& other = members[static_cast<std::size_t>(alike.place[a])];
+        const double others = rim.owned[static_cast<std::size_t>(other.index)];
+        if (others <= owned) continue;
+        owned = std::max(owned, others * within(std::sqrt(alike.apart[a]), surroundings.extent[k]) *
+                                    in_layer(seed, other, alike.same[a]) * seed.takes);
       }
     }
     groups.seed.index.push_back(rim.index[k]);
