@@ -1,8 +1,10 @@
 #include "stages/merge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <span>
 
 #include "base/parallel.hpp"
@@ -29,18 +31,30 @@ struct Member {
   float weight;             // u
   float nx, ny, nz;         // unit; zero: does not merge
   float takes;              // how far it may take others in
-  float rank;               // by its place in the world
+  float rank;               // by its place in the world, not negative
+  float taking_rank;        // the same; -1 where it takes in nobody
   std::int32_t index = -1;  // in Visible
 };
 
-// Others near a particle whose normals are like its own.
+// Others near a particle whose normals are like its own, and room to work with them.
 struct Alike {
-  std::vector<cl_int> place;  // in the surface
-  std::vector<float> same;    // n.n'
-  std::vector<float> apart;   // squared distance, particle radii^2
-  std::vector<float> weight;  // u
-  std::vector<double> gate;   // for extent_among()
-  std::size_t count = 0;      // the vectors may be longer
+  std::vector<cl_int> place;                // in the surface
+  std::vector<float> same;                  // n.n'
+  std::vector<float> apart;                 // squared distance, particle radii^2
+  std::vector<float> weight, taking_rank;   // as in Member
+  std::vector<double> t;                    // of smooth_step()
+  std::vector<float> counts;                // how much each does
+  std::vector<std::uint32_t> chosen;        // some of them
+  std::size_t count = 0;                    // the vectors may be longer
+
+  void make_room(std::size_t most) {
+    if (place.size() >= most) return;
+    most *= 2;
+    place.resize(most);
+    for (std::vector<float>* row : {&same, &apart, &weight, &taking_rank, &counts}) row->resize(most);
+    t.resize(most);
+    chosen.resize(most);
+  }
 };
 
 // One that may take a particle in.
@@ -117,7 +131,9 @@ std::vector<Member> members_of(const View& view, const Projected& projected, con
       const std::size_t i = static_cast<std::size_t>(rim.index[k]);
       const std::size_t p = static_cast<std::size_t>(place[k]);
       const Vec3d& n = around.normal[p];
-      const double rank = rank_of(world_direction(view, projected.eye(i) - view.shift));
+      const float rank = static_cast<float>(
+          rank_of(world_direction(view, projected.eye(i) - view.shift)));
+      const float takes = static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p]));
       members[p] = {projected.x[i],
                     projected.y[i],
                     projected.z[i],
@@ -125,8 +141,9 @@ std::vector<Member> members_of(const View& view, const Projected& projected, con
                     static_cast<float>(n.x),
                     static_cast<float>(n.y),
                     static_cast<float>(n.z),
-                    static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p])),
-                    static_cast<float>(rank),
+                    takes,
+                    rank,
+                    takes > 0 ? rank : -1,
                     static_cast<std::int32_t>(k)};
     }
   });
@@ -144,57 +161,63 @@ double in_layer(const Member& a, const Member& b, float same) {
   const float along =
       (b.x - a.x) * (a.nx + b.nx) + (b.y - a.y) * (a.ny + b.ny) + (b.z - a.z) * (a.nz + b.nz);
   const float square = along * along / (2 * (1 + same));  // of the height
-  const float alike = static_cast<float>(smooth_step(kOther, kSame, same));
+  float alike = 1;
+  if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
   if (!(square > kBeside * kBeside)) return alike;
   return alike * static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
+}
+
+// n.n'
+float cosine_between(const Member& a, const Member& b) {
+  return a.nx * b.nx + a.ny * b.ny + a.nz * b.nz;
+}
+
+float apart_from(const Member& a, const Member& b) {
+  const float x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
+  return x * x + y * y + z * z;
 }
 
 // Those of a list whose normals are like those of the member at `place`. No branches: they would be
 // foretold badly.
 void find_alike(const std::vector<Member>& members, cl_int place, std::span<const cl_int> list,
                 Alike& found) {
-  if (found.place.size() < list.size()) {
-    found.place.resize(2 * list.size());
-    found.same.resize(2 * list.size());
-    found.apart.resize(2 * list.size());
-    found.weight.resize(2 * list.size());
-    found.gate.resize(2 * list.size());
-  }
+  found.make_room(list.size());
   const Member own = members[static_cast<std::size_t>(place)];
   cl_int* const at = found.place.data();
   float *const same = found.same.data(), *const apart = found.apart.data(),
-               *const weight = found.weight.data();
+               *const weight = found.weight.data(), *const taking_rank = found.taking_rank.data();
   std::size_t count = 0;
   for (const cl_int p : list) {
     const Member& other = members[static_cast<std::size_t>(p)];
-    const float x = other.x - own.x, y = other.y - own.y, z = other.z - own.z;
-    const float cosine = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
+    const float cosine = cosine_between(own, other);
     at[count] = p;
     same[count] = cosine;
-    apart[count] = x * x + y * y + z * z;
+    apart[count] = apart_from(own, other);
     weight[count] = other.weight;
+    taking_rank[count] = other.taking_rank;
     count += static_cast<std::size_t>((cosine > kOther) & (p != place));
   }
   found.count = count;
 }
 
-// How far a particle takes in others, R, from those alike. Takes their weights for its own purpose.
+// How far a particle takes in others, R, from those alike.
 float extent_among(Alike& alike, const MergeParams& params) {
-  float* const weight = alike.weight.data();
-  const float *const same = alike.same.data(), *const apart = alike.apart.data();
+  double* const t = alike.t.data();
+  float* const counts = alike.counts.data();
+  const float *const same = alike.same.data(), *const apart = alike.apart.data(),
+                     *const weight = alike.weight.data();
   // Loops that become vectors, which smooth_step() in one of them would prevent, and one that sums
   // in order.
-  double* const t = alike.gate.data();
   for (std::size_t a = 0; a < alike.count; ++a)
     t[a] = std::min((double{same[a]} - kOther) / (double{kSame} - kOther), 1.0);
   for (std::size_t a = 0; a < alike.count; ++a) {
     const float d = std::max(1 - apart[a] / static_cast<float>(kBendReach * kBendReach), 0.0f);
-    weight[a] = weight[a] * static_cast<float>(t[a] * t[a] * (3 - 2 * t[a])) * d * d;
+    counts[a] = weight[a] * static_cast<float>(t[a] * t[a] * (3 - 2 * t[a])) * d * d;
   }
   float all = 1e-9f, bend = 0;
   for (std::size_t a = 0; a < alike.count; ++a) {
-    all += weight[a];
-    bend += weight[a] * (1 - same[a]);
+    all += counts[a];
+    bend += counts[a] * (1 - same[a]);
   }
   const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
   return static_cast<float>(params.least_reach + (params.reach - params.least_reach) * calm);
@@ -215,28 +238,39 @@ Surroundings look_around(const std::vector<Member>& members, const std::vector<s
       const float extent = extents[k] = extent_among(alike, params);
       const float least_rank =
           members[static_cast<std::size_t>(place[k])].rank - static_cast<float>(kTie);
-      const std::size_t before = list.size();
-      list.resize(before + alike.count);
-      Candidate* next = list.data() + before;
+      std::size_t count = 0;
       for (std::size_t a = 0; a < alike.count; ++a) {
-        const Member& other = members[static_cast<std::size_t>(alike.place[a])];
-        *next = {alike.place[a], alike.same[a], alike.apart[a]};
-        next += (alike.apart[a] < extent * extent) & (other.rank > least_rank) & (other.takes > 0);
+        alike.chosen[count] = static_cast<std::uint32_t>(a);
+        count += (alike.apart[a] < extent * extent) & (alike.taking_rank[a] > least_rank);
       }
-      list.resize(static_cast<std::size_t>(next - list.data()));
+      for (const std::uint32_t a : std::span(alike.chosen).first(count))
+        list.push_back({alike.place[a], alike.same[a], alike.apart[a]});
     };
   });
   return {std::move(extents), std::move(candidates)};
 }
 
-// The particles, those of high rank first.
+// The particles, those of high rank first. A radix sort, eleven bits at a time.
 std::vector<std::int32_t> by_rank(const std::vector<float>& rank) {
-  std::vector<std::uint64_t> keys;  // ranks are not negative: their bits go as they do
-  for (std::size_t k = 0; k < rank.size(); ++k)
-    keys.push_back(std::uint64_t{~std::bit_cast<std::uint32_t>(rank[k])} << 32 | k);
-  std::sort(keys.begin(), keys.end());
+  struct Key {
+    std::uint32_t bits;  // ranks are not negative: their bits go as they do
+    std::int32_t particle;
+  };
+  std::vector<Key> keys, sorted(rank.size());
+  keys.reserve(rank.size());
+  for (const float r : rank)
+    keys.push_back({~std::bit_cast<std::uint32_t>(r), static_cast<std::int32_t>(keys.size())});
+  for (int shift = 0; shift < 32; shift += 11) {
+    const auto digit = [&](const Key& key) { return key.bits >> shift & 2047u; };
+    std::array<std::uint32_t, 2049> start{};
+    for (const Key& key : keys) ++start[digit(key) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    for (const Key& key : keys) sorted[start[digit(key)]++] = key;
+    keys.swap(sorted);
+  }
   std::vector<std::int32_t> order;
-  for (const std::uint64_t key : keys) order.push_back(static_cast<std::int32_t>(key));
+  order.reserve(keys.size());
+  for (const Key& key : keys) order.push_back(key.particle);
   return order;
 }
 
@@ -250,12 +284,12 @@ std::vector<float> merge_until_settled(const std::vector<Member>& members,
       const Member& own = members[static_cast<std::size_t>(place[k])];
       for (const Candidate& candidate : list_of(around.candidates, k)) {
         const Member& other = members[static_cast<std::size_t>(candidate.place)];
-        const double extent =
+        const float extent =
             std::min(around.extent[k], around.extent[static_cast<std::size_t>(other.index)]);
+        const float full = static_cast<float>(kFullReach) * extent;
         if (!(candidate.apart < extent * extent)) continue;
-        const double distance = std::sqrt(candidate.apart);
         double taken = in_layer(own, other, candidate.same) * other.takes;
-        if (distance > kFullReach * extent) taken *= within(distance, extent);
+        if (candidate.apart > full * full) taken *= within(std::sqrt(candidate.apart), extent);
         const double lead = double{other.rank} - own.rank;
         if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
         if (taken > 0) list.push_back({other.index, static_cast<float>(taken)});
@@ -295,22 +329,23 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
   const Surroundings surroundings = look_around(members, place, near, params);
   const std::vector<float> left = merge_until_settled(members, place, surroundings);
   MergedGroups groups;
-  Alike alike;
   for (std::size_t k = 0; k < place.size(); ++k) {
     if (!(left[k] > kGone)) continue;
     // A group is seen as far as its members are.
     double owned = rim.owned[k];
     const Member& seed = members[static_cast<std::size_t>(place[k])];
-    if (owned < kFullyVisible && seed.takes > 0) {
-      find_alike(members, place[k], near[k], alike);
-      for (std::size_t a = 0; a < alike.count; ++a) {
-        const Member& other = members[static_cast<std::size_t>(alike.place[a])];
+    if (owned < kFullyVisible && seed.takes > 0)
+      for (const cl_int p : near[k]) {
+        const Member& other = members[static_cast<std::size_t>(p)];
+        if (other.index < 0) continue;
         const double others = rim.owned[static_cast<std::size_t>(other.index)];
-        if (others <= owned) continue;
-        owned = std::max(owned, others * within(std::sqrt(alike.apart[a]), surroundings.extent[k]) *
-                                    in_layer(seed, other, alike.same[a]) * seed.takes);
+        if (!(others > owned)) continue;
+        const float same = cosine_between(seed, other);
+        if (!(same > kOther)) continue;
+        const double distance = std::sqrt(apart_from(seed, other));
+        owned = std::max(owned, others * within(distance, surroundings.extent[k]) *
+                                    in_layer(seed, other, same) * seed.takes);
       }
-    }
     groups.seed.index.push_back(rim.index[k]);
     groups.seed.owned.push_back(static_cast<float>(owned));
     groups.share.push_back((left[k] - kGone) / (1 - kGone));
