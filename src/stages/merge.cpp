@@ -57,10 +57,11 @@ struct Alike {
   }
 };
 
-// One that may take a particle in.
+// One that takes a particle in if it reaches it.
 struct Candidate {
-  cl_int place;       // in the surface
-  float same, apart;  // as in Alike
+  std::int32_t group;
+  float apart;   // as in Alike
+  double takes;  // t where it reaches far
 };
 
 // One that does.
@@ -236,15 +237,20 @@ Surroundings look_around(const std::vector<Member>& members, const std::vector<s
     return [&, alike = Alike()](std::size_t k, std::vector<Candidate>& list) mutable {
       find_alike(members, place[k], lists[k], alike);
       const float extent = extents[k] = extent_among(alike, params);
-      const float least_rank =
-          members[static_cast<std::size_t>(place[k])].rank - static_cast<float>(kTie);
+      const Member& own = members[static_cast<std::size_t>(place[k])];
+      const float least_rank = own.rank - static_cast<float>(kTie);
       std::size_t count = 0;
       for (std::size_t a = 0; a < alike.count; ++a) {
         alike.chosen[count] = static_cast<std::uint32_t>(a);
         count += (alike.apart[a] < extent * extent) & (alike.taking_rank[a] > least_rank);
       }
-      for (const std::uint32_t a : std::span(alike.chosen).first(count))
-        list.push_back({alike.place[a], alike.same[a], alike.apart[a]});
+      for (const std::uint32_t a : std::span(alike.chosen).first(count)) {
+        const Member& other = members[static_cast<std::size_t>(alike.place[a])];
+        double taken = in_layer(own, other, alike.same[a]) * other.takes;
+        const double lead = double{other.rank} - own.rank;
+        if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
+        list.push_back({other.index, alike.apart[a], taken});
+      }
     };
   });
   return {std::move(extents), std::move(candidates)};
@@ -281,18 +287,14 @@ std::vector<float> merge_until_settled(const std::vector<Member>& members,
   const std::size_t n = place.size();
   const Lists<Taker> takers = make_lists<Taker>(n, [&] {
     return [&](std::size_t k, std::vector<Taker>& list) {
-      const Member& own = members[static_cast<std::size_t>(place[k])];
       for (const Candidate& candidate : list_of(around.candidates, k)) {
-        const Member& other = members[static_cast<std::size_t>(candidate.place)];
         const float extent =
-            std::min(around.extent[k], around.extent[static_cast<std::size_t>(other.index)]);
+            std::min(around.extent[k], around.extent[static_cast<std::size_t>(candidate.group)]);
         const float full = static_cast<float>(kFullReach) * extent;
         if (!(candidate.apart < extent * extent)) continue;
-        double taken = in_layer(own, other, candidate.same) * other.takes;
+        double taken = candidate.takes;
         if (candidate.apart > full * full) taken *= within(std::sqrt(candidate.apart), extent);
-        const double lead = double{other.rank} - own.rank;
-        if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
-        if (taken > 0) list.push_back({other.index, static_cast<float>(taken)});
+        list.push_back({candidate.group, static_cast<float>(taken)});
       }
     };
   });
