@@ -38,21 +38,21 @@ struct Member {
 
 // Others near a particle whose normals are like its own, and room to work with them.
 struct Alike {
-  std::vector<cl_int> place;                // in the surface
-  std::vector<float> same;                  // n.n'
-  std::vector<float> apart;                 // squared distance, particle radii^2
-  std::vector<float> weight, taking_rank;   // as in Member
-  std::vector<double> t;                    // of smooth_step()
-  std::vector<float> counts;                // how much each does
-  std::vector<std::uint32_t> chosen;        // some of them
-  std::size_t count = 0;                    // the vectors may be longer
+  std::size_t count = 0;                   // the vectors may be longer
+  std::vector<cl_int> place;               // in the surface
+  std::vector<float> same;                 // n.n'
+  std::vector<float> apart;                // squared distance, particle radii^2
+  std::vector<float> weight, taking_rank;  // as in Member
+  std::vector<double> between;             // kOther 0 .. kSame 1
+  std::vector<float> counts;               // how much each does for the mean bend
+  std::vector<std::uint32_t> chosen;       // some of them
 
   void make_room(std::size_t most) {
     if (place.size() >= most) return;
     most *= 2;
     place.resize(most);
-    for (std::vector<float>* row : {&same, &apart, &weight, &taking_rank, &counts}) row->resize(most);
-    t.resize(most);
+    for (auto* row : {&same, &apart, &weight, &taking_rank, &counts}) row->resize(most);
+    between.resize(most);
     chosen.resize(most);
   }
 };
@@ -81,19 +81,20 @@ struct Block {
 template <class T>
 using Lists = std::vector<Block<T>>;
 
-// Makes the list of each of n particles: add(k, list) appends to it.
-template <class T, class MakeAdd>
-Lists<T> make_lists(std::size_t n, const MakeAdd& make_add) {
+// Makes the list of each of n particles: add(k, list) appends to it. Every thread takes a copy of
+// `add`, which may hold room to work in.
+template <class T, class Add>
+Lists<T> make_lists(std::size_t n, const Add& add) {
   constexpr std::size_t kBlock = NearLists::kBlock;
   Lists<T> lists((n + kBlock - 1) / kBlock);
   parallel_for(lists.size(), 1, [&](std::size_t begin, std::size_t end) {
-    auto add = make_add();
+    Add own_add = add;
     for (std::size_t b = begin; b < end; ++b) {
       Block<T>& block = lists[b];
       block.entry.reserve(16 * kBlock);  // mostly enough
       block.start.push_back(0);
       for (std::size_t k = b * kBlock; k < std::min(n, (b + 1) * kBlock); ++k) {
-        add(k, block.entry);
+        own_add(k, block.entry);
         block.start.push_back(static_cast<std::uint32_t>(block.entry.size()));
       }
     }
@@ -132,8 +133,8 @@ std::vector<Member> members_of(const View& view, const Projected& projected, con
       const std::size_t i = static_cast<std::size_t>(rim.index[k]);
       const std::size_t p = static_cast<std::size_t>(place[k]);
       const Vec3d& n = around.normal[p];
-      const float rank = static_cast<float>(
-          rank_of(world_direction(view, projected.eye(i) - view.shift)));
+      const float rank =
+          static_cast<float>(rank_of(world_direction(view, projected.eye(i) - view.shift)));
       const float takes = static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p]));
       members[p] = {projected.x[i],
                     projected.y[i],
@@ -203,7 +204,7 @@ void find_alike(const std::vector<Member>& members, cl_int place, std::span<cons
 
 // How far a particle takes in others, R, from those alike.
 float extent_among(Alike& alike, const MergeParams& params) {
-  double* const t = alike.t.data();
+  double* const t = alike.between.data();
   float* const counts = alike.counts.data();
   const float *const same = alike.same.data(), *const apart = alike.apart.data(),
                      *const weight = alike.weight.data();
@@ -233,26 +234,25 @@ struct Surroundings {
 Surroundings look_around(const std::vector<Member>& members, const std::vector<std::int32_t>& place,
                          const NearLists& lists, const MergeParams& params) {
   std::vector<float> extents(place.size());
-  Lists<Candidate> candidates = make_lists<Candidate>(place.size(), [&] {
-    return [&, alike = Alike()](std::size_t k, std::vector<Candidate>& list) mutable {
-      find_alike(members, place[k], lists[k], alike);
-      const float extent = extents[k] = extent_among(alike, params);
-      const Member& own = members[static_cast<std::size_t>(place[k])];
-      const float least_rank = own.rank - static_cast<float>(kTie);
-      std::size_t count = 0;
-      for (std::size_t a = 0; a < alike.count; ++a) {
-        alike.chosen[count] = static_cast<std::uint32_t>(a);
-        count += (alike.apart[a] < extent * extent) & (alike.taking_rank[a] > least_rank);
-      }
-      for (const std::uint32_t a : std::span(alike.chosen).first(count)) {
-        const Member& other = members[static_cast<std::size_t>(alike.place[a])];
-        double taken = in_layer(own, other, alike.same[a]) * other.takes;
-        const double lead = double{other.rank} - own.rank;
-        if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
-        list.push_back({other.index, alike.apart[a], taken});
-      }
-    };
-  });
+  const auto look = [&, alike = Alike()](std::size_t k, std::vector<Candidate>& list) mutable {
+    find_alike(members, place[k], lists[k], alike);
+    const float extent = extents[k] = extent_among(alike, params);
+    const Member& own = members[static_cast<std::size_t>(place[k])];
+    const float least_rank = own.rank - static_cast<float>(kTie);
+    std::size_t count = 0;
+    for (std::size_t a = 0; a < alike.count; ++a) {
+      alike.chosen[count] = static_cast<std::uint32_t>(a);
+      count += (alike.apart[a] < extent * extent) & (alike.taking_rank[a] > least_rank);
+    }
+    for (const std::uint32_t a : std::span(alike.chosen).first(count)) {
+      const Member& other = members[static_cast<std::size_t>(alike.place[a])];
+      double taken = in_layer(own, other, alike.same[a]) * other.takes;
+      const double lead = double{other.rank} - own.rank;
+      if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
+      list.push_back({other.index, alike.apart[a], taken});
+    }
+  };
+  Lists<Candidate> candidates = make_lists<Candidate>(place.size(), look);
   return {std::move(extents), std::move(candidates)};
 }
 
@@ -285,18 +285,16 @@ std::vector<float> merge_until_settled(const std::vector<Member>& members,
                                        const std::vector<std::int32_t>& place,
                                        const Surroundings& around) {
   const std::size_t n = place.size();
-  const Lists<Taker> takers = make_lists<Taker>(n, [&] {
-    return [&](std::size_t k, std::vector<Taker>& list) {
-      for (const Candidate& candidate : list_of(around.candidates, k)) {
-        const float extent =
-            std::min(around.extent[k], around.extent[static_cast<std::size_t>(candidate.group)]);
-        const float full = static_cast<float>(kFullReach) * extent;
-        if (!(candidate.apart < extent * extent)) continue;
-        double taken = candidate.takes;
-        if (candidate.apart > full * full) taken *= within(std::sqrt(candidate.apart), extent);
-        list.push_back({candidate.group, static_cast<float>(taken)});
-      }
-    };
+  const Lists<Taker> takers = make_lists<Taker>(n, [&](std::size_t k, std::vector<Taker>& list) {
+    for (const Candidate& candidate : list_of(around.candidates, k)) {
+      const float extent =
+          std::min(around.extent[k], around.extent[static_cast<std::size_t>(candidate.group)]);
+      const float full = static_cast<float>(kFullReach) * extent;
+      if (!(candidate.apart < extent * extent)) continue;
+      double taken = candidate.takes;
+      if (candidate.apart > full * full) taken *= within(std::sqrt(candidate.apart), extent);
+      list.push_back({candidate.group, static_cast<float>(taken)});
+    }
   });
   std::vector<float> rank;
   for (const std::int32_t p : place) rank.push_back(members[static_cast<std::size_t>(p)].rank);
