@@ -334,8 +334,9 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
     // A group is seen as far as its members are.
     double owned = rim.owned[k];
     const Member& seed = members[static_cast<std::size_t>(place[k])];
-    if (owned < kFullyVisible && seed.takes > 0)
+    if (seed.takes > 0)
       for (const cl_int p : near[k]) {
+        if (owned >= kFullyVisible) break;
         const Member& other = members[static_cast<std::size_t>(p)];
         if (other.index < 0) continue;
         const double others = rim.owned[static_cast<std::size_t>(other.index)];
