@@ -1,5 +1,5 @@
-// fair_normals: noisy normals of a rough surface with a layer behind it, holes and a crease, in views
-// whose samples lie closer together and farther apart.
+// fair_normals: noisy normals of a rough surface with a layer behind it, holes and a crease, in
+// views whose samples lie closer together and farther apart.
 #include "stages/fairing.hpp"
 
 #include "verify/reference/fairing.hpp"
@@ -44,9 +44,9 @@ void compare(Device& device, const View& view, const SampleGrid& grid, Worst& wo
     if (!(map.depth[s] < kNoSurface) || expected.in_doubt[s]) continue;
     const int i = static_cast<int>(s) % grid.nx, j = static_cast<int>(s) / grid.nx;
     const Vec3d ray = ray_direction(view, grid.first + grid.step * i, grid.first + grid.step * j);
-    // Places round at 40 radii, three times each, and weights change by at most 4 a radius. A weight's
-    // error moves the parabola by at most twice its share of normals that differ by up to .8, six
-    // neighbours each time, and again along columns.
+    // Places round at 40 radii, three times each, and weights change by at most 4 a radius. A
+    // weight's error moves the parabola by at most twice its share of normals that differ by up to
+    // .8, six neighbours each time, and again along columns.
     const double bound = 2 * 6 * 2 * 0.8 * 4 * 3 * kEpsilon * kFarthest;
     worst.see(length(Vec3d(found.normal[s]) - reference::facing(expected.normal[s], ray)), 0, bound,
               1);
