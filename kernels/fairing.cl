@@ -19,9 +19,10 @@
 
 // A sample, and how its ray's point moves from a sample to the next along the line.
 typedef struct {
-  floatv t, x, y, nx, ny, nz;  // eye space, particle radii; unit
+  floatv t, nx, ny, nz;  // depth, particle radii; unit normal
   Rays ray;
-  float ox, oy, dx, dy;
+  float dx, dy;   // of the ray's direction
+  floatv ax, ay;  // of its point at depth t
   int step;  // samples from one neighbour that is looked at to the next
 } Faired;
 
@@ -39,36 +40,40 @@ inline __attribute__((always_inline)) void add_neighbour(Line* line, const Faire
   const floatv t = load_from(depth, at);
   const intv there = wanted & (t < INFINITY);
   if (!ANY(there)) return;
-  const floatv none = (floatv)(0.0f);
+  const floatv none = (floatv)(0.0f), halves = (floatv)(0.5f), one = (floatv)(1.0f);
   const floatv x = SELECT(none, load_from(normal, at) - own->nx, there);
   const floatv y = SELECT(none, load_from(normal, n + at) - own->ny, there);
   const floatv z = SELECT(none, load_from(normal, 2 * n + at) - own->nz, there);
   const float away = (float)(k * own->step);
-  const floatv deep = SELECT(own->t, t, there);
-  const floatv px = own->ray.ox + own->ox * away + deep * (own->ray.dx + own->dx * away) - own->x;
-  const floatv py = own->ray.oy + own->oy * away + deep * (own->ray.dy + own->dy * away) - own->y;
-  const floatv pz = own->t - deep;
-  const floatv h = px * (own->nx + 0.5f * x) + py * (own->ny + 0.5f * y) + pz * (own->nz + 0.5f * z);
-  const floatv near = larger(1.0f - (px * px + py * py + pz * pz) * within, none);
-  const floatv beside = larger(1.0f - h * h * (1.0f / (FAIR_HEIGHT * FAIR_HEIGHT)), none);
-  const floatv same = smooth_step(0.7f, 0.9f, 1.0f - 0.5f * (x * x + y * y + z * z));
-  const floatv w = SELECT(none, near * near * (beside * beside) * same, there);
-  const float one = (float)k, two = one * one;
+  const floatv deeper = SELECT(none, t - own->t, there);
+  const floatv px = fma(deeper, own->ray.dx + own->dx * away, own->ax * away);
+  const floatv py = fma(deeper, own->ray.dy + own->dy * away, own->ay * away);
+  const floatv h = fma(px, fma(x, halves, own->nx),
+                       fma(py, fma(y, halves, own->ny), -deeper * fma(z, halves, own->nz)));
+  const floatv l = fma(px, px, fma(py, py, deeper * deeper));
+  const floatv near = larger(fma(l, (floatv)(-within), one), none);
+  const floatv beside =
+      larger(fma(h * h, (floatv)(-1.0f / (FAIR_HEIGHT * FAIR_HEIGHT)), one), none);
+  const floatv turned = fma(x, x, fma(y, y, z * z));  // 2 - 2 n.n'
+  const floatv same = smooth_step(0.7f, 0.9f, fma(turned, -halves, one));
+  const floatv both = near * beside;
+  const floatv w = SELECT(none, both * both * same, there);
+  const float k1 = (float)k, k2 = k1 * k1;
   line->w += w;
-  line->k += w * one;
-  line->k2 += w * two;
-  line->k3 += w * (two * one);
-  line->k4 += w * (two * two);
+  line->k = fma(w, (floatv)(k1), line->k);
+  line->k2 = fma(w, (floatv)(k2), line->k2);
+  line->k3 = fma(w, (floatv)(k2 * k1), line->k3);
+  line->k4 = fma(w, (floatv)(k2 * k2), line->k4);
   const floatv wx = w * x, wy = w * y, wz = w * z;
   line->x += wx;
   line->y += wy;
   line->z += wz;
-  line->kx += wx * one;
-  line->ky += wy * one;
-  line->kz += wz * one;
-  line->k2x += wx * two;
-  line->k2y += wy * two;
-  line->k2z += wz * two;
+  line->kx = fma(wx, (floatv)(k1), line->kx);
+  line->ky = fma(wy, (floatv)(k1), line->ky);
+  line->kz = fma(wz, (floatv)(k1), line->kz);
+  line->k2x = fma(wx, (floatv)(k2), line->k2x);
+  line->k2y = fma(wy, (floatv)(k2), line->k2y);
+  line->k2z = fma(wz, (floatv)(k2), line->k2z);
 }
 
 kernel void fair_normals(global const float* depth,   // [ny*nx]
@@ -91,16 +96,13 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
   own.nz = SELECT((floatv)(1.0f), LOADF(normal + 2 * n + s), open);
   own.ray = rays_at(map, screen.first + screen.step * ((float)i + LANES),
                     (floatv)(screen.first + screen.step * (float)j));
-  own.x = own.ray.ox + own.t * own.ray.dx;
-  own.y = own.ray.oy + own.t * own.ray.dy;
-  own.ox = screen.step * (down ? map.ox_v : map.ox_u);
-  own.oy = screen.step * (down ? map.oy_v : map.oy_u);
   own.dx = screen.step * (down ? map.dx_v : map.dx_u);
   own.dy = screen.step * (down ? map.dy_v : map.dy_u);
+  own.ax = screen.step * (down ? map.ox_v : map.ox_u) + own.t * own.dx;
+  own.ay = screen.step * (down ? map.oy_v : map.oy_u) + own.t * own.dy;
 
   // Steps are powers of two.
-  const floatv ax = own.ox + own.t * own.dx, ay = own.oy + own.t * own.dy;
-  const floatv apart = sqrt(ax * ax + ay * ay) * (1.0f / sigma);  // of two samples, sigmas
+  const floatv apart = sqrt(own.ax * own.ax + own.ay * own.ay) * (1.0f / sigma);  // sigmas
   const floatv most = smaller(larger(FAIR_APART / apart, (floatv)(1.0f)), (floatv)(FAIR_COARSEST));
   const intv step = (intv)(1) << ((AS_INTV(most) >> 23) - 127);
   int steps[WIDTH];

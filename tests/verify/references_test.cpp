@@ -83,7 +83,7 @@ const Fault kFaults[] = {
     {"specks", 71, "specks.cl", "around >= 17", "around >= 18"},
     {"specks", 71, "specks.cl", "(agreement > 0.93f) &\n                     (along",
      "(agreement > 0.94f) &\n                     (along"},
-    {"fairing", 71, "fairing.cl", "(beside * beside)", "beside"},
+    {"fairing", 71, "fairing.cl", "both * both * same", "both * near * same"},
     {"fairing", 71, "fairing.cl", "smooth_step(0.7f, 0.9f", "smooth_step(0.7f, 0.91f"},
     {"fairing", 71, "fairing.cl", "#define FAIR_APART 1.4f", "#define FAIR_APART 1.5f"},
     {"paper blend", 53, "paper.cl", "4.0f * A * C", "4.05f * A * C"},
