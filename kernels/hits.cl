@@ -8,12 +8,17 @@
 
 #define FIT 16
 
-// What of a weight's own gradient goes into the normal (blend_at) where fits are flat; less by how
-// round they are. Bends lose height in the blend, and with it slope; less than nothing gives them back.
-#define PULL 0.5f
+// What of a weight's own gradient goes into the normal (blend_at) where fits are flat, and where they are
+// as round as can be (ROUNDEST). Bends lose height in the blend, and with it slope; less than nothing
+// gives them back. What noise that brings along, fairing.cl takes away.
+#define PULL 0.75f
+#define ROUND_PULL -0.2f
+#define ROUNDEST 0.9f
 
 // That part of the weight's gradient, but for near^2 and the place.
-inline float pull_of(global const float* fit) { return 6.0f * fit[10] * (fit[15] - PULL); }
+inline float pull_of(global const float* fit) {
+  return 6.0f * fit[10] * (fit[15] * ((PULL - ROUND_PULL) / ROUNDEST) - PULL);
+}
 
 // By so much more than the product of gradients a fit that is met agrees with a sheet: a round fit has
 // no crease near, and goes on around the bend.

@@ -161,6 +161,10 @@ inline Said ask_fit(global const float* g, const float fx, const float fy, const
   return n;
 }
 
+// What of a weight's own gradient goes into the gradient of F: less than in views (pull_of), because
+// nothing evens it out afterwards.
+inline float solid_pull_of(global const float* fit) { return 6.0f * fit[10] * (fit[15] - 0.5f); }
+
 inline void add_near(Sums* s, const Said* n, const float pull, const float fx, const float fy,
                      const float fz, const floatv share) {
   add_to_sheet(s, share * n->weight, n->f, fx, fy, fz, n->gx, n->gy, n->gz, share * (pull * n->steep),
@@ -293,7 +297,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
       global const float* g = of.record + FIT * p;
       const Said n = ask_fit(g, FOOT(p), x, y, z);
       const floatv share = same_sheet(&n, a, sheets), rest = n.weight * (1.0f - share);
-      add_near(&sum_a, &n, pull_of(g), FOOT(p), share);
+      add_near(&sum_a, &n, solid_pull_of(g), FOOT(p), share);
       sum_b.w += rest;
       const intv better = rest > best;
       best = SELECT(best, rest, better);
@@ -325,8 +329,8 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
         global const float* g = of.record + FIT * p;
         const Said n = ask_fit(g, FOOT(p), x, y, z);
         const floatv rest = 1.0f - same_sheet(&n, a, sheets), share = same_sheet(&n, b, sheets);
-        add_near(&sum_b, &n, pull_of(g), FOOT(p), rest * share);
-        add_near(&sum_c, &n, pull_of(g), FOOT(p), rest * (1.0f - share));
+        add_near(&sum_b, &n, solid_pull_of(g), FOOT(p), rest * share);
+        add_near(&sum_c, &n, solid_pull_of(g), FOOT(p), rest * (1.0f - share));
       }
     const Sheet sheet_b = sheet_of(&sum_b), sheet_c = sheet_of(&sum_c);
     const floatv share_b = smooth_step(SOME, ENOUGH, sum_b.w * per_all),

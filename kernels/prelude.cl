@@ -199,6 +199,18 @@ inline floatv smooth_step(const float low, const float high, const floatv x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
+// Values from sample `first` on, which may lie before the map where its lanes are not used.
+inline floatv load_from(global const float* map, const int first) {
+#if WIDTH > 1
+  if (first < 0) {
+    float lane[WIDTH];
+    for (int k = 0; k < WIDTH; ++k) lane[k] = map[max(first + k, 0)];
+    return LOADF(lane);
+  }
+#endif
+  return LOADF(map + max(first, 0));
+}
+
 // The ray of pixel (u, v): eye point (o + t d, -t) at depth t, affine in the pixel coordinates.
 typedef struct {
   float ox, oy, dx, dy;

@@ -22,18 +22,6 @@
 #define RUN 8
 #endif
 
-// Values from sample `first` on, which may lie before the map where its lanes are not used.
-inline floatv load_from(global const float* map, const int first) {
-#if WIDTH > 1
-  if (first < 0) {
-    float lane[WIDTH];
-    for (int k = 0; k < WIDTH; ++k) lane[k] = map[max(first + k, 0)];
-    return LOADF(lane);
-  }
-#endif
-  return LOADF(map + max(first, 0));
-}
-
 // Whether any of a run of blocks is set.
 inline int any_of_run(global const uchar* blocks) {
 #if RUN == 1

@@ -37,7 +37,7 @@ series=(--series noise,lattice,spacing,orthographic,wide,narrow,jitter --scene "
 mesh=()
 frames=(examples/data/dam/frame_015.ply examples/data/cube_drop/frame_007.ply)
 if [[ $quick == --try ]]; then
-  methods=fit,ssm
+  methods=fit
   main=(--seeds 1001 --scene sphere)
   violent=(--seeds 1001 --scene sphere)
   series=(--series jitter --scene sphere)

@@ -116,7 +116,6 @@ SMALLER = {
     "meniscus bench frame --seconds 2": (f"meniscus bench frame --method groups {SHORT}", 2, "two minutes"),
     "meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1": (
         f"meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1 {SHORT}", 2, "time"),
-    "meniscus bench": (f"meniscus bench {ONE_KERNEL}", 2, "minutes"),
     "meniscus bench frame --method fit,ssm --json frames.json": (
         f"meniscus bench frame --method fit,ssm --json frames.json {SHORT}", 2, "time"),
     "meniscus bench frame --sweep --method fit": (
@@ -130,7 +129,6 @@ SMALLER = {
         "meniscus bench --kernel fit_particles,blend_groups --particles 1e3 --size 640x480 --repetitions 2", 3, "minutes"),
     "meniscus bench --kernel owners_by,fronts_by,spheres_by --particles 40000": (
         "meniscus bench --kernel owners_by,fronts_by,spheres_by --particles 1e3 --repetitions 2", 3, "minutes"),
-    "meniscus bench --particles 40000": ("meniscus bench --particles 1e3 --repetitions 2 --kernel blend_groups", 3, "minutes"),
     "meniscus tune": ("meniscus tune --rounds 1", 8, "half a minute"),
     # Verify: half a minute a line.
     "meniscus verify --device gpu --html gpu.html": (
@@ -186,6 +184,8 @@ ELSEWHERE = {
 # What cannot run here, and why.
 NEVER = {
     "meniscus tune --device all": "meniscus tune runs for one device; the other line for all, of which there is one here",
+    "meniscus bench": "meniscus bench --html page.html --json new.json runs, with one kernel",
+    "meniscus bench --particles 40000": "the lines with --kernel and --particles run",
     "meniscus bench --device all --compare old.json": "the line for one device runs",
     "scripts/figure5.sh": "scripts/figure6.sh runs the same script, figure.sh, on a smaller frame",
     "scripts/figure_cube.sh": "scripts/figure6.sh runs the same script, figure.sh, on a smaller frame",

@@ -27,6 +27,7 @@ const std::vector<KernelBench>& kernel_benches() {
       {"compare_corners", prepare_compare},
       {"interpolate_samples", prepare_interpolate},
       {"close_specks", prepare_specks},
+      {"fair_normals", prepare_fairing},
       {"motion_of_samples", prepare_motion},
       {"cast_spheres", prepare_cast_spheres},
       {"smooth_columns", prepare_smooth_columns},

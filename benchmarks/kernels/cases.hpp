@@ -60,6 +60,7 @@ Case prepare_follow(Frame& frame);
 Case prepare_compare(Frame& frame);
 Case prepare_interpolate(Frame& frame);
 Case prepare_specks(Frame& frame);
+Case prepare_fairing(Frame& frame);
 Case prepare_motion(Frame& frame);
 Case prepare_cast_spheres(Frame& frame);
 Case prepare_smooth_columns(Frame& frame);

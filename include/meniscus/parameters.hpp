@@ -186,6 +186,8 @@ struct Parameters {
                                // 1 to kMostLayers; 0: the front alone. Methods fit and groups
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
                                // than half of it are thinned to it. 0: never
+  double fairing = 1.2;        // how far normals are evened out along a sheet, the sigma of a
+                               // Gaussian, particle radii; 0: not at all. Methods fit and groups
   VisibleParams visible;
   SplashParams splash;
   TriangleParams triangle;

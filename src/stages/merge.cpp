@@ -1,8 +1,10 @@
 #include "stages/merge.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <span>
 
 #include "base/parallel.hpp"
@@ -26,18 +28,46 @@ constexpr std::size_t kGrain = 1024;              // particles that are worth a 
 // A particle of the surface.
 struct Member {
   float x, y, z;            // eye space, particle radii
-  float nx, ny, nz;         // unit; zero: does not merge
   float weight;             // u
+  float nx, ny, nz;         // unit; zero: does not merge
   float takes;              // how far it may take others in
-  float rank;               // by its place in the world
+  float rank;               // by its place in the world, not negative
+  float taking_rank;        // the same; -1 where it takes in nobody
   std::int32_t index = -1;  // in Visible
 };
 
-// Another one within reach of a particle, in the same layer.
-struct Near {
-  std::int32_t other;
-  float distance;  // particle radii
-  float alike;     // 0: of another sheet .. 1
+// Others near a particle whose normals are like its own, and room to work with them.
+struct Alike {
+  std::size_t count = 0;                   // the vectors may be longer
+  std::vector<cl_int> place;               // in the surface
+  std::vector<float> same;                 // n.n'
+  std::vector<float> apart;                // squared distance, particle radii^2
+  std::vector<float> weight, taking_rank;  // as in Member
+  std::vector<double> between;             // kOther 0 .. kSame 1
+  std::vector<float> counts;               // how much each does for the mean bend
+  std::vector<std::uint32_t> chosen;       // some of them
+
+  void make_room(std::size_t most) {
+    if (place.size() >= most) return;
+    most *= 2;
+    place.resize(most);
+    for (auto* row : {&same, &apart, &weight, &taking_rank, &counts}) row->resize(most);
+    between.resize(most);
+    chosen.resize(most);
+  }
+};
+
+// One that takes a particle in if it reaches it.
+struct Candidate {
+  std::int32_t group;
+  float apart;   // as in Alike
+  double takes;  // t where it reaches far
+};
+
+// One that does.
+struct Taker {
+  std::int32_t group;
+  float takes;  // t
 };
 
 // Lists of some particles.
@@ -51,18 +81,20 @@ struct Block {
 template <class T>
 using Lists = std::vector<Block<T>>;
 
-// Makes the list of each of n particles: add(k, list) appends to it.
+// Makes the list of each of n particles: add(k, list) appends to it. Every thread takes a copy of
+// `add`, which may hold room to work in.
 template <class T, class Add>
 Lists<T> make_lists(std::size_t n, const Add& add) {
   constexpr std::size_t kBlock = NearLists::kBlock;
   Lists<T> lists((n + kBlock - 1) / kBlock);
   parallel_for(lists.size(), 1, [&](std::size_t begin, std::size_t end) {
+    Add own_add = add;
     for (std::size_t b = begin; b < end; ++b) {
       Block<T>& block = lists[b];
-      block.entry.reserve(32 * kBlock);  // mostly enough
+      block.entry.reserve(16 * kBlock);  // mostly enough
       block.start.push_back(0);
       for (std::size_t k = b * kBlock; k < std::min(n, (b + 1) * kBlock); ++k) {
-        add(k, block.entry);
+        own_add(k, block.entry);
         block.start.push_back(static_cast<std::uint32_t>(block.entry.size()));
       }
     }
@@ -101,16 +133,19 @@ std::vector<Member> members_of(const View& view, const Projected& projected, con
       const std::size_t i = static_cast<std::size_t>(rim.index[k]);
       const std::size_t p = static_cast<std::size_t>(place[k]);
       const Vec3d& n = around.normal[p];
-      const double rank = rank_of(world_direction(view, projected.eye(i) - view.shift));
+      const float rank =
+          static_cast<float>(rank_of(world_direction(view, projected.eye(i) - view.shift)));
+      const float takes = static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p]));
       members[p] = {projected.x[i],
                     projected.y[i],
                     projected.z[i],
+                    static_cast<float>(around.weight[p]),
                     static_cast<float>(n.x),
                     static_cast<float>(n.y),
                     static_cast<float>(n.z),
-                    static_cast<float>(around.weight[p]),
-                    static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p])),
-                    static_cast<float>(rank),
+                    takes,
+                    rank,
+                    takes > 0 ? rank : -1,
                     static_cast<std::int32_t>(k)};
     }
   });
@@ -122,57 +157,126 @@ double within(double distance, double extent) {
   return 1 - smooth_step(kFullReach, 1, distance / extent);
 }
 
-// Who lies near each particle that merges, and how far each takes in others.
+// How far two whose normals are alike lie in one layer: 0: of another sheet .. 1.
+double in_layer(const Member& a, const Member& b, float same) {
+  // The mean normal's length is sqrt((1 + n.n') / 2).
+  const float along =
+      (b.x - a.x) * (a.nx + b.nx) + (b.y - a.y) * (a.ny + b.ny) + (b.z - a.z) * (a.nz + b.nz);
+  const float square = along * along / (2 * (1 + same));  // of the height
+  float alike = 1;
+  if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
+  if (!(square > kBeside * kBeside)) return alike;
+  return alike * static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
+}
+
+// n.n'
+float cosine_between(const Member& a, const Member& b) {
+  return a.nx * b.nx + a.ny * b.ny + a.nz * b.nz;
+}
+
+float apart_from(const Member& a, const Member& b) {
+  const float x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
+  return x * x + y * y + z * z;
+}
+
+// Those of a list whose normals are like those of the member at `place`. No branches: they would be
+// foretold badly.
+void find_alike(const std::vector<Member>& members, cl_int place, std::span<const cl_int> list,
+                Alike& found) {
+  found.make_room(list.size());
+  const Member own = members[static_cast<std::size_t>(place)];
+  cl_int* const at = found.place.data();
+  float *const same = found.same.data(), *const apart = found.apart.data(),
+               *const weight = found.weight.data(), *const taking_rank = found.taking_rank.data();
+  std::size_t count = 0;
+  for (const cl_int p : list) {
+    const Member& other = members[static_cast<std::size_t>(p)];
+    const float cosine = cosine_between(own, other);
+    at[count] = p;
+    same[count] = cosine;
+    apart[count] = apart_from(own, other);
+    weight[count] = other.weight;
+    taking_rank[count] = other.taking_rank;
+    count += static_cast<std::size_t>((cosine > kOther) & (p != place));
+  }
+  found.count = count;
+}
+
+// How far a particle takes in others, R, from those alike.
+float extent_among(Alike& alike, const MergeParams& params) {
+  double* const t = alike.between.data();
+  float* const counts = alike.counts.data();
+  const float *const same = alike.same.data(), *const apart = alike.apart.data(),
+                     *const weight = alike.weight.data();
+  // Loops that become vectors, which smooth_step() in one of them would prevent, and one that sums
+  // in order.
+  for (std::size_t a = 0; a < alike.count; ++a)
+    t[a] = std::min((double{same[a]} - kOther) / (double{kSame} - kOther), 1.0);
+  for (std::size_t a = 0; a < alike.count; ++a) {
+    const float d = std::max(1 - apart[a] / static_cast<float>(kBendReach * kBendReach), 0.0f);
+    counts[a] = weight[a] * static_cast<float>(t[a] * t[a] * (3 - 2 * t[a])) * d * d;
+  }
+  float all = 1e-9f, bend = 0;
+  for (std::size_t a = 0; a < alike.count; ++a) {
+    all += counts[a];
+    bend += counts[a] * (1 - same[a]);
+  }
+  const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
+  return static_cast<float>(params.least_reach + (params.reach - params.least_reach) * calm);
+}
+
+// How far each particle takes in others, and who may take it in.
 struct Surroundings {
-  Lists<Near> near;
   std::vector<float> extent;  // [particles] R, particle radii
+  Lists<Candidate> candidates;
 };
 
 Surroundings look_around(const std::vector<Member>& members, const std::vector<std::int32_t>& place,
                          const NearLists& lists, const MergeParams& params) {
-  const float widest = static_cast<float>(std::max(params.reach, params.least_reach));
   std::vector<float> extents(place.size());
-  Lists<Near> all_near =
-      make_lists<Near>(place.size(), [&](std::size_t k, std::vector<Near>& near) {
-        const Member& own = members[static_cast<std::size_t>(place[k])];
-        float all = 1e-9f, bend = 0;
-        for (const cl_int p : lists[k]) {
-          const Member& other = members[static_cast<std::size_t>(p)];
-          const float same = own.nx * other.nx + own.ny * other.ny + own.nz * other.nz;
-          if (!(same > kOther) || p == place[k]) continue;
-          const float x = other.x - own.x, y = other.y - own.y, z = other.z - own.z;
-          const float squared = x * x + y * y + z * z;
-          float alike = 1;
-          if (same < kSame) alike = static_cast<float>(smooth_step(kOther, kSame, same));
-          const float d = std::max(1 - squared / static_cast<float>(kBendReach * kBendReach), 0.0f);
-          const float w = other.weight * alike * d * d;
-          all += w;
-          bend += w * (1 - same);
-          if (!(squared < widest * widest)) continue;
-          // The mean normal's length is sqrt((1 + n.n') / 2).
-          const float along =
-              x * (own.nx + other.nx) + y * (own.ny + other.ny) + z * (own.nz + other.nz);
-          const float square = along * along / (2 * (1 + same));  // of the height
-          if (!(square < kAbove * kAbove)) continue;
-          if (square > kBeside * kBeside)
-            alike *= static_cast<float>(1 - smooth_step(kBeside, kAbove, std::sqrt(square)));
-          if (alike > 0) near.push_back({other.index, std::sqrt(squared), alike});
-        }
-        const double calm = 1 - smooth_step(kCalmBend, kTightBend, bend / all);
-        extents[k] =
-            static_cast<float>(params.least_reach + (params.reach - params.least_reach) * calm);
-      });
-  return {std::move(all_near), std::move(extents)};
+  const auto look = [&, alike = Alike()](std::size_t k, std::vector<Candidate>& list) mutable {
+    find_alike(members, place[k], lists[k], alike);
+    const float extent = extents[k] = extent_among(alike, params);
+    const Member& own = members[static_cast<std::size_t>(place[k])];
+    const float least_rank = own.rank - static_cast<float>(kTie);
+    std::size_t count = 0;
+    for (std::size_t a = 0; a < alike.count; ++a) {
+      alike.chosen[count] = static_cast<std::uint32_t>(a);
+      count += (alike.apart[a] < extent * extent) & (alike.taking_rank[a] > least_rank);
+    }
+    for (const std::uint32_t a : std::span(alike.chosen).first(count)) {
+      const Member& other = members[static_cast<std::size_t>(alike.place[a])];
+      double taken = in_layer(own, other, alike.same[a]) * other.takes;
+      const double lead = double{other.rank} - own.rank;
+      if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
+      list.push_back({other.index, alike.apart[a], taken});
+    }
+  };
+  Lists<Candidate> candidates = make_lists<Candidate>(place.size(), look);
+  return {std::move(extents), std::move(candidates)};
 }
 
-// The particles, those of high rank first.
+// The particles, those of high rank first. A radix sort, eleven bits at a time.
 std::vector<std::int32_t> by_rank(const std::vector<float>& rank) {
-  std::vector<std::uint64_t> keys;  // ranks are not negative: their bits go as they do
-  for (std::size_t k = 0; k < rank.size(); ++k)
-    keys.push_back(std::uint64_t{~std::bit_cast<std::uint32_t>(rank[k])} << 32 | k);
-  std::sort(keys.begin(), keys.end());
+  struct Key {
+    std::uint32_t bits;  // ranks are not negative: their bits go as they do
+    std::int32_t particle;
+  };
+  std::vector<Key> keys, sorted(rank.size());
+  keys.reserve(rank.size());
+  for (const float r : rank)
+    keys.push_back({~std::bit_cast<std::uint32_t>(r), static_cast<std::int32_t>(keys.size())});
+  for (int shift = 0; shift < 32; shift += 11) {
+    const auto digit = [&](const Key& key) { return key.bits >> shift & 2047u; };
+    std::array<std::uint32_t, 2049> start{};
+    for (const Key& key : keys) ++start[digit(key) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    for (const Key& key : keys) sorted[start[digit(key)]++] = key;
+    keys.swap(sorted);
+  }
   std::vector<std::int32_t> order;
-  for (const std::uint64_t key : keys) order.push_back(static_cast<std::int32_t>(key));
+  order.reserve(keys.size());
+  for (const Key& key : keys) order.push_back(key.particle);
   return order;
 }
 
@@ -180,28 +284,20 @@ std::vector<std::int32_t> by_rank(const std::vector<float>& rank) {
 std::vector<float> merge_until_settled(const std::vector<Member>& members,
                                        const std::vector<std::int32_t>& place,
                                        const Surroundings& around) {
-  struct Taker {
-    std::int32_t group;
-    float takes;  // t
-  };
   const std::size_t n = place.size();
-  std::vector<float> rank, takes;
-  for (const std::int32_t p : place) {
-    rank.push_back(members[static_cast<std::size_t>(p)].rank);
-    takes.push_back(members[static_cast<std::size_t>(p)].takes);
-  }
   const Lists<Taker> takers = make_lists<Taker>(n, [&](std::size_t k, std::vector<Taker>& list) {
-    for (const Near& near : list_of(around.near, k)) {
-      const std::size_t j = static_cast<std::size_t>(near.other);
-      const double lead = double{rank[j]} - rank[k];
-      const double extent = std::min(around.extent[k], around.extent[j]);
-      if (!(lead > -kTie) || !(near.distance < extent)) continue;
-      double taken = double{near.alike} * takes[j];
-      if (near.distance > kFullReach * extent) taken *= within(near.distance, extent);
-      if (lead < kTie) taken *= smooth_step(-kTie, kTie, lead);
-      if (taken > 0) list.push_back({near.other, static_cast<float>(taken)});
+    for (const Candidate& candidate : list_of(around.candidates, k)) {
+      const float extent =
+          std::min(around.extent[k], around.extent[static_cast<std::size_t>(candidate.group)]);
+      const float full = static_cast<float>(kFullReach) * extent;
+      if (!(candidate.apart < extent * extent)) continue;
+      double taken = candidate.takes;
+      if (candidate.apart > full * full) taken *= within(std::sqrt(candidate.apart), extent);
+      list.push_back({candidate.group, static_cast<float>(taken)});
     }
   });
+  std::vector<float> rank;
+  for (const std::int32_t p : place) rank.push_back(members[static_cast<std::size_t>(p)].rank);
   const std::vector<std::int32_t> order = by_rank(rank);
   std::vector<float> left(n, 1.0f);
   float change = 1;
@@ -237,12 +333,20 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
     if (!(left[k] > kGone)) continue;
     // A group is seen as far as its members are.
     double owned = rim.owned[k];
-    for (const Near& other : list_of(surroundings.near, k)) {
-      const double others = rim.owned[static_cast<std::size_t>(other.other)];
-      if (others <= owned) continue;
-      owned = std::max(owned, others * within(other.distance, surroundings.extent[k]) *
-                                  other.alike * members[static_cast<std::size_t>(place[k])].takes);
-    }
+    const Member& seed = members[static_cast<std::size_t>(place[k])];
+    if (seed.takes > 0)
+      for (const cl_int p : near[k]) {
+        if (owned >= kFullyVisible) break;
+        const Member& other = members[static_cast<std::size_t>(p)];
+        if (other.index < 0) continue;
+        const double others = rim.owned[static_cast<std::size_t>(other.index)];
+        if (!(others > owned)) continue;
+        const float same = cosine_between(seed, other);
+        if (!(same > kOther)) continue;
+        const double distance = std::sqrt(apart_from(seed, other));
+        owned = std::max(owned, others * within(distance, surroundings.extent[k]) *
+                                    in_layer(seed, other, same) * seed.takes);
+      }
     groups.seed.index.push_back(rim.index[k]);
     groups.seed.owned.push_back(static_cast<float>(owned));
     groups.share.push_back((left[k] - kGone) / (1 - kGone));

@@ -17,7 +17,8 @@ namespace meniscus {
 /// What is left when nothing merges any more. A group is named by its seed, the particle that took
 /// its members in.
 struct MergedGroups {
-  Visible seed;                // places in Projected, ascending; owned: the most that a member owns
+  /// Places in Projected, ascending; owned: the most that a member owns, or kFullyVisible or more.
+  Visible seed;
   std::vector<double> share;   // [groups] how far it is a group of its own, (0, 1]
   std::vector<double> extent;  // [groups] radius within which it takes in members, particle radii
 };

@@ -4,6 +4,7 @@
 
 #include "device/together.hpp"
 #include "stages/behind.hpp"
+#include "stages/fairing.hpp"
 #include "stages/interpolate.hpp"
 #include "stages/minima.hpp"
 #include "stages/settle.hpp"
@@ -149,6 +150,10 @@ SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const
   sample_behind(canvas, listed);
   clock.start("specks");
   close_specks(device, canvas.surface, listed, sampler.least_radius);
+  if (sampler.params.fairing > 0) {
+    clock.start("fairing");
+    fair_normals(device, view, canvas.surface, sampler.params.fairing);
+  }
   clock.start("blend");
   if (!groups)
     canvas.surface.group = {};

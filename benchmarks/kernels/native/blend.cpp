@@ -7,8 +7,8 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr int kRecord = 16, kCached = 48;
-constexpr int kBlock = 128;    // fits of a list that are met before they are weighed
-constexpr float kPull = 0.5f;  // PULL of hits.cl
+constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
+constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -88,7 +88,7 @@ struct Entry {
   hit.gx = gx * slope;
   hit.gy = gy * slope;
   hit.gz = gz * slope;
-  hit.pull = 6.0f * g[10] * (g[15] - kPull) * steep * facing;
+  hit.pull = 6.0f * g[10] * (g[15] * ((kPull - kRoundPull) / kRoundest) - kPull) * steep * facing;
   return any(hit.weight > 0.0f);
 }
 

@@ -172,8 +172,8 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       const Vec3d from_foot = hit.at - fits.foot[hit.fit];
       const double r = reach(fits, hit.fit, fit, params), w = nearness(from_foot, r);
       if (!(w > 0)) continue;
-      // Half of it where the fit is not round, less than none of it where it is.
-      const double counts = 1 + fits.roundness[hit.fit] * (-0.4 / 0.5 - 1);
+      // Three quarters of it where the fit is not round, less than none of it where it is.
+      const double counts = 2 * (0.75 + fits.roundness[hit.fit] * (-0.2 - 0.75));
       const Vec3d pull =
           half_gradient(from_foot, r) * (counts * part(hit) / w * dot(hit.gradient, ray));
       sheet.blended += pull * (sheet.t - hit.t);

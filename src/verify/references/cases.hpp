@@ -27,6 +27,7 @@ ReferenceErrors settle_case(Device& device, int size);
 ReferenceErrors specks_case(Device& device, int size);
 ReferenceErrors paper_case(Device& device, int size);
 ReferenceErrors printed_case(Device& device, int size);
+ReferenceErrors fairing_case(Device& device, int size);
 ReferenceErrors ssm_case(Device& device, int size);
 ReferenceErrors spheres_case(Device& device, int size);
 ReferenceErrors filter_case(Device& device, int size);

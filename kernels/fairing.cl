@@ -1,0 +1,165 @@
+// fairing.cl: evens out normals along a sheet (docs/method.md, fairing). The paper takes the blend's
+// gradient as it is.
+//
+// A normal becomes the value of a parabola that is fitted to the normals beside it, first along rows,
+// then along columns. A neighbour at distance l and at height h along the mean of both normals counts
+// (1 - l^2 / (2.65 sigma)^2)^2 (1 - h^2 / 1.2^2)^2 smoothstep(.7, .9, n.n'), nothing beyond either:
+// another sheet has no say. A parabola, because a mean flattens waves, and pulls normals at outlines
+// towards the side where there is surface.
+//
+// uses: samples.cl
+
+#define FAIR_REACH 2.65f         // sigmas: the window's variance is about that of a Gaussian
+#define FAIR_HEIGHT 1.2f         // particle radii
+#define FAIR_APART 1.4f          // sigmas between the neighbours that are looked at, at most
+#define FAIR_TAPS 3              // of them on each side: FAIR_REACH / (FAIR_APART / 2), less the last
+#define FAIR_COARSEST 1024       // samples from one of them to the next, at most
+#define FAIR_SLOPE_RIDGE 0.2f    // sigma^2: neighbours on one side alone hardly tell a slope
+#define FAIR_CURVE_RIDGE 0.6f    // sigma^4: without it no noise goes; infinite, waves are flattened
+
+// A sample, and how its ray's point moves from a sample to the next along the line.
+typedef struct {
+  floatv t, nx, ny, nz;  // depth, particle radii; unit normal
+  Rays ray;
+  float dx, dy;   // of the ray's direction
+  floatv ax, ay;  // of its point at depth t
+  int step;  // samples from one neighbour that is looked at to the next
+} Faired;
+
+// Sums over the neighbours of weights times powers of their place k (in steps), and of weights times
+// the difference of their normals from the own one times powers of k.
+typedef struct {
+  floatv w, k, k2, k3, k4;
+  floatv x, y, z, kx, ky, kz, k2x, k2y, k2z;
+} Line;
+
+// Adds the neighbour k steps away, `shift` values further in the maps, where wanted.
+inline __attribute__((always_inline)) void add_neighbour(Line* line, const Faired* own, const int k, global const float* depth,
+                          global const float* normal, const int n, const int at,
+                          const float within, const intv wanted) {
+  const floatv t = load_from(depth, at);
+  const intv there = wanted & (t < INFINITY);
+  if (!ANY(there)) return;
+  const floatv none = (floatv)(0.0f), halves = (floatv)(0.5f), one = (floatv)(1.0f);
+  const floatv x = SELECT(none, load_from(normal, at) - own->nx, there);
+  const floatv y = SELECT(none, load_from(normal, n + at) - own->ny, there);
+  const floatv z = SELECT(none, load_from(normal, 2 * n + at) - own->nz, there);
+  const float away = (float)(k * own->step);
+  const floatv deeper = SELECT(none, t - own->t, there);
+  const floatv px = fma(deeper, own->ray.dx + own->dx * away, own->ax * away);
+  const floatv py = fma(deeper, own->ray.dy + own->dy * away, own->ay * away);
+  const floatv h = fma(px, fma(x, halves, own->nx),
+                       fma(py, fma(y, halves, own->ny), -deeper * fma(z, halves, own->nz)));
+  const floatv l = fma(px, px, fma(py, py, deeper * deeper));
+  const floatv near = larger(fma(l, (floatv)(-within), one), none);
+  const floatv beside =
+      larger(fma(h * h, (floatv)(-1.0f / (FAIR_HEIGHT * FAIR_HEIGHT)), one), none);
+  const floatv turned = fma(x, x, fma(y, y, z * z));  // 2 - 2 n.n'
+  const floatv same = smooth_step(0.7f, 0.9f, fma(turned, -halves, one));
+  const floatv both = near * beside;
+  const floatv w = SELECT(none, both * both * same, there);
+  const float k1 = (float)k, k2 = k1 * k1;
+  line->w += w;
+  line->k = fma(w, (floatv)(k1), line->k);
+  line->k2 = fma(w, (floatv)(k2), line->k2);
+  line->k3 = fma(w, (floatv)(k2 * k1), line->k3);
+  line->k4 = fma(w, (floatv)(k2 * k2), line->k4);
+  const floatv wx = w * x, wy = w * y, wz = w * z;
+  line->x += wx;
+  line->y += wy;
+  line->z += wz;
+  line->kx = fma(wx, (floatv)(k1), line->kx);
+  line->ky = fma(wy, (floatv)(k1), line->ky);
+  line->kz = fma(wz, (floatv)(k1), line->kz);
+  line->k2x = fma(wx, (floatv)(k2), line->k2x);
+  line->k2y = fma(wy, (floatv)(k2), line->k2y);
+  line->k2z = fma(wz, (floatv)(k2), line->k2z);
+}
+
+kernel void fair_normals(global const float* depth,   // [ny*nx]
+                         global const float* normal,  // [3][ny*nx] unit, where there is a depth
+                         global float* faired,        // [3][ny*nx] out, where there is a depth
+                         const Screen screen, const float sigma,  // particle radii
+                         const int down) {                        // 0: along rows; 1: along columns
+  const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
+  if (i >= screen.nx || j >= screen.ny) return;
+  const int n = screen.nx * screen.ny, s = j * screen.nx + i;
+  const intv column = i + TO_INTV(LANES);
+  const floatv none = (floatv)(0.0f), depths = LOADF(depth + s);
+  const intv open = (column < screen.nx) & (depths < INFINITY);
+  if (!ANY(open)) return;
+  const RayMap map = screen.rays;
+  Faired own;
+  own.t = SELECT(none, depths, open);
+  own.nx = SELECT(none, LOADF(normal + s), open);
+  own.ny = SELECT(none, LOADF(normal + n + s), open);
+  own.nz = SELECT((floatv)(1.0f), LOADF(normal + 2 * n + s), open);
+  own.ray = rays_at(map, screen.first + screen.step * ((float)i + LANES),
+                    (floatv)(screen.first + screen.step * (float)j));
+  own.dx = screen.step * (down ? map.dx_v : map.dx_u);
+  own.dy = screen.step * (down ? map.dy_v : map.dy_u);
+  own.ax = screen.step * (down ? map.ox_v : map.ox_u) + own.t * own.dx;
+  own.ay = screen.step * (down ? map.oy_v : map.oy_u) + own.t * own.dy;
+
+  // Steps are powers of two.
+  const floatv apart = sqrt(own.ax * own.ax + own.ay * own.ay) * (1.0f / sigma);  // sigmas
+  const floatv most = smaller(larger(FAIR_APART / apart, (floatv)(1.0f)), (floatv)(FAIR_COARSEST));
+  const intv step = (intv)(1) << ((AS_INTV(most) >> 23) - 127);
+  int steps[WIDTH];
+  STOREI(step, steps);
+  const float within = 1.0f / (FAIR_REACH * sigma * (FAIR_REACH * sigma));
+  Line line = {(floatv)(1.0f), none, none, none, none, none, none,
+               none,           none, none, none, none, none, none};
+  intv left = open;
+  for (int lane = 0; lane < WIDTH; ++lane) {  // mostly all lanes have the same step
+    own.step = steps[lane];
+    const intv asks = left & (step == own.step);
+    if (!ANY(asks)) continue;
+    left = left & (step != own.step);
+    for (int k = 1; k <= FAIR_TAPS; ++k) {
+      const int off = k * own.step;
+      const intv reached = asks & ((float)off * apart < FAIR_REACH);
+      if (!ANY(reached)) break;
+      if (down) {
+        const int shift = off * screen.nx;
+        if (j >= off)
+          add_neighbour(&line, &own, -k, depth, normal, n, s - shift, within, reached);
+        if (j + off < screen.ny)
+          add_neighbour(&line, &own, k, depth, normal, n, s + shift, within, reached);
+      } else {
+        add_neighbour(&line, &own, -k, depth, normal, n, s - off, within, reached & (column >= off));
+        if (i + off < screen.nx)
+          add_neighbour(&line, &own, k, depth, normal, n, s + off, within,
+                        reached & (column < screen.nx - off));
+      }
+    }
+    if (!ANY(left)) break;
+  }
+  // Least squares; the parabola's value at the sample itself.
+  const floatv scale = TO_FLOATV(step) * apart, square = 1.0f / (scale * scale);  // of k: sigmas
+  const floatv k2 = line.k2 + FAIR_SLOPE_RIDGE * square * line.w;
+  const floatv k4 = line.k4 + FAIR_CURVE_RIDGE * square * square * line.w;
+  const floatv a = k2 * k4 - line.k3 * line.k3, b = line.k2 * line.k3 - line.k * k4,
+               c = line.k * line.k3 - line.k2 * k2;
+  const floatv per = 1.0f / (line.w * a + line.k * b + line.k2 * c);
+  floatv x = own.nx + per * (a * line.x + b * line.kx + c * line.k2x);
+  floatv y = own.ny + per * (a * line.y + b * line.ky + c * line.k2y);
+  floatv z = own.nz + per * (a * line.z + b * line.kz + c * line.k2z);
+  const floatv size = sqrt(x * x + y * y + z * z), unit = 1.0f / size;
+  const intv clear = size > 0.5f;  // else the own one stays
+  x = SELECT(own.nx, x * unit, clear);
+  y = SELECT(own.ny, y * unit, clear);
+  z = SELECT(own.nz, z * unit, clear);
+  if (down) face_eye(own.ray.dx, own.ray.dy, &x, &y, &z);
+  if (ALL(open)) {
+    STOREF(x, faired + s);
+    STOREF(y, faired + n + s);
+    STOREF(z, faired + 2 * n + s);
+    return;
+  }
+  int at[WIDTH];
+  STOREI(s + TO_INTV(LANES), at);
+  scatter_float(x, faired, at, open);
+  scatter_float(y, faired + n, at, open);
+  scatter_float(z, faired + 2 * n, at, open);
+}
