@@ -21,9 +21,9 @@
 typedef struct {
   floatv t, nx, ny, nz;  // depth, particle radii; unit normal
   Rays ray;
-  float dx, dy;   // of the ray's direction
-  floatv ax, ay;  // of its point at depth t
-  int step;  // samples from one neighbour that is looked at to the next
+  float dx, dy;          // of the ray's direction
+  floatv ax, ay;         // of its point at depth t
+  int step;              // samples from one neighbour that is looked at to the next
 } Faired;
 
 // Sums over the neighbours of weights times powers of their place k (in steps), and of weights times
@@ -33,10 +33,13 @@ typedef struct {
   floatv x, y, z, kx, ky, kz, k2x, k2y, k2z;
 } Line;
 
-// Adds the neighbour k steps away, `shift` values further in the maps, where wanted.
-inline __attribute__((always_inline)) void add_neighbour(Line* line, const Faired* own, const int k, global const float* depth,
-                          global const float* normal, const int n, const int at,
-                          const float within, const intv wanted) {
+// Adds the neighbour k steps away, which is sample `at`, where wanted; those nearer than
+// 1 / sqrt(within) count.
+__attribute__((always_inline)) inline void add_neighbour(Line* line, const Faired* own, const int k,
+                                                         global const float* depth,
+                                                         global const float* normal, const int n,
+                                                         const int at, const float within,
+                                                         const intv wanted) {
   const floatv t = load_from(depth, at);
   const intv there = wanted & (t < INFINITY);
   if (!ANY(there)) return;
@@ -122,8 +125,7 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
       if (!ANY(reached)) break;
       if (down) {
         const int shift = off * screen.nx;
-        if (j >= off)
-          add_neighbour(&line, &own, -k, depth, normal, n, s - shift, within, reached);
+        if (j >= off) add_neighbour(&line, &own, -k, depth, normal, n, s - shift, within, reached);
         if (j + off < screen.ny)
           add_neighbour(&line, &own, k, depth, normal, n, s + shift, within, reached);
       } else {

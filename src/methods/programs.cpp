@@ -46,7 +46,7 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   add("behind.cl", one);
   add("behind.cl", width);
   add("specks.cl", width);
-  add("fairing.cl", wide);
+  if (params.fairing > 0) add("fairing.cl", wide);
   if (params.aovs.group || params.aovs.residual) add("choose_groups.cl", wide);
   if (params.mesh) {
     add("blend.cl", one);

@@ -1,10 +1,8 @@
 #include "stages/merge.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <span>
 
 #include "base/parallel.hpp"
@@ -174,7 +172,7 @@ float cosine_between(const Member& a, const Member& b) {
   return a.nx * b.nx + a.ny * b.ny + a.nz * b.nz;
 }
 
-float apart_from(const Member& a, const Member& b) {
+float squared_distance(const Member& a, const Member& b) {
   const float x = b.x - a.x, y = b.y - a.y, z = b.z - a.z;
   return x * x + y * y + z * z;
 }
@@ -194,7 +192,7 @@ void find_alike(const std::vector<Member>& members, cl_int place, std::span<cons
     const float cosine = cosine_between(own, other);
     at[count] = p;
     same[count] = cosine;
-    apart[count] = apart_from(own, other);
+    apart[count] = squared_distance(own, other);
     weight[count] = other.weight;
     taking_rank[count] = other.taking_rank;
     count += static_cast<std::size_t>((cosine > kOther) & (p != place));
@@ -256,27 +254,14 @@ Surroundings look_around(const std::vector<Member>& members, const std::vector<s
   return {std::move(extents), std::move(candidates)};
 }
 
-// The particles, those of high rank first. A radix sort, eleven bits at a time.
+// The particles, those of high rank first.
 std::vector<std::int32_t> by_rank(const std::vector<float>& rank) {
-  struct Key {
-    std::uint32_t bits;  // ranks are not negative: their bits go as they do
-    std::int32_t particle;
-  };
-  std::vector<Key> keys, sorted(rank.size());
-  keys.reserve(rank.size());
-  for (const float r : rank)
-    keys.push_back({~std::bit_cast<std::uint32_t>(r), static_cast<std::int32_t>(keys.size())});
-  for (int shift = 0; shift < 32; shift += 11) {
-    const auto digit = [&](const Key& key) { return key.bits >> shift & 2047u; };
-    std::array<std::uint32_t, 2049> start{};
-    for (const Key& key : keys) ++start[digit(key) + 1];
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    for (const Key& key : keys) sorted[start[digit(key)]++] = key;
-    keys.swap(sorted);
-  }
+  std::vector<std::uint64_t> keys;  // ranks are not negative: their bits go as they do
+  for (std::size_t k = 0; k < rank.size(); ++k)
+    keys.push_back(std::uint64_t{~std::bit_cast<std::uint32_t>(rank[k])} << 32 | k);
+  std::sort(keys.begin(), keys.end());
   std::vector<std::int32_t> order;
-  order.reserve(keys.size());
-  for (const Key& key : keys) order.push_back(key.particle);
+  for (const std::uint64_t key : keys) order.push_back(static_cast<std::int32_t>(key));
   return order;
 }
 
@@ -343,7 +328,7 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
         if (!(others > owned)) continue;
         const float same = cosine_between(seed, other);
         if (!(same > kOther)) continue;
-        const double distance = std::sqrt(apart_from(seed, other));
+        const double distance = std::sqrt(squared_distance(seed, other));
         owned = std::max(owned, others * within(distance, surroundings.extent[k]) *
                                     in_layer(seed, other, same) * seed.takes);
       }
