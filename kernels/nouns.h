@@ -102,8 +102,13 @@
   global const int* particle, global const int* neighbour, \
   global const int* first, global const int* length
 
-// A pass over lanes: [2][lanes] support, particle radii, and roundness; [10][lanes] quadric around the
-// particles; [lanes] residual, -1: no fit; [slots] weights.
+// How the fits of lanes are made: [3][lanes] support, particle radii; roundness; how much each
+// tells its neighbours, 0 .. 1. [lanes] residual, -1: no fit.
+#define TELLING(support, residual) \
+  global const float* support, global const float* residual
+
+// A pass over lanes: [3][lanes] and [lanes] residual as in TELLING; [10][lanes] quadric around the
+// particles; [slots] weights.
 #define FITTED(support, quadric, residual, weight) \
   global const float* support, global float* quadric, global float* residual, global float* weight
 

@@ -15,7 +15,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
                          global const float4* normal,  // [n + 1] as the trial left them
                          AROUND(particle, neighbour, first, length),
                          global const float* quadric,   // [10][lanes]
-                         global const float* residual,  // [lanes] negative: no fit
+                         TELLING(support, residual),
                          global float* model,           // [MODEL][n + 1][4] out; nobody's is 0
                          const Trial trial) {
   const int lanes = trial.lanes, nobody = trial.nobody;
@@ -36,6 +36,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
     }
     weight *= edge_of(own.u, near, agree);
   }
+  weight *= LOADF(support + 2 * lanes + lane);
   weight = SELECT((floatv)(0.0f), weight, LOADF(residual + lane) >= 0.0f);
   int at[WIDTH];
   STOREI(4 * LOADI(particle + lane), at);

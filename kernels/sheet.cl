@@ -92,7 +92,7 @@ kernel void gather_fits(
     global const int* particle,  // [lanes]
     global const float4* place,  // of the particles, in w their u
     global const float4* turned,    // their normals
-    global const float* residual,   // [lanes] negative: no fit
+    TELLING(support, residual),
     global const float* row,        // [values - 1][lanes]; the last is the last two values
     SHEET(normal, share, value),    // out
     const int4 of) {  // n; lanes; values; 0: fits whose residual is not 0 share alike, 1: all by their u
@@ -105,6 +105,8 @@ kernel void gather_fits(
   normal[p] = toward.x;
   normal[n + p] = toward.y;
   normal[2 * n + p] = toward.z;
-  share[p] = of.w ? (left < 0.0f ? 0.0f : place[particle[l]].w) : (left > 0.0f ? 1.0f : 0.0f);
+  const float tells = support[2 * lanes + l];
+  share[p] =
+      of.w ? (left < 0.0f ? 0.0f : tells * place[particle[l]].w) : (left > 0.0f ? tells : 0.0f);
   for (int v = 0; v < of.z; ++v) value[v * n + p] = row[min(v, of.z - 2) * lanes + l];
 }

@@ -16,7 +16,7 @@ double count_neighbours(const View& view, const SurfaceMap& image, double sigma)
       const double t = image.depth[static_cast<std::size_t>(j) * image.grid.nx + i];
       if (!(t < kNoSurface)) continue;
       const Vec3d at = point_at(view, i + 0.5, j + 0.5, t);
-      for (const auto [u, v] : {std::pair{1.5, 0.5}, std::pair{0.5, 1.5}}) {
+      for (const auto& [u, v] : {std::pair{1.5, 0.5}, std::pair{0.5, 1.5}}) {
         const double apart = length(point_at(view, i + u, j + v, t) - at) / sigma;
         const double step = std::exp2(std::floor(std::max(0.0, std::log2(1.4 / apart))));
         count += 2 * std::min(3.0, std::floor(2.65 / (step * apart)));

@@ -97,15 +97,14 @@ struct Shell {
 struct Seeds {
   Visible places;
   FitNeighbours neighbours;
-  std::vector<float> roundness;       // [places]
-  std::vector<double> share, extent;  // [places] of groups (merge.hpp); else empty
+  std::vector<float> roundness;  // [places]
+  std::vector<double> extent;    // [places] of groups (merge.hpp); else empty
 };
 
 // How a method chooses its seeds: what it looks for while the triangulation keeps the other
 // processor busy, and the rest.
 struct Seeding {
   std::int64_t Counts::*counted;                    // what its fits count as
-  double rim_reach;                                 // see with_rim(), particle radii
   bool merges;                                      // whether Shell::near is wanted
   double (*trial_reach)(const Parameters& params);  // of Shell::trial, at least kTrialReach
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
@@ -115,10 +114,7 @@ struct Seeding {
 
 // Method fit: every particle of the rim.
 constexpr Seeding kEveryParticle{
-    &Counts::fits,
-    kRimReach,
-    false,
-    [](const Parameters&) { return kTrialReach; },
+    &Counts::fits, false, [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       FitNeighbours around = find_neighbours(frame.device, fluid.particles, shell.rim.index,
                                              shell.found.index, frame.params.fit.support);
@@ -128,15 +124,13 @@ constexpr Seeding kEveryParticle{
     },
     [](const Frame&, const Fluid&, Shell& shell, const SurfaceParticles&,
        std::vector<float> roundness) {
-      return Seeds{shell.rim, std::move(shell.fitted), std::move(roundness), {}, {}};
+      return Seeds{shell.rim, std::move(shell.fitted), std::move(roundness), {}};
     }};
 
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
 constexpr Seeding kMergedGroups{
-    &Counts::groups,
-    kRimReachGroups,
-    true,
+    &Counts::groups, true,
     [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
     [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
@@ -146,8 +140,7 @@ constexpr Seeding kMergedGroups{
       MergedGroups groups =
           merge_particles(view, fluid.particles, shell.rim, around, shell.near, params.merge);
       clock.start("fit");
-      Seeds seeds{
-          std::move(groups.seed), {}, {}, std::move(groups.share), std::move(groups.extent)};
+      Seeds seeds{std::move(groups.seed), {}, {}, std::move(groups.extent)};
       seeds.neighbours = find_neighbours(device, fluid.particles, seeds.places.index, around.index,
                                          params.fit.support);
       for (const std::int32_t place : places_in(shell.rim.index, seeds.places.index))
@@ -171,7 +164,7 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         shell.found =
             find_surface(seen, fluid.host_cells, {measured->data<0>(), 4 * fluid.particles.size()});
         measured.reset();
-        shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
+        shell.rim = with_rim(fluid.particles, seen, shell.found);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         NearLists near = list_near(fluid.particles, shell.rim.index, shell.found.index,
                                    seeding.trial_reach(params));
@@ -229,7 +222,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
                                                        shell.trial, params.fit, params.blend));
   ParticleFits fits = fit_particles(device, fluid.particles, seeds.places, around, seeds.neighbours,
                                     seeds.roundness, params.fit);
-  if (!seeds.share.empty()) weigh_groups(fits, seeds.share, seeds.extent);
+  if (!seeds.extent.empty()) weigh_groups(fits, seeds.places.tells, seeds.extent);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, fluid.cells);
 

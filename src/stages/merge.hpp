@@ -17,9 +17,9 @@ namespace meniscus {
 /// What is left when nothing merges any more. A group is named by its seed, the particle that took
 /// its members in.
 struct MergedGroups {
-  /// Places in Projected, ascending; owned: the most that a member owns, or kFullyVisible or more.
+  /// Places in Projected, ascending; owned: the most that a member owns, or kFullyVisible or more;
+  /// tells: how far it is a group of its own, (0, 1], times what its seed tells.
   Visible seed;
-  std::vector<double> share;   // [groups] how far it is a group of its own, (0, 1]
   std::vector<double> extent;  // [groups] radius within which it takes in members, particle radii
 };
 
@@ -27,12 +27,12 @@ struct MergedGroups {
 /// group j takes in particle i as far as
 ///
 ///   t_ij = (1 - smoothstep(.95, 1, |x_j - x_i| / R_ij)) smoothstep(.6, .8, n_i.n_j)
-///          (1 - smoothstep(.9, 1.4, h_ij)) smoothstep(.5, .8, u_j) smoothstep(-.02, .02, a_j -
-///          a_i)
+///          (1 - smoothstep(.9, 1.4, h_ij)) smoothstep(.5, .8, u_j) c_j
+///          smoothstep(-.02, .02, a_j - a_i)
 ///
-/// with h the distance along the mean of both normals, a the rank that the place in the world gives
-/// a particle, and R_ij = min(R_i, R_j): params.reach where the surface is calm, down to
-/// params.least_reach where it bends or breaks,
+/// with h the distance along the mean of both normals, c what j tells (Visible::tells), a the rank
+/// that the place in the world gives a particle, and R_ij = min(R_i, R_j): params.reach where the
+/// surface is calm, down to params.least_reach where it bends or breaks,
 ///
 ///   R_i = least_reach + (reach - least_reach) (1 - smoothstep(.003, .03, b_i)),
 ///

@@ -255,12 +255,12 @@ double noise_of(std::vector<float> residual) {
   return std::max(kOverLeast * *least, kLeastNoise);
 }
 
-void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
+void weigh_groups(ParticleFits& fits, const std::vector<float>& tells,
                   const std::vector<double>& extent) {
   fits.extent = extent;
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    fits.edge[k] *= share[k];
-    fits.firmness[k] *= share[k];
+    fits.edge[k] *= tells[k];
+    fits.firmness[k] *= tells[k];
   }
 }
 
@@ -346,15 +346,16 @@ FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of)
       weight(allocate<float>(device, of.neighbour.size)) {}
 
 void FitLanes::set(Device& device, const std::vector<float>& rho,
-                   const std::vector<float>& roundness) {
+                   const std::vector<float>& roundness, const std::vector<float>& tells) {
   const std::vector<std::int32_t>& fit = part->lists.fit;
   const std::size_t lanes = fit.size();
-  std::vector<float> values(2 * lanes, 0.0f);
+  std::vector<float> values(3 * lanes, 0.0f);
   std::fill_n(values.begin(), lanes, 1.0f);
   for (std::size_t l = 0; l < lanes; ++l) {
     if (fit[l] < 0) continue;
     values[l] = rho[static_cast<std::size_t>(fit[l])];
     values[lanes + l] = roundness[static_cast<std::size_t>(fit[l])];
+    values[2 * lanes + l] = tells.empty() ? 1 : tells[static_cast<std::size_t>(fit[l])];
   }
   support = upload(device, values);
 }
@@ -419,7 +420,7 @@ LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<
     const FitLanes& lanes = parts[k];
     launch(
         device, kernels::gather_fits, device.state().vector_width, {n}, cells.lane[k],
-        lanes.part->particle, surface.place, normal, lanes.residual, lanes.*row,
+        lanes.part->particle, surface.place, normal, lanes, lanes.*row,
         Gathered{toward, share, value},
         cl_int4{{static_cast<cl_int>(n), static_cast<cl_int>(lanes.residual.size), values, by_u}});
   }
@@ -440,7 +441,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   std::vector<float> rho = widest;
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part).set(device, rho, roundness);
+    parts.emplace_back(device, part).set(device, rho, roundness, seen.tells);
   LaneCells made;
   const LaneCells* sheet = neighbours.sheet.lane.empty() ? nullptr : &neighbours.sheet;
   for (int pass = 0; pass < params.passes; ++pass) {
@@ -449,7 +450,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
       const LaneMeans means = average_lanes(device, surface, normals, parts, &FitLanes::residual, 2,
                                             false, *sheet, kSheet);
       rho = narrow_supports(device, sheet->host, means, widest, params, noise);
-      for (FitLanes& part : parts) part.set(device, rho, roundness);
+      for (FitLanes& part : parts) part.set(device, rho, roundness, seen.tells);
     }
     for (const FitLanes& part : parts)
       fit_lanes(device, surface, part, normals, turned, {pass, left}, params);

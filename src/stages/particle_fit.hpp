@@ -37,8 +37,8 @@ struct ParticleFits {
 /// Takes fits for those of groups (merge.hpp): each counts as far as its group is one of its own,
 /// and reaches as far as its members lie.
 ///
-///   share, extent  [n] as in MergedGroups
-void weigh_groups(ParticleFits& fits, const std::vector<double>& share,
+///   tells, extent  [n] as in MergedGroups
+void weigh_groups(ParticleFits& fits, const std::vector<float>& tells,
                   const std::vector<double>& extent);
 
 /// Over which fits residuals are averaged, particle radii.
@@ -160,11 +160,12 @@ inline constexpr std::size_t kFitRows = 7;
 /// The fits of one part's lanes on the device.
 struct FitLanes {
   FitLanes(Device& device, const FitNeighbours::Part& of);
-  /// Sets rho and the roundness of each of the fits, [fits].
-  void set(Device& device, const std::vector<float>& rho, const std::vector<float>& roundness);
+  /// Sets rho, the roundness and Visible::tells of each of the fits, [fits].
+  void set(Device& device, const std::vector<float>& rho, const std::vector<float>& roundness,
+           const std::vector<float>& tells);
 
   const FitNeighbours::Part* part;
-  Buffer<float> support;                // [2][lanes] rho, particle radii; roundness
+  Buffer<float> support;                // [3][lanes] rho, particle radii; roundness; what it tells
   Together<float, float, float> found;  // the next three, to be read by one command
   Buffer<float> quadric;                // [10][lanes] through the particles
   Buffer<float> residual;               // [lanes] particle radii; negative: no fit
@@ -207,8 +208,9 @@ Range range_of_lanes(Device& device, const FitLanes& lanes);
 ///
 ///   rho = support min(1, max(least_support, (max(.14, 1.5 r_05) / r)^2))
 ///
-/// with r the mean residual of the fits on the same sheet within six radii, particle radii, and
-/// r_05 the 5th percentile of all residuals, which noise alone explains.
+/// with r the mean residual of the fits on the same sheet within six radii, as far as they tell
+/// (Visible::tells), particle radii, and r_05 the 5th percentile of all residuals, which noise
+/// alone explains.
 ///
 ///   seen        particles to fit, ascending
 ///   around      the surface, `seen` among it

@@ -32,7 +32,7 @@ void place_models(Device& device, const FitSurface& surface, const std::vector<F
   for (const FitLanes& lanes : parts)
     launch(device, kernels::place_models, device.state().wide_width(),
            range_of_lanes(device, lanes), surface.place, surface.turned, *lanes.part, lanes.quadric,
-           lanes.residual, model,
+           lanes, model,
            records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, !wide, kEdgeReach,
                           0, 0});
 }
@@ -43,17 +43,18 @@ struct Trials {
   std::vector<FitLanes> parts;  // of the wide fits; rows: one quadric, two sheets, bend
 };
 
-Trials make_trials(Device& device, const Projected& projected, std::size_t count,
+Trials make_trials(Device& device, const Projected& projected, const Visible& seen,
                    const SurfaceParticles& around, const FitNeighbours& neighbours,
                    const FitParams& params, const BlendParams& blend) {
   Trials trials{upload_surface(device, projected, around), {}};
   auto& [surface, parts] = trials;
+  const std::size_t count = seen.index.size();
   const std::vector<float> rho(count, static_cast<float>(kTrialReach)), flat(count, 0.0f),
       round(count, 1.0f);
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part).set(device, rho, round);
+    parts.emplace_back(device, part).set(device, rho, round, seen.tells);
   std::vector<FitLanes> narrow_parts = parts;  // which the wide fits overwrite, but for this
-  for (FitLanes& lanes : narrow_parts) lanes.set(device, rho, flat);
+  for (FitLanes& lanes : narrow_parts) lanes.set(device, rho, flat, seen.tells);
   const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
   const auto [narrow, wide] = filled_together<float, float>(device, 0.0f, {values, values});
   place_models(device, surface, narrow_parts, false, params, narrow);
@@ -76,7 +77,7 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const std::vector<float> none(count);
   Evidence evidence{none, none, none, std::vector<Vec3d>(count), none};
   if (count == 0) return evidence;
-  const Trials trials = make_trials(device, projected, count, around, neighbours, params, blend);
+  const Trials trials = make_trials(device, projected, seen, around, neighbours, params, blend);
   const std::vector<float> normal = download(device, trials.surface.turned);
   const std::vector<std::int32_t> place = places_in(around.index, seen.index);
   for (const FitLanes& lanes : trials.parts) {
@@ -103,7 +104,7 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
                                      const BlendParams& blend) {
   const std::size_t count = seen.index.size();
   if (count == 0) return {};
-  const Trials trials = make_trials(device, projected, count, around, neighbours, params, blend);
+  const Trials trials = make_trials(device, projected, seen, around, neighbours, params, blend);
   // While the device is at them.
   std::vector<Vec3d> position;
   position.reserve(count);

@@ -203,12 +203,14 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
   return result;
 }
 
-Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around,
-                 double reach) {
-  const float within = static_cast<float>(reach);
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around) {
+  const float within = static_cast<float>(kRimReach);
   const Cells cells = cells_of(projected, seen.index, within);
+  std::vector<float> seen_as;  // [seen] how far each is
+  for (const float owned : seen.owned)
+    seen_as.push_back(static_cast<float>(smooth_step(kLeastFitted, kFullyVisible, owned)));
   const std::size_t n = around.index.size();
-  std::vector<char> near(n, 0);
+  std::vector<float> tells(n, -1.0f);  // negative: of no seen one
   NearFinder* const find = near_finders()[0];
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -217,7 +219,10 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
     for (std::size_t k = begin; k < end; ++k) {
       const std::int32_t i = around.index[k];
       while (next != seen.index.end() && *next < i) ++next;
-      if (around.weight[k] < kLeastSurface || (next != seen.index.end() && *next == i)) continue;
+      const bool is_seen = next != seen.index.end() && *next == i;
+      if (is_seen) tells[k] = seen_as[static_cast<std::size_t>(next - seen.index.begin())];
+      if (tells[k] >= 1 || (!is_seen && around.weight[k] < kLeastSurface)) continue;
+      const Vec3d own = projected.eye(static_cast<std::size_t>(i));
       const std::array at{projected.x[i], projected.y[i], projected.z[i]};
       visit_ranges_near(
           cells, at[0], at[1], at[2],
@@ -225,8 +230,17 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
             if (first == last) return true;  // mostly
             const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
             if (found.size() < most) found.resize(most);
-            near[k] = find(cells, first, last, tag, at, within * within, found.data()) > 0;
-            return near[k] == 0;
+            const std::size_t near =
+                find(cells, first, last, tag, at, within * within, found.data());
+            for (const std::int32_t other : std::span(found).first(near)) {
+              const std::size_t s = static_cast<std::size_t>(other);
+              if (!(seen_as[s] > tells[k])) continue;
+              const double distance =
+                  length(projected.eye(static_cast<std::size_t>(seen.index[s])) - own);
+              const double fades = smooth_step(kRimReach - kRimFade, kRimReach, distance);
+              tells[k] = std::max(tells[k], seen_as[s] * static_cast<float>(1 - fades));
+            }
+            return tells[k] < 1;
           },
           kNearRowsFirst);
     }
@@ -235,10 +249,11 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
   std::size_t next = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const std::int32_t i = around.index[k];
+    if (tells[k] < 0) continue;
     const bool is_seen = next < seen.index.size() && seen.index[next] == i;
-    if (!is_seen && near[k] == 0) continue;
     result.index.push_back(i);
     result.owned.push_back(is_seen ? seen.owned[next++] : 0);
+    result.tells.push_back(tells[k]);
   }
   return result;
 }

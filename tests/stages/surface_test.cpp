@@ -211,6 +211,8 @@ TEST_P(OnSurface, TheRimIsTheHiddenSurfaceNearSeenParticles) {
     ASSERT_LT(next, rim.index.size());
     EXPECT_EQ(rim.index[next], i);
     EXPECT_EQ(rim.owned[next], seen ? 0.3f : 0.0f);
+    const double fades = smooth_step(kRimReach - kRimFade, kRimReach, nearest);
+    EXPECT_NEAR(rim.tells[next], 1 - fades, 1e-5);
     hidden += !seen;
     ++next;
   }
@@ -219,6 +221,44 @@ TEST_P(OnSurface, TheRimIsTheHiddenSurfaceNearSeenParticles) {
   EXPECT_GT(far, 100u);
   EXPECT_GT(inner, 0u);
   EXPECT_TRUE(with_rim(p, {}, found.field).index.empty());
+}
+
+// Some of the seen ones hardly are: what they bring in tells its neighbours as little.
+TEST_P(OnSurface, TheRimFadesWithTheSeenAndWithTheDistance) {
+  const Projected p = block(12, 10, 6, 0.3);
+  FoundSurface found = surface_of(device_, p, 120);
+  Random random(7);
+  for (float& owned : found.seen.owned)
+    owned = static_cast<float>(random(0, 1) < 0.9 ? random(0.02, 0.03) : random(0.03, 0.12));
+  const Visible rim = with_rim(p, found.seen, found.field);
+  std::size_t fading = 0, full = 0;
+  for (std::size_t k = 0; k < rim.index.size(); ++k) {
+    const Vec3d at = p.eye(static_cast<std::size_t>(rim.index[k]));
+    double tells = 0;
+    for (std::size_t s = 0; s < found.seen.index.size(); ++s) {
+      const double distance = length(p.eye(static_cast<std::size_t>(found.seen.index[s])) - at);
+      tells = std::max(tells, smooth_step(kLeastFitted, kFullyVisible, found.seen.owned[s]) *
+                                  (1 - smooth_step(kRimReach - kRimFade, kRimReach, distance)));
+    }
+    EXPECT_NEAR(rim.tells[k], tells, 1e-5) << "particle " << rim.index[k];
+    fading += tells > 0 && tells < 1;
+    full += tells == 1;
+  }
+  EXPECT_GT(fading, 20u);
+  EXPECT_GT(full, 20u);
+  // One that begins to be seen changes nobody else.
+  found.seen.owned[60] = static_cast<float>(kLeastFitted);
+  const Visible at_least = with_rim(p, found.seen, found.field);
+  found.seen.index.erase(found.seen.index.begin() + 60);
+  found.seen.owned.erase(found.seen.owned.begin() + 60);
+  const Visible without = with_rim(p, found.seen, found.field);
+  for (std::size_t k = 0; k < without.index.size(); ++k) {
+    const auto place =
+        std::lower_bound(at_least.index.begin(), at_least.index.end(), without.index[k]);
+    ASSERT_EQ(*place, without.index[k]);
+    EXPECT_EQ(at_least.tells[static_cast<std::size_t>(place - at_least.index.begin())],
+              without.tells[k]);
+  }
 }
 
 TEST(Visibility, FadesInBetweenTheTwoShares) {
@@ -232,7 +272,7 @@ TEST(Visibility, FadesInBetweenTheTwoShares) {
 }
 
 TEST(SeenSurface, WeighsTheSeenByHowFarTheyAre) {
-  const Visible seen{{2, 5, 9}, {0.01f, 0.06f, 0.5f}};
+  const Visible seen{{2, 5, 9}, {0.01f, 0.06f, 0.5f}, {}};
   const SurfaceParticles surface = seen_surface(seen, {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}});
   EXPECT_EQ(surface.index, seen.index);
   EXPECT_EQ(surface.normal[1], (Vec3d{0, 1, 0}));

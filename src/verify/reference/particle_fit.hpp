@@ -49,24 +49,29 @@ struct Surroundings {
   std::vector<Vec3d> position, normal;  // [surface particles]
   std::vector<double> weight;           // [surface particles] u
   std::vector<double> residual;         // [surface particles] of the fits; negative: none
+  std::vector<double> tells;            // [surface particles] Visible::tells of the fits
 };
 
 /// `place` is each fit's place among the surface particles.
-inline Surroundings surroundings(const Projected& projected, const SurfaceParticles& around,
-                                 const ParticleFits& fits, const std::vector<std::int32_t>& place) {
-  Surroundings all{{}, around.normal, around.weight, std::vector<double>(around.index.size(), -1)};
+inline Surroundings surroundings(const Projected& projected, const Visible& seen,
+                                 const SurfaceParticles& around, const ParticleFits& fits,
+                                 const std::vector<std::int32_t>& place) {
+  const std::size_t n = around.index.size();
+  Surroundings all{
+      {}, around.normal, around.weight, std::vector<double>(n, -1), std::vector<double>(n)};
   for (const std::int32_t i : around.index)
     all.position.push_back(projected.eye(static_cast<std::size_t>(i)));
   for (std::size_t k = 0; k < fits.size(); ++k) {
     all.normal[place[k]] = fits.normal[k];
     all.residual[place[k]] = fits.residual[k];
+    all.tells[place[k]] = seen.telling(k);
   }
   return all;
 }
 
 /// rho = support min(1, max(least_support, (max(.14, 1.5 r_05) / r)^2)) of the fit around surface
 /// particle i, with r the mean of the residuals within 6 radii with weights (1 - l / 6)
-/// smoothstep(.8, .95, n_i.n_j), and r_05 the 5th percentile of all; the
+/// smoothstep(.8, .95, n_i.n_j) c_j, c what the fit tells, and r_05 the 5th percentile of all; the
 /// full support where there is nothing to average.
 struct Narrowed {
   double support = 0;
@@ -79,7 +84,7 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
     if (!(all.residual[j] > 0)) continue;
     sorted.push_back(all.residual[j]);
     const double w = std::max(0.0, 1 - length(all.position[j] - all.position[i]) / 6) *
-                     smooth_step(0.8, 0.95, dot(all.normal[i], all.normal[j]));
+                     smooth_step(0.8, 0.95, dot(all.normal[i], all.normal[j])) * all.tells[j];
     sum += w * all.residual[j];
     weight += w;
     if (length(all.position[j] - all.position[i]) < 6.001) near.push_back(all.residual[j]);

@@ -76,7 +76,7 @@ struct FittedSurface {
   std::vector<std::int32_t> place;  // of the seen ones in `around`
 
   reference::Surroundings surroundings(const ParticleFits& fits) const {
-    return reference::surroundings(projected, around, fits, place);
+    return reference::surroundings(projected, seen, around, fits, place);
   }
 };
 
@@ -92,6 +92,7 @@ inline FittedSurface fitted_surface(const Projected& projected, std::int32_t ste
     if (i % step == step - 1) continue;
     scene.seen.index.push_back(i);
     scene.seen.owned.push_back(static_cast<float>(random(0.02, 0.12)));
+    scene.seen.tells.push_back(static_cast<float>(random(0.1, 1)));
   }
   scene.place = scene.seen.index;
   return scene;

@@ -20,7 +20,9 @@ inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedS
   for (std::size_t k = 0; k < fits.size(); ++k) {
     std::array<float, 10> quadric = fits.quadric[k];
     if (!(fits.residual[k] < 0)) quadric[0] += static_cast<float>(params.offset);
-    const double weight = fits.residual[k] < 0 ? 0 : fits.surface[k] * (wide ? 1 : fits.edge[k]);
+    const double weight = fits.residual[k] < 0
+                              ? 0
+                              : fits.surface[k] * (wide ? 1 : fits.edge[k]) * scene.seen.telling(k);
     trial.push_back({fits.position[k], fits.normal[k], weight, quadric});
   }
   return trial;
