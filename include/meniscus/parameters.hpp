@@ -46,8 +46,8 @@ struct MergeParams {
   double cosine = 0.95;      // method paper: groups merge when their normals' product exceeds this
   double distance = 0;       // method paper: and only where their centres are nearer; 0: however far
   int smoothing_rounds = 4;  // methods fit, groups, stable: smoothing of the triangle normals
-  double reach = 6.2;        // method groups: radius of a group where the surface is calm
-  double least_reach = 3.7;  // ... and where it bends or breaks
+  double reach = 5.8;        // method groups: radius of a group where the surface is calm
+  double least_reach = 3.6;  // ... and where it bends or breaks
 };
 
 /// The weighted fit around each particle (paper 2.3, Eq. 2).

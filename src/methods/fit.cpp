@@ -105,6 +105,7 @@ struct Seeds {
 // processor busy, and the rest.
 struct Seeding {
   std::int64_t Counts::*counted;                    // what its fits count as
+  double rim_reach;                                 // see with_rim(), particle radii
   bool merges;                                      // whether Shell::near is wanted
   double (*trial_reach)(const Parameters& params);  // of Shell::trial, at least kTrialReach
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
@@ -114,7 +115,10 @@ struct Seeding {
 
 // Method fit: every particle of the rim.
 constexpr Seeding kEveryParticle{
-    &Counts::fits, false, [](const Parameters&) { return kTrialReach; },
+    &Counts::fits,
+    kRimReach,
+    false,
+    [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       FitNeighbours around = find_neighbours(frame.device, fluid.particles, shell.rim.index,
                                              shell.found.index, frame.params.fit.support);
@@ -130,7 +134,9 @@ constexpr Seeding kEveryParticle{
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
 constexpr Seeding kMergedGroups{
-    &Counts::groups, true,
+    &Counts::groups,
+    kRimReachGroups,
+    true,
     [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
     [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
@@ -164,7 +170,7 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         shell.found =
             find_surface(seen, fluid.host_cells, {measured->data<0>(), 4 * fluid.particles.size()});
         measured.reset();
-        shell.rim = with_rim(fluid.particles, seen, shell.found);
+        shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         NearLists near = list_near(fluid.particles, shell.rim.index, shell.found.index,
                                    seeding.trial_reach(params));

@@ -203,8 +203,9 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
   return result;
 }
 
-Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around) {
-  const float within = static_cast<float>(kRimReach);
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& around,
+                 double reach) {
+  const float within = static_cast<float>(reach);
   const Cells cells = cells_of(projected, seen.index, within);
   std::vector<float> seen_as;  // [seen] how far each is
   for (const float owned : seen.owned)
@@ -237,7 +238,7 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
               if (!(seen_as[s] > tells[k])) continue;
               const double distance =
                   length(projected.eye(static_cast<std::size_t>(seen.index[s])) - own);
-              const double fades = smooth_step(kRimReach - kRimFade, kRimReach, distance);
+              const double fades = smooth_step(reach - kRimFade, reach, distance);
               tells[k] = std::max(tells[k], seen_as[s] * static_cast<float>(1 - fades));
             }
             return tells[k] < 1;

@@ -19,9 +19,10 @@ namespace meniscus {
 /// visible ones (VisibleParams::owned) lie between.
 inline constexpr double kLeastFitted = 0.02, kFullyVisible = 0.10;
 
-/// Up to where hidden particles of the surface are fitted, from the nearest seen one, and over how
-/// much of it they fade, particle radii (docs/method.md).
-inline constexpr double kRimReach = 6, kRimFade = 0.5;
+/// Up to where hidden particles of the surface are fitted, from the nearest seen one, particle
+/// radii; method groups, where ones further away change hardly anything and take time; and over how
+/// much of it they fade (docs/method.md).
+inline constexpr double kRimReach = 6, kRimReachGroups = 4.2, kRimFade = 0.5;
 
 /// Particles of the surface with less u are not fitted unless they are seen.
 inline constexpr double kLeastSurface = 0.5;
@@ -104,11 +105,12 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
                               const std::vector<Vec3d>& normals);
 
 /// The particles to fit: the seen ones and, with an owned share of 0, those of the surface (u at
-/// least 1/2) within kRimReach of one, which tell where the fluid turns away from the camera. A
-/// hidden one comes in as soon as one near it is seen, so what it tells its neighbours
+/// least 1/2) within `reach` particle radii of one, which tell where the fluid turns away from the
+/// camera. A hidden one comes in as soon as one near it is seen, so what it tells its neighbours
 /// (Visible::counts) fades:
 ///   max over the seen ones of smoothstep(kLeastFitted, kFullyVisible, owned)
-///                           * (1 - smoothstep(kRimReach - kRimFade, kRimReach, distance)).
-Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface);
+///                           * (1 - smoothstep(reach - kRimFade, reach, distance)).
+Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface,
+                 double reach = kRimReach);
 
 }  // namespace meniscus
