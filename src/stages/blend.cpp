@@ -14,11 +14,12 @@ constexpr std::size_t kRecord = 16;   // floats, as in hits.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 constexpr double kExtent = 1.8;       // of a group's squared radius goes into its weight's
+constexpr double kFitted = 0.8;       // of its support a group's weight reaches at most
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
-// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl: -.4 of
-// what comes from grad beta goes into its normals instead of half.
+// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl: -.4
+// of what comes from grad beta goes into its normals instead of half.
 constexpr double kRound = 0.9;
 
 // Screen box, in samples; both ends included. Empty when i1 < i0.
@@ -158,7 +159,8 @@ records::Blending blending_of(const BlendParams& params) {
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius) {
   const double alone = radius * std::max(fits.support[k] / fit.support, kLeastReach);
   if (fits.extent.empty()) return alone;
-  return std::sqrt(alone * alone + kExtent * fits.extent[k] * fits.extent[k]);
+  return std::min(std::sqrt(alone * alone + kExtent * fits.extent[k] * fits.extent[k]),
+                  kFitted * fits.support[k]);
 }
 
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,

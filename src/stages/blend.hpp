@@ -45,7 +45,8 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
 DeviceRecords upload_records(Device& device, const BlendRecords& records);
 
 /// The radius of a fit's weight: `radius` times its share of the full support; of a group's fit
-/// the root of its square and of 1.5 times the square of the group's extent.
+/// the root of its square and of 1.8 times the square of the group's extent, but at most .8 of its
+/// support: beyond it the quadric follows nothing.
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius);
 
 /// Groups as the kernels of methods stable and paper take them.
