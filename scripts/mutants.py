@@ -23,6 +23,7 @@ many they were asked. A mutant changes a result when one of them notices. Surviv
 """
 
 import argparse
+import functools
 import json
 import os
 import pathlib
@@ -209,6 +210,7 @@ def candidates(code, node):
     return found
 
 
+@functools.cache  # a file's own text is asked for with each of its mutants
 def preprocessed(text, options):
     return subprocess.run(["cpp", "-P", "-w", *options], input=text, capture_output=True,
                           text=True).stdout
@@ -219,7 +221,7 @@ def is_built(file, before, after, prelude):
     if file in PROBES:
         return True
     for width in (1, 8, 16):
-        options = [f"-DWIDTH={width}"]
+        options = (f"-DWIDTH={width}",)
         one, other = (text if file == "prelude.cl" else prelude + text for text in (before, after))
         if preprocessed(one, options) != preprocessed(other, options):
             return True
