@@ -7,9 +7,11 @@ namespace meniscus {
 std::vector<ProgramName> closed_programs(const Parameters& params, const Device::State& device) {
   const std::string width = width_option(device.vector_width);
   const std::string wide = width_option(device.wide_width());
-  std::vector<ProgramName> programs{{"density.cl", wide},   {"density.cl", width_option(1)},
-                                    {"roundness.cl", wide}, {"particle_fit.cl", wide},
-                                    {"sheet.cl", width},    {"implicit.cl", wide}};
+  std::vector<ProgramName> programs{{"density.cl", wide},
+                                    {"roundness.cl", wide},
+                                    {"particle_fit.cl", wide},
+                                    {"sheet.cl", width},
+                                    {"implicit.cl", wide}};
   if (device.is_in_place()) programs.push_back({"fill.cl", width_option(1)});
   if (params.motion) programs.push_back({"motion.cl", width});
   return programs;
@@ -27,23 +29,18 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   };
   add("project.cl", width);
   add("density.cl", wide);
-  add("density.cl", one);
   add("visible.cl", width);
   add("bins.cl", width);
-  add("bins.cl", one);
   if (device.is_in_place()) add("fill.cl", one);
   add("roundness.cl", wide);
   add("particle_fit.cl", wide);
   add("sheet.cl", width);
-  add("region.cl", one);
   add("region.cl", width);
-  add("list_samples.cl", one);
+  add("list_samples.cl", width);
   add("blend.cl", wide);
   add("settle.cl", width);
-  add("list_samples.cl", width);
   add("settle.cl", wide);
   add("interpolate.cl", width);
-  add("behind.cl", one);
   add("behind.cl", width);
   add("specks.cl", width);
   if (params.fairing > 0) add("fairing.cl", wide);

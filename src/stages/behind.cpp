@@ -10,8 +10,8 @@ DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& sa
   const SampleGrid& grid = samples.grid;
   const BinGrid bins = bins_of(grid);
   const auto bound = allocate<float>(device, bins.size());
-  launch(device, kernels::bound_behind, 1, {samples.tiles()}, samples, behind, bound,
-         cl_int2{{grid.nx, grid.ny}}, cl_int2{{samples.nx, samples.ny}},
+  launch(device, kernels::bound_behind, device.state().vector_width, {samples.tiles()}, samples,
+         behind, bound, cl_int2{{grid.nx, grid.ny}}, cl_int2{{samples.nx, samples.ny}},
          cl_int2{{bins.nx, bins.ny}}, static_cast<cl_float>(gap));
   DiscsBehind listed{discs, bound, {}};
   if (draws_by_minima(device)) return listed;

@@ -57,7 +57,7 @@ Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid&
   if (chunks.counted > 1)
     launch(device, kernels::least_bounds, width, {padded / static_cast<std::size_t>(width)}, cell,
            cl_int{chunks.counted}, chunks.own);
-  launch(device, kernels::bound_bins, 1,
+  launch(device, kernels::bound_bins, width,
          {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, cell, bound,
          cells, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide / side});
   return bound;

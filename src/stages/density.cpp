@@ -79,7 +79,7 @@ DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<f
                         const RegionParams& params) {
   const std::size_t n = cells.x.size;
   const auto weight = allocate<float>(device, n);
-  launch(device, kernels::level_weights, 1, {n}, field, weight,
+  launch(device, kernels::level_weights, device.state().wide_width(), {n}, field, weight,
          static_cast<cl_float>(params.blob_density), static_cast<cl_int>(n));
   DeviceCells levelled = cells;
   levelled.weight = weight;

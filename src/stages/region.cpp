@@ -38,15 +38,15 @@ void draw_triangles(Device& device, const View& view, const KeptTriangles& trian
   const std::size_t n = static_cast<std::size_t>(triangles.count),
                     stride = static_cast<std::size_t>(triangles.stride);
   const cl_int perspective = !view.orthographic;
+  const int width = device.state().vector_width;
   const auto records = allocate<float>(device, 16 * stride);
   const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                           triangles.count, triangles.stride};
-  launch(device, kernels::outline_triangles, 1, {n}, triangles.corners, records, outlines,
+  launch(device, kernels::outline_triangles, width, {n}, triangles.corners, records, outlines,
          outlines.count, outlines.stride, lattice_of(grid), perspective);
   if (by_minima)
     return draw_minima(device, kernels::lower_triangles, records, outlines, no_bound(device, grid),
                        grid, std::tie(into), lattice_of(grid), perspective, asked);
-  const int width = device.state().vector_width;
   draw_bins(device, outlines, no_bound(device, grid), grid, [&](const BinLists& lists) {
     launch(device, kernels::draw_triangles, width, bin_items(lists, width), records, lists, into,
            lists.bins, lattice_of(grid), perspective, asked);

@@ -21,8 +21,9 @@ SampleLists room_for_samples(Device& device, const SampleGrid& grid) {
 SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                  const OccupiedBlocks& occupied, int every, const ListedBlocks& blocks) {
   const SampleLists lists = room_for_samples(device, grid);
-  launch(device, kernels::list_samples, 1, {lists.tiles()}, wanted, occupied, lists, blocks,
-         cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}}, static_cast<cl_int>(every));
+  launch(device, kernels::list_samples, device.state().vector_width, {lists.tiles()}, wanted,
+         occupied, lists, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
+         static_cast<cl_int>(every));
   return lists;
 }
 
@@ -64,8 +65,9 @@ LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps
                          int every) {
   const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
   const auto& [surface, splash] = lists;
-  launch(device, kernels::list_fronts, 1, {surface.tiles()}, fronts, surface, splash,
-         cl_int2{{grid.nx, grid.ny}}, cl_int2{{surface.nx, surface.ny}}, cl_int{every});
+  launch(device, kernels::list_fronts, device.state().vector_width, {surface.tiles()}, fronts,
+         surface, splash, cl_int2{{grid.nx, grid.ny}}, cl_int2{{surface.nx, surface.ny}},
+         cl_int{every});
   return lists;
 }
 
@@ -73,9 +75,9 @@ LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<c
                           int stride, int every, const ListedBlocks& blocks) {
   const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
   const auto& [surface, splash] = lists;
-  launch(device, kernels::list_between, 1, {surface.tiles()}, wanted, surface, splash, blocks,
-         cl_int2{{grid.nx, grid.ny}}, cl_int2{{surface.nx, surface.ny}}, cl_int{stride},
-         cl_int{every});
+  launch(device, kernels::list_between, device.state().vector_width, {surface.tiles()}, wanted,
+         surface, splash, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{surface.nx, surface.ny}},
+         cl_int{stride}, cl_int{every});
   return lists;
 }
 
