@@ -16,14 +16,8 @@ cmake --build "$built" --target all_packaged
 for component in program library development static; do
   cmake --install "$built" --prefix "$installed" --component $component >"$fresh/log"
 done
-tools=build/python/tools-$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')-test
-if [[ ! -e $tools/ready ]]; then
-  "$python" -m venv "$tools"
-  "$tools/bin/pip" -q --disable-pip-version-check install \
-    matplotlib 'nanobind>=2.7' numpy pytest 'scikit-build-core>=0.11'
-  touch "$tools/ready"
-fi
-PATH=$(realpath "$tools")/bin:$PATH pip -q --disable-pip-version-check wheel . --no-deps \
+tools=$(scripts/python_tools.sh)
+PATH=$tools/bin:$PATH pip -q --disable-pip-version-check wheel . --no-deps \
   --no-build-isolation -w "$fresh/wheel" -C cmake.define.MENISCUS_INSTALLED="$installed"
 ls -l "$fresh"/wheel/*.whl | awk '{n = split($9, path, "/"); print path[n] ": " $5 " bytes"}'
 

