@@ -46,6 +46,13 @@ const KernelSource& embedded(const std::string& file) {
 
 constexpr const char* kPocl = "Portable Computing Language";
 
+// Files of one frame that are built as one program where a runtime reads its own headers, which
+// takes 20 ms of a processor, for each program at every start: PoCL, which looks for it in its
+// cache by the preprocessed text. Their names do not collide.
+constexpr std::array<std::string_view, 2> kTogether{
+    "project.cl visible.cl bins.cl region.cl interpolate.cl behind.cl specks.cl",
+    "density.cl particle_fit.cl roundness.cl fairing.cl choose_groups.cl"};
+
 // Binaries where the platform has no cache of its own. PoCL would compile every kernel a second
 // time to give a binary away, for groups of any size, which it does not launch. Nothing where
 // kernels are run to be looked at.
@@ -155,7 +162,7 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
     const std::string key = keeps_it ? description_of(info, source, options) : "";
     std::string kept = keeps_it ? find_program(key) : "";
     if (kept.empty() || was_built_here(key)) {
-      new_programs_.insert(file + " " + more_options);
+      new_programs_.insert(built_with(file) + " " + more_options);
       if (on_building) on_building(++anew_);
     }
     std::optional<BuildTurn> turn;
@@ -187,21 +194,38 @@ cl::Program Device::State::build(const std::string& file, const std::string& sou
 
 bool Device::State::is_kept(const std::string& file, const std::string& options) const {
   return keeps != Keeps::nothing &&
-         !find_program(description_of(info, source_of(file), build_options(options))).empty();
+         !find_program(description_of(info, source_of(built_with(file)), build_options(options)))
+              .empty();
 }
 
 cl::Program& Device::State::program(const std::string& file, const std::string& options) {
-  const std::string key = file + " " + options;
+  const std::string files = built_with(file);
+  const std::string key = files + " " + options;
   const auto found = programs.find(key);
   if (found != programs.end()) return found->second;
-  return programs.emplace(key, build(file, source_of(file), options)).first->second;
+  return programs.emplace(key, build(file, source_of(files), options)).first->second;
 }
 
-std::string Device::State::source_of(const std::string& file) const {
+std::string Device::State::built_with(const std::string& file) const {
+  if (info.platform == kPocl && !kernel_text)
+    for (const std::string_view files : kTogether)
+      if ((" " + std::string(files)).find(" " + file) != std::string::npos)
+        return std::string(files);
+  return file;
+}
+
+std::string Device::State::source_of(const std::string& files) const {
+  std::vector<std::string> parts{"records.h", "nouns.h", "prelude.cl"};
+  const auto add = [&](const std::string& part) {
+    if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
+  };
+  std::istringstream each(files);
+  for (std::string file; each >> file; add(file)) {
+    std::istringstream used{std::string(embedded(file).uses)};
+    for (std::string part; used >> part;) add(part);
+  }
   std::string source;
-  std::istringstream parts("records.h nouns.h prelude.cl " + std::string(embedded(file).uses) +
-                           " " + file);
-  for (std::string part; parts >> part;) {
+  for (const std::string& part : parts) {
     const std::string text(embedded(part).text);
     source += "\n#line 1 \"" + part + "\"\n" + (kernel_text ? kernel_text(part, text) : text);
   }
@@ -222,8 +246,8 @@ void Device::State::tell_guard_over() {
 
 BuiltKernel& Device::State::kernel(const std::string& file, const std::string& name,
                                    const std::string& options) {
-  const std::string program_key = file + " " + options;
-  const std::string key = program_key + " " + name;
+  const std::string program_key = built_with(file) + " " + options;
+  const std::string key = file + " " + options + " " + name;
   if (const auto found = kernels.find(key); found != kernels.end()) return found->second;
 
   const auto begin = std::chrono::steady_clock::now();

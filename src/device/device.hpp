@@ -149,7 +149,7 @@ struct Device::State {
   std::unique_ptr<MemoryPool> pool;
   std::unique_ptr<Staging> staging;  // of devices with memory of their own
 
-  std::map<std::string, cl::Program> programs;            // by file and options
+  std::map<std::string, cl::Program> programs;            // by files and options
   std::map<std::string, BuiltKernel> kernels;             // by file, kernel and options
   bool timed = true;                                      // whether launches leave events
   std::vector<std::pair<std::string, cl::Event>> events;  // since the last take_times()
@@ -181,8 +181,11 @@ struct Device::State {
   /// From now on no program is built.
   void forget_programs();
   void enqueue(BuiltKernel& kernel, const Range& range);
-  /// What `file` is built from: the prelude, the files that it uses, and `#line` between them.
-  std::string source_of(const std::string& file) const;
+  /// What files, a blank between, are built from: the prelude, what they use, and `#line` between
+  /// them.
+  std::string source_of(const std::string& files) const;
+  /// The files, a blank between, that are built as one program with `file`.
+  std::string built_with(const std::string& file) const;
   /// All that the compiler is given where a stage gives `options`.
   std::string build_options(const std::string& options) const;
   /// The work-items and groups that a launch over `wanted` comes to, of a kernel that allows `most`

@@ -3,18 +3,41 @@
 #include <algorithm>
 
 namespace meniscus {
+namespace {
+
+// Programs, each once, as the device builds them.
+class Programs {
+ public:
+  explicit Programs(const Device::State& device) : device_(device) {}
+
+  void add(const char* file, const std::string& options) {
+    const ProgramName name{device_.built_with(file), options};
+    const auto same = [&](const ProgramName& p) {
+      return p.file == name.file && p.options == options;
+    };
+    if (std::none_of(all.begin(), all.end(), same)) all.push_back(name);
+  }
+
+  std::vector<ProgramName> all;
+
+ private:
+  const Device::State& device_;
+};
+
+}  // namespace
 
 std::vector<ProgramName> closed_programs(const Parameters& params, const Device::State& device) {
   const std::string width = width_option(device.vector_width);
   const std::string wide = width_option(device.wide_width());
-  std::vector<ProgramName> programs{{"density.cl", wide},
-                                    {"roundness.cl", wide},
-                                    {"particle_fit.cl", wide},
-                                    {"sheet.cl", width},
-                                    {"implicit.cl", wide}};
-  if (device.is_in_place()) programs.push_back({"fill.cl", width_option(1)});
-  if (params.motion) programs.push_back({"motion.cl", width});
-  return programs;
+  Programs programs(device);
+  programs.add("density.cl", wide);
+  programs.add("roundness.cl", wide);
+  programs.add("particle_fit.cl", wide);
+  programs.add("sheet.cl", width);
+  programs.add("implicit.cl", wide);
+  if (device.is_in_place()) programs.add("fill.cl", width_option(1));
+  if (params.motion) programs.add("motion.cl", width);
+  return programs.all;
 }
 
 std::vector<ProgramName> programs_of(const Parameters& params, const Device::State& device) {
@@ -22,10 +45,9 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   const std::string width = width_option(device.vector_width);
   const std::string wide = width_option(device.wide_width());
   const std::string one = width_option(1);
-  std::vector<ProgramName> programs;
+  Programs programs(device);
   const auto add = [&](const char* file, const std::string& options) {
-    const auto same = [&](const ProgramName& p) { return p.file == file && p.options == options; };
-    if (std::none_of(programs.begin(), programs.end(), same)) programs.push_back({file, options});
+    programs.add(file, options);
   };
   add("project.cl", width);
   add("density.cl", wide);
@@ -51,7 +73,7 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   }
   if (params.motion) add("motion.cl", width);
   if (params.layers > 0) add("implicit.cl", wide);
-  return programs;
+  return programs.all;
 }
 
 }  // namespace meniscus
