@@ -3,28 +3,6 @@
 //
 // uses: samples.cl
 
-// Minus the least depth that a front in a bin must exceed, so that a disc whose deepest front is not
-// below it is left out; -INFINITY where no front is asked for. One work-item per tile.
-kernel void bound_behind(SAMPLES(const, sample, count),
-                         global const float* behind,  // [samples] depth, finite where listed
-                         global float* bound,         // [bins]
-                         const int2 samples, const int2 tiles, const int2 bins,
-                         const float gap) {  // particle radii
-  const int tile = get_global_id(0);
-  if (tile >= tiles.x * tiles.y) return;  // the range is rounded up to whole work-groups
-  const int sides = TILE / BIN, i0 = tile % tiles.x * sides, j0 = tile / tiles.x * sides;
-  float least[TILE / BIN * (TILE / BIN)];
-  for (int b = 0; b < sides * sides; ++b) least[b] = INFINITY;
-  for (int k = 0; k < count[tile]; ++k) {
-    const int at = sample[tile * TILE_SAMPLES + k];
-    const int b = (at / samples.x / BIN - j0) * sides + at % samples.x / BIN - i0;
-    least[b] = fmin(least[b], behind[at] + gap);
-  }
-  for (int b = 0; b < sides * sides; ++b)
-    if (i0 + b % sides < bins.x && j0 + b / sides < bins.y)
-      bound[(j0 + b / sides) * bins.x + i0 + b % sides] = -least[b];
-}
-
 // The nearest front that lies deeper than behind + gap; INFINITY where there is none. TILE_ITEMS
 // work-items per tile.
 kernel void splat_behind(SAMPLES(const, sample, count),

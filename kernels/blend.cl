@@ -384,7 +384,7 @@ kernel void blend_points(global const float* reference,  // [n] depth; +inf: lea
 
 // TILE_ITEMS work-items per tile; one takes WIDTH samples of its list (samples.cl) at a time.
 kernel void blend_groups(SAMPLES(const, sample, count),
-                         global const float* reference,  // [samples] depth, finite where listed
+                         global const float* reference,  // [samples] depth; +inf: left alone
                          FITS(record, foot), FITS_OF_TILES(), BLENDED(, ),  // out where listed
                          const Screen screen,
                          const Blending blending) {
@@ -394,7 +394,10 @@ kernel void blend_groups(SAMPLES(const, sample, count),
   Lanes lanes;
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
     if (!load_lanes(tile_of_group(), place, sample, count, screen, &lanes)) return;
-    const Sample at = sample_at(lanes.rays, gather_float(reference, lanes.at));
+    const floatv near = gather_float(reference, lanes.at);
+    lanes.used &= near < INFINITY;
+    if (!ANY(lanes.used)) continue;
+    const Sample at = sample_at(lanes.rays, near);
     Blended b;
     blend_at(&at, listed, fits, blending, &b);
     store_blended(&b, lanes.at, lanes.used, screen.nx * screen.ny, depth, normal, group, trust);

@@ -55,13 +55,24 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
   return s;
 }
 
+// Turns densities at the particles' own positions into the weights with which the field's level is
+// even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
+// the particle's radius and the field's face lies where the fitted one does.
+inline floatv level_weight(const floatv density, const float level) {
+  const floatv t = clamp((density - 0.35f) / 0.5f, 0.0f, 1.0f);
+  return level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
+}
+
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order. One work-item per BLOCK particles. Those inside the fluid are not measured: 0 and 1. There is
-// fluid all around a cell where it and each of the 26 about it hold `least` particles or more, and
-// half of their mean number. Of the others up to WIDTH go together that lie in SPAN cells of a row.
+// order, and the weights of the levelled field. One work-item per BLOCK particles. Those inside the
+// fluid are not measured: 0 and 1. There is fluid all around a cell where it and each of the 26 about it
+// hold `least` particles or more, and half of their mean number. Of the others up to WIDTH go together
+// that lie in SPAN cells of a row.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
+                              global float* weight,  // [n] out
                               CELLS_WITH(cell_, cell_weight), const int n,
-                              const int least) {  // 0: measure everywhere
+                              const int least,      // 0: measure everywhere
+                              const float level) {  // of a lone particle, see level_weight
   const Cells cells = CELLS_OF(cell_);
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
@@ -86,6 +97,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
       scatter_float(none, result + n, own.at, own.used);
       scatter_float(none, result + 2 * n, own.at, own.used);
       scatter_float((floatv)(1.0f), result + 3 * n, own.at, own.used);
+      scatter_float(level_weight((floatv)(1.0f), level), weight, own.at, own.used);
     } else {
       STOREI(first + TO_INTV(LANES), place + count);
       count += own.count;
@@ -113,20 +125,9 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     scatter_float(gradient_of(f.gx), result, at, used);
     scatter_float(gradient_of(f.gy), result + n, at, used);
     scatter_float(gradient_of(f.gz), result + 2 * n, at, used);
-    scatter_float(f.c * NORM, result + 3 * n, at, used);
+    const floatv density = f.c * NORM;
+    scatter_float(density, result + 3 * n, at, used);
+    scatter_float(level_weight(density, level), weight, at, used);
     k += number;
   }
-}
-
-// Turns densities at the particles' own positions into the weights with which the field's level is
-// even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
-// the particle's radius and the field's face lies where the fitted one does.
-// One work-item per particle.
-kernel void level_weights(global const float* field,  // [4][n] of measure_gradients
-                          global float* weight,       // [n]
-                          const float level, const int n) {
-  const int p = get_global_id(0);
-  if (p >= n) return;
-  const float t = clamp((field[3 * n + p] - 0.35f) / 0.5f, 0.0f, 1.0f);
-  weight[p] = level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
 }

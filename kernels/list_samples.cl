@@ -44,12 +44,41 @@ inline void list_tile(const int tile, global const float* wanted, global const i
 kernel void list_samples(global const float* wanted,  // [samples]
                          global const int* occupied,  // [blocks] 0: not finite in a block, not read
                          SAMPLES(, sample, count),    // out
-                         global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is
-                                                      // listed, else as before
                          const int2 samples, const int2 tiles, const int every) {
   const int tile = get_global_id(0);
   if (tile < tiles.x * tiles.y)
-    list_tile(tile, wanted, occupied, sample, count, listed, samples, tiles, every);
+    list_tile(tile, wanted, occupied, sample, count, 0, samples, tiles, every);
+}
+
+// Of a map of samples that show nothing so far; and minus the least depth that a front in a bin must
+// exceed to lie more than a gap behind one of them, so that a disc whose deepest front is not below it
+// is left out; -INFINITY where no front is asked for.
+kernel void list_gaps(global const float* open,    // [samples]
+                      global const int* occupied,  // [blocks] as above
+                      SAMPLES(, sample, count),    // out
+                      global int* count_again,     // [2][tiles] out: the same as count
+                      global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is listed,
+                                                   // else as before
+                      global float* bound,         // [bins] out
+                      const int2 samples, const float gap) {  // particle radii
+  const int2 tiles = (samples + TILE - 1) / TILE;
+  const int tile = get_global_id(0), all = tiles.x * tiles.y;
+  if (tile >= all) return;
+  list_tile(tile, open, occupied, sample, count, listed, samples, tiles, 1);
+  count_again[tile] = count[tile];
+  count_again[all + tile] = 0;
+  const int2 bins = (samples + BIN - 1) / BIN;
+  const int sides = TILE / BIN, i0 = tile % tiles.x * sides, j0 = tile / tiles.x * sides;
+  float least[TILE / BIN * (TILE / BIN)];
+  for (int b = 0; b < sides * sides; ++b) least[b] = INFINITY;
+  for (int k = 0; k < count[tile]; ++k) {
+    const int at = sample[tile * TILE_SAMPLES + k];
+    const int b = (at / samples.x / BIN - j0) * sides + at % samples.x / BIN - i0;
+    least[b] = fmin(least[b], open[at] + gap);
+  }
+  for (int b = 0; b < sides * sides; ++b)
+    if (i0 + b % sides < bins.x && j0 + b / sides < bins.y)
+      bound[(j0 + b / sides) * bins.x + i0 + b % sides] = -least[b];
 }
 
 // Of the maps of surface and splash, into two lists.

@@ -238,7 +238,7 @@ inline void settle(const Verdict v, const int* at, const intv listed, const Rays
   if (ANY(v.doubted))
     gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
-  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed);
+  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed & (v.t0 < INFINITY));
 }
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
@@ -343,21 +343,26 @@ kernel void settle_samples(
 #endif
 }
 
-kernel void follow_field(SAMPLES(const, selected, count),  // that settle_samples has left
+// Of a tile's samples those that settle_samples has left. At WIDTH 1 it leaves none of gaps, of which
+// all are gone through.
+kernel void follow_field(SAMPLES(const, selected, count),
                          global const float* reference,
                          SURFACE(, ),  // of the blend; in and out; kind 2 where the field shows
                          global float* behind,  // [samples] out where nothing is found
                          FIELD(cell_, weight), global const float* level_weight,
                          const Settling how) {
   const Cells cells = CELLS_OF(cell_);
+  const int all = WIDTH == 1 && how.only_gaps;
   Lanes lanes[VECTORS];
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors = load_work(dealt_tile(), place, selected, count + tiles_of(how.screen),
-                                  how.screen, lanes, &around);
+    const int vectors = load_work(dealt_tile(), place, selected,
+                                  count + (all ? 0 : tiles_of(how.screen)), how.screen, lanes,
+                                  &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
+      if (all) lanes[v].used &= (t0 < INFINITY) & !(t < INFINITY);
       ask_for(search_from(t, t0, how.limits), search_to(t, t0, how.limits), lanes[v].used, &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }

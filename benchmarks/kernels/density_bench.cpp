@@ -32,32 +32,39 @@ Case prepare_gradients(Frame& frame) {
   Case result;
   result.unit = "particles";
   result.items = n;
-  // Position and weight read, gradient and density written.
-  result.bytes = 32 * n;
+  // Position and weight read; gradient, density and the levelled field's weight written.
+  result.bytes = 36 * n;
   // A pair: difference 3, v 7, its powers and weight 3, kernel 6, its sum 2, its derivative 7,
-  // gradient 6. A particle: 4.
+  // gradient 6. A particle: 4, its weight 11.
   result.operations =
       34 * count_pairs(cells, download(frame.device, measure_gradients(frame.device, *device_cells,
                                                                        Measured::near_air))) +
-      4 * n;
-  const auto field = std::make_shared<Buffer<float>>();
-  result.launch = [&frame, device_cells, field] {
-    *field = measure_gradients(frame.device, *device_cells, Measured::near_air);
+      15 * n;
+  const RegionParams params;
+  const auto field =
+      std::make_shared<Buffer<float>>(allocate<float>(frame.device, 4 * cells.x.size()));
+  const auto weight = std::make_shared<Buffer<float>>();
+  result.launch = [&frame, device_cells, params, field, weight] {
+    *weight = level_cells(frame.device, *device_cells, Measured::near_air, params, *field).weight;
   };
   const auto own = std::make_shared<std::vector<float>>(4 * cells.x.size());
+  const auto own_weight = std::make_shared<std::vector<float>>(cells.x.size());
   const native::Field input{{cells.x.data(), cells.y.data(), cells.z.data(),
                              reinterpret_cast<const std::int32_t*>(cells.tag.data()),
                              cells.start.data(), cells.inverse_cell, cells.mask},
                             own->data(),
+                            own_weight->data(),
                             cells.x.size(),
-                            kFilledCell};
-  result.native = [own, input](Workers& workers) {
+                            kFilledCell,
+                            static_cast<float>(params.blob_density)};
+  result.native = [own, own_weight, input](Workers& workers) {
     workers.run(input.count, 256, [&](std::size_t begin, std::size_t end) {
       native::measure_gradients(input, begin, end);
     });
   };
-  result.differing = [&frame, own, field] {
-    return count_differing(*own, download(frame.device, *field));
+  result.differing = [&frame, own, own_weight, field, weight] {
+    return count_differing(*own, download(frame.device, *field)) +
+           count_differing(*own_weight, download(frame.device, *weight));
   };
   return result;
 }

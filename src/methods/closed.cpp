@@ -92,8 +92,8 @@ FluidField measure_field(Device& device, const Projected& placed, const RegionPa
   FluidField field;
   field.host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
   field.cells = upload_cells(device, field.host_cells);
-  field.gradients = measure_gradients(device, field.cells, Measured::near_air);
-  field.levelled = level_cells(device, field.cells, field.gradients, params);
+  field.gradients = allocate<float>(device, 4 * field.cells.x.size);
+  field.levelled = level_cells(device, field.cells, Measured::near_air, params, field.gradients);
   return field;
 }
 

@@ -35,7 +35,8 @@ struct Fluid {
   Projected particles;
   Cells host_cells;
   DeviceCells cells, levelled;
-  // measure_gradients(), and how many nodes each of the body owns (count_owned()).
+  // The field at the particles (level_cells()), and how many nodes each of the body owns
+  // (count_owned()).
   Together<float, cl_int> measured;
   SplashSplit split;
   SplatParticles body;
@@ -55,9 +56,8 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   clock.start("field");  // is measured while the host goes on
   const std::size_t n = fluid.particles.size();
   fluid.measured = {device, {4 * n, (n + 15) / 16 * 16}};  // whole vectors to fill
-  const Buffer<float>& field = fluid.measured.part<0>();
-  measure_gradients(device, fluid.cells, Measured::near_air, field);
-  fluid.levelled = level_cells(device, fluid.cells, field, params.region);
+  fluid.levelled =
+      level_cells(device, fluid.cells, Measured::near_air, params.region, fluid.measured.part<0>());
   clock.start("split");
   fluid.split = split_splash(fluid.particles, fluid.host_cells, params.splash);
   clock.start("visible");

@@ -42,8 +42,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   clock.start("upload");
   const SplatParticles splash = upload_splats(device, projected, split.splash, kLargestDrop);
   const DeviceCells cells = upload_cells(device, host_cells);
-  const DeviceCells levelled = level_cells(
-      device, cells, measure_gradients(device, cells, Measured::near_air), params.region);
+  const DeviceCells levelled = level_cells(device, cells, params.region, Measured::near_air);
 
   const auto make_surface = [&](const SampleGrid& grid) {
     clock.start("region");

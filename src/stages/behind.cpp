@@ -5,17 +5,10 @@
 
 namespace meniscus {
 
-DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& samples,
-                       const Buffer<float>& behind, double gap) {
-  const SampleGrid& grid = samples.grid;
-  const BinGrid bins = bins_of(grid);
-  const auto bound = allocate<float>(device, bins.size());
-  launch(device, kernels::bound_behind, device.state().vector_width, {samples.tiles()}, samples,
-         behind, bound, cl_int2{{grid.nx, grid.ny}}, cl_int2{{samples.nx, samples.ny}},
-         cl_int2{{bins.nx, bins.ny}}, static_cast<cl_float>(gap));
-  DiscsBehind listed{discs, bound, {}};
+DiscsBehind list_discs(Device& device, const Discs& discs, const GapLists& gaps) {
+  DiscsBehind listed{discs, gaps.bound, {}};
   if (draws_by_minima(device)) return listed;
-  draw_bins(device, discs.outlines, bound, grid,
+  draw_bins(device, discs.outlines, gaps.bound, gaps.lists.grid,
             [&](const BinLists& lists) { listed.lists.push_back(lists); });
   return listed;
 }

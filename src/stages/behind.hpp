@@ -16,10 +16,9 @@ struct DiscsBehind {
   std::vector<BinLists> lists;  // of the bins; none where the device draws by atomic minima
 };
 
-/// Lists the discs (Drawn::behind) that have fronts deeper than behind + gap (particle radii) at
-/// the listed samples, where `behind` is finite. Waits where they are listed by bin.
-DiscsBehind list_discs(Device& device, const Discs& discs, const SampleLists& samples,
-                       const Buffer<float>& behind, double gap);
+/// Lists the discs (Drawn::behind) that have fronts deeper than a gap behind some samples. Waits
+/// where they are listed by bin.
+DiscsBehind list_discs(Device& device, const Discs& discs, const GapLists& gaps);
 
 /// The nearest front deeper than behind + gap at the listed samples, which are among those that the
 /// discs were listed for; `behind` has not come nearer since. Depths in particle radii,

@@ -62,28 +62,26 @@ void measure_density(Device& device, const DeviceCells& cells, const Cells& poin
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {
   const auto result = allocate<float>(device, 4 * cells.x.size);
-  measure_gradients(device, cells, where, result);
+  level_cells(device, cells, where, {}, result);
   return result;
 }
 
-void measure_gradients(Device& device, const DeviceCells& cells, Measured where,
-                       const Buffer<float>& result) {
+DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where,
+                        const RegionParams& params, const Buffer<float>& field) {
   const std::size_t n = cells.x.size;
   const int width = device.state().wide_width();
-  launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), result,
-         cells_with(cells, cells.weight), static_cast<cl_int>(n),
-         where == Measured::everywhere ? 0 : kFilledCell);
+  DeviceCells levelled = cells;
+  levelled.weight = allocate<float>(device, n);
+  launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), field,
+         levelled.weight, cells_with(cells, cells.weight), static_cast<cl_int>(n),
+         where == Measured::everywhere ? 0 : kFilledCell,
+         static_cast<cl_float>(params.blob_density));
+  return levelled;
 }
 
-DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<float>& field,
-                        const RegionParams& params) {
-  const std::size_t n = cells.x.size;
-  const auto weight = allocate<float>(device, n);
-  launch(device, kernels::level_weights, device.state().wide_width(), {n}, field, weight,
-         static_cast<cl_float>(params.blob_density), static_cast<cl_int>(n));
-  DeviceCells levelled = cells;
-  levelled.weight = weight;
-  return levelled;
+DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params,
+                        Measured where) {
+  return level_cells(device, cells, where, params, allocate<float>(device, 4 * cells.x.size));
 }
 
 }  // namespace meniscus

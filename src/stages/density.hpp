@@ -71,15 +71,13 @@ enum class Measured { everywhere, near_air };
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells,
                                 Measured where = Measured::everywhere);
 
-/// The same into a buffer of 4 n values.
-void measure_gradients(Device& device, const DeviceCells& cells, Measured where,
-                       const Buffer<float>& result);
+/// The same into `field`, 4 n values, and cells whose weights even the field's level out:
+/// params.blob_density for a lone particle, 0.45 inside the fluid. Does not wait.
+DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where,
+                        const RegionParams& params, const Buffer<float>& field);
 
-/// Cells whose weights even the field's level out: params.blob_density for a lone particle, 0.45
-/// inside the fluid. Does not wait.
-///
-///   field  of measure_gradients over these cells
-DeviceCells level_cells(Device& device, const DeviceCells& cells, const Buffer<float>& field,
-                        const RegionParams& params);
+/// These cells alone.
+DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params,
+                        Measured where = Measured::everywhere);
 
 }  // namespace meniscus

@@ -81,28 +81,28 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
   const Sampler& s = canvas.of;
   const Buffer<float>&depth = canvas.surface.depth, &open = canvas.on.open;
   canvas.clock.start("behind");
-  const SampleLists gaps =
-      list_samples(s.device, canvas.grid, open, canvas.on.fronts.occupied, listed);
+  const GapLists found =
+      list_gaps(s.device, canvas.grid, open, canvas.on.fronts.occupied, listed, kLayerGap);
   const Discs hidden =
       outline_discs(s.device, s.body, canvas.grid, {{kBehindFootprint, 1.0f}}, Drawn::behind);
-  const DiscsBehind discs = list_discs(s.device, hidden, gaps, open, kLayerGap);
-  SampleLists lists = gaps;
+  const DiscsBehind discs = list_discs(s.device, hidden, found);
+  SampleLists lists = found.lists;
   for (int layer = 0; layer < kBehind; ++layer) {
     canvas.clock.start("behind");
     // By minima all open samples are asked for, which alone can have a reference.
     if (draws_by_minima(s.device))
-      lists = gaps;
+      lists = layer == 0 ? found.lists : found.again;
     else if (layer > 0)
       lists = keep_samples(s.device, lists, open, depth);
     const Buffer<float>& reference = canvas.on.behind[static_cast<std::size_t>(layer)];
     splat_behind(s.device, discs, lists, open, kLayerGap, reference);
-    lists = keep_samples(s.device, lists, reference, depth);
+    if (vectors_are_filled(s.device)) lists = keep_samples(s.device, lists, reference, depth);
     show_layer(canvas, lists, reference);
   }
   canvas.clock.start("settle");
-  settle_samples(s.device, s.view, gaps, s.cells, s.levelled, canvas.on.triangles,
+  settle_samples(s.device, s.view, found.lists, s.cells, s.levelled, canvas.on.triangles,
                  canvas.on.fronts.depth, canvas.surface, open, s.params.region, true);
-  show_splash(canvas, gaps, nullptr);
+  show_splash(canvas, found.lists, nullptr);
 }
 
 }  // namespace

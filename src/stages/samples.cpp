@@ -1,6 +1,7 @@
 #include "stages/samples.hpp"
 
 #include "device/kernels.hpp"
+#include "stages/bins.hpp"
 
 namespace meniscus {
 namespace {
@@ -15,15 +16,6 @@ SampleLists room_for_samples(Device& device, const SampleGrid& grid) {
   SampleLists lists = no_samples(grid);
   lists.sample = allocate<cl_int>(device, lists.tiles() * kTileSamples);
   lists.count = allocate<cl_int>(device, 2 * lists.tiles());
-  return lists;
-}
-
-SampleLists list(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                 const OccupiedBlocks& occupied, int every, const ListedBlocks& blocks) {
-  const SampleLists lists = room_for_samples(device, grid);
-  launch(device, kernels::list_samples, device.state().vector_width, {lists.tiles()}, wanted,
-         occupied, lists, blocks, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         static_cast<cl_int>(every));
   return lists;
 }
 
@@ -53,12 +45,27 @@ OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
                          const OccupiedBlocks& occupied, int every) {
-  return list(device, grid, wanted, occupied, every, allocate<cl_uchar>(device, blocks_in(grid)));
+  const SampleLists lists = room_for_samples(device, grid);
+  launch(device, kernels::list_samples, device.state().vector_width, {lists.tiles()}, wanted,
+         occupied, lists, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
+         static_cast<cl_int>(every));
+  return lists;
 }
 
-SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const OccupiedBlocks& occupied, const ListedBlocks& blocks) {
-  return list(device, grid, wanted, occupied, 1, blocks);
+GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open,
+                   const OccupiedBlocks& occupied, const ListedBlocks& blocks, double gap) {
+  const SampleLists lists = room_for_samples(device, grid);
+  GapLists gaps{lists, lists, allocate<float>(device, bins_of(grid).size())};
+  gaps.again.count = allocate<cl_int>(device, lists.count.size);
+  launch(device, kernels::list_gaps, device.state().vector_width, {lists.tiles()}, open, occupied,
+         lists, gaps.again.count, blocks, gaps.bound, cl_int2{{grid.nx, grid.ny}},
+         static_cast<cl_float>(gap));
+  return gaps;
+}
+
+GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open, double gap) {
+  return list_gaps(device, grid, open, any_blocks(device, grid), blocks_of(device, grid, false),
+                   gap);
 }
 
 LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps& fronts,

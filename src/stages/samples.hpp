@@ -48,9 +48,20 @@ using ListedBlocks = Buffer<cl_uchar>;
 /// All of a grid, with or without samples.
 ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed);
 
-/// All samples where `wanted` is finite; notes their blocks. Does not wait.
-SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const OccupiedBlocks& occupied, const ListedBlocks& blocks);
+/// Samples that show nothing so far, and what bounds fronts that may show behind them.
+struct GapLists {
+  SampleLists lists;
+  SampleLists again;    // the same, for who works on them a second time: with an empty second list
+  Buffer<float> bound;  // [bins] discs with a greater key (Drawn::behind) are left out
+};
+
+/// All samples where `open` is finite; notes their blocks. Fronts count that are deeper there than
+/// open + gap (particle radii). Does not wait.
+GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open,
+                   const OccupiedBlocks& occupied, const ListedBlocks& blocks, double gap);
+
+/// The same of a map that is written everywhere.
+GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open, double gap);
 
 /// Samples that may show surface, and those that may show splash.
 struct LayerSamples {
@@ -74,6 +85,10 @@ LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps
 ///   stride  a multiple of 8
 LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<cl_uchar>& wanted,
                           int stride, int every, const ListedBlocks& blocks);
+
+/// Whether samples that a kernel would leave alone are taken from its list first: vectors are to be
+/// full. Where an item takes one sample, it sees for itself that it has nothing to do.
+inline bool vectors_are_filled(Device& device) { return device.state().vector_width > 1; }
 
 /// Those of `lists` where `nearer` is less than `depth`. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,

@@ -38,8 +38,12 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
   const int width = device.state().vector_width, wide = device.state().wide_width();
   const records::Settling how =
       settling(view, surface.grid, params, only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
-  launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
-         reference, surface, behind, left.sample, cells, how);
+  // In gaps nothing is in doubt: samples either show something or are left.
+  if (only_gaps && !vectors_are_filled(device))
+    left = lists;
+  else
+    launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
+           reference, surface, behind, left.sample, cells, how);
   launch(device, kernels::follow_field, wide, range_of(lists, wide), left, reference, surface,
          behind, cells, levelled.weight, how);
 }
@@ -68,8 +72,7 @@ void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
                  const RegionParams& params, const Buffer<float>* open) {
   const int width = device.state().wide_width();
-  // One sample an item sees for itself that it has nothing to do; vectors are to be full.
-  const SampleLists nearer = width == 1 ? lists
+  const SampleLists nearer = !vectors_are_filled(device) ? lists
                              : open ? keep_samples(device, lists, extent.from, surface.depth, *open)
                                     : keep_samples(device, lists, extent.from, surface.depth);
   launch(device, kernels::draw_splash, width, range_of(nearer, width), nearer, extent, surface,

@@ -17,7 +17,7 @@ DeviceCells cells_of(Device& device, const Projected& p) {
 }
 
 DeviceCells levelled(Device& device, const DeviceCells& cells, const RegionParams& params) {
-  return level_cells(device, cells, measure_gradients(device, cells), params);
+  return level_cells(device, cells, params);
 }
 
 TEST_P(Density, MatchesTheReference) {

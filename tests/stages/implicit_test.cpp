@@ -40,7 +40,7 @@ struct Corner {
     return make_implicit(
         device,
         make_records(given.fits, given.trust, params.fit, kBlendReach * params.blend.radius),
-        level_cells(device, cells, measure_gradients(device, cells), params.region), params);
+        level_cells(device, cells, params.region), params);
   }
 };
 
@@ -115,9 +115,8 @@ TEST_P(Implicit, WithoutFitsIsTheField) {
   one.y = {0};
   one.z = {0};
   const DeviceCells cells = upload_cells(device_, make_cells(one.x, one.y, one.z, kDensitySupport));
-  const ImplicitFunction function = make_implicit(
-      device_, {}, level_cells(device_, cells, measure_gradients(device_, cells), params.region),
-      params);
+  const ImplicitFunction function =
+      make_implicit(device_, {}, level_cells(device_, cells, params.region), params);
   Points points;
   for (const double x : {0.5, 1.49, 1.51, 9.0}) points.add({x, 0, 0});
   const Levels found = measure_implicit(device_, function, points);

@@ -15,8 +15,8 @@ using testing::HasSubstr;
 TEST(ArgumentNames, AreThoseOfTheKernel) {
   EXPECT_THAT(argument_names("bins.cl", "bound_bins"),
               ElementsAre("cell", "bound", "cells", "bins", "side"));
-  EXPECT_THAT(argument_names("density.cl", "level_weights"),
-              ElementsAre("field", "weight", "level", "n"));
+  EXPECT_THAT(argument_names("bins.cl", "sum_counts"),
+              ElementsAre("count", "total", "chunks", "own"));
   // Those behind nouns, as the kernel calls them.
   EXPECT_THAT(argument_names("sheet.cl", "average_on_sheets"),
               ElementsAre("mean", "cell_x", "cell_y", "cell_z", "cell_tag", "cell_start",

@@ -78,6 +78,12 @@ Place cell_at(const Cells& in, std::size_t p) {
           cell_of(in.z[p], in.inverse_cell)};
 }
 
+// As level_weight in density.cl.
+float level_weight(float density, float level) {
+  const float t = std::min(std::max((density - 0.35f) / 0.5f, 0.0f), 1.0f);
+  return level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
+}
+
 // The places in [begin, end) of particles that are not inside the fluid.
 std::size_t find_measured(const Field& input, std::size_t begin, std::size_t end,
                           std::size_t* place) {
@@ -101,6 +107,7 @@ std::size_t find_measured(const Field& input, std::size_t begin, std::size_t end
     count += inside ? 0 : 1;
     for (std::size_t row = 0; inside && row < 4; ++row)
       input.result[row * input.count + p] = row < 3 ? 0.0f : 1.0f;
+    if (inside) input.weight[p] = level_weight(1, input.level);
   }
   return count;
 }
@@ -136,6 +143,8 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       for (std::size_t row = 0; row < 4; ++row)
         for (int k = 0; k < lanes; ++k)
           input.result[row * input.count + place[a + k]] = rows[row][k];
+      for (int k = 0; k < lanes; ++k)
+        input.weight[place[a + k]] = level_weight(rows[3][k], input.level);
       a += static_cast<std::size_t>(lanes);
     }
   }

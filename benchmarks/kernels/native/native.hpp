@@ -46,8 +46,10 @@ struct Cells {
 struct Field {
   Cells cells;
   float* result;  // [4][count]
+  float* weight;  // [count] of the levelled field
   std::size_t count;
-  int least;  // in a cell, see measure_gradients in density.cl
+  int least;    // in a cell, see measure_gradients in density.cl
+  float level;  // of a lone particle
 };
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end);
 

@@ -25,12 +25,11 @@ ReferenceErrors behind_case(Device& device, int size) {
       fronts[s] = s % 3 == 2 ? kNoSurface : static_cast<float>(nearest.low[s]);
     for (const std::vector<float>& before : {fronts, patches(grid, 3)}) {
       const Buffer<float> behind = upload(device, before);
-      const SampleLists lists = list_samples(device, grid, behind);
+      const GapLists gaps = list_gaps(device, grid, behind, kGap);
       const Discs outlined = outline_discs(device, splats, grid,
                                            {{static_cast<float>(kFootprint), 1.0f}}, Drawn::behind);
-      const auto found =
-          download(device, splat_behind(device, list_discs(device, outlined, lists, behind, kGap),
-                                        lists, behind, kGap));
+      const auto found = download(device, splat_behind(device, list_discs(device, outlined, gaps),
+                                                       gaps.lists, behind, kGap));
       const auto bounds = reference::splat_behind(p, grid, kFootprint, before, kGap, kEpsilon);
       for (std::size_t s = 0; s < found.size(); ++s)
         if (before[s] < kNoSurface) worst.see_within(found[s], bounds.low[s], bounds.high[s]);

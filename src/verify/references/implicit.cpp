@@ -39,8 +39,7 @@ ReferenceErrors implicit_case(Device& device, int size) {
   const Projected& particles = fluid.levelled.particles;
   const Cells cells = make_cells(particles.x, particles.y, particles.z, kDensitySupport);
   const DeviceCells on_device = upload_cells(device, cells);
-  const DeviceCells levelled =
-      level_cells(device, on_device, measure_gradients(device, on_device), params.region);
+  const DeviceCells levelled = level_cells(device, on_device, params.region);
   const std::vector<float> weight = download(device, levelled.weight);
   fluid.levelled.weight.resize(particles.size());
   for (std::size_t p = 0; p < weight.size(); ++p)

@@ -89,13 +89,13 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
 
   Worst behind("lower_discs_behind", "depth");
   const Buffer<float> first = upload(device, fronts);
-  const SampleLists lists = list_samples(device, grid, first);
+  const GapLists gaps = list_gaps(device, grid, first, 3);
   see_both(
       device, behind,
       [&] {
         const Discs outlined = outline_discs(device, splats, grid, {{1.8f, 1.0f}}, Drawn::behind);
-        return download(device, splat_behind(device, list_discs(device, outlined, lists, first, 3),
-                                             lists, first, 3));
+        return download(
+            device, splat_behind(device, list_discs(device, outlined, gaps), gaps.lists, first, 3));
       },
       [&](std::size_t k) { return fronts[k] < kNoSurface; });
   errors.push_back(behind.error());

@@ -1,5 +1,5 @@
 // settle_samples, follow_field, settle_points and draw_splash: samples at random around clouds of
-// particles. And level_weights, which makes the field that they follow.
+// particles. And the weights of measure_gradients, which make the field that they follow.
 #include "verify/references/settle.hpp"
 
 #include "verify/references/cases.hpp"
@@ -131,7 +131,7 @@ void see_weights(const FieldScene& scene, Worst* worst) {
 }  // namespace
 
 ReferenceErrors settle_case(Device& device, int size) {
-  Worst weights("level_weights", "weight");
+  Worst weights("measure_gradients", "weight");
   Seen samples("follow_field"), points("settle_points"), splash("draw_splash");
   for (const bool crowded : {false, true}) {
     if (crowded && size < 30) continue;

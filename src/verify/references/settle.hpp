@@ -57,7 +57,7 @@ struct FieldScene {
         host_cells(
             make_cells(field.particles.x, field.particles.y, field.particles.z, kDensitySupport)),
         cells(upload_cells(device, host_cells)),
-        levelled(level_cells(device, cells, measure_gradients(device, cells), params)) {
+        levelled(level_cells(device, cells, params)) {
     // The weights have a reference of their own; the field starts from the device's.
     const auto weight = download(device, levelled.weight);
     field.weight.resize(weight.size());
