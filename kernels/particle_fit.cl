@@ -145,6 +145,9 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
 // Of the pass before, and out: quadric, [10][lanes] f through the particle, from it along the eye axes,
 // particle radii, divided by |grad f|; residual, [lanes] negative where there is no fit, and where one
 // pass is to come the RMS of f. Out where one is to come or none: weight, [slots].
+//
+// Several trials, each as the range's second dimension says, have all that lanes have and `turned` of
+// their own, one behind the other; their weights are not kept.
 kernel void fit_particles(
     global const float4* place,                  // [n + 1] of the particles
     global const float4* normal,                 // [n + 1] as the pass before left them
@@ -154,8 +157,12 @@ kernel void fit_particles(
     const FitPass by) {
   const int lanes = by.lanes, nobody = by.nobody, left = by.left;
   const FitModel model = by.model;
-  const int lane = get_global_id(0) * WIDTH;
+  const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
   if (lane >= lanes) return;
+  support += 3 * lanes * trial;
+  quadric += 10 * lanes * trial;
+  residual += lanes * trial;
+  turned += 4 * (nobody + 1) * trial;
   const floatv none = (floatv)(0.0f);
   const Particles own = load_particles(place, normal, particle + lane);
   intv refit = (intv)(0);

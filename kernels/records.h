@@ -170,7 +170,6 @@ RECORD(FitPass) {
 // Lanes of trial fits and what counts around them (roundness.cl).
 RECORD(Trial) {
   int lanes, nobody;
-  int edges;                  // 1: a fit weighs e u, not u
   float reach;                // particle radii
   float same_low, same_high;  // as of Blending
 };

@@ -1,29 +1,35 @@
 // roundness.cl: whether one quadric or two sheets explain the surface around each fitted particle
 // (docs/method.md, roundness). The paper knows no such choice: its groups end where normals differ.
 //
-// Each particle has two trial fits: a narrow one, of the neighbours whose normals are similar, and a
-// wide one, which goes around bends. Where two sheets really meet, the wide fits miss the particles and
+// Each particle has two trial fits: a wide one, which goes around bends, and a narrow one, of the
+// neighbours whose normals are similar. Where two sheets really meet, the wide fits miss the particles and
 // the narrow ones, in two sheets, do not; on a drop or a rim both follow.
 //
 // uses: particle_fit.cl
 
 #define MODEL 4  // float4 a particle: c0-c3; c4-c7; c8, c9, weight; normal
+#define NARROW 1  // trial, in the range's second dimension; the wide one is the first
 
-// Puts the trial fits of the lanes where their particles are, so that neighbours find them. A fit
-// weighs u_i, or e u_i with its edge (edge_of) where edges count; 0 where there is no fit.
+// Puts the trial fits of the lanes where their particles are, so that neighbours find them. A wide fit
+// weighs u_i, a narrow one e u_i with its edge (edge_of); 0 where there is no fit.
 kernel void place_models(global const float4* place,   // [n + 1] as in fit_particles
-                         global const float4* normal,  // [n + 1] as the trial left them
+                         global const float4* normal,  // [2][n + 1] as the trials left them
                          AROUND(particle, neighbour, first, length),
-                         global const float* quadric,   // [10][lanes]
-                         TELLING(support, residual),
-                         global float* model,           // [MODEL][n + 1][4] out; nobody's is 0
+                         global const float* quadric,  // [2][10][lanes]
+                         TELLING(support, residual),   // [2] of each
+                         global float* model,          // [2][MODEL][n + 1][4] out; nobody's is 0
                          const Trial trial) {
   const int lanes = trial.lanes, nobody = trial.nobody;
-  const int lane = get_global_id(0) * WIDTH;
+  const int lane = get_global_id(0) * WIDTH, which = get_global_id(1), row = 4 * (nobody + 1);
   if (lane >= lanes) return;
+  normal += (nobody + 1) * which;
+  quadric += 10 * lanes * which;
+  support += 3 * lanes * which;
+  residual += lanes * which;
+  model += MODEL * row * which;
   const Particles own = load_particles(place, normal, particle + lane);
   floatv weight = own.u;
-  if (trial.edges) {
+  if (which == NARROW) {
     const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
     floatv near = (floatv)(0.0f), agree = near;
     for (int k = 0; k < count; ++k) {
@@ -41,7 +47,6 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
   int at[WIDTH];
   STOREI(4 * LOADI(particle + lane), at);
   const intv wanted = LOADI(particle + lane) != nobody;
-  const int row = 4 * (nobody + 1);
 #pragma unroll
   for (int k = 0; k < 10; ++k)
     scatter_float(LOADF(quadric + k * lanes + lane), model + k / 4 * row + k % 4, at, wanted);
@@ -114,9 +119,8 @@ inline void add_told(Side* side, const Told t, const floatv share) {
 //   and in min where they are concave;
 // - how far it bends: 1 - n_i.n_j of the wide ones' normals.
 // All are 0 where no neighbour has a fit.
-kernel void measure_evidence(global const float4* place,   // [n + 1]
-                             global const float4* narrow,  // [MODEL][n + 1] of place_models
-                             global const float4* wide,    // [MODEL][n + 1]
+kernel void measure_evidence(global const float4* place,  // [n + 1]
+                             global const float4* model,  // [2][MODEL][n + 1] of place_models
                              AROUND(particle, neighbour, first, length),
                              global float* rows,  // [3][lanes] out
                              const Trial trial) {
@@ -125,6 +129,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const int row = nobody + 1;
+  global const float4 *wide = model, *narrow = model + NARROW * MODEL * row;
   const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   global const int* at = neighbour + begin;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <span>
 
 #include "base/parallel.hpp"
@@ -181,18 +180,13 @@ records::FitModel model_of(const FitParams& params) {
 
 records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const FitPass& pass,
                          const FitParams& params) {
-  return {static_cast<int>(lanes.residual.size),
-          surface.nobody,
-          pass.done,
-          pass.left,
-          model_of(params),
-          kHeight,
-          kHeightGrowth};
+  return {lanes.count(),    surface.nobody, pass.done,    pass.left,
+          model_of(params), kHeight,        kHeightGrowth};
 }
 
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
 void write_records(const Projected& projected, const SurfaceParticles& around, float* places,
-                   std::initializer_list<float*> normals) {
+                   const std::vector<float*>& normals) {
   const std::size_t n = around.index.size();
   constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -328,49 +322,65 @@ FitNeighbours upload_neighbours(Device& device, const NearLists& near,
 }
 
 FitSurface upload_surface(Device& device, const Projected& projected,
-                          const SurfaceParticles& around) {
-  const std::size_t values = kRecord * (around.index.size() + 1);
-  UploadTogether<float, float, float> records(device, {values, values, values});
-  write_records(projected, around, records.data<0>(), {records.data<1>(), records.data<2>()});
+                          const SurfaceParticles& around, int trials) {
+  const std::size_t values = kRecord * (around.index.size() + 1),
+                    all = static_cast<std::size_t>(trials);
+  UploadTogether<float, float, float> records(device, {values, values, all * values});
+  std::vector<float*> normals{records.data<1>()};
+  for (std::size_t trial = 0; trial < all; ++trial)
+    normals.push_back(records.data<2>() + trial * values);
+  write_records(projected, around, records.data<0>(), normals);
   const auto [place, normal, turned] = records.done();
   return {place, normal, turned, static_cast<cl_int>(around.index.size())};
 }
 
-FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of)
+FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials)
     : part(&of),
-      found(device,
-            {10 * of.lists.fit.size(), of.lists.fit.size(), kFitRows * of.lists.fit.size()}),
+      trials(in_trials),
+      found(device, {10 * static_cast<std::size_t>(trials) * of.lists.fit.size(),
+                     static_cast<std::size_t>(trials) * of.lists.fit.size(),
+                     kFitRows * of.lists.fit.size()}),
       quadric(found.part<0>()),
       residual(found.part<1>()),
       rows(found.part<2>()),
       weight(allocate<float>(device, of.neighbour.size)) {}
 
 void FitLanes::set(Device& device, const std::vector<float>& rho,
-                   const std::vector<float>& roundness, const std::vector<float>& tells) {
+                   std::span<const std::vector<float>> roundness, const std::vector<float>& tells) {
   const std::vector<std::int32_t>& fit = part->lists.fit;
   const std::size_t lanes = fit.size();
-  std::vector<float> values(3 * lanes, 0.0f);
-  std::fill_n(values.begin(), lanes, 1.0f);
-  for (std::size_t l = 0; l < lanes; ++l) {
-    if (fit[l] < 0) continue;
-    values[l] = rho[static_cast<std::size_t>(fit[l])];
-    values[lanes + l] = roundness[static_cast<std::size_t>(fit[l])];
-    values[2 * lanes + l] = tells.empty() ? 1 : tells[static_cast<std::size_t>(fit[l])];
+  Upload<float> values(device, 3 * lanes * roundness.size());
+  for (std::size_t trial = 0; trial < roundness.size(); ++trial) {
+    float* const own = values.data() + 3 * lanes * trial;
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const bool used = fit[l] >= 0;
+      const std::size_t k = used ? static_cast<std::size_t>(fit[l]) : 0;
+      own[l] = used ? rho[k] : 1;
+      own[lanes + l] = used ? roundness[trial][k] : 0;
+      own[2 * lanes + l] = !used ? 0 : tells.empty() ? 1 : tells[k];
+    }
   }
-  support = upload(device, values);
+  support = values.done();
 }
 
 Range range_of_lanes(Device& device, const FitLanes& lanes) {
   // Small work-groups spread few items of much work over the compute units.
   const auto width = static_cast<std::size_t>(device.state().wide_width());
-  return {lanes.residual.size / width, 1, 8, 1};
+  return {static_cast<std::size_t>(lanes.count()) / width, 1, 8, 1};
+}
+
+Range range_of_trials(Device& device, const FitLanes& lanes) {
+  Range range = range_of_lanes(device, lanes);
+  range.ny = static_cast<std::size_t>(lanes.trials);
+  return range;
 }
 
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
                const FitParams& params) {
-  launch(device, kernels::fit_particles, device.state().wide_width(), range_of_lanes(device, lanes),
-         surface.place, from, *lanes.part, lanes, turned, pass_of(surface, lanes, pass, params));
+  launch(device, kernels::fit_particles, device.state().wide_width(),
+         range_of_trials(device, lanes), surface.place, from, *lanes.part, lanes, turned,
+         pass_of(surface, lanes, pass, params));
 }
 
 LaneCells upload_lane_cells(Device& device, const Projected& projected,
@@ -418,11 +428,10 @@ LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<
   };
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const FitLanes& lanes = parts[k];
-    launch(
-        device, kernels::gather_fits, device.state().vector_width, {n}, cells.lane[k],
-        lanes.part->particle, surface.place, normal, lanes, lanes.*row,
-        Gathered{toward, share, value},
-        cl_int4{{static_cast<cl_int>(n), static_cast<cl_int>(lanes.residual.size), values, by_u}});
+    launch(device, kernels::gather_fits, device.state().vector_width, {n}, cells.lane[k],
+           lanes.part->particle, surface.place, normal, lanes, lanes.*row,
+           Gathered{toward, share, value},
+           cl_int4{{static_cast<cl_int>(n), lanes.count(), values, by_u}});
   }
   average_sheet(device, {cells.cells, toward, share, value}, weights, mean);
   return made;
@@ -441,7 +450,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   std::vector<float> rho = widest;
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part).set(device, rho, roundness, seen.tells);
+    parts.emplace_back(device, part).set(device, rho, {&roundness, 1}, seen.tells);
   LaneCells made;
   const LaneCells* sheet = neighbours.sheet.lane.empty() ? nullptr : &neighbours.sheet;
   for (int pass = 0; pass < params.passes; ++pass) {
@@ -450,7 +459,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
       const LaneMeans means = average_lanes(device, surface, normals, parts, &FitLanes::residual, 2,
                                             false, *sheet, kSheet);
       rho = narrow_supports(device, sheet->host, means, widest, params, noise);
-      for (FitLanes& part : parts) part.set(device, rho, roundness, seen.tells);
+      for (FitLanes& part : parts) part.set(device, rho, {&roundness, 1}, seen.tells);
     }
     for (const FitLanes& part : parts)
       fit_lanes(device, surface, part, normals, turned, {pass, left}, params);
@@ -483,7 +492,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   fits.roundness.assign(roundness.begin(), roundness.end());
   fits.residual.resize(count);
   for (std::size_t part = 0; part < parts.size(); ++part) {
-    const std::size_t lanes = parts[part].residual.size;
+    const std::size_t lanes = static_cast<std::size_t>(parts[part].count());
     const ViewTogether found(device, parts[part].found);
     const float *const c = found.data<0>(), *const residual = found.data<1>(),
                        *const row = found.data<2>();

@@ -148,27 +148,30 @@ FitNeighbours find_neighbours(Device& device, const Projected& projected,
 /// The surface's particles on the device, see FitRecords.
 struct FitSurface {
   Buffer<float> place, normal;
-  Buffer<float> turned;  // as `normal`; passes turn the normals of those that are fitted
+  Buffer<float> turned;  // as `normal`, of each trial; passes turn the normals of those that are
+                         // fitted
   cl_int nobody = 0;
 };
 FitSurface upload_surface(Device& device, const Projected& projected,
-                          const SurfaceParticles& around);
+                          const SurfaceParticles& around, int trials = 1);
 
 /// Rows of what is measured of fits (kernel measure_edges).
 inline constexpr std::size_t kFitRows = 7;
 
-/// The fits of one part's lanes on the device.
+/// The fits of one part's lanes on the device, in one or several trials that are made together.
 struct FitLanes {
-  FitLanes(Device& device, const FitNeighbours::Part& of);
-  /// Sets rho, the roundness and Visible::tells of each of the fits, [fits].
-  void set(Device& device, const std::vector<float>& rho, const std::vector<float>& roundness,
-           const std::vector<float>& tells);
+  FitLanes(Device& device, const FitNeighbours::Part& of, int trials = 1);
+  /// Sets rho, the roundness of each trial and Visible::tells of each of the fits, [fits].
+  void set(Device& device, const std::vector<float>& rho,
+           std::span<const std::vector<float>> roundness, const std::vector<float>& tells);
+  int count() const { return static_cast<int>(part->lists.fit.size()); }
 
   const FitNeighbours::Part* part;
-  Buffer<float> support;                // [3][lanes] rho, particle radii; roundness; what it tells
+  int trials;
+  Buffer<float> support;  // [trials][3][lanes] rho, particle radii; roundness; what it tells
   Together<float, float, float> found;  // the next three, to be read by one command
-  Buffer<float> quadric;                // [10][lanes] through the particles
-  Buffer<float> residual;               // [lanes] particle radii; negative: no fit
+  Buffer<float> quadric;                // [trials][10][lanes] through the particles
+  Buffer<float> residual;               // [trials][lanes] particle radii; negative: no fit
   Buffer<float> rows;                   // [kFitRows][lanes] what is measured of the fits
   Buffer<float> weight;                 // [slots] of the last pass
 };
@@ -178,7 +181,8 @@ struct FitPass {
   int done, left;  // passes before and after it
 };
 
-/// One pass over some lanes (kernel fit_particles): from the normals `from` to `turned`. Enqueues.
+/// One pass over some lanes in all trials (kernel fit_particles): from the normals `from` to
+/// `turned`. Enqueues.
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
                const FitParams& params);
@@ -187,7 +191,8 @@ void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
 /// values and their means [values][n], all in bucket order. Values are two or four.
 using LaneMeans = Together<float, float, float, float>;
 
-/// The means of what lanes hold over the sheet around each of their fits (average_sheet()).
+/// The means of what lanes hold, of trials the first one's, over the sheet around each of their
+/// fits (average_sheet()).
 ///
 ///   cells   of side weights.reach
 ///   normal  [around + 1][4] of which the fits' are taken
@@ -201,6 +206,9 @@ LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<
 
 /// The range of kernels that take a fit a lane: few items of much work.
 Range range_of_lanes(Device& device, const FitLanes& lanes);
+
+/// The same for each trial.
+Range range_of_trials(Device& device, const FitLanes& lanes);
 
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
 /// (kernel fit_particles), each with the normals and the one-sided robust weights of the pass

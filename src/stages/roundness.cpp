@@ -1,6 +1,7 @@
 #include "stages/roundness.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "base/exact_math.hpp"
 #include "device/kernels.hpp"
@@ -22,49 +23,40 @@ constexpr double kNoise = 0.002;
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
 constexpr double kRoundFrom = 2.4, kRoundTo = 2.9;
 
-// Fits each particle once and puts the fits where their particles are: in `model`, which is zero.
-void place_models(Device& device, const FitSurface& surface, const std::vector<FitLanes>& parts,
-                  bool wide, const FitParams& params, const Buffer<float>& model) {
-  for (const FitLanes& lanes : parts) {
-    // Another pass is to come as far as the kernel is told: residuals and weights are not wanted.
-    fit_lanes(device, surface, lanes, surface.normal, surface.turned, {0, 2}, params);
-  }
-  for (const FitLanes& lanes : parts)
-    launch(device, kernels::place_models, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, surface.turned, *lanes.part, lanes.quadric,
-           lanes, model,
-           records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, !wide, kEdgeReach,
-                          0, 0});
-}
-
 // The trial fits of all particles on the device.
 struct Trials {
   FitSurface surface;
-  std::vector<FitLanes> parts;  // of the wide fits; rows: one quadric, two sheets, bend
+  std::vector<FitLanes> parts;  // the wide fits, then the narrow ones; rows: one quadric, two
+                                // sheets, bend
 };
 
 Trials make_trials(Device& device, const Projected& projected, const Visible& seen,
                    const SurfaceParticles& around, const FitNeighbours& neighbours,
                    const FitParams& params, const BlendParams& blend) {
-  Trials trials{upload_surface(device, projected, around), {}};
+  constexpr int kTrials = 2;
+  Trials trials{upload_surface(device, projected, around, kTrials), {}};
   auto& [surface, parts] = trials;
   const std::size_t count = seen.index.size();
-  const std::vector<float> rho(count, static_cast<float>(kTrialReach)), flat(count, 0.0f),
-      round(count, 1.0f);
+  const std::vector<float> rho(count, static_cast<float>(kTrialReach));
+  const std::array roundness{std::vector<float>(count, 1.0f), std::vector<float>(count, 0.0f)};
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part).set(device, rho, round, seen.tells);
-  std::vector<FitLanes> narrow_parts = parts;  // which the wide fits overwrite, but for this
-  for (FitLanes& lanes : narrow_parts) lanes.set(device, rho, flat, seen.tells);
-  const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
-  const auto [narrow, wide] = filled_together<float, float>(device, 0.0f, {values, values});
-  place_models(device, surface, narrow_parts, false, params, narrow);
-  place_models(device, surface, parts, true, params, wide);
+    parts.emplace_back(device, part, kTrials).set(device, rho, roundness, seen.tells);
+  const auto model = filled<float>(
+      device, kTrials * kModel * (static_cast<std::size_t>(surface.nobody) + 1), 0.0f);
+  // Another pass is to come as far as the kernel is told: residuals and weights are not wanted.
   for (const FitLanes& lanes : parts)
-    launch(
-        device, kernels::measure_evidence, device.state().wide_width(),
-        range_of_lanes(device, lanes), surface.place, narrow, wide, *lanes.part, lanes.rows,
-        records::Trial{static_cast<int>(lanes.residual.size), surface.nobody, true, kEvidenceReach,
-                       static_cast<float>(blend.same_low), static_cast<float>(blend.same_high)});
+    fit_lanes(device, surface, lanes, surface.normal, surface.turned, {0, 2}, params);
+  const int width = device.state().wide_width();
+  const auto trial = [&](const FitLanes& lanes, float reach) {
+    return records::Trial{lanes.count(), surface.nobody, reach, static_cast<float>(blend.same_low),
+                          static_cast<float>(blend.same_high)};
+  };
+  for (const FitLanes& lanes : parts)
+    launch(device, kernels::place_models, width, range_of_trials(device, lanes), surface.place,
+           surface.turned, *lanes.part, lanes.quadric, lanes, model, trial(lanes, kEdgeReach));
+  for (const FitLanes& lanes : parts)
+    launch(device, kernels::measure_evidence, width, range_of_lanes(device, lanes), surface.place,
+           model, *lanes.part, lanes.rows, trial(lanes, kEvidenceReach));
   return trials;
 }
 
