@@ -17,7 +17,8 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
                          AROUND(particle, neighbour, first, length),
                          global const float* quadric,  // [2][10][lanes]
                          TELLING(support, residual),   // [2] of each
-                         global float* model,          // [2][MODEL][n + 1][4] out; nobody's is 0
+                         global float* wide,           // [MODEL][n + 1][4] out; nobody's is 0
+                         global float* narrow,
                          const Trial trial) {
   const int lanes = trial.lanes, nobody = trial.nobody;
   const int lane = get_global_id(0) * WIDTH, which = get_global_id(1), row = 4 * (nobody + 1);
@@ -26,7 +27,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
   quadric += 10 * lanes * which;
   support += 3 * lanes * which;
   residual += lanes * which;
-  model += MODEL * row * which;
+  global float* model = which == NARROW ? narrow : wide;
   const Particles own = load_particles(place, normal, particle + lane);
   floatv weight = own.u;
   if (which == NARROW) {
@@ -120,7 +121,8 @@ inline void add_told(Side* side, const Told t, const floatv share) {
 // - how far it bends: 1 - n_i.n_j of the wide ones' normals.
 // All are 0 where no neighbour has a fit.
 kernel void measure_evidence(global const float4* place,  // [n + 1]
-                             global const float4* model,  // [2][MODEL][n + 1] of place_models
+                             global const float4* wide,   // [MODEL][n + 1] of place_models
+                             global const float4* narrow,
                              AROUND(particle, neighbour, first, length),
                              global float* rows,  // [3][lanes] out
                              const Trial trial) {
@@ -129,7 +131,6 @@ kernel void measure_evidence(global const float4* place,  // [n + 1]
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
   const int row = nobody + 1;
-  global const float4 *wide = model, *narrow = model + NARROW * MODEL * row;
   const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   global const int* at = neighbour + begin;

@@ -29,6 +29,7 @@ namespace meniscus {
 /// last work-items stay inside; what lies there is anything, and no result depends on it.
 template <class T>
 struct Buffer {
+  using Value = T;
   Memory memory;
   std::size_t size = 0;  // values
 };

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <tuple>
@@ -26,6 +25,8 @@ struct PartLayout {
       bytes += Device::State::part_bytes(size[k] * value_bytes[k]);
     }
   }
+  std::size_t end(std::size_t k) const { return origin[k] + size[k] * value_bytes[k]; }  // bytes
+
   std::array<std::size_t, sizeof...(T)> size;      // values
   std::array<std::size_t, sizeof...(T)> origin{};  // bytes
   std::size_t bytes = 0;                           // of all
@@ -47,23 +48,6 @@ std::tuple<Buffer<T>...> parts_of(Device& device, const Memory& whole,
 template <class... T>
 bool fits_in_one(Device& device, const PartLayout<T...>& layout) {
   return layout.bytes <= device.state().most_bytes();
-}
-
-/// Buffers of so many values each that begin as `value` everywhere, filled by one command; of
-/// several types, with 0.
-template <class... T>
-std::tuple<Buffer<T>...> filled_together(Device& device, float value,
-                                         const std::array<std::size_t, sizeof...(T)>& sizes) {
-  if constexpr (!(... && std::is_same_v<T, float>))
-    if (value != 0 || std::signbit(value)) throw DeviceError("one pattern fills all: 0");
-  const PartLayout<T...> layout(sizes);
-  if (fits_in_one(device, layout))
-    return parts_of(device, device.state().filled_bytes(&value, sizeof value, layout.bytes),
-                    layout);
-  return [&]<std::size_t... K>(std::index_sequence<K...>) {
-    return std::tuple<Buffer<T>...>{filled<T>(device, layout.size[K], static_cast<T>(value))...};
-  }
-  (std::index_sequence_for<T...>());
 }
 
 /// Arrays that the host writes, all of them, for buffers that done() makes by one upload.
@@ -115,7 +99,7 @@ std::tuple<Buffer<T>...> upload_together(Device& device, const std::vector<T>&..
   return upload.done();
 }
 
-/// Buffers that kernels write and the host reads by one command.
+/// Buffers that one command fills, or the host reads.
 template <class... T>
 struct Together {
   Together() = default;
@@ -134,6 +118,40 @@ struct Together {
   template <std::size_t K>
   const auto& part() const {
     return std::get<K>(parts);
+  }
+
+  /// The arrays from First on, of which these are the types: one command reads them.
+  template <std::size_t First, class... Some>
+  Together<Some...> some(Device& device) const {
+    constexpr std::size_t kLast = First + sizeof...(Some) - 1;
+    Together<Some...> found;
+    [&]<std::size_t... K>(std::index_sequence<K...>) {
+      found.layout = PartLayout<Some...>({layout.size[First + K]...});
+      found.parts = {std::get<First + K>(parts)...};
+    }
+    (std::index_sequence_for<Some...>());
+    if (whole.size > 0)
+      found.whole = {device.state().part_of(whole.memory, layout.origin[First],
+                                            layout.end(kLast) - layout.origin[First]),
+                     found.layout.bytes};
+    return found;
+  }
+
+  /// Fills the arrays from First to Last by one command; where one is not of floats, with 0.
+  template <std::size_t First, std::size_t Last>
+  void fill_some(Device& device, float value) const {
+    if (whole.size > 0) {
+      // Whole vectors: an array is padded.
+      const std::size_t bytes = (layout.end(Last) - layout.origin[First] + 63) / 64 * 64;
+      const Memory from = device.state().part_of(whole.memory, layout.origin[First], bytes);
+      return fill(device, Buffer<float>{from, bytes / sizeof value}, value);
+    }
+    [&]<std::size_t... K>(std::index_sequence<K...>) {
+      (fill(device, std::get<First + K>(parts),
+            static_cast<typename std::tuple_element_t<First + K, decltype(parts)>::Value>(value)),
+       ...);
+    }
+    (std::make_index_sequence<Last - First + 1>());
   }
 
   PartLayout<T...> layout{{}};

@@ -41,8 +41,10 @@ Trials make_trials(Device& device, const Projected& projected, const Visible& se
   const std::array roundness{std::vector<float>(count, 1.0f), std::vector<float>(count, 0.0f)};
   for (const FitNeighbours::Part& part : neighbours.parts)
     parts.emplace_back(device, part, kTrials).set(device, rho, roundness, seen.tells);
-  const auto model = filled<float>(
-      device, kTrials * kModel * (static_cast<std::size_t>(surface.nobody) + 1), 0.0f);
+  const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
+  const Together<float, float> models(device, {values, values});
+  models.fill_some<0, 1>(device, 0);
+  const auto& [wide, narrow] = models.parts;
   // Another pass is to come as far as the kernel is told: residuals and weights are not wanted.
   for (const FitLanes& lanes : parts)
     fit_lanes(device, surface, lanes, surface.normal, surface.turned, {0, 2}, params);
@@ -53,10 +55,11 @@ Trials make_trials(Device& device, const Projected& projected, const Visible& se
   };
   for (const FitLanes& lanes : parts)
     launch(device, kernels::place_models, width, range_of_trials(device, lanes), surface.place,
-           surface.turned, *lanes.part, lanes.quadric, lanes, model, trial(lanes, kEdgeReach));
+           surface.turned, *lanes.part, lanes.quadric, lanes, wide, narrow,
+           trial(lanes, kEdgeReach));
   for (const FitLanes& lanes : parts)
     launch(device, kernels::measure_evidence, width, range_of_lanes(device, lanes), surface.place,
-           model, *lanes.part, lanes.rows, trial(lanes, kEvidenceReach));
+           wide, narrow, *lanes.part, lanes.rows, trial(lanes, kEvidenceReach));
   return trials;
 }
 

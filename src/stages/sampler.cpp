@@ -110,25 +110,31 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
                        const KeptTriangles& triangles, const SampleGrid& grid,
                        const Parameters& params) {
-  Backdrop on;
   const std::size_t n = grid.size(), blocks = blocks_in(grid);
-  if (draws_by_minima(device)) {
-    static_assert(kBehind == 2);
-    const auto [front, kept, from, open, first, second] =
-        filled_together<float, float, float, float, float, float>(device, kNoSurface,
-                                                                  {n, n, n, n, n, n});
-    const auto [to, occupied, of_splash, listed] =
-        filled_together<float, cl_int, cl_int, cl_uchar>(device, 0.0f, {n, blocks, blocks, blocks});
-    on = {{front, occupied}, kept, {from, to, of_splash}, listed, open, {first, second}};
+  const bool by_minima = draws_by_minima(device);
+  // What becomes the surface lies between what begins as kNoSurface and as 0, and outside of these
+  // what only minima need filled.
+  using Maps = Together<float, float, float, float, float, float, float, float, cl_uchar, cl_int,
+                        cl_int, cl_uchar, float>;
+  static_assert(kBehind == 2);
+  const Maps maps(device,
+                  {n, n, n, n, by_minima ? n : 0, n, n, 3 * n, n, blocks, blocks, blocks, n});
+  if (by_minima) {
+    maps.fill_some<0, 6>(device, kNoSurface);
+    maps.fill_some<8, 12>(device, 0);
   } else {
-    const auto [occupied, of_splash, listed] =
-        filled_together<cl_int, cl_int, cl_uchar>(device, 0.0f, {blocks, blocks, blocks});
-    const auto map = [&] { return allocate<float>(device, n); };
-    const auto behind = map();  // of one layer after the other
-    on = {
-        {map(), occupied}, map(), {map(), map(), of_splash}, listed, filled(device, n, kNoSurface),
-        {behind, behind}};
+    maps.fill_some<5, 6>(device, kNoSurface);
+    maps.fill_some<8, 11>(device, 0);
   }
+  const auto& [front, kept, from, first, second, open, depth, normal, kind, occupied, of_splash,
+               listed, to] = maps.parts;
+  const Backdrop on{{front, occupied},
+                    kept,
+                    {from, to, of_splash},
+                    listed,
+                    open,
+                    {first, by_minima ? second : first},
+                    surface_of(device, grid, maps.some<6, float, float, cl_uchar>(device))};
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
   splat_fronts(device, seen, grid, footprint, bulge, on.fronts);
   draw_triangles(device, view, triangles, grid, on.fronts.occupied, on.triangles);
@@ -142,7 +148,7 @@ SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const
   clock.start("region");
   const FitTiles tiles = list_fits(device, view, sampler.records, grid);
   splash_extent(device, sampler.splash, grid, backdrop.fronts.occupied, backdrop.splash);
-  Canvas canvas{sampler, grid, backdrop, clock, empty_surface(device, grid), tiles};
+  Canvas canvas{sampler, grid, backdrop, clock, backdrop.surface, tiles};
 
   const int coarsest = coarsest_lattice(sampler, grid);
   const ListedBlocks listed = coarsest == 1 ? blocks_of(device, grid, true) : backdrop.listed;

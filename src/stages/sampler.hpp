@@ -29,8 +29,8 @@ struct Sampler {
   double least_radius;  // of a particle on the screen, pixels
 };
 
-/// The maps of a grid before its samples are made. What is to be lowered or raised begins as
-/// kNoSurface or 0, by two commands for all of it where the device draws by minima.
+/// The maps of a grid before its samples are made, by two fills. Where the device draws by minima,
+/// what is to be lowered or raised begins as kNoSurface or 0, too.
 struct Backdrop {
   Fronts fronts;  // of the seen particles: where samples are asked for, and their reference
                   // depths
@@ -39,6 +39,7 @@ struct Backdrop {
   ListedBlocks listed;                // none
   Buffer<float> open;                 // nowhere
   std::vector<Buffer<float>> behind;  // of each layer behind the front one: nothing
+  SurfaceBuffers surface;             // none: for the samples
 };
 
 /// Draws the fronts of the seen particles and the triangles. Waits, but for atomic minima.

@@ -4,14 +4,20 @@
 
 namespace meniscus {
 
+SurfaceBuffers surface_of(Device& device, const SampleGrid& grid,
+                          const Together<float, float, cl_uchar>& shown) {
+  const std::size_t n = grid.size();
+  const auto& [depth, normal, kind] = shown.parts;
+  return {grid, depth, normal, allocate<cl_int>(device, n), allocate<float>(device, n),
+          kind, shown};
+}
+
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid) {
   const std::size_t n = grid.size();
   const Together<float, float, cl_uchar> shown(device, {n, 3 * n, n});
-  const auto& [depth, normal, kind] = shown.parts;
-  fill(device, depth, kNoSurface);
-  fill(device, kind, static_cast<cl_uchar>(Kind::surface));
-  return {grid, depth, normal, allocate<cl_int>(device, n), allocate<float>(device, n),
-          kind, shown};
+  fill(device, shown.part<0>(), kNoSurface);
+  fill(device, shown.part<2>(), cl_uchar{0});
+  return surface_of(device, grid, shown);
 }
 
 ShownView::ShownView(Device& device, const SurfaceBuffers& surface, bool wants_normal,
@@ -54,7 +60,7 @@ SurfaceMap download(Device& device, const SurfaceBuffers& surface) {
       map.group[s] = there && group.size() > 0 ? group[s] : -1;
       if (!there) continue;  // zero as made
       map.normal[s] = {normal[s], normal[n + s], normal[2 * n + s]};
-      map.kind[s] = kind ? static_cast<Kind>(kind[s]) : Kind::surface;
+      map.kind[s] = kind ? kind_of(kind[s]) : Kind::surface;
     }
   });
   return map;

@@ -18,10 +18,19 @@ struct SurfaceBuffers {
   Buffer<cl_int> group;   // [samples] -1: none
   Buffer<float> trust;    // [samples] of the fits that made the sample, 0 .. 1 (trust.hpp), plus
                           // where it lies (blend.cl)
-  Buffer<cl_uchar> kind;  // [samples] Kind, as the sample would be if it has a depth
+  Buffer<cl_uchar> kind;  // [samples] where there is a depth: Kind::splash; anything else: surface
   /// Depth, normal and kind where one command reads them all; else empty.
   Together<float, float, cl_uchar> shown{};
 };
+
+/// What a sample with a depth is.
+inline Kind kind_of(cl_uchar shown) {
+  return static_cast<Kind>(shown) == Kind::splash ? Kind::splash : Kind::surface;
+}
+
+/// A surface of which one command reads what `shown` has; the rest is what was in memory.
+SurfaceBuffers surface_of(Device& device, const SampleGrid& grid,
+                          const Together<float, float, cl_uchar>& shown);
 
 /// No surface anywhere; normals, groups and trust are what was in memory.
 SurfaceBuffers empty_surface(Device& device, const SampleGrid& grid);

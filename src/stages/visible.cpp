@@ -223,8 +223,9 @@ SampleGrid count_owned(Device& device, const View& view, const Projected& projec
   fill(device, owned, cl_int{0});
   const auto [discs, bound] = bound_discs(device, splats, grid, sphere_of(params.footprint));
   if (draws_by_minima(device)) {
-    const auto [depth, nobody] =
-        filled_together<float, float>(device, kNoSurface, {grid.size(), grid.size()});
+    const Together<float, float> maps(device, {grid.size(), grid.size()});
+    maps.fill_some<0, 1>(device, kNoSurface);
+    const auto& [depth, nobody] = maps.parts;
     draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
                 std::tie(depth), lattice_of(grid));
     const Buffer<cl_int> owner{nobody.memory, nobody.size};

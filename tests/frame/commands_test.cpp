@@ -56,8 +56,8 @@ TEST_P(Commands, OfAFrameStayWithinTheirBudget) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Forms, Commands,
-                         testing::Values(Form{"OnAProcessor", false, 8, {95, 1021, 2, 25, 13, 2}},
-                                         Form{"OnAGpu", true, 1, {69, 844, 8, 12, 8, 2}}),
+                         testing::Values(Form{"OnAProcessor", false, 8, {94, 1020, 1, 25, 13, 2}},
+                                         Form{"OnAGpu", true, 1, {69, 846, 6, 12, 8, 2}}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
