@@ -14,7 +14,7 @@ namespace {
 using Roundness = OnDevice;
 
 // Particles at given places with given normals, all of them fitted.
-FittedSurface surface_of(const std::vector<Vec3d>& at, const std::vector<Vec3d>& normal,
+FittedSurface placed_surface(const std::vector<Vec3d>& at, const std::vector<Vec3d>& normal,
                          double noise) {
   Random random(9);
   std::vector<Vec3d> uvt;
@@ -41,7 +41,7 @@ FittedSurface drop(double radius, double noise) {
     normal.push_back(n);
     at.push_back(n * radius + Vec3d{0, 0, -60});
   }
-  return surface_of(at, normal, noise);
+  return placed_surface(at, normal, noise);
 }
 
 // Two faces that meet at 90 degrees along y; normals turn over two radii, as the field's do.
@@ -55,7 +55,7 @@ FittedSurface edge(double noise) {
       const double turn = std::clamp(along / 2, -1.0, 1.0) * std::numbers::pi / 4;
       normal.push_back({std::sin(turn), 0, std::cos(turn)});
     }
-  return surface_of(at, normal, noise);
+  return placed_surface(at, normal, noise);
 }
 
 std::vector<float> roundness_of(Device& device, const FittedSurface& scene) {
@@ -133,7 +133,7 @@ TEST_P(Roundness, InPartsIsTheSame) {
 TEST_P(Roundness, FlatPlacesAreNotAsked) {
   const auto flat = [](double, double) { return 30.0; };
   for (const float r : roundness_of(device_, fitted_surface(field(15, 3, flat)))) EXPECT_EQ(r, 0);
-  EXPECT_TRUE(roundness_of(device_, surface_of({}, {}, 0)).empty());
+  EXPECT_TRUE(roundness_of(device_, placed_surface({}, {}, 0)).empty());
 }
 
 TEST_P(Roundness, VectorsOfAnyWidthGiveTheSameBits) {
