@@ -49,7 +49,7 @@ Trials make_trials(Device& device, const Projected& projected, const Visible& se
   for (const FitLanes& lanes : parts)
     fit_lanes(device, surface, lanes, surface.normal, surface.turned, {0, 2}, params);
   const int width = device.state().wide_width();
-  const auto trial = [&](const FitLanes& lanes, float reach) {
+  const auto trial = [&, &surface = surface](const FitLanes& lanes, float reach) {
     return records::Trial{lanes.count(), surface.nobody, reach, static_cast<float>(blend.same_low),
                           static_cast<float>(blend.same_high)};
   };
