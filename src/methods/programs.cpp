@@ -46,33 +46,30 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   const std::string wide = width_option(device.wide_width());
   const std::string one = width_option(1);
   Programs programs(device);
-  const auto add = [&](const char* file, const std::string& options) {
-    programs.add(file, options);
-  };
-  add("project.cl", width);
-  add("density.cl", wide);
-  add("visible.cl", width);
-  add("bins.cl", width);
-  if (device.is_in_place()) add("fill.cl", one);
-  add("roundness.cl", wide);
-  add("particle_fit.cl", wide);
-  add("sheet.cl", width);
-  add("region.cl", width);
-  add("list_samples.cl", width);
-  add("blend.cl", wide);
-  add("settle.cl", width);
-  add("settle.cl", wide);
-  add("interpolate.cl", width);
-  add("behind.cl", width);
-  add("specks.cl", width);
-  if (params.fairing > 0) add("fairing.cl", wide);
-  if (params.aovs.group || params.aovs.residual) add("choose_groups.cl", wide);
+  programs.add("project.cl", width);
+  programs.add("density.cl", wide);
+  programs.add("visible.cl", width);
+  programs.add("bins.cl", width);
+  if (device.is_in_place()) programs.add("fill.cl", one);
+  programs.add("roundness.cl", wide);
+  programs.add("particle_fit.cl", wide);
+  programs.add("sheet.cl", width);
+  programs.add("region.cl", width);
+  programs.add("list_samples.cl", width);
+  programs.add("blend.cl", wide);
+  programs.add("settle.cl", width);
+  programs.add("settle.cl", wide);
+  programs.add("interpolate.cl", width);
+  programs.add("behind.cl", width);
+  programs.add("specks.cl", width);
+  if (params.fairing > 0) programs.add("fairing.cl", wide);
+  if (params.aovs.group || params.aovs.residual) programs.add("choose_groups.cl", wide);
   if (params.mesh) {
-    add("blend.cl", one);
-    add("settle.cl", one);
+    programs.add("blend.cl", one);
+    programs.add("settle.cl", one);
   }
-  if (params.motion) add("motion.cl", width);
-  if (params.layers > 0) add("implicit.cl", wide);
+  if (params.motion) programs.add("motion.cl", width);
+  if (params.layers > 0) programs.add("implicit.cl", wide);
   return programs.all;
 }
 

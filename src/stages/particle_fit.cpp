@@ -346,7 +346,7 @@ FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials)
       weight(allocate<float>(device, of.neighbour.size)) {}
 
 void FitLanes::set(Device& device, const std::vector<float>& rho,
-                   std::span<const std::vector<float>> roundness, const std::vector<float>& tells) {
+                   std::span<const std::vector<float>> roundness, const Visible& seen) {
   const std::vector<std::int32_t>& fit = part->lists.fit;
   const std::size_t lanes = fit.size();
   Upload<float> values(device, 3 * lanes * roundness.size());
@@ -357,7 +357,7 @@ void FitLanes::set(Device& device, const std::vector<float>& rho,
       const std::size_t k = used ? static_cast<std::size_t>(fit[l]) : 0;
       own[l] = used ? rho[k] : 1;
       own[lanes + l] = used ? roundness[trial][k] : 0;
-      own[2 * lanes + l] = !used ? 0 : tells.empty() ? 1 : tells[k];
+      own[2 * lanes + l] = used ? seen.telling(k) : 0;
     }
   }
   support = values.done();
@@ -450,7 +450,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   std::vector<float> rho = widest;
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part).set(device, rho, {&roundness, 1}, seen.tells);
+    parts.emplace_back(device, part).set(device, rho, {&roundness, 1}, seen);
   LaneCells made;
   const LaneCells* sheet = neighbours.sheet.lane.empty() ? nullptr : &neighbours.sheet;
   for (int pass = 0; pass < params.passes; ++pass) {
@@ -459,7 +459,7 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
       const LaneMeans means = average_lanes(device, surface, normals, parts, &FitLanes::residual, 2,
                                             false, *sheet, kSheet);
       rho = narrow_supports(device, sheet->host, means, widest, params, noise);
-      for (FitLanes& part : parts) part.set(device, rho, {&roundness, 1}, seen.tells);
+      for (FitLanes& part : parts) part.set(device, rho, {&roundness, 1}, seen);
     }
     for (const FitLanes& part : parts)
       fit_lanes(device, surface, part, normals, turned, {pass, left}, params);

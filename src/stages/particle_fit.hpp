@@ -161,9 +161,9 @@ inline constexpr std::size_t kFitRows = 7;
 /// The fits of one part's lanes on the device, in one or several trials that are made together.
 struct FitLanes {
   FitLanes(Device& device, const FitNeighbours::Part& of, int trials = 1);
-  /// Sets rho, the roundness of each trial and Visible::tells of each of the fits, [fits].
+  /// Sets rho and the roundness of each trial, [fits], and what each of the fits of `seen` tells.
   void set(Device& device, const std::vector<float>& rho,
-           std::span<const std::vector<float>> roundness, const std::vector<float>& tells);
+           std::span<const std::vector<float>> roundness, const Visible& seen);
   int count() const { return static_cast<int>(part->lists.fit.size()); }
 
   const FitNeighbours::Part* part;

@@ -40,7 +40,7 @@ Trials make_trials(Device& device, const Projected& projected, const Visible& se
   const std::vector<float> rho(count, static_cast<float>(kTrialReach));
   const std::array roundness{std::vector<float>(count, 1.0f), std::vector<float>(count, 0.0f)};
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part, kTrials).set(device, rho, roundness, seen.tells);
+    parts.emplace_back(device, part, kTrials).set(device, rho, roundness, seen);
   const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
   const Together<float, float> models(device, {values, values});
   models.fill_some<0, 1>(device, 0);

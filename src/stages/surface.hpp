@@ -107,7 +107,7 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
 /// The particles to fit: the seen ones and, with an owned share of 0, those of the surface (u at
 /// least 1/2) within `reach` particle radii of one, which tell where the fluid turns away from the
 /// camera. A hidden one comes in as soon as one near it is seen, so what it tells its neighbours
-/// (Visible::counts) fades:
+/// (Visible::tells) fades:
 ///   max over the seen ones of smoothstep(kLeastFitted, kFullyVisible, owned)
 ///                           * (1 - smoothstep(reach - kRimFade, reach, distance)).
 Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface,

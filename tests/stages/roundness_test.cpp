@@ -15,7 +15,7 @@ using Roundness = OnDevice;
 
 // Particles at given places with given normals, all of them fitted.
 FittedSurface placed_surface(const std::vector<Vec3d>& at, const std::vector<Vec3d>& normal,
-                         double noise) {
+                             double noise) {
   Random random(9);
   std::vector<Vec3d> uvt;
   for (const Vec3d& x : at) {  // plain_view: eye x = u - 50, y = 50 - v, z = -t
