@@ -6,6 +6,8 @@
 // order they come. Who owns a sample is found in a second pass: of those whose depth is the map's, the
 // lowest index. What is drawn, and at which samples, is worked out by the same operations as bin by bin:
 // both ways give the same bits.
+//
+// uses: outlines.cl
 
 // Work-items that share a disc: its rows in turns. Elsewhere vectors are busy with one.
 #if WIDTH == 1
@@ -35,16 +37,49 @@ typedef struct {
   float key;
 } Share;
 
-inline Share share_of(global const int* box, global const float* key, const Outlined all) {
-  const int id = get_global_id(0), stride = all.stride;
-  Share share;
-  share.p = id / SHARES < all.count ? id / SHARES : -1;  // the range is rounded up to whole work-groups
+// Of the work-item's disc, of `count`: nothing so far.
+inline Share share_among(const int count) {
+  const int p = get_global_id(0) / SHARES;
+  const Share share = {p < count ? p : -1,  // the range is rounded up to whole work-groups
+                       0, -1, 0, -1, 0.0f};
+  return share;
+}
+
+// Its rows of a box, in turns.
+inline void take_rows(Share* share, const int i0, const int i1, const int j0, const int j1,
+                      const float key) {
+  const Share taken = {share->p, i0, i1, j0 + (int)get_global_id(0) % SHARES, j1, key};
+  *share = taken;
+}
+
+// What outlines say.
+inline Share share_of_box(global const int* box, global const float* key, const Outlined all) {
+  Share share = share_among(all.count);
+  const int p = share.p, stride = all.stride;
+  if (p >= 0)
+    take_rows(&share, box[p], box[stride + p], box[2 * stride + p], box[3 * stride + p], key[p]);
+  return share;
+}
+
+// What a particle may cover, which outline_discs would say, and its disc.
+#if WIDTH == 1
+#define FIRST_LANE(v) (v)
+#else
+#define FIRST_LANE(v) (v).s0
+#endif
+inline Share share_of_particle(global const float* particles,  // [6][stride] as of outline_discs
+                               const DrawnSpheres all, const Lattice samples, float8* disc) {
+  Share share = share_among(all.count);
   if (share.p < 0) return share;
-  share.i0 = box[share.p];
-  share.i1 = box[stride + share.p];
-  share.j0 = box[2 * stride + share.p] + id % SHARES;
-  share.j1 = box[3 * stride + share.p];
-  share.key = key[share.p];
+  const Spheres s =
+      spheres_of(particles + share.p, all.stride, (float2)(all.footprint, all.bulge));
+  const Outline o = outline_of(s, (int2)(samples.nx, samples.ny),
+                               (float2)(samples.first, all.inverse_step), all.drawn);
+  take_rows(&share, FIRST_LANE(o.i0), FIRST_LANE(o.i1), FIRST_LANE(o.j0), FIRST_LANE(o.j1),
+            FIRST_LANE(o.key));
+  *disc = (float8)(FIRST_LANE(o.disc[0]), FIRST_LANE(o.disc[1]), FIRST_LANE(o.disc[2]),
+                   FIRST_LANE(o.disc[3]), FIRST_LANE(o.disc[4]), FIRST_LANE(o.disc[5]),
+                   FIRST_LANE(o.disc[6]), FIRST_LANE(o.disc[7]));
   return share;
 }
 
@@ -123,11 +158,9 @@ inline floatv in_front(const floatv depth) {
 }
 
 // A work-item's share of a disc. Maps that are 0 are left alone; where `behind` is 0, all fronts count.
-inline void draw_share(global const float* disc,   // [stride][8] of outline_discs
-                       global const int* box,      // [4][stride] see bins.cl
-                       global const float* key,    // [stride]
-                       global const float* bound,  // [bins] none with a larger key is drawn
-                       const Outlined all, const Lattice samples,
+inline void draw_share(const Share share, const float8 d,  // of outline_discs
+                       global const float* bound,          // [bins] none with a larger key is drawn
+                       const int across, const Lattice samples,
                        global const float* behind,  // [samples] only fronts deeper than this + gap
                        const float gap,             // particle radii
                        global uint* from,          // [samples] lowered by fronts
@@ -135,10 +168,7 @@ inline void draw_share(global const float* disc,   // [stride][8] of outline_dis
                        global uint* to,            // [samples] raised by backs
                        global const float* depth,  // [samples] whose front is this owns the sample:
                        global int* owner) {        // [samples] the lowest of several
-  const Share share = share_of(box, key, all);
-  if (share.p < 0) return;
-  const float8 d = vload8(share.p, disc);
-  EACH_SAMPLE(share, bound, all.across) {
+  EACH_SAMPLE(share, bound, across) {
     const int s = j * samples.nx + i;
     const floatv half_depth = half_depth_at(d, i, j, samples), back = d.s0 + half_depth;
     const floatv front = in_front(d.s0 - half_depth);
@@ -159,26 +189,33 @@ kernel void lower_discs(global const float* disc, OUTLINES(const, box, key),
                         global uint* depth,  // [samples] bits of the depth, particle radii; +infinity
                                              // before
                         const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, depth, 0, 0, 0, 0);
+  const Share share = share_of_box(box, key, all);
+  if (share.p < 0) return;
+  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, depth, 0, 0, 0, 0);
 }
 
-// The same and at how many samples of each block there is one.
-kernel void lower_fronts(global const float* disc, OUTLINES(const, box, key),
+// The same of particles, and at how many samples of each block there is one.
+kernel void lower_fronts(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
                          global const float* bound,
                          global uint* depth,    // [samples] +infinity before
                          global int* occupied,  // [blocks] 0 before
-                         const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, depth, occupied, 0, 0, 0);
+                         const DrawnSpheres all, const Lattice samples) {
+  float8 disc;
+  const Share share = share_of_particle(particles, all, samples, &disc);
+  if (share.p < 0) return;
+  draw_share(share, disc, bound, all.across, samples, 0, 0, depth, occupied, 0, 0, 0);
 }
 
 // And the farthest back.
-kernel void lower_and_raise_discs(global const float* disc, OUTLINES(const, box, key),
-                                  global const float* bound,
+kernel void lower_and_raise_discs(global const float* particles, global const float* bound,
                                   global uint* from,     // [samples] +infinity before
                                   global uint* to,       // [samples] 0 before
                                   global int* occupied,  // [blocks] 0 before
-                                  const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, from, occupied, to, 0, 0);
+                                  const DrawnSpheres all, const Lattice samples) {
+  float8 disc;
+  const Share share = share_of_particle(particles, all, samples, &disc);
+  if (share.p < 0) return;
+  draw_share(share, disc, bound, all.across, samples, 0, 0, from, occupied, to, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
@@ -187,17 +224,21 @@ kernel void own_discs(global const float* disc, OUTLINES(const, box, key),
                       global const float* depth,  // [samples] of lower_discs
                       global int* owner,          // [samples] INT_MAX before
                       const Outlined all, const Lattice samples) {
-  draw_share(disc, box, key, bound, all, samples, 0, 0, 0, 0, 0, depth, owner);
+  const Share share = share_of_box(box, key, all);
+  if (share.p < 0) return;
+  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, 0, 0, 0, depth, owner);
 }
 
-// The nearest front deeper than `behind` + gap.
-kernel void lower_discs_behind(global const float* disc, OUTLINES(const, box, key),
-                               global const float* bound,
+// The nearest front of particles deeper than `behind` + gap.
+kernel void lower_discs_behind(global const float* particles, global const float* bound,
                                global const float* behind,  // [samples] +infinity: nothing is asked
                                global uint* depth,          // [samples] +infinity before
-                               const Outlined all, const Lattice samples,
+                               const DrawnSpheres all, const Lattice samples,
                                const float gap) {  // particle radii
-  draw_share(disc, box, key, bound, all, samples, behind, gap, depth, 0, 0, 0, 0);
+  float8 disc;
+  const Share share = share_of_particle(particles, all, samples, &disc);
+  if (share.p < 0) return;
+  draw_share(share, disc, bound, all.across, samples, behind, gap, depth, 0, 0, 0, 0);
 }
 
 // How many samples each disc owns. One work-item per RUN samples, which often have one owner.
@@ -237,7 +278,7 @@ inline void draw_sphere_share(global const float* sphere,  // [stride][8] of out
                               global const float* bound, const Outlined all,
                               const Screen screen, global uint* from, global const float* depth,
                               global int* owner) {
-  const Share share = share_of(box, key, all);
+  const Share share = share_of_box(box, key, all);
   if (share.p < 0) return;
   const float8 ball = vload8(share.p, sphere);
   EACH_SAMPLE(share, bound, all.across) {
@@ -297,14 +338,17 @@ kernel void normals_of_owners(global const float* sphere, global const float* de
 
 // The kept triangles' depth in the blocks that are `asked` for, as draw_triangles of region.cl works it
 // out.
-kernel void lower_triangles(global const float* record,  // [stride][16] of outline_triangles
-                            OUTLINES(const, box, key), global const float* bound,
+kernel void lower_triangles(global const float* corners,  // [9][stride] as of outline_triangles
+                            global const float* bound,
                             global uint* depth,  // [samples] +infinity before
                             const Outlined all, const Lattice samples, const int perspective,
                             global const int* asked) {  // [blocks] 0: no sample of it is read
-  const Share share = share_of(box, key, all);
+  Share share = share_among(all.count);
   if (share.p < 0) return;
-  const float16 r = vload16(share.p, record);
+  const TriangleOutline o =
+      outline_of_triangle(corners, share.p, all.stride, samples, perspective);
+  take_rows(&share, o.i0, o.i1, o.j0, o.j1, -INFINITY);
+  const float16 r = o.record;
   EACH_SAMPLE(share, bound, all.across) {
     if (!asked[block_of(i, j, samples.nx)]) continue;
     const int s = j * samples.nx + i;

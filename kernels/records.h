@@ -102,6 +102,15 @@ RECORD(Outlined) {
   int across;
 };
 
+// Particles that are drawn as spheres (minima.cl).
+RECORD(DrawnSpheres) {
+  int count, stride;       // particles; values in a row of theirs
+  int across;              // bins in a row
+  int drawn;               // FRONT, BEHIND or EVERY
+  float footprint, bulge;  // particle radii; over the footprint
+  float inverse_step;      // of samples, 1 / pixels
+};
+
 // In chunks, one to a work-item.
 RECORD(Chunked) {
   int count, stride, across;

@@ -1,4 +1,6 @@
 // region.cl: where there is surface (paper 2.4.1).
+//
+// uses: outlines.cl
 
 // What kept triangles may cover. One work-item per triangle.
 kernel void outline_triangles(global const float* corners,  // [9][stride] u, v, t of three corners
@@ -9,31 +11,13 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
                               const int perspective) {  // interpolate 1/t instead of t
   const int k = get_global_id(0);
   if (k >= n) return;
-  float u[3], v[3], t[3];
-#pragma unroll
-  for (int c = 0; c < 3; ++c) {
-    u[c] = corners[(3 * c) * stride + k];
-    v[c] = corners[(3 * c + 1) * stride + k];
-    t[c] = corners[(3 * c + 2) * stride + k];
-    if (perspective) t[c] = 1.0f / t[c];
-  }
-  const float u1 = u[1] - u[0], v1 = v[1] - v[0], u2 = u[2] - u[0], v2 = v[2] - v[0];
-  const float doubled = u1 * v2 - u2 * v1;
-  const float low_u = fmin(u[0], fmin(u[1], u[2])), high_u = fmax(u[0], fmax(u[1], u[2]));
-  const float low_v = fmin(v[0], fmin(v[1], v[2])), high_v = fmax(v[0], fmax(v[1], v[2]));
-  box[k] = (int)ceil(clamp((low_u - samples.first) / samples.step, 0.0f, 1e6f));
-  box[stride + k] =
-      fabs(doubled) < 1e-9f
-          ? -1
-          : min(samples.nx - 1,
-                (int)floor(clamp((high_u - samples.first) / samples.step, -1.0f, 1e6f)));
-  box[2 * stride + k] = (int)ceil(clamp((low_v - samples.first) / samples.step, 0.0f, 1e6f));
-  box[3 * stride + k] =
-      min(samples.ny - 1, (int)floor(clamp((high_v - samples.first) / samples.step, -1.0f, 1e6f)));
+  const TriangleOutline o = outline_of_triangle(corners, k, stride, samples, perspective);
+  box[k] = o.i0;
+  box[stride + k] = o.i1;
+  box[2 * stride + k] = o.j0;
+  box[3 * stride + k] = o.j1;
   key[k] = -INFINITY;
-  vstore16((float16)(u[0], v[0], u1, v1, u2, v2, 1.0f / doubled, t[0], t[1], t[2], 0.0f, 0.0f, 0.0f,
-                     0.0f, 0.0f, 0.0f),
-           k, record);
+  vstore16(o.record, k, record);
 }
 
 // The kept triangles' depth at every sample of the listed bins; INFINITY where there is none. Only

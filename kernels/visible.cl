@@ -8,46 +8,24 @@
 // Every operation between a node's place and its front is monotone, and so is its rounding: of the
 // nodes of a rectangle, none has a deeper computed front than the largest |du| and |dv| among them
 // give, and none a nearer one than the centre. Bounds made so hold to the last bit.
+//
+// uses: outlines.cl
 
-// WIDTH particles.
-typedef struct {
-  floatv t, u, v, ru, rv, bulge;  // half axes and bulge of their spheres
-} Spheres;
-
-// From [6][stride] t, u, v, ku, kv, scale; sphere: footprint, bulge over footprint.
-inline Spheres spheres_of(global const float* here, const int stride, const float2 sphere) {
-  const Spheres s = {LOADF(here),
-                     LOADF(here + stride),
-                     LOADF(here + 2 * stride),
-                     sphere.x * LOADF(here + 3 * stride),
-                     sphere.x * LOADF(here + 4 * stride),
-                     sphere.x * sphere.y * LOADF(here + 5 * stride)};
-  return s;
-}
-
-// What the spheres may cover, on nodes whose first lies at origin.x with 1 / step = origin.y.
-inline void outline(const Spheres s, const int p, global float* disc, global int* box,
-                    global float* key, const int stride, const int2 nodes, const float2 origin,
-                    const int drawn) {
-  STOREI(first_within((s.u - s.ru - origin.x) * origin.y), box + p);
-  STOREI(last_within((s.u + s.ru - origin.x) * origin.y, nodes.x), box + stride + p);
-  STOREI(first_within((s.v - s.rv - origin.x) * origin.y), box + 2 * stride + p);
-  STOREI(last_within((s.v + s.rv - origin.x) * origin.y, nodes.y), box + 3 * stride + p);
-  const floatv nearest = larger(smaller(s.t - s.bulge, s.t), (floatv)(1e-6f));
-  floatv bound = (floatv)(-INFINITY);
-  if (drawn == FRONT) bound = nearest;
-  if (drawn == BEHIND) bound = -larger(larger(s.t - s.bulge, s.t), (floatv)(1e-6f));
-  STOREF(bound, key + p);
-  const floatv record[8] = {s.t,     s.u,     s.v,           1.0f / s.ru, 1.0f / s.rv,
-                            s.bulge, nearest, (floatv)(0.0f)};
-  store_records(record, disc + 8 * p);
+// What lists and draws of the spheres.
+inline void store_outline(const Outline o, const int p, const int stride, global float* disc,
+                          global int* box, global float* key) {
+  STOREI(o.i0, box + p);
+  STOREI(o.i1, box + stride + p);
+  STOREI(o.j0, box + 2 * stride + p);
+  STOREI(o.j1, box + 3 * stride + p);
+  STOREF(o.key, key + p);
+  store_records(o.disc, disc + 8 * p);
 }
 
 // What the particles may cover. One work-item per WIDTH particles of `stride`.
 kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
                           global float* disc,  // [stride][8] t, u, v, 1 / half axes, bulge, nearest
-                          OUTLINES(, box, key),  // key: FRONT: nearest depth; BEHIND: the least
-                                                 // negative depth; EVERY: none is left out
+                          OUTLINES(, box, key),
                           const int stride,
                           const int2 nodes,     // nx, ny
                           const float2 origin,  // first node's coordinate, 1 / step; pixels
@@ -55,7 +33,8 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
                           const int drawn) {
   const int p = get_global_id(0) * WIDTH;
   if (p >= stride) return;  // the range is rounded up to whole work-groups
-  outline(spheres_of(particles + p, stride, sphere), p, disc, box, key, stride, nodes, origin, drawn);
+  store_outline(outline_of(spheres_of(particles + p, stride, sphere), nodes, origin, drawn), p, stride,
+                disc, box, key);
 }
 
 // The same by nearest depth, and the cells inside a rectangle that the disc holds, and the deepest
@@ -72,7 +51,7 @@ kernel void cover_discs(global const float* particles, global float* disc, OUTLI
   const float step = place.z;
   if (p >= stride) return;
   const Spheres s = spheres_of(particles + p, stride, sphere);
-  outline(s, p, disc, box, key, stride, nodes, origin, FRONT);
+  store_outline(outline_of(s, nodes, origin, FRONT), p, stride, disc, box, key);
   const intv i0 = first_cell((s.u - 0.69f * s.ru - origin.x) * origin.y, shift);
   const intv i1 = last_cell((s.u + 0.69f * s.ru - origin.x) * origin.y, nodes.x, shift);
   const intv j0 = first_cell((s.v - 0.69f * s.rv - origin.x) * origin.y, shift);

@@ -61,8 +61,7 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
         if (aovs.normal)
           surface.normal[s] = static_cast<Vec3>(world_direction(
               view, Vec3d(Vec3{normal[s], normal[pixels + s], normal[2 * pixels + s]})));
-        if (aovs.kind)
-          surface.kind[s] = shown.kind ? kind_of(shown.kind[s]) : Kind::surface;
+        if (aovs.kind) surface.kind[s] = shown.kind ? kind_of(shown.kind[s]) : Kind::surface;
         const std::int32_t g = group.size() > 0 ? group[s] : -1;
         if (g < 0) continue;
         if (aovs.group) surface.group[s] = static_cast<std::uint32_t>(g) + 1;

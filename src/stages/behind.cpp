@@ -5,10 +5,13 @@
 
 namespace meniscus {
 
-DiscsBehind list_discs(Device& device, const Discs& discs, const GapLists& gaps) {
-  DiscsBehind listed{discs, gaps.bound, {}};
+DiscsBehind list_discs(Device& device, const SplatParticles& particles, cl_float2 sphere,
+                       const GapLists& gaps) {
+  const SampleGrid& grid = gaps.lists.grid;
+  DiscsBehind listed{particles, sphere, gaps.bound, {}, {}};
   if (draws_by_minima(device)) return listed;
-  draw_bins(device, discs.outlines, gaps.bound, gaps.lists.grid,
+  listed.discs = outline_discs(device, particles, grid, sphere, Drawn::behind);
+  draw_bins(device, listed.discs.outlines, gaps.bound, grid,
             [&](const BinLists& lists) { listed.lists.push_back(lists); });
   return listed;
 }
@@ -17,10 +20,9 @@ void splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& s
                   const Buffer<float>& behind, double gap, const Buffer<float>& into) {
   const SampleGrid& grid = samples.grid;
   if (draws_by_minima(device)) {
-    if (discs.discs.outlines.count > 0)
-      draw_minima(device, kernels::lower_discs_behind, discs.discs.records, discs.discs.outlines,
-                  discs.bound, grid, std::tie(behind, into), lattice_of(grid),
-                  static_cast<cl_float>(gap));
+    if (discs.particles.count > 0)
+      draw_minima(device, kernels::lower_discs_behind, discs.particles, discs.sphere, Drawn::behind,
+                  discs.bound, grid, std::tie(behind, into), static_cast<cl_float>(gap));
     return;
   }
   const int width = device.state().vector_width;

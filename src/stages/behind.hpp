@@ -11,14 +11,17 @@ namespace meniscus {
 
 /// The discs that may show behind some samples.
 struct DiscsBehind {
-  Discs discs;
-  Buffer<float> bound;          // [bins] those with a greater key are left out
-  std::vector<BinLists> lists;  // of the bins; none where the device draws by atomic minima
+  SplatParticles particles;
+  cl_float2 sphere;             // footprint, particle radii, and bulge over footprint
+  Buffer<float> bound;          // [bins] those with a greater key (Drawn::behind) are left out
+  Discs discs;                  // of the particles; none where the device draws by atomic minima
+  std::vector<BinLists> lists;  // of the bins; the same
 };
 
-/// Lists the discs (Drawn::behind) that have fronts deeper than a gap behind some samples. Waits
-/// where they are listed by bin.
-DiscsBehind list_discs(Device& device, const Discs& discs, const GapLists& gaps);
+/// Lists the particles that have fronts deeper than a gap behind some samples. Waits where they are
+/// listed by bin.
+DiscsBehind list_discs(Device& device, const SplatParticles& particles, cl_float2 sphere,
+                       const GapLists& gaps);
 
 /// The nearest front deeper than behind + gap at the listed samples, which are among those that the
 /// discs were listed for; `behind` has not come nearer since. Depths in particle radii,

@@ -8,6 +8,7 @@
 #include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/samples.hpp"
+#include "stages/visible.hpp"
 
 namespace meniscus {
 
@@ -48,6 +49,25 @@ void draw_minima(Device& device, const auto& kernel, const Buffer<float>& record
       [&](Maps&... all) {
         launch(device, kernel, width, disc_items(outlines.count, width), records, outlines, bound,
                all..., outlined_on(grid, outlines), samples, more...);
+      },
+      maps);
+}
+
+/// The same of a kernel that works out by itself what particles may cover.
+///
+///   sphere  footprint, particle radii, and bulge over footprint
+template <class... Maps, class... More>
+void draw_minima(Device& device, const auto& kernel, const SplatParticles& particles,
+                 cl_float2 sphere, Drawn drawn, const Buffer<float>& bound, const SampleGrid& grid,
+                 const std::tuple<Maps&...>& maps, const More&... more) {
+  const int width = device.state().vector_width;
+  const records::DrawnSpheres all{particles.count,         particles.stride, bins_of(grid).nx,
+                                  static_cast<int>(drawn), sphere.s[0],      sphere.s[1],
+                                  1.0f / grid.step};
+  std::apply(
+      [&](Maps&... drawn_into) {
+        launch(device, kernel, width, disc_items(particles.count, width), particles.values, bound,
+               drawn_into..., all, lattice_of(grid), more...);
       },
       maps);
 }

@@ -39,14 +39,18 @@ void draw_triangles(Device& device, const View& view, const KeptTriangles& trian
                     stride = static_cast<std::size_t>(triangles.stride);
   const cl_int perspective = !view.orthographic;
   const int width = device.state().vector_width;
+  if (by_minima) {
+    launch(device, kernels::lower_triangles, width, disc_items(triangles.count, width),
+           triangles.corners, no_bound(device, grid), into,
+           records::Outlined{triangles.count, triangles.stride, bins_of(grid).nx}, lattice_of(grid),
+           perspective, asked);
+    return;
+  }
   const auto records = allocate<float>(device, 16 * stride);
   const Outlines outlines{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                           triangles.count, triangles.stride};
   launch(device, kernels::outline_triangles, width, {n}, triangles.corners, records, outlines,
          outlines.count, outlines.stride, lattice_of(grid), perspective);
-  if (by_minima)
-    return draw_minima(device, kernels::lower_triangles, records, outlines, no_bound(device, grid),
-                       grid, std::tie(into), lattice_of(grid), perspective, asked);
   draw_bins(device, outlines, no_bound(device, grid), grid, [&](const BinLists& lists) {
     launch(device, kernels::draw_triangles, width, bin_items(lists, width), records, lists, into,
            lists.bins, lattice_of(grid), perspective, asked);

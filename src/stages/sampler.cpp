@@ -83,9 +83,7 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
   canvas.clock.start("behind");
   const GapLists found =
       list_gaps(s.device, canvas.grid, open, canvas.on.fronts.occupied, listed, kLayerGap);
-  const Discs hidden =
-      outline_discs(s.device, s.body, canvas.grid, {{kBehindFootprint, 1.0f}}, Drawn::behind);
-  const DiscsBehind discs = list_discs(s.device, hidden, found);
+  const DiscsBehind discs = list_discs(s.device, s.body, {{kBehindFootprint, 1.0f}}, found);
   SampleLists lists = found.lists;
   for (int layer = 0; layer < kBehind; ++layer) {
     canvas.clock.start("behind");

@@ -175,14 +175,13 @@ Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, cons
 void splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                   double footprint, double bulge, const Fronts& into) {
   if (particles.count == 0) return;
-  const Discs discs =
-      outline_discs(device, particles, grid,
-                    {{static_cast<float>(footprint), static_cast<float>(bulge)}}, Drawn::every);
-  if (!draws_by_minima(device))
-    return draw_all(device, kernels::splat_fronts, discs, grid,
-                    std::tie(into.depth, into.occupied));
-  draw_minima(device, kernels::lower_fronts, discs.records, discs.outlines, no_bound(device, grid),
-              grid, std::tie(into.depth, into.occupied), lattice_of(grid));
+  const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
+  const auto maps = std::tie(into.depth, into.occupied);
+  if (draws_by_minima(device))
+    return draw_minima(device, kernels::lower_fronts, particles, sphere, Drawn::every,
+                       no_bound(device, grid), grid, maps);
+  draw_all(device, kernels::splat_fronts,
+           outline_discs(device, particles, grid, sphere, Drawn::every), grid, maps);
 }
 
 Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
@@ -199,13 +198,13 @@ void splat_extent(Device& device, const SplatParticles& particles, const SampleG
     if (!by_minima) fill(device, into.from, kNoSurface);
     return;
   }
-  const Discs discs = outline_discs(device, particles, grid, sphere_of(footprint), Drawn::every);
-  if (!by_minima)
-    return draw_all(device, kernels::splat_extent, discs, grid,
-                    std::tie(into, into.occupied, asked));
-  draw_minima(device, kernels::lower_and_raise_discs, discs.records, discs.outlines,
-              no_bound(device, grid), grid, std::tie(into.from, into.to, into.occupied),
-              lattice_of(grid));
+  const cl_float2 sphere = sphere_of(footprint);
+  if (by_minima)
+    return draw_minima(device, kernels::lower_and_raise_discs, particles, sphere, Drawn::every,
+                       no_bound(device, grid), grid, std::tie(into.from, into.to, into.occupied));
+  draw_all(device, kernels::splat_extent,
+           outline_discs(device, particles, grid, sphere, Drawn::every), grid,
+           std::tie(into, into.occupied, asked));
 }
 
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,

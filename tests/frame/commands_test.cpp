@@ -57,7 +57,7 @@ TEST_P(Commands, OfAFrameStayWithinTheirBudget) {
 
 INSTANTIATE_TEST_SUITE_P(Forms, Commands,
                          testing::Values(Form{"OnAProcessor", false, 8, {94, 1020, 1, 25, 13, 2}},
-                                         Form{"OnAGpu", true, 1, {69, 846, 6, 12, 8, 2}}),
+                                         Form{"OnAGpu", true, 1, {65, 801, 6, 12, 8, 2}}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace

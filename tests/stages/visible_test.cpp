@@ -42,9 +42,8 @@ std::vector<std::int32_t> all_of(const Projected& p) {
 std::vector<float> behind(Device& device, const SplatParticles& splats, const SampleGrid& grid,
                           const Buffer<float>& front, double gap) {
   const GapLists gaps = list_gaps(device, grid, front, gap);
-  const Discs discs = outline_discs(device, splats, grid, {{1.8f, 1.0f}}, Drawn::behind);
-  std::vector<float> depth = download(
-      device, splat_behind(device, list_discs(device, discs, gaps), gaps.lists, front, gap));
+  const DiscsBehind discs = list_discs(device, splats, {{1.8f, 1.0f}}, gaps);
+  std::vector<float> depth = download(device, splat_behind(device, discs, gaps.lists, front, gap));
   const std::vector<float> asked = download(device, front);
   for (std::size_t k = 0; k < depth.size(); ++k)
     if (!(asked[k] < kNoSurface)) depth[k] = kNoSurface;

@@ -26,10 +26,9 @@ ReferenceErrors behind_case(Device& device, int size) {
     for (const std::vector<float>& before : {fronts, patches(grid, 3)}) {
       const Buffer<float> behind = upload(device, before);
       const GapLists gaps = list_gaps(device, grid, behind, kGap);
-      const Discs outlined = outline_discs(device, splats, grid,
-                                           {{static_cast<float>(kFootprint), 1.0f}}, Drawn::behind);
-      const auto found = download(device, splat_behind(device, list_discs(device, outlined, gaps),
-                                                       gaps.lists, behind, kGap));
+      const DiscsBehind discs =
+          list_discs(device, splats, {{static_cast<float>(kFootprint), 1.0f}}, gaps);
+      const auto found = download(device, splat_behind(device, discs, gaps.lists, behind, kGap));
       const auto bounds = reference::splat_behind(p, grid, kFootprint, before, kGap, kEpsilon);
       for (std::size_t s = 0; s < found.size(); ++s)
         if (before[s] < kNoSurface) worst.see_within(found[s], bounds.low[s], bounds.high[s]);

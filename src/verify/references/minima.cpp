@@ -93,9 +93,8 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
   see_both(
       device, behind,
       [&] {
-        const Discs outlined = outline_discs(device, splats, grid, {{1.8f, 1.0f}}, Drawn::behind);
-        return download(
-            device, splat_behind(device, list_discs(device, outlined, gaps), gaps.lists, first, 3));
+        const DiscsBehind discs = list_discs(device, splats, {{1.8f, 1.0f}}, gaps);
+        return download(device, splat_behind(device, discs, gaps.lists, first, 3));
       },
       [&](std::size_t k) { return fronts[k] < kNoSurface; });
   errors.push_back(behind.error());
