@@ -85,6 +85,37 @@ TEST_F(DeviceBuffer, ArraysAreWrittenAndReadTogether) {
   }
 }
 
+// Some of the arrays that lie side by side are filled and read without the others, whether they
+// share a piece of memory or there is none so large.
+TEST_F(DeviceBuffer, SomeArraysAreFilledAndReadTogether) {
+  std::size_t& largest = device_.state().info.largest_buffer;
+  const std::size_t before = largest;
+  for (const bool shared : {true, false}) {
+    stage(device_, true);
+    largest = shared ? before : 8 << 10;
+    const Together<float, float, cl_uchar, cl_int, float> all(device_, {1000, 3, 5, 20, 7});
+    EXPECT_EQ(all.whole.size > 0, shared);
+    fill(device_, all.part<0>(), 1.0f);
+    fill(device_, all.part<3>(), 9);
+    fill(device_, all.part<4>(), 4.0f);
+    const CommandCounts at_first = device_.state().counts;
+    all.fill_some<1, 1>(device_, 2.5f);
+    all.fill_some<2, 3>(device_, 0);
+    EXPECT_EQ(device_.state().counts.since(at_first).fills, shared ? 2 : 3);
+    const auto some = all.some<1, float, cl_uchar>(device_);
+    EXPECT_TRUE(same_memory(some.part<1>().memory, all.part<2>().memory));
+    const CommandCounts filled = device_.state().counts;
+    const ViewTogether view(device_, some);
+    EXPECT_EQ(device_.state().counts.since(filled).reads, shared ? 1 : 2);
+    EXPECT_EQ(std::vector<float>(view.data<0>(), view.data<0>() + 3), std::vector<float>(3, 2.5f));
+    EXPECT_EQ(std::vector<cl_uchar>(view.data<1>(), view.data<1>() + 5), std::vector<cl_uchar>(5));
+    EXPECT_EQ(download(device_, all.part<0>()), std::vector<float>(1000, 1.0f));
+    EXPECT_EQ(download(device_, all.part<3>()), std::vector<cl_int>(20));
+    EXPECT_EQ(download(device_, all.part<4>()), std::vector<float>(7, 4.0f));
+  }
+  largest = before;
+}
+
 // What is on its way is not written over, however much there is of it; nor what is being looked at.
 TEST_F(DeviceBuffer, ManyUploadsWithoutAWaitStayWhole) {
   stage(device_, true);
