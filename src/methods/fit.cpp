@@ -214,7 +214,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   Shell shell = find_shell(frame, fluid, seen, measured, seeding);
   const auto& [visible, mesh] = shell.triangulated;
   clock.start("region");
-  const SplatParticles on_screen = upload_splats(device, fluid.particles, visible.index);
+  const SplatParticles on_screen = upload_splats(device, fluid.particles, seen.index);
   const KeptTriangles triangles = upload_triangles(device, mesh);
   Backdrop of_image;  // drawn while the host is at the fits' records
   if (params.image)
