@@ -59,7 +59,7 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
 // even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
 // the particle's radius and the field's face lies where the fitted one does.
 inline floatv level_weight(const floatv density, const float level) {
-  const floatv t = clamp((density - 0.35f) / 0.5f, 0.0f, 1.0f);
+  const floatv t = clamp(2.25f * (density - 0.45f), 0.0f, 1.0f);
   return level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
 }
 

@@ -9,8 +9,9 @@ namespace {
 // measuring the density.
 constexpr float kTriangleReach = 3;
 
-// The field of a lone particle reaches one particle radius; among others it reaches farther.
-constexpr double kBlobReach = 2;
+// The field of a lone particle reaches one particle radius; among others it reaches farther. (A blob
+// that reached farther than this had a pinhole: no crossing is found from inside.)
+constexpr double kBlobReach = 2.5;
 
 // The density field is sought this many particle radii before and twice as many behind the blend or
 // the reference depth; in gaps, which have nothing behind them, farther.

@@ -80,7 +80,7 @@ Place cell_at(const Cells& in, std::size_t p) {
 
 // As level_weight in density.cl.
 float level_weight(float density, float level) {
-  const float t = std::min(std::max((density - 0.35f) / 0.5f, 0.0f), 1.0f);
+  const float t = std::clamp(2.25f * (density - 0.45f), 0.0f, 1.0f);
   return level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
 }
 

@@ -21,7 +21,7 @@ inline double smooth_step(double low, double high, double x) {
 /// A particle's share is divided by a level that runs from `level` where the density is that of a
 /// lone particle to 0.45 inside the fluid; the weight is 1 for a lone particle.
 inline double level_weight(double density, double level) {
-  return level / (level + (0.45 - level) * smooth_step(0.35, 0.85, density));
+  return level / (level + (0.45 - level) * smooth_step(0.45, 0.45 + 1 / 2.25, density));
 }
 
 /// Shares times weights.

@@ -113,18 +113,18 @@ void see_splash(Device& device, const FieldScene& scene, Seen* seen) {
   }
 }
 
-// The difference to .35 adds 2 epsilon to what the density is off, the quotient doubles it,
-// smoothstep's slope is at most 1.5 and it rounds six times; the weight follows by at most
-// .45 / level - 1 and rounds six times more.
+// The difference to .45 adds 2 epsilon to what the density is off, the factor takes it 2.25 times and
+// rounds once, smoothstep's slope is at most 1.5 and it rounds six times; the weight follows by at
+// most .45 / level - 1 and rounds six times more.
 void see_weights(const FieldScene& scene, Worst* worst) {
   const double level = scene.params.blob_density;
   for (std::size_t i = 0; i < scene.field.particles.size(); ++i) {
     const Vec3d x = scene.field.particles.eye(i);
     const double density = reference::density(scene.field.particles, x);
     const double off = reference::density_error(scene.field.particles, x, density) +
-                       2 * kEpsilon * (density + 0.35);
+                       2 * kEpsilon * (density + 0.45);
     worst->see(scene.field.weight[i], reference::level_weight(density, level),
-               (0.45 / level - 1) * (1.5 * 2 * off + 6 * kEpsilon) + 6 * kEpsilon, 1);
+               (0.45 / level - 1) * (1.5 * 2.25 * off + 8 * kEpsilon) + 6 * kEpsilon, 1);
   }
 }
 
