@@ -348,14 +348,6 @@ std::size_t Device::State::part_bytes(std::size_t bytes) {
   return (bytes + kPadding - 1) / kPadding * kPadding + kPadding;
 }
 
-Memory Device::State::part_of(const Memory& whole, std::size_t origin, std::size_t bytes) {
-  try {
-    return MemoryPool::part_of(whole, origin, part_bytes(bytes));
-  } catch (const cl::Error& error) {
-    fail("taking a part of a buffer", error);
-  }
-}
-
 HostMemory Device::State::host_bytes(std::size_t bytes) {
   const std::size_t size = padded(bytes);
   try {
@@ -423,20 +415,20 @@ Memory Device::State::constant_bytes(cl_uint pattern, std::size_t bytes) {
   return kept.memory;
 }
 
-void Device::State::write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes) {
+void Device::State::write_bytes(Memory::Place to, const void* from, std::size_t bytes) {
   send_uploads();
   try {
-    queue.enqueueWriteBuffer(to, CL_TRUE, 0, bytes, from);
+    queue.enqueueWriteBuffer(to.buffer, CL_TRUE, to.origin, bytes, from);
     ++counts.uploads;
   } catch (const cl::Error& error) {
     fail("uploading " + std::to_string(bytes) + " bytes", error);
   }
 }
 
-void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t bytes) {
+void Device::State::read_bytes(Memory::Place from, void* to, std::size_t bytes) {
   send_uploads();
   try {
-    queue.enqueueReadBuffer(from, CL_TRUE, 0, bytes, to);
+    queue.enqueueReadBuffer(from.buffer, CL_TRUE, from.origin, bytes, to);
     ++counts.reads;
     if (staging) staging->waited();
   } catch (const cl::Error& error) {
@@ -444,46 +436,46 @@ void Device::State::read_bytes(const cl::Buffer& from, void* to, std::size_t byt
   }
 }
 
-HostMemory Device::State::copy_bytes(const cl::Buffer& from, std::size_t bytes) {
+HostMemory Device::State::copy_bytes(const Memory& from, std::size_t bytes) {
   HostMemory copy = host_bytes(bytes);
   read_bytes(from, copy.bytes.get(), bytes);
   return copy;
 }
 
-void* Device::State::map_bytes(const cl::Buffer& buffer, std::size_t bytes) {
+void* Device::State::map_bytes(const Memory& memory, std::size_t bytes) {
   send_uploads();
   try {
     ++counts.reads;
-    return queue.enqueueMapBuffer(buffer, CL_TRUE, CL_MAP_READ, 0, bytes);
+    return queue.enqueueMapBuffer(memory, CL_TRUE, CL_MAP_READ, 0, bytes);
   } catch (const cl::Error& error) {
     fail("mapping " + std::to_string(bytes) + " bytes", error);
   }
 }
 
-void Device::State::unmap(const cl::Buffer& buffer, void* mapped) noexcept {
+void Device::State::unmap(const Memory& memory, void* mapped) noexcept {
   try {
-    queue.enqueueUnmapMemObject(buffer, mapped);
+    queue.enqueueUnmapMemObject(static_cast<const cl::Buffer&>(memory), mapped);
   } catch (const cl::Error& error) {
     unmap_error_ = error;
   }
 }
 
-void Device::State::fill_bytes(const cl::Buffer& buffer, const void* pattern,
+void Device::State::fill_bytes(const Memory& memory, const void* pattern,
                                std::size_t pattern_bytes, std::size_t bytes) {
   send_uploads();
-  fill_new(buffer, pattern, pattern_bytes, bytes);
+  fill_new(memory, pattern, pattern_bytes, bytes);
 }
 
-void Device::State::fill_new(const cl::Buffer& buffer, const void* pattern,
+void Device::State::fill_new(const Memory& memory, const void* pattern,
                              std::size_t pattern_bytes, std::size_t bytes) {
   if (pattern_bytes != 1 && pattern_bytes != 4)
     throw DeviceError("fill patterns are one or four bytes");
   try {
     if (!is_in_place()) {
       if (pattern_bytes == 4)
-        enqueue_fill(buffer, *static_cast<const cl_uint*>(pattern), 0, bytes);
+        enqueue_fill(memory, *static_cast<const cl_uint*>(pattern), 0, bytes);
       else
-        enqueue_fill(buffer, *static_cast<const cl_uchar*>(pattern), 0, bytes);
+        enqueue_fill(memory, *static_cast<const cl_uchar*>(pattern), 0, bytes);
       return;
     }
     // Sixteen words at a time: PoCL stores a pattern at a time.
@@ -496,19 +488,19 @@ void Device::State::fill_new(const cl::Buffer& buffer, const void* pattern,
       BuiltKernel& fill_words =
           kernel(meniscus::kernels::fill_words.file, meniscus::kernels::fill_words.name,
                  meniscus::kernels::fill_words.number, 1);
-      fill_words.kernel.setArg(0, buffer);
+      fill_words.kernel.setArg(0, static_cast<const cl::Buffer&>(memory));
       fill_words.kernel.setArg(1, words.s[0]);
       fill_words.kernel.setArg(2, static_cast<cl_int>(number));
       counts.arguments += 3;
       enqueue(fill_words, {number});
     } else if (whole > 0) {
-      enqueue_fill(buffer, words, 0, whole);
+      enqueue_fill(memory, words, 0, whole);
     }
     if (whole == bytes) return;
     if (pattern_bytes == 4)
-      enqueue_fill(buffer, words.s[0], whole, bytes - whole);
+      enqueue_fill(memory, words.s[0], whole, bytes - whole);
     else
-      enqueue_fill(buffer, static_cast<cl_uchar>(words.s[0] & 255), whole, bytes - whole);
+      enqueue_fill(memory, static_cast<cl_uchar>(words.s[0] & 255), whole, bytes - whole);
   } catch (const cl::Error& error) {
     fail("filling " + std::to_string(bytes) + " bytes", error);
   }

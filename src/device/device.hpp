@@ -200,7 +200,9 @@ struct Device::State {
   /// behind the other (together.hpp).
   static std::size_t part_bytes(std::size_t bytes);
   /// A part of a buffer as one of its own; `origin` is a sum of part_bytes().
-  Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes);
+  static Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes) {
+    return MemoryPool::part_of(whole, origin, part_bytes(bytes));
+  }
   /// Whether the device reads and writes the host's memory where it lies.
   bool is_in_place() const { return !staging; }
   /// Memory for the host to write, for done_bytes().
@@ -216,13 +218,26 @@ struct Device::State {
   /// A buffer of at least so many bytes that hold a pattern of four, which no kernel changes: it is
   /// kept, and given again to all who want the same.
   Memory constant_bytes(cl_uint pattern, std::size_t bytes);
-  void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes);
-  void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes);
-  HostMemory copy_bytes(const cl::Buffer& from, std::size_t bytes);  // for the host to read; waits
-  void* map_bytes(const cl::Buffer& buffer, std::size_t bytes);      // for reading, in place; waits
-  void unmap(const cl::Buffer& buffer, void* mapped) noexcept;  // the next launch throws for it
-  void fill_bytes(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
+  void write_bytes(Memory::Place to, const void* from, std::size_t bytes);
+  void read_bytes(Memory::Place from, void* to, std::size_t bytes);
+  HostMemory copy_bytes(const Memory& from, std::size_t bytes);  // for the host to read; waits
+  void* map_bytes(const Memory& memory, std::size_t bytes);      // for reading, in place; waits
+  void unmap(const Memory& memory, void* mapped) noexcept;  // the next launch throws for it
+  void fill_bytes(const Memory& memory, const void* pattern, std::size_t pattern_bytes,
                   std::size_t bytes);
+  // The same of a whole buffer.
+  void write_bytes(const cl::Buffer& to, const void* from, std::size_t bytes) {
+    write_bytes({to, 0}, from, bytes);
+  }
+  void read_bytes(const cl::Buffer& from, void* to, std::size_t bytes) {
+    read_bytes({from, 0}, to, bytes);
+  }
+  void write_bytes(const Memory& to, const void* from, std::size_t bytes) {
+    write_bytes(to.place(), from, bytes);
+  }
+  void read_bytes(const Memory& from, void* to, std::size_t bytes) {
+    read_bytes(from.place(), to, bytes);
+  }
 
   /// What was enqueued is begun while the host does something else.
   void flush();
@@ -242,13 +257,14 @@ struct Device::State {
 
  private:
   void finish();  // waits for all work; throws cl::Error
-  void fill_new(const cl::Buffer& buffer, const void* pattern, std::size_t pattern_bytes,
+  void fill_new(const Memory& memory, const void* pattern, std::size_t pattern_bytes,
                 std::size_t bytes);
   /// Fills from byte `from` on; the only place that enqueues a fill. Throws cl::Error.
   template <class Pattern>
-  void enqueue_fill(const cl::Buffer& buffer, const Pattern& pattern, std::size_t from,
+  void enqueue_fill(const Memory& memory, const Pattern& pattern, std::size_t from,
                     std::size_t bytes) {
-    queue.enqueueFillBuffer(buffer, pattern, from, bytes);
+    const Memory::Place at = memory.place();
+    queue.enqueueFillBuffer(at.buffer, pattern, at.origin + from, bytes);
     ++counts.fills;
   }
 

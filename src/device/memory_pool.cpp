@@ -76,8 +76,8 @@ struct Memory::Block {
         std::shared_ptr<MemoryPool::Shelf> from)
       : buffer(std::move(memory)), size(bytes), again(use_again), shelf(std::move(from)) {}
   // A part of another one.
-  Block(cl::Buffer&& memory, std::shared_ptr<const Block> of, std::size_t from)
-      : whole(std::move(of)), origin(from), buffer(std::move(memory)), size(0), again(false) {}
+  Block(std::shared_ptr<const Block> of, std::size_t from, std::size_t bytes)
+      : whole(std::move(of)), origin(from), size(bytes), again(false) {}
   ~Block() {
     if (whole) return;
     const std::lock_guard lock(shelf->mutex);
@@ -96,15 +96,28 @@ struct Memory::Block {
 
   std::shared_ptr<const Block> whole;  // that this one is a part of, from `origin` on
   std::size_t origin = 0;              // bytes
-  cl::Buffer buffer;
-  std::size_t size;  // bytes
-  bool again;        // goes back to the shelf
+  mutable cl::Buffer buffer;           // of a part: none before somebody asks for it
+  std::size_t size;                    // bytes
+  bool again;                          // goes back to the shelf
   std::shared_ptr<MemoryPool::Shelf> shelf;
 };
 
 Memory::operator const cl::Buffer&() const {
   static const cl::Buffer kNone;
-  return block_ ? block_->buffer : kNone;
+  if (!block_) return kNone;
+  if (block_->whole && !block_->buffer()) {
+    const cl_buffer_region region{block_->origin, block_->size};
+    cl_int error = CL_SUCCESS;
+    block_->buffer = cl::Buffer(clCreateSubBuffer(block_->whole->buffer(), CL_MEM_READ_WRITE,
+                                                  CL_BUFFER_CREATE_TYPE_REGION, &region, &error));
+    if (error != CL_SUCCESS) throw cl::Error(error, "clCreateSubBuffer");
+  }
+  return block_->buffer;
+}
+
+Memory::Place Memory::place() const {
+  if (block_ && block_->whole) return {block_->whole->buffer, block_->origin};
+  return {*this, 0};
 }
 
 std::uint64_t MemoryPool::Shelf::most() const {
@@ -211,13 +224,8 @@ Memory MemoryPool::part_of(const Memory& whole, std::size_t origin, std::size_t 
   // OpenCL has no parts of parts.
   const bool is_part = whole.block_->whole != nullptr;
   const std::shared_ptr<const Memory::Block>& all = is_part ? whole.block_->whole : whole.block_;
-  const cl_buffer_region region{whole.block_->origin + origin, bytes};
-  cl_int error = CL_SUCCESS;
-  cl::Buffer part(clCreateSubBuffer(all->buffer(), CL_MEM_READ_WRITE, CL_BUFFER_CREATE_TYPE_REGION,
-                                    &region, &error));
-  if (error != CL_SUCCESS) throw cl::Error(error, "clCreateSubBuffer");
   Memory memory;
-  memory.block_ = std::make_shared<Memory::Block>(std::move(part), all, region.origin);
+  memory.block_ = std::make_shared<Memory::Block>(all, whole.block_->origin + origin, bytes);
   return memory;
 }
 

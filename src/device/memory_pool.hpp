@@ -32,19 +32,26 @@ struct HostMemory {
 class Memory {
  public:
   Memory() = default;
+  /// The buffer; of a part one that is made when it is asked for first, by the thread that gives the
+  /// device its work. Throws cl::Error.
   operator const cl::Buffer&() const;
+
+  /// Where it lies, for commands that the host gives: they need no buffer for a part.
+  struct Place {
+    const cl::Buffer& buffer;
+    std::size_t origin;  // bytes
+  };
+  Place place() const;
 
  private:
   friend class MemoryPool;
+  friend bool same_memory(const Memory& a, const Memory& b);
   struct Block;
   std::shared_ptr<const Block> block_;
 };
 
-/// Whether both are the same buffer.
-inline bool same_memory(const Memory& a, const Memory& b) {
-  const cl::Buffer &one = a, &other = b;
-  return one() == other();
-}
+/// Whether both are handles to the same memory.
+inline bool same_memory(const Memory& a, const Memory& b) { return a.block_ == b.block_; }
 
 /// The memory of one device and its queue. Fresh memory costs a page fault for every 4 KB, in every
 /// frame; what is given back is used again for buffers of about the same size.
@@ -71,8 +78,9 @@ class MemoryPool {
   /// Throws cl::Error.
   Memory share(HostMemory memory);
 
-  /// A part of some memory, which may be a part itself, as a buffer of its own that keeps the
-  /// whole. `origin` is a multiple of what the device asks for. Throws cl::Error.
+  /// A part of some memory, which may be a part itself; it keeps the whole. `origin` is a multiple
+  /// of what the device asks for. Kernels may be given parts that do not overlap: NVIDIA's driver
+  /// crashes when sub-buffers are released that others overlapped, even long before.
   static Memory part_of(const Memory& whole, std::size_t origin, std::size_t bytes);
 
   /// Whether memory is used again (default). When not, what is given back goes to the driver.

@@ -29,6 +29,8 @@ TEST_F(DeviceBuffer, ViewsShowWhatWasWritten) {
 
 // As if the device had memory of its own, or as if it had none.
 void stage(Device& device, bool on) {
+  device.state().send_uploads();  // they may lie in the memory that goes
+  device.state().take_times();    // which waits for them
   device.state().staging = on ? std::make_unique<Staging>(device.state().context) : nullptr;
 }
 
