@@ -1,12 +1,14 @@
 #include "prepare/canonical_order.hpp"
 
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <ranges>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -23,30 +25,83 @@ std::uint32_t ordered_bits(float value) {
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
+// Into how many chunks n particles are cut: each has enough work for a thread, and their counts of
+// digits stay small.
+std::size_t chunks_of(std::size_t n) { return std::clamp<std::size_t>(n >> 13, 1, 256); }
+
+std::size_t begin_of(std::size_t chunk, std::size_t n) { return chunk * n / chunks_of(n); }
+
+// Calls work(chunk, begin, end) for the chunks of [0, n).
+template <class Work>
+void for_chunks(std::size_t n, const Work& work) {
+  parallel_for(chunks_of(n), 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t c = first; c < last; ++c) work(c, begin_of(c, n), begin_of(c + 1, n));
+  });
+}
+
+// The keys of the particles whose coordinates are finite, and the first other one, or how many there
+// are.
+std::vector<Key> keys_of(const BorrowedParticles& p, std::size_t& first_bad) {
+  std::vector<Key> keys(p.size());
+  std::vector<std::size_t> bad(chunks_of(p.size()), p.size());  // the first of each chunk
+  const auto is_finite = [&](std::size_t i) {
+    return std::isfinite(p.x[i]) && std::isfinite(p.y[i]) && std::isfinite(p.z[i]);
+  };
+  for_chunks(p.size(), [&](std::size_t c, std::size_t begin, std::size_t end) {
+    for (std::size_t i = end; i-- > begin;) {
+      keys[i] = {ordered_bits(p.x[i]), static_cast<std::uint32_t>(i)};
+      if (!is_finite(i)) bad[c] = i;
+    }
+  });
+  first_bad = p.size();
+  for (const std::size_t first : bad) first_bad = std::min(first_bad, first);
+  if (first_bad < p.size()) std::erase_if(keys, [&](Key key) { return !is_finite(key.index); });
+  return keys;
+}
+
 // Sorts by the leading 24 bits in which x differ, those with equal ones in their order: two passes
 // of counting. Returns how many bits of x were left out.
 int sort_by_leading_bits(std::vector<Key>& keys) {
   constexpr int kBits = 12;
   constexpr std::uint32_t kDigits = 1u << kBits;
-  std::uint32_t least = 0xffffffffu, most = 0;
-  for (const Key& key : keys) {
-    least = std::min(least, key.x);
-    most = std::max(most, key.x);
-  }
+  struct Range {
+    std::uint32_t least = 0xffffffffu, most = 0;
+  };
+  const std::size_t n = keys.size(), chunks = chunks_of(n);
+  if (n == 0) return 0;
+  std::vector<Range> ranges(chunks);
+  for_chunks(n, [&](std::size_t c, std::size_t begin, std::size_t end) {
+    Range range;
+    for (std::size_t k = begin; k < end; ++k) {
+      range.least = std::min(range.least, keys[k].x);
+      range.most = std::max(range.most, keys[k].x);
+    }
+    ranges[c] = range;
+  });
+  const std::uint32_t least = std::ranges::min(ranges, {}, &Range::least).least;
+  const std::uint32_t most = std::ranges::max(ranges, {}, &Range::most).most;
   int left_out = 0;
   while (least < most && (most >> left_out) - (least >> left_out) >= kDigits * kDigits) ++left_out;
   const std::uint32_t first = least >> left_out;
-  const auto digit = [&](const Key& key, int pass) {
-    return (((key.x >> left_out) - first) >> (pass * kBits)) & (kDigits - 1);
-  };
-  std::array<std::vector<std::uint32_t>, 2> start;
-  for (auto& of_pass : start) of_pass.assign(kDigits + 1, 0);
-  for (const Key& key : keys)
-    for (int pass = 0; pass < 2; ++pass) ++start[pass][digit(key, pass) + 1];
-  std::vector<Key> sorted(keys.size());
+  std::vector<Key> sorted(n);
+  std::vector<std::uint32_t> next(chunks * kDigits);  // [chunks][digits] counts, then where they go
   for (int pass = 0; pass < 2; ++pass) {
-    for (std::uint32_t d = 0; d < kDigits; ++d) start[pass][d + 1] += start[pass][d];
-    for (const Key& key : keys) sorted[start[pass][digit(key, pass)]++] = key;
+    const auto digit = [&](const Key& key) {
+      return (((key.x >> left_out) - first) >> (pass * kBits)) & (kDigits - 1);
+    };
+    for_chunks(n, [&](std::size_t c, std::size_t begin, std::size_t end) {
+      std::uint32_t* const own = next.data() + c * kDigits;
+      std::fill_n(own, kDigits, 0u);
+      for (std::size_t k = begin; k < end; ++k) ++own[digit(keys[k])];
+    });
+    std::uint32_t before = 0;
+    for (std::uint32_t d = 0; d < kDigits; ++d)
+      for (std::size_t c = 0; c < chunks; ++c)
+        before += std::exchange(next[c * kDigits + d], before);
+    for_chunks(n, [&](std::size_t c, std::size_t begin, std::size_t end) {
+      std::uint32_t* const own = next.data() + c * kDigits;
+      for (std::size_t k = begin; k < end; ++k) sorted[own[digit(keys[k])]++] = keys[k];
+    });
     keys.swap(sorted);
   }
   return left_out;
@@ -87,15 +142,8 @@ Notice coinciding(std::size_t copies, std::size_t size) {
 
 std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Parameters& params,
                                          std::vector<Notice>& notices) {
-  std::vector<Key> keys;
-  keys.reserve(p.size());
-  std::size_t first_bad = p.size();
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    if (std::isfinite(p.x[i]) && std::isfinite(p.y[i]) && std::isfinite(p.z[i]))
-      keys.push_back({ordered_bits(p.x[i]), static_cast<std::uint32_t>(i)});
-    else
-      first_bad = std::min(first_bad, i);
-  }
+  std::size_t first_bad = 0;
+  std::vector<Key> keys = keys_of(p, first_bad);
   report_dropped(static_cast<std::int64_t>(p.size() - keys.size()),
                  static_cast<std::int64_t>(p.size()), static_cast<std::int64_t>(first_bad), params,
                  notices);
@@ -114,20 +162,34 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
     }
     return false;
   };
-  std::size_t copies = 0;
-  for (auto first = keys.begin(); first != keys.end();) {
-    auto last = first + 1;
-    while (last != keys.end() && last->x >> left_out == first->x >> left_out) ++last;
-    if (last - first > 1) std::sort(first, last, before);
-    for (auto key = first + 1; key != last; ++key) {
-      const Key& before_it = *(key - 1);
-      copies += before_it.x == key->x && at_one_position(p, before_it.index, key->index);
+  // Those with equal leading bits are sorted in the chunk in which they begin.
+  const auto leading = [&](const Key& key) { return key.x >> left_out; };
+  const auto end_of_run = [&](std::size_t k) {
+    const auto rest = std::ranges::subrange(keys.begin() + static_cast<std::ptrdiff_t>(k), keys.end());
+    return static_cast<std::size_t>(
+        std::ranges::upper_bound(rest, leading(keys[k]), {}, leading) - keys.begin());
+  };
+  std::vector<std::size_t> from(chunks_of(keys.size()) + 1, 0);
+  for (std::size_t c = 1; c < from.size(); ++c)
+    if (!keys.empty()) from[c] = end_of_run(begin_of(c, keys.size()) - 1);
+  std::atomic<std::size_t> copies = 0;
+  for_chunks(keys.size(), [&](std::size_t c, std::size_t, std::size_t) {
+    std::size_t found = 0;
+    for (std::size_t k = from[c]; k < from[c + 1];) {
+      std::size_t last = k + 1;
+      while (last < from[c + 1] && leading(keys[last]) == leading(keys[k])) ++last;
+      const auto first = keys.begin() + static_cast<std::ptrdiff_t>(k);
+      if (last - k > 1) std::sort(first, first + static_cast<std::ptrdiff_t>(last - k), before);
+      for (++k; k < last; ++k)
+        found += keys[k - 1].x == keys[k].x && at_one_position(p, keys[k - 1].index, keys[k].index);
     }
-    first = last;
-  }
+    copies += found;
+  });
   if (copies > 0) notices.push_back(coinciding(copies, p.size()));
   std::vector<std::size_t> order(keys.size());
-  for (std::size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].index;
+  for_chunks(keys.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) order[k] = keys[k].index;
+  });
   return order;
 }
 

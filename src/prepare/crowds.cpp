@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <compare>
 #include <cstdint>
 #include <cstdlib>
-#include <numeric>
+#include <span>
 
+#include "base/parallel.hpp"
 #include "base/position_hash.hpp"
 #include "base/printed.hpp"
 #include "prepare/canonical_order.hpp"
@@ -22,6 +24,8 @@ namespace {
 // is twice too large, up to 15, and 7.
 constexpr std::uint32_t kOrdinary = 4, kCrowd = 16;
 
+constexpr std::size_t kGrain = 8192;  // particles that are worth a thread
+
 struct Cube {
   std::int32_t x, y, z;
   auto operator<=>(const Cube&) const = default;
@@ -34,6 +38,25 @@ bool is_beyond(const Cube& cube) {
 
 Cube cube_of(const BorrowedParticles& p, std::size_t i, float inverse) {
   return {cell_of(p.x[i], inverse), cell_of(p.y[i], inverse), cell_of(p.z[i], inverse)};
+}
+
+// Some particles, and the cubes they are in: loops over them become vectors.
+constexpr std::size_t kBlock = 256;
+struct Coordinates {
+  std::array<float, kBlock> x{}, y{}, z{};
+};
+struct Cubes {
+  std::array<std::int32_t, kBlock> x, y, z;
+};
+
+Cubes cubes_of(const Coordinates& at, float inverse) {
+  Cubes cubes;
+  for (std::size_t k = 0; k < kBlock; ++k) {
+    cubes.x[k] = cell_of(at.x[k], inverse);
+    cubes.y[k] = cell_of(at.y[k], inverse);
+    cubes.z[k] = cell_of(at.z[k], inverse);
+  }
+  return cubes;
 }
 
 // A particle that may be in a crowd.
@@ -84,20 +107,30 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
   const float inverse = static_cast<float>(1 / side);
   std::vector<std::uint8_t> held(std::bit_ceil(2 * p.size() + 1));
   const auto mask = static_cast<std::uint32_t>(held.size() - 1);
-  std::array<std::size_t, kCrowd + 1> buckets{};  // that hold so many
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Cube cube = cube_of(p, i, inverse);
-    if (is_beyond(cube)) continue;
-    std::uint8_t& here = held[bucket_of(cube.x, cube.y, cube.z, mask)];
-    if (here == kCrowd) return false;
-    if (here > 0) --buckets[here];
-    ++buckets[++here];
-  }
+  std::atomic<bool> crowded = false;  // counts go no farther then
+  parallel_for(p.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    Coordinates at;
+    for (std::size_t from = begin; from < end && !crowded; from += kBlock) {
+      const std::size_t count = std::min(kBlock, end - from);
+      p.x.copy(from, count, at.x.data());
+      p.y.copy(from, count, at.y.data());
+      p.z.copy(from, count, at.z.data());
+      const Cubes cubes = cubes_of(at, inverse);
+      for (std::size_t k = 0; k < count; ++k) {
+        const Cube cube{cubes.x[k], cubes.y[k], cubes.z[k]};
+        if (is_beyond(cube)) continue;
+        std::atomic_ref here(held[bucket_of(cube.x, cube.y, cube.z, mask)]);
+        if (here.fetch_add(1, std::memory_order_relaxed) >= kCrowd) crowded = true;
+      }
+    }
+  });
+  if (crowded) return false;
   // The upper quartile, as below.
-  const std::size_t all = std::accumulate(buckets.begin(), buckets.end(), std::size_t{0});
-  const std::size_t few =
-      std::accumulate(buckets.begin(), buckets.begin() + kOrdinary + 1, std::size_t{0});
-  return all == 0 || 3 * all / 4 < few;
+  const auto empty = static_cast<std::size_t>(std::ranges::count(held, 0));
+  const auto more = static_cast<std::size_t>(
+      std::ranges::count_if(held, [](std::uint8_t count) { return count > kOrdinary; }));
+  const std::size_t all = held.size() - empty;
+  return all == 0 || 3 * all / 4 < all - more;
 }
 
 // Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
@@ -109,12 +142,38 @@ bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& ord
   std::array<Cube, kCubes> cubes{};
   for (std::size_t k = 0; k < kCubes; ++k)
     cubes[k] = cube_of(p, order[(2 * k + 1) * order.size() / (2 * kCubes)], inverse);
-  std::array<std::vector<std::size_t>, kCubes> inside;
-  for (const std::size_t i : order) {
-    const Cube cube = cube_of(p, i, inverse);
-    const auto at = std::find(cubes.begin(), cubes.end(), cube);
-    if (at != cubes.end()) inside[static_cast<std::size_t>(at - cubes.begin())].push_back(i);
-  }
+  // By the order's chunks, so that the particles stay in order.
+  using Inside = std::array<std::vector<std::size_t>, kCubes>;
+  std::vector<Inside> chunks(order.size() / kGrain + 1);
+  const auto look = [&](std::span<const std::size_t> some, Inside& found) {
+    Coordinates at;
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      at.x[k] = p.x[some[k]];
+      at.y[k] = p.y[some[k]];
+      at.z[k] = p.z[some[k]];
+    }
+    const Cubes all = cubes_of(at, inverse);
+    std::array<std::uint8_t, kBlock> in{};  // bit c: in cube c
+    for (std::size_t c = 0; c < kCubes; ++c)
+      for (std::size_t k = 0; k < kBlock; ++k) {
+        const bool same =
+            (all.x[k] == cubes[c].x) & (all.y[k] == cubes[c].y) & (all.z[k] == cubes[c].z);
+        in[k] |= static_cast<std::uint8_t>(same << c);
+      }
+    for (std::size_t k = 0; k < some.size(); ++k)
+      if (in[k] != 0) found[static_cast<std::size_t>(std::countr_zero(in[k]))].push_back(some[k]);
+  };
+  parallel_for(chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) {
+      const std::size_t last = std::min(order.size(), (c + 1) * kGrain);
+      for (std::size_t from = c * kGrain; from < last; from += kBlock)
+        look(std::span(order).subspan(from, std::min(kBlock, last - from)), chunks[c]);
+    }
+  });
+  Inside inside;
+  for (const Inside& chunk : chunks)
+    for (std::size_t k = 0; k < kCubes; ++k)
+      inside[k].insert(inside[k].end(), chunk[k].begin(), chunk[k].end());
   std::vector<double> nearest;  // radii
   for (std::size_t k = 0; k < kCubes; ++k) {
     std::size_t asked = 0;  // particles of this cube

@@ -34,9 +34,9 @@ inline constexpr std::int32_t kFarthestCell = 1000000000;
 
 inline std::int32_t cell_of(float coordinate, float inverse_cell) {
   constexpr float kFarthest = kFarthestCell;
-  const float scaled = coordinate * inverse_cell;
-  if (!(scaled > -kFarthest)) return -kFarthestCell;
-  if (!(scaled < kFarthest)) return kFarthestCell;
+  float scaled = coordinate * inverse_cell;
+  scaled = scaled > -kFarthest ? scaled : -kFarthest;  // no branches, so that loops become vectors
+  scaled = scaled < kFarthest ? scaled : kFarthest;
   // floor(), which without SSE 4.1 is a call
   const std::int32_t cut = static_cast<std::int32_t>(scaled);
   return cut - (scaled < static_cast<float>(cut) ? 1 : 0);
