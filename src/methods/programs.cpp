@@ -54,13 +54,14 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   programs.add("roundness.cl", wide);
   programs.add("particle_fit.cl", wide);
   programs.add("sheet.cl", width);
-  programs.add("region.cl", width);
+  const bool by_minima = device.discs == DiscForm::minima;
+  programs.add(by_minima ? "minima.cl" : "region.cl", width);
   programs.add("list_samples.cl", width);
   programs.add("blend.cl", wide);
   programs.add("settle.cl", width);
   programs.add("settle.cl", wide);
   programs.add("interpolate.cl", width);
-  programs.add("behind.cl", width);
+  if (!by_minima) programs.add("behind.cl", width);
   programs.add("specks.cl", width);
   if (params.fairing > 0) programs.add("fairing.cl", wide);
   if (params.aovs.group || params.aovs.residual) programs.add("choose_groups.cl", wide);

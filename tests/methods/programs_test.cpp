@@ -20,8 +20,11 @@ std::set<std::string> built(const Device::State& state) {
   return keys;
 }
 
-TEST(Programs, OfFitAreThoseThatAFrameBuilds) {
+class Forms : public testing::TestWithParam<DiscForm> {};
+
+TEST_P(Forms, ProgramsOfFitAreThoseThatAFrameBuilds) {
   Device device;
+  device.state().discs = GetParam();
   FrameInput frame = dam_frame();
   frame.particles.vx = frame.particles.vy = frame.particles.vz =
       std::vector<float>(frame.particles.size(), 1.0f);
@@ -32,6 +35,11 @@ TEST(Programs, OfFitAreThoseThatAFrameBuilds) {
   extract(device, frame.particles, frame.camera, parameters);
   EXPECT_EQ(built(device.state()), listed);
 }
+
+INSTANTIATE_TEST_SUITE_P(Discs, Forms, testing::Values(DiscForm::bins, DiscForm::minima),
+                         [](const auto& test) {
+                           return test.param == DiscForm::bins ? "ByBins" : "ByMinima";
+                         });
 
 TEST(Programs, OfClosedMeshesAreThoseThatAMeshBuilds) {
   Device device;
