@@ -179,6 +179,10 @@ void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& arou
   scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used);
 }
 
+Floats search_to(const Floats& t, const Floats& t0, float beyond) {
+  return (t < kNowhere ? larger(t, t0) : t0) + beyond;
+}
+
 void follow(const Follow& in, const Lanes& lanes, Around& around) {
   const std::int32_t* const at = lanes.at;
   const Rays& r = lanes.rays;
@@ -187,7 +191,7 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
   const Ints met = t < kNowhere;
   const Trust trust(met ? gather(in.trust, at) : none);
   const Floats from = larger(smaller(t, t0) - in.search, all(1e-3f));
-  const Floats to = (met ? t : t0) + in.beyond;
+  const Floats to = search_to(t, t0, in.beyond);
   const Ints reaches = lanes.used & (from <= to);
   Probes probes{in.weight, t, lanes.used & met, none};
   const Crossing c =
@@ -264,7 +268,7 @@ void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
       const int vectors = load_work(in.lists, tile, place, lanes, around);
       for (int v = 0; v < vectors; ++v) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
-        ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)), (t < kNowhere ? t : t0) + in.beyond,
+        ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)), search_to(t, t0, in.beyond),
                 lanes[v].used, around);
         ask_for(t, t, lanes[v].used & (t < kNowhere), around);
       }
