@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <ranges>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -165,9 +164,10 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
   // Those with equal leading bits are sorted in the chunk in which they begin.
   const auto leading = [&](const Key& key) { return key.x >> left_out; };
   const auto end_of_run = [&](std::size_t k) {
-    const auto rest = std::ranges::subrange(keys.begin() + static_cast<std::ptrdiff_t>(k), keys.end());
+    const auto later = [&](std::uint32_t own, const Key& key) { return own < leading(key); };
+    const auto run = keys.begin() + static_cast<std::ptrdiff_t>(k);
     return static_cast<std::size_t>(
-        std::ranges::upper_bound(rest, leading(keys[k]), {}, leading) - keys.begin());
+        std::upper_bound(run, keys.end(), leading(*run), later) - keys.begin());
   };
   std::vector<std::size_t> from(chunks_of(keys.size()) + 1, 0);
   for (std::size_t c = 1; c < from.size(); ++c)

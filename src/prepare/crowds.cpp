@@ -156,8 +156,8 @@ bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& ord
     std::array<std::uint8_t, kBlock> in{};  // bit c: in cube c
     for (std::size_t c = 0; c < kCubes; ++c)
       for (std::size_t k = 0; k < kBlock; ++k) {
-        const bool same =
-            (all.x[k] == cubes[c].x) & (all.y[k] == cubes[c].y) & (all.z[k] == cubes[c].z);
+        const int same = int{all.x[k] == cubes[c].x} & int{all.y[k] == cubes[c].y} &
+                         int{all.z[k] == cubes[c].z};
         in[k] |= static_cast<std::uint8_t>(same << c);
       }
     for (std::size_t k = 0; k < some.size(); ++k)

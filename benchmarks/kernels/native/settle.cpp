@@ -111,7 +111,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       high = more ? middle : high;
       over = more ? there : over;
       const Floats guess = middle + away;
-      middle = (guess > low) & (guess < high) ? guess : 0.5f * (low + high);
+      middle = ((guess > low) & (guess < high)) ? guess : 0.5f * (low + high);
     }
   }
   return crossing;
