@@ -193,6 +193,7 @@ NEVER = {
     "scripts/slurm/test.sh": "installs Slurm and munge as services of the machine",
     "mpirun -q": "an option of mpirun",
     "scripts/test.sh asan": "all tests under the sanitizers take an hour; scripts/sanitized.sh runs the fast ones",
+    "benchmarks/peers/newton_surface.py": "needs newton and Warp from PyPI, and a GPU of NVIDIA's",
     "benchmarks/peers/run.sh": "needs VTK with EGL",
     "benchmarks/peers/openvdb.sh": "needs OpenVDB's headers",
     "scripts/mesh_check.py --apart frames/dam_frame_015_full.ply frames/dam_frame_015_adaptive.ply 0.025": "needs pymeshlab, 100 MB",
