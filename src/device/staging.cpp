@@ -1,7 +1,6 @@
 #include "device/staging.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstdlib>
 #include <new>
 #include <utility>
@@ -35,10 +34,9 @@ Staging::~Staging() {
 
 bool Staging::add_chunk(const cl::CommandQueue& queue, std::size_t bytes) {
   // As much again each time: small frames lock little, large ones few chunks.
-  constexpr std::size_t kLeast = 1 << 20, kMost = 256 << 20;
-  const std::size_t left = kMost - locked_;
-  const std::size_t size =
-      std::max(std::min(std::max(kLeast, locked_), left), std::bit_ceil(bytes));
+  constexpr std::size_t kLeast = 1 << 20, kMost = 512 << 20;
+  const std::size_t left = kMost - locked_, wanted = (bytes + kLeast - 1) / kLeast * kLeast;
+  const std::size_t size = std::max(std::min(std::max(kLeast, locked_), left), wanted);
   if (refused_ || size > left) return false;
   try {
     auto chunk = std::make_unique<StagingChunk>();

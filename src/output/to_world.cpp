@@ -5,6 +5,7 @@
 #include <cfloat>
 #include <cmath>
 
+#include "base/large_pages.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "base/stage_clock.hpp"
@@ -18,9 +19,9 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
                        const std::vector<float>& residuals, const Aovs& aovs, Surface& surface) {
   const std::size_t pixels = image.grid.size(), nx = static_cast<std::size_t>(image.grid.nx);
   // By this thread, which finds the room of the frame before again.
-  surface.depth.reserve(pixels);
-  if (aovs.normal) surface.normal.reserve(pixels);
-  if (aovs.position) surface.position.reserve(pixels);
+  reserve_in_large_pages(surface.depth, pixels);
+  if (aovs.normal) reserve_in_large_pages(surface.normal, pixels);
+  if (aovs.position) reserve_in_large_pages(surface.position, pixels);
   parallel_both(  // while the device still works
       [&] {
         surface.depth.resize(pixels, kNoSurface);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "base/parallel.hpp"
 #include "base/team.hpp"
 #include "device/kernels.hpp"
 #include "stages/project.hpp"
@@ -47,13 +48,23 @@ FrontMap sized_map(const View& view, double cell, double border, double margin) 
   return map;
 }
 
+// Calls work(row) for the rows [first, end) of a map.
+template <class Work>
+void for_rows(int first, int end, const Work& work) {
+  constexpr std::size_t kRows = 16;  // that are worth a thread
+  parallel_for(static_cast<std::size_t>(std::max(0, end - first)), kRows,
+               [&](std::size_t from, std::size_t to) {
+                 for (std::size_t row = from; row < to; ++row) work(first + static_cast<int>(row));
+               });
+}
+
 // Fills empty cells among full ones with the farthest of these: particles of one layer leave cells
 // empty by chance, which are no gaps. A cell counts as such with five full neighbours of eight.
 std::vector<float> without_pores(const FrontMap& map, std::vector<float> front) {
   constexpr int kRounds = 2, kEnough = 5;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<float> filled = front;
-    for (int j = 1; j + 1 < map.ny; ++j)
+    for_rows(1, map.ny - 1, [&](int j) {
       for (int i = 1; i + 1 < map.nx; ++i) {
         const std::size_t here = static_cast<std::size_t>(j) * map.nx + i;
         if (front[here] < kNoSurface) continue;
@@ -68,6 +79,7 @@ std::vector<float> without_pores(const FrontMap& map, std::vector<float> front) 
           }
         if (full >= kEnough) filled[here] = farthest;
       }
+    });
     front.swap(filled);
   }
   return front;
@@ -78,7 +90,7 @@ std::vector<float> without_pores(const FrontMap& map, std::vector<float> front) 
 std::vector<float> without_specks(const FrontMap& map, const std::vector<float>& front) {
   constexpr std::size_t kPair = 2;
   std::vector<float> result = front;
-  for (int j = 1; j + 1 < map.ny; ++j)
+  for_rows(1, map.ny - 1, [&](int j) {
     for (int i = 1; i + 1 < map.nx; ++i) {
       const std::size_t here = static_cast<std::size_t>(j) * map.nx + i;
       if (!(front[here] < kNoSurface)) continue;
@@ -90,6 +102,7 @@ std::vector<float> without_specks(const FrontMap& map, const std::vector<float>&
       std::nth_element(around.begin(), around.begin() + kPair, around.end());
       if (around[kPair] < kNoSurface) result[here] = std::max(front[here], around[kPair]);
     }
+  });
   return result;
 }
 
@@ -105,7 +118,7 @@ std::vector<cl_float4> layer_of(const View& view, const FrontMap& map,
     return std::abs(a) < std::abs(b) ? a : b;
   };
   std::vector<cl_float4> layer(front.size());
-  for (int j = 0; j < map.ny; ++j)
+  for_rows(0, map.ny, [&](int j) {
     for (int i = 0; i < map.nx; ++i) {
       const std::size_t here = static_cast<std::size_t>(j) * map.nx + i;
       const float depth = front[here];
@@ -121,6 +134,7 @@ std::vector<cl_float4> layer_of(const View& view, const FrontMap& map,
       const double du = u / along_u, dv = v / along_v, steep = std::sqrt(1 + du * du + dv * dv);
       layer[here] = {{depth, u, v, static_cast<float>(thickness * steep)}};
     }
+  });
   return layer;
 }
 
@@ -199,12 +213,15 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
   map.blocks_x = (map.nx + map.block - 1) / map.block;
   map.blocks_y = (map.ny + map.block - 1) / map.block;
   std::vector<float> farthest(static_cast<std::size_t>(map.blocks_x) * map.blocks_y, 0.0f);
-  for (int j = 0; j < map.ny; ++j)
-    for (int i = 0; i < map.nx; ++i) {
-      float& most =
-          farthest[static_cast<std::size_t>(j / map.block) * map.blocks_x + i / map.block];
-      most = std::max(most, front[static_cast<std::size_t>(j) * map.nx + i]);
-    }
+  parallel_for(static_cast<std::size_t>(map.blocks_y), 4, [&](std::size_t first, std::size_t last) {
+    const int end = std::min(static_cast<int>(last) * map.block, map.ny);
+    for (int j = static_cast<int>(first) * map.block; j < end; ++j)
+      for (int i = 0; i < map.nx; ++i) {
+        float& most =
+            farthest[static_cast<std::size_t>(j / map.block) * map.blocks_x + i / map.block];
+        most = std::max(most, front[static_cast<std::size_t>(j) * map.nx + i]);
+      }
+  });
   const int steps = static_cast<int>(std::ceil(around / (map.block * cell)));
   farthest = widened(farthest, map.blocks_x, map.blocks_y, steps, true);
   farthest = widened(farthest, map.blocks_x, map.blocks_y, steps, false);

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "base/team.hpp"
 #include "device/device.hpp"
 #include "prepare/attributes.hpp"
@@ -75,9 +76,26 @@ VoxelGrid empty_voxels(const View& view, bool moving) {
 void join_voxels(Team& team, VoxelGrid& grid) {
   if (team.size() == 1) return;
   team.gather(team.leads() ? std::vector<VoxelGrid::Voxel>() : grid.voxels(),
-              [&](int, std::vector<VoxelGrid::Voxel>&& voxels) {
-                for (const VoxelGrid::Voxel& voxel : voxels) grid.add(voxel);
-              });
+              [&](int, std::vector<VoxelGrid::Voxel>&& voxels) { grid.add_voxels(voxels); });
+}
+
+// Adds a chunk's selected particles to a grid. `velocity_of(i)` is asked in their order, where they
+// move.
+template <class Velocity>
+void add_selected(VoxelGrid& grid, const ParticleChunk& now, const std::vector<cl_uint>& places,
+                  const Velocity& velocity_of) {
+  std::vector<VoxelGrid::Particle> selected(places.size());
+  constexpr std::size_t kGrain = 16384;  // particles that are worth a thread
+  parallel_for(places.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t i = places[k] & ~kIsSeen;
+      selected[k] = {now.x[i], now.y[i], now.z[i], (places[k] & kIsSeen) != 0};
+    }
+  });
+  if (grid.moving())
+    for (std::size_t k = 0; k < places.size(); ++k)
+      selected[k].velocity = velocity_of(places[k] & ~kIsSeen);
+  grid.add(selected);
 }
 
 // The voxels near what the camera sees, in the first process.
@@ -88,11 +106,8 @@ VoxelGrid fill_voxels(const Filling& filling, const View& view, const ParticleSo
   VelocityCheck velocities;
   select_near(filling.device, view, source, near.chunk, near.map, {.velocity = moving},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
-                for (const cl_uint place : places) {
-                  const std::size_t i = place & ~kIsSeen;
-                  grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0,
-                           moving ? checked_velocity(now, i, velocities) : kNoVelocity);
-                }
+                add_selected(grid, now, places,
+                             [&](std::size_t i) { return checked_velocity(now, i, velocities); });
               });
   report(source.team(), velocities, filling.params, filling.notices);
   join_voxels(source.team(), grid);
@@ -122,13 +137,11 @@ VoxelGrid fill_voxels_with(std::size_t attribute, const Filling& filling, const 
               : 1.0f;
   select_near(filling.device, view, source, near.chunk, near.map, {.attributes = true},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
-                for (const cl_uint place : places) {
-                  const std::size_t i = place & ~kIsSeen;
+                add_selected(grid, now, places, [&](std::size_t i) {
                   const float value = values[attribute].checked(now.attributes[attribute][i],
                                                                 place_in_frame(now, i));
-                  grid.add(now.x[i], now.y[i], now.z[i], (place & kIsSeen) != 0,
-                           std::isnan(value) ? kNoVelocity : Vec3{value * scale, 0, 0});
-                }
+                  return std::isnan(value) ? kNoVelocity : Vec3{value * scale, 0, 0};
+                });
               });
   report(source.team(), source.attributes(), values, filling.params, filling.notices);
   join_voxels(source.team(), grid);

@@ -15,6 +15,7 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 20;  // particles
+constexpr std::size_t kPart = std::size_t{1} << 15;   // particles that are worth a thread
 constexpr std::size_t kRun = 1024;                    // particles that are looked at together
 constexpr std::size_t kFew = 64;                      // of which hardly one is of a large sample
 constexpr std::int64_t kNoParticle = std::numeric_limits<std::int64_t>::max();
@@ -79,7 +80,7 @@ class Middle {
   std::int64_t upper_ = -1, rank_ = 0;
 };
 
-// What each rank found among the particles of its share.
+// What was found among some of the particles.
 struct Found {
   std::int64_t finite = 0, first_bad = kNoParticle, first_bad_radius = kNoParticle;
   float bad_radius = 0, largest_radius = 0;
@@ -87,9 +88,9 @@ struct Found {
   std::array<float, 3> high{-kInfinity, -kInfinity, -kInfinity};
 };
 
-Found merged(const std::vector<Found>& ranks) {
+Found merged(const std::vector<Found>& parts) {
   Found all;
-  for (const Found& one : ranks) {
+  for (const Found& one : parts) {
     all.finite += one.finite;
     all.first_bad = std::min(all.first_bad, one.first_bad);
     if (one.first_bad_radius < all.first_bad_radius) {
@@ -103,6 +104,75 @@ Found merged(const std::vector<Found>& ranks) {
     }
   }
   return all;
+}
+
+// What is found in a part of a chunk, and the particles of it that are of the sample.
+struct RunsFound {
+  Found found;
+  std::vector<std::array<float, 3>> sample;
+};
+
+RunsFound look_at(const ParticleChunk& chunk, std::size_t first, std::size_t last,
+                  std::uint32_t most) {
+  RunsFound part;
+  Found& found = part.found;
+  for (std::size_t begin = first; begin < last; begin += kRun) {
+    const std::size_t end = std::min(begin + kRun, last);
+    // Straight loops over whole numbers, which the compiler turns into vectors; a run with a bad
+    // particle is rare.
+    const std::vector<float>* const axes[3] = {&chunk.x, &chunk.y, &chunk.z};
+    bool good = true;
+    std::array<std::int32_t, 3> least{}, largest{};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const float* const values = axes[a]->data();
+      std::int32_t bad = 0, lower = INT32_MAX, upper = INT32_MIN;
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::int32_t key = ordered(values[i]);
+        bad |= (std::bit_cast<std::int32_t>(values[i]) & 0x7f800000) == 0x7f800000;
+        lower = key < lower ? key : lower;
+        upper = key > upper ? key : upper;
+      }
+      good = good && bad == 0;
+      least[a] = lower;
+      largest[a] = upper;
+    }
+    if (good)
+      for (std::size_t a = 0; a < 3; ++a) {
+        found.low[a] = std::min(found.low[a], from_ordered(least[a]));
+        found.high[a] = std::max(found.high[a], from_ordered(largest[a]));
+      }
+    if (good && chunk.radius.empty()) {
+      found.finite += static_cast<std::int64_t>(end - begin);
+      for (std::size_t from = begin; from < end; from += kFew)
+        add_sample(chunk, from, std::min(from + kFew, end), most, part.sample);
+      continue;
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
+      const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);
+      if (!chunk.radius.empty()) {
+        const float own = chunk.radius[i];
+        if ((!(own > 0) || !std::isfinite(own)) && found.first_bad_radius == kNoParticle) {
+          found.first_bad_radius = particle;
+          found.bad_radius = own;
+        }
+      }
+      if (!good && !finite(x, y, z)) {
+        found.first_bad = std::min(found.first_bad, particle);
+        continue;
+      }
+      if (!good)
+        for (std::size_t a = 0; a < 3; ++a) {
+          found.low[a] = std::min(found.low[a], (*axes[a])[i]);
+          found.high[a] = std::max(found.high[a], (*axes[a])[i]);
+        }
+      ++found.finite;
+      if (!chunk.radius.empty())
+        found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
+      if (position_hash(x, y, z) <= most) part.sample.push_back({x, y, z});
+    }
+  }
+  return part;
 }
 
 }  // namespace
@@ -183,64 +253,17 @@ Survey survey_particles(const ParticleSource& source) {
       share >= 1 ? UINT32_MAX : static_cast<std::uint32_t>(share * 4294967296.0);
   Middle middle;
   for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
-    for (std::size_t begin = 0; begin < chunk.count; begin += kRun) {
-      const std::size_t end = std::min(begin + kRun, chunk.count);
-      // Straight loops over whole numbers, which the compiler turns into vectors; a run with a bad
-      // particle is rare.
-      const std::vector<float>* const axes[3] = {&chunk.x, &chunk.y, &chunk.z};
-      bool good = true;
-      std::array<std::int32_t, 3> least{}, largest{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        const float* const values = axes[a]->data();
-        std::int32_t bad = 0, lower = INT32_MAX, upper = INT32_MIN;
-        for (std::size_t i = begin; i < end; ++i) {
-          const std::int32_t key = ordered(values[i]);
-          bad |= (std::bit_cast<std::int32_t>(values[i]) & 0x7f800000) == 0x7f800000;
-          lower = key < lower ? key : lower;
-          upper = key > upper ? key : upper;
-        }
-        good = good && bad == 0;
-        least[a] = lower;
-        largest[a] = upper;
-      }
-      if (good)
-        for (std::size_t a = 0; a < 3; ++a) {
-          found.low[a] = std::min(found.low[a], from_ordered(least[a]));
-          found.high[a] = std::max(found.high[a], from_ordered(largest[a]));
-        }
-      if (good && chunk.radius.empty()) {
-        found.finite += static_cast<std::int64_t>(end - begin);
-        for (std::size_t from = begin; from < end; from += kFew)
-          add_sample(chunk, from, std::min(from + kFew, end), most, survey.sample);
-        continue;
-      }
-      for (std::size_t i = begin; i < end; ++i) {
-        const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
-        const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);
-        if (!chunk.radius.empty()) {
-          const float own = chunk.radius[i];
-          if ((!(own > 0) || !std::isfinite(own)) && found.first_bad_radius == kNoParticle) {
-            found.first_bad_radius = particle;
-            found.bad_radius = own;
-          }
-        }
-        if (!good && !finite(x, y, z)) {
-          found.first_bad = std::min(found.first_bad, particle);
-          continue;
-        }
-        if (!good)
-          for (std::size_t a = 0; a < 3; ++a) {
-            found.low[a] = std::min(found.low[a], (*axes[a])[i]);
-            found.high[a] = std::max(found.high[a], (*axes[a])[i]);
-          }
-        ++found.finite;
-        if (!chunk.radius.empty()) {
-          middle.add(chunk.radius[i]);
-          found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
-        }
-        if (position_hash(x, y, z) <= most) survey.sample.push_back({x, y, z});
-      }
+    std::vector<RunsFound> parts((chunk.count + kPart - 1) / kPart);
+    parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k)
+        parts[k] = look_at(chunk, k * kPart, std::min((k + 1) * kPart, chunk.count), most);
+    });
+    for (RunsFound& part : parts) {
+      found = merged({found, part.found});
+      survey.sample.insert(survey.sample.end(), part.sample.begin(), part.sample.end());
     }
+    for (std::size_t i = 0; !chunk.radius.empty() && i < chunk.count; ++i)
+      if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
   });
   found = merged(team.joined(std::vector<Found>{found}));
   if (found.first_bad_radius != kNoParticle) {

@@ -1,36 +1,20 @@
 #include "prepare/thin.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numeric>
+#include <cstdint>
 
 #include "base/exact_math.hpp"
+#include "base/parallel.hpp"
+#include "prepare/apart_points.hpp"
 #include "stages/cells.hpp"
 #include "stages/density.hpp"
 
 namespace meniscus {
 namespace {
 
-// Rows of a rotation: (2 3 6), (3 -6 2), (6 2 -3) over 7.
-const std::array<Vec3d, 3> kAxes{Vec3d{2, 3, 6} / 7, Vec3d{3, -6, 2} / 7, Vec3d{6, 2, -3} / 7};
-
-constexpr double kUnit = 1 << 20;                  // steps of a place in a voxel, per side
-constexpr std::int64_t kFarthest = (1 << 20) - 1;  // voxels from the origin along an axis
-constexpr std::uint64_t kMask = (1 << 21) - 1;
-
-std::uint64_t key_of(const std::array<std::int64_t, 3>& cell) {
-  std::uint64_t key = 0;
-  for (const std::int64_t c : cell) key = key << 21 | static_cast<std::uint64_t>(c + kFarthest);
-  return key;
-}
-
-std::array<std::int64_t, 3> voxel_at(std::uint64_t key) {
-  std::array<std::int64_t, 3> cell{};
-  for (std::size_t a = 0; a < 3; ++a)
-    cell[a] = static_cast<std::int64_t>(key >> (42 - 21 * a) & kMask) - kFarthest;
-  return cell;
-}
+constexpr std::uint32_t kNone = KeyTable::kNone;
+constexpr std::size_t kGrain = 4096;  // voxels that are worth a thread
 
 // What the field of the voxels' masses says at some points: value and gradient (1 / radii).
 struct FieldAt {
@@ -38,152 +22,49 @@ struct FieldAt {
   std::vector<Vec3d> gradient;
 };
 
-// The density field of point masses (positions in radii of the representatives; a mass of 1 fills a
-// cube of two radii) at the masses and at further points.
+// The density field of point masses at each of them (positions in radii of the representatives; a
+// mass of 1 fills a cube of two radii; one of 0 asks alone).
 FieldAt measure_field(Device& device, const std::vector<Vec3d>& masses,
-                      const std::vector<double>& mass, const std::vector<Vec3d>& points) {
-  std::vector<Vec3d> all = masses;
-  all.insert(all.end(), points.begin(), points.end());
-  const std::size_t n = all.size();
-  std::vector<float> weight(n, 0.0f);
-  for (std::size_t k = 0; k < mass.size(); ++k) weight[k] = static_cast<float>(mass[k]);
-  const Cells cells = make_cells(all, kDensitySupport);
+                      const std::vector<float>& mass) {
+  const std::size_t n = masses.size();
+  const Cells cells = make_cells(masses, kDensitySupport);
   std::vector<float> in_order(n);
-  for (std::size_t p = 0; p < n; ++p) in_order[p] = weight[static_cast<std::size_t>(cells.item[p])];
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+      in_order[p] = mass[static_cast<std::size_t>(cells.item[p])];
+  });
   DeviceCells field = upload_cells(device, cells);
   field.weight = upload(device, in_order);
-  const std::vector<float> values = download(device, measure_gradients(device, field));
+  const Buffer<float> gradients = measure_gradients(device, field);
+  const HostView values(device, gradients);
   FieldAt at{std::vector<double>(n), std::vector<Vec3d>(n)};
-  for (std::size_t p = 0; p < n; ++p) {
-    const std::size_t k = static_cast<std::size_t>(cells.item[p]);
-    at.gradient[k] = {values[p], values[n + p], values[2 * n + p]};
-    at.density[k] = values[3 * n + p];
-  }
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::size_t k = static_cast<std::size_t>(cells.item[p]);
+      at.gradient[k] = {values[p], values[n + p], values[2 * n + p]};
+      at.density[k] = values[3 * n + p];
+    }
+  });
   return at;
 }
 
-// How deep below a flat face the density field has a value, in S, from 0 (density 1/2) to 1 (.967):
-// the integral over a half space of the cubic spline, which the field follows within .0005, is 1/2
-// + .7 d - d^3/3 + .15 d^5 - .05 d^6.
+// The density field so deep below a flat face, in S, from 0 to 1: the integral over a half space of
+// the cubic spline, which the field follows within .0005.
+constexpr double density_at(double d) {
+  return 0.5 + d * (0.7 + d * d * (-1.0 / 3 + d * d * (0.15 - 0.05 * d)));
+}
+
+// The depth at which it has a value.
 double depth_of(double density) {
   double low = 0, high = 1;
   for (int k = 0; k < 20; ++k) {
-    const double d = (low + high) / 2, cube = d * d * d;
-    (0.5 + 0.7 * d - cube / 3 + 0.15 * cube * d * d - 0.05 * cube * cube < density ? low : high) =
-        d;
+    const double d = (low + high) / 2;
+    (density_at(d) < density ? low : high) = d;
   }
   return low;
 }
 
-// Points of which no two lie nearer than a distance.
-class ApartPoints {
- public:
-  explicit ApartPoints(double distance) : distance_(distance) {}
-
-  /// Whether a point lies at least `distance` from all that were kept.
-  bool is_apart(const Vec3d& p, double distance) const {
-    const std::array<std::int64_t, 3> c = cell(p);
-    for (std::int64_t k = -1; k <= 1; ++k)
-      for (std::int64_t j = -1; j <= 1; ++j)
-        for (std::int64_t i = -1; i <= 1; ++i) {
-          const auto found = points_.find(key_of({c[0] + i, c[1] + j, c[2] + k}));
-          if (found == points_.end()) continue;
-          for (const Vec3d& q : found->second)
-            if (length(q - p) < distance) return false;
-        }
-    return true;
-  }
-  void keep(const Vec3d& p) { points_[key_of(cell(p))].push_back(p); }
-
- private:
-  std::array<std::int64_t, 3> cell(const Vec3d& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x / distance_)),
-            static_cast<std::int64_t>(std::floor(p.y / distance_)),
-            static_cast<std::int64_t>(std::floor(p.z / distance_))};
-  }
-  double distance_;  // the largest that is asked for
-  std::unordered_map<std::uint64_t, std::vector<Vec3d>> points_;
-};
-
 }  // namespace
-
-void VoxelGrid::add(float x, float y, float z, bool seen, const Vec3& velocity) {
-  const Vec3d p = (Vec3d{x, y, z} - origin_) / side_;
-  std::array<std::int64_t, 3> cell{}, place{};
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double along = dot(kAxes[a], p), most = static_cast<double>(kFarthest);
-    const double inside = std::clamp(along, -most, most);
-    // Its floor, without the call that std::floor is where the processor may be an old one.
-    cell[a] = static_cast<std::int64_t>(inside);
-    cell[a] -= static_cast<double>(cell[a]) > inside;
-    place[a] = static_cast<std::int64_t>((inside - static_cast<double>(cell[a])) * kUnit);
-  }
-  // Particles that follow each other in a file are often neighbours.
-  const std::uint64_t key = key_of(cell);
-  if (!last_ || last_->key != key) {
-    last_ = &voxels_[key];
-    last_->key = key;
-  }
-  Voxel& voxel = *last_;
-  ++voxel.count;
-  for (std::size_t a = 0; a < 3; ++a) voxel.sum[a] += place[a];
-  if (seen) {
-    ++voxel.seen;
-    for (std::size_t a = 0; a < 3; ++a) voxel.seen_sum[a] += place[a];
-  }
-  if (!is_known(velocity)) return;
-  constexpr double kMost = (1 << 18) * kUnit;
-  const std::array<float, 3> v{velocity.x, velocity.y, velocity.z};
-  voxel.moving += 1;
-  voxel.seen_moving += seen;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const std::int64_t units = std::llround(std::clamp(v[a] / side_ * kUnit, -kMost, kMost));
-    voxel.velocity[a] += units;
-    if (seen) voxel.seen_velocity[a] += units;
-  }
-}
-
-void VoxelGrid::add(const Voxel& voxel) {
-  Voxel& sums = voxels_[voxel.key];
-  sums.key = voxel.key;
-  sums.count += voxel.count;
-  sums.seen += voxel.seen;
-  sums.moving += voxel.moving;
-  sums.seen_moving += voxel.seen_moving;
-  for (std::size_t a = 0; a < 3; ++a) {
-    sums.sum[a] += voxel.sum[a];
-    sums.seen_sum[a] += voxel.seen_sum[a];
-    sums.velocity[a] += voxel.velocity[a];
-    sums.seen_velocity[a] += voxel.seen_velocity[a];
-  }
-}
-
-std::vector<VoxelGrid::Voxel> VoxelGrid::voxels() const {
-  std::vector<Voxel> all;
-  all.reserve(voxels_.size());
-  for (const auto& [key, voxel] : voxels_) all.push_back(voxel);
-  std::sort(all.begin(), all.end(), [](const Voxel& a, const Voxel& b) { return a.key < b.key; });
-  return all;
-}
-
-Vec3d VoxelGrid::position(const Voxel& voxel, const std::array<std::int64_t, 3>& sum,
-                          std::int64_t count) const {
-  const std::array<std::int64_t, 3> cell = voxel_at(voxel.key);
-  Vec3d p = origin_;
-  for (std::size_t a = 0; a < 3; ++a) {
-    const double place = (static_cast<double>(sum[a]) / static_cast<double>(count) + 0.5) / kUnit;
-    p += kAxes[a] * (side_ * (static_cast<double>(cell[a]) + place));
-  }
-  return p;
-}
-
-Vec3 VoxelGrid::velocity(const std::array<std::int64_t, 3>& sum, std::int64_t count) const {
-  if (count == 0) return kNoVelocity;
-  const double unit = side_ / kUnit / static_cast<double>(count);
-  return static_cast<Vec3>(
-      Vec3d{static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])} *
-      unit);
-}
 
 Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, const Vec3d& eye,
                        double offset) {
@@ -199,44 +80,112 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
   constexpr double kFlat = 0.05;                  // a gradient that tells no direction, 1 / S
 
   const std::vector<VoxelGrid::Voxel> voxels = grid.voxels();
+  const std::size_t n = voxels.size();
   const double side = grid.side(), unit = side / 2, spacing = 2 * radius, share = spacing / side;
-  std::vector<Vec3d> masses, points;
-  std::vector<double> mass;
-  std::vector<std::size_t> voxel_of;  // of each point
-  for (std::size_t k = 0; k < voxels.size(); ++k) {
-    const VoxelGrid::Voxel& voxel = voxels[k];
-    masses.push_back((grid.mean(voxel) - grid.origin()) / unit);
-    mass.push_back(static_cast<double>(voxel.count) * (share * share * share));
-    if (voxel.seen == 0) continue;
-    points.push_back((grid.seen_mean(voxel) - grid.origin()) / unit);
-    voxel_of.push_back(k);
-  }
   Thinned thinned;
   thinned.particles.moving = grid.moving();
-  if (masses.empty()) return thinned;
-  const FieldAt field = measure_field(device, masses, mass, points);
-  const std::size_t first_point = masses.size();
+  if (n == 0) return thinned;
+  std::vector<std::uint32_t> voxel_of, point_of(n, kNone);  // of each point; of each voxel
+  for (std::size_t v = 0; v < n; ++v) {
+    if (voxels[v].seen == 0) continue;
+    point_of[v] = static_cast<std::uint32_t>(voxel_of.size());
+    voxel_of.push_back(static_cast<std::uint32_t>(v));
+  }
+  // The voxels' means, then the points: the means of their fronts.
+  std::vector<Vec3d> at(n + voxel_of.size());
+  std::vector<float> mass(at.size(), 0.0f);
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const VoxelGrid::Voxel& voxel = voxels[v];
+      at[v] = (grid.mean(voxel) - grid.origin()) / unit;
+      mass[v] = static_cast<float>(static_cast<double>(voxel.count) * (share * share * share));
+      if (point_of[v] != kNone)
+        at[n + point_of[v]] = (grid.seen_mean(voxel) - grid.origin()) / unit;
+    }
+  });
+  const FieldAt field = measure_field(device, at, mass);
 
-  // Points as sparse as a sheet, by voxel.
-  std::unordered_map<std::uint64_t, bool> sparse;
-  for (std::size_t k = 0; k < points.size(); ++k)
-    if (field.density[first_point + k] < kSparse) sparse[voxels[voxel_of[k]].key] = true;
+  // Voxels whose points are as sparse as a sheet.
+  KeyTable sparse;
+  for (std::size_t k = 0; k < voxel_of.size(); ++k)
+    if (field.density[n + k] < kSparse) sparse.add(voxels[voxel_of[k]].key);
   const auto sparse_around = [&](std::uint64_t key) {
-    const std::array<std::int64_t, 3> c = voxel_at(key);
+    const VoxelPlace c = place_of(key);
     int found = -1;  // without itself
     for (std::int64_t k = -1; k <= 1; ++k)
       for (std::int64_t j = -1; j <= 1; ++j)
         for (std::int64_t i = -1; i <= 1; ++i)
-          found += sparse.contains(key_of({c[0] + i, c[1] + j, c[2] + k}));
+          found += sparse.find(key_of({c[0] + i, c[1] + j, c[2] + k})) != kNone;
     return found;
   };
+  const auto is_loose = [&](std::size_t v) {
+    const double density = field.density[n + point_of[v]];
+    return density < kLoose &&
+           (density < kLayer * spacing / side || sparse_around(voxels[v].key) < kSheet);
+  };
 
-  // Where many fronts were averaged first.
-  std::vector<std::size_t> order(points.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return voxels[voxel_of[a]].seen > voxels[voxel_of[b]].seen;
+  // Each voxel may get a representative for what is seen of it, and one for what lies behind that.
+  // Where they lie takes the place of the means.
+  enum class Made : std::uint8_t { nothing, drop, seen, behind };
+  std::vector<Made> front(n, Made::nothing), rest(n, Made::nothing);
+  const VoxelBlocks blocks(voxels);
+  ApartPoints seen(blocks, n), inner(blocks, 2 * n);
+  const auto along_axes = [&](const Vec3d& p) { return grid.along_axes(p * unit + grid.origin()); };
+  // The surface that the camera sees: from the fronts' depth of `radius` to that of half of S.
+  const double inset = offset * (unit - radius) / unit;
+  const auto below_front = [&](std::size_t v) {
+    const Vec3d &p = at[n + point_of[v]], &g = field.gradient[n + point_of[v]];
+    const Vec3d to_eye = normalized((eye - grid.origin()) / unit - p);
+    return p - (2 * length(g) > kFlat ? normalized(-g) : to_eye) * inset;
+  };
+  for_blocks_apart(blocks, [&](std::size_t block) {
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t v = blocks.first[block]; v < blocks.first[block + 1]; ++v)
+      if (point_of[v] != kNone) order.push_back(v);
+    // Where many fronts were averaged first.
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return voxels[a].seen != voxels[b].seen ? voxels[a].seen > voxels[b].seen : a < b;
+    });
+    for (const std::uint32_t v : order) {
+      if (is_loose(v)) {
+        front[v] = Made::drop;
+        continue;
+      }
+      Vec3d& place = at[n + point_of[v]];
+      const Vec3d p = along_axes(place);
+      if (!seen.is_apart(block, p, kApart)) continue;
+      seen.keep(block, p, v);
+      place = below_front(v);
+      inner.keep(block, along_axes(place), v);
+      front[v] = Made::seen;
+    }
   });
+  // The surface that it does not see, from how deep below it the voxels' means lie.
+  const auto is_behind = [&](std::size_t v) {
+    return field.density[v] >= kLoose && field.density[v] <= density_at(kSurface) &&
+           2 * length(field.gradient[v]) >= kSteep;
+  };
+  const auto below_mean = [&](std::size_t v) {
+    return at[v] - normalized(-field.gradient[v]) * (1 - 2 * depth_of(field.density[v]));
+  };
+  const auto keep_apart = [&](double distance, const auto& wanted, const auto& place) {
+    for_blocks_apart(blocks, [&](std::size_t block) {
+      for (std::uint32_t v = blocks.first[block]; v < blocks.first[block + 1]; ++v) {
+        if (rest[v] != Made::nothing || !wanted(v)) continue;
+        const Vec3d representative = place(v), p = along_axes(representative);
+        if (!inner.is_apart(block, p, distance)) continue;
+        inner.keep(block, p, n + v);
+        at[v] = representative;
+        rest[v] = Made::behind;
+      }
+    });
+  };
+  keep_apart(kApart, is_behind, below_mean);
+  // What lies behind both.
+  keep_apart(
+      kBehind, [&](std::size_t v) { return field.density[v] >= kInside; },
+      [&](std::size_t v) { return at[v]; });
+
   const auto put = [&](const Vec3d& p, const Vec3& velocity) {
     const Vec3d world = p * unit + grid.origin();
     thinned.particles.x.push_back(static_cast<float>(world.x));
@@ -244,43 +193,15 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
     thinned.particles.z.push_back(static_cast<float>(world.z));
     if (grid.moving()) thinned.particles.velocity.push_back(velocity);
   };
-  // The surface that the camera sees: from the fronts' depth of `radius` to that of half of S.
-  const double inset = offset * (unit - radius) / unit;
-  ApartPoints seen(2 * kApart), inner(2 * kBehind);
-  for (const std::size_t k : order) {
-    const VoxelGrid::Voxel& voxel = voxels[voxel_of[k]];
-    const double density = field.density[first_point + k];
-    if (density < kLoose &&
-        (density < kLayer * spacing / side || sparse_around(voxel.key) < kSheet)) {
+  for (std::size_t v = 0; v < n; ++v) {
+    const VoxelGrid::Voxel& voxel = voxels[v];
+    if (front[v] == Made::drop)
       thinned.spray.push_back({grid.mean(voxel),
                                radius * cube_root(static_cast<double>(voxel.count)),
                                grid.mean_velocity(voxel)});
-      continue;
-    }
-    if (!seen.is_apart(points[k], 2 * kApart)) continue;
-    seen.keep(points[k]);
-    const Vec3d g = field.gradient[first_point + k];
-    const Vec3d to_eye = normalized((eye - grid.origin()) / unit - points[k]);
-    const Vec3d normal = 2 * length(g) > kFlat ? normalized(-g) : to_eye;
-    const Vec3d below = points[k] - normal * inset;
-    inner.keep(below);
-    put(below, grid.seen_mean_velocity(voxel));
+    if (front[v] == Made::seen) put(at[n + point_of[v]], grid.seen_mean_velocity(voxel));
+    if (rest[v] == Made::behind) put(at[v], grid.mean_velocity(voxel));
   }
-  // The surface that it does not see, from how deep below it the voxels' means lie.
-  for (std::size_t k = 0; k < masses.size(); ++k) {
-    if (field.density[k] < kLoose) continue;
-    const Vec3d g = field.gradient[k];
-    const double depth = depth_of(field.density[k]);
-    if (depth > kSurface || 2 * length(g) < kSteep) continue;
-    const Vec3d below = masses[k] - normalized(-g) * (1 - 2 * depth);
-    if (!inner.is_apart(below, 2 * kApart)) continue;
-    inner.keep(below);
-    put(below, grid.mean_velocity(voxels[k]));
-  }
-  // What lies behind both.
-  for (std::size_t k = 0; k < masses.size(); ++k)
-    if (field.density[k] >= kInside && inner.is_apart(masses[k], 2 * kBehind))
-      put(masses[k], grid.mean_velocity(voxels[k]));
   return thinned;
 }
 
