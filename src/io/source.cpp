@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "base/team.hpp"
 #include "io/layout.hpp"
 #include "io/parts.hpp"
@@ -41,7 +42,11 @@ class MemorySource : public ParticleSource {
   const BorrowedParticles* in_memory() const override { return &particles_; }
   void read(std::int64_t first, std::size_t count, const ParticleArrays& to) const override {
     const auto copy = [&](const Column& from, float* values) {
-      if (values && !from.empty()) from.copy(static_cast<std::size_t>(first), count, values);
+      if (!values || from.empty()) return;
+      constexpr std::size_t kGrain = std::size_t{1} << 17;  // values that are worth a thread
+      parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+        from.copy(static_cast<std::size_t>(first) + begin, end - begin, values + begin);
+      });
     };
     copy(particles_.x, to.x);
     copy(particles_.y, to.y);
