@@ -141,6 +141,7 @@ enum class Keeps { nothing, notes, binaries };
 struct Device::State {
   DeviceInfo info;
   cl::Context context;
+  std::shared_ptr<cl::Context> shared_context;  // the same, of a device that all share it on
   cl::CommandQueue queue;
   int vector_width = 1;  // work-items of loop-heavy kernels take this many pixels or groups
   bool wide = false;     // the device's own vectors have 16 floats
@@ -222,7 +223,7 @@ struct Device::State {
   void read_bytes(Memory::Place from, void* to, std::size_t bytes);
   HostMemory copy_bytes(const Memory& from, std::size_t bytes);  // for the host to read; waits
   void* map_bytes(const Memory& memory, std::size_t bytes);      // for reading, in place; waits
-  void unmap(const Memory& memory, void* mapped) noexcept;  // the next launch throws for it
+  void unmap(const Memory& memory, void* mapped) noexcept;       // the next launch throws for it
   void fill_bytes(const Memory& memory, const void* pattern, std::size_t pattern_bytes,
                   std::size_t bytes);
   // The same of a whole buffer.

@@ -2,6 +2,7 @@
 // down with the image, in both vector widths, against the same device without limits.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <tuple>
 
 #include "program/cli/program.hpp"
@@ -59,6 +60,31 @@ INSTANTIATE_TEST_SUITE_P(Frame, LimitsOnMethods,
                            name += std::get<1>(test.param);
                            return name + "_" + std::get<2>(test.param);
                          });
+
+// Frames in flight on a GPU share its context.
+TEST_F(Limits, FramesInFlightOnAGpuGiveTheSameBytes) {
+  for (int k = 1; k <= 6; ++k)
+    std::filesystem::copy_file(MENISCUS_TEST_DATA "/dam_4913.ply",
+                               path("f." + std::to_string(k) + ".ply"));
+  const auto sequence = [&](const std::string& name, const std::string& in_flight,
+                            const Environment& environment) {
+    Conditions conditions;
+    conditions.environment = environment;
+    return run({"extract", path("f.#.ply"), "--size", "320x240", "--in-flight", in_flight,
+                "--compression", "none", "-o", path(name + ".#.exr")},
+               conditions);
+  };
+  const Outcome free = sequence("free", "1", {});
+  ASSERT_EQ(free.exit_code, 0) << free.err;
+  Environment limits = kLimits;
+  limits.push_back({"MENISCUS_LIMIT_KIND", "gpu"});
+  const Outcome limited = sequence("limited", "3", limits);
+  ASSERT_EQ(limited.exit_code, 0) << limited.err;
+  for (int k = 1; k <= 6; ++k) {
+    const std::string ending = "." + std::to_string(k) + ".exr";
+    EXPECT_EQ(read("free" + ending), read("limited" + ending)) << ending;
+  }
+}
 
 TEST_F(Limits, AreWhatDevicesSayAndDo) {
   Conditions conditions;
