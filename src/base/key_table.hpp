@@ -9,7 +9,7 @@
 namespace meniscus {
 
 /// A key whose every bit bears on the highest ones: times 2^64 / the golden ratio.
-inline std::uint64_t mixed(std::uint64_t key) { return key * 0x9e3779b97f4a7c15; }
+inline std::uint64_t spread_bits(std::uint64_t key) { return key * 0x9e3779b97f4a7c15; }
 
 /// Numbers keys in the order in which they come first: a hash table in one piece of memory, which
 /// only grows. Several times as fast as one with a node for each key.
@@ -40,7 +40,7 @@ class KeyTable {
 
   // Of the key, or of the empty slot where it would be put.
   std::size_t place_of(std::uint64_t key) const {
-    std::size_t place = static_cast<std::size_t>(mixed(key) >> shift_);
+    std::size_t place = static_cast<std::size_t>(spread_bits(key) >> shift_);
     while (slots_[place].number != kNone && slots_[place].key != key)
       place = (place + 1) & (slots_.size() - 1);
     return place;

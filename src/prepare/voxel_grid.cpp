@@ -54,7 +54,7 @@ VoxelGrid::VoxelGrid(double side, const Vec3d& origin, bool moving)
 
 std::size_t VoxelGrid::part_of(std::uint64_t key) {
   static_assert(kParts == 64);
-  return static_cast<std::size_t>(mixed(key >> 3 * kBlockBits) >> 58);
+  return static_cast<std::size_t>(spread_bits(key >> 3 * kBlockBits) >> 58);
 }
 
 VoxelGrid::Voxel& VoxelGrid::Part::at(std::uint64_t key) {
