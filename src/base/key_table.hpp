@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace meniscus {
@@ -48,15 +49,15 @@ class KeyTable {
 
   void grow() {
     constexpr std::size_t kLeast = 16;
-    std::vector<Slot> before(slots_.empty() ? kLeast : 2 * slots_.size());
-    slots_.swap(before);
+    const std::size_t wanted = slots_.empty() ? kLeast : 2 * slots_.size();
+    const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(wanted));
     shift_ = 64 - std::countr_zero(slots_.size());
     for (const Slot& slot : before)
       if (slot.number != kNone) slots_[place_of(slot.key)] = slot;
   }
 
   std::vector<Slot> slots_;
-  int shift_ = 0;  // of a mixed key
+  int shift_ = 0;  // that leaves as many bits as slots have
   std::uint32_t size_ = 0;
 };
 

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <mutex>
 #include <sstream>
 
 #include "base/content_hash.hpp"
@@ -17,6 +16,7 @@
 #include "device/kernels.hpp"
 #include "device/opencl_error.hpp"
 #include "device/program_cache.hpp"
+#include "device/shared_context.hpp"
 #include "device/tuning.hpp"
 
 namespace meniscus {
@@ -98,35 +98,6 @@ Range with_groups_of(Range range, std::size_t most) {
   return range;
 }
 
-// A GPU runs work of one context at a time, and work of one context's queues side by side. So all
-// that is open on such a device shares a context: frames in flight, 1.3 times as many a second
-// (docs/performance_appendix.md).
-class SharedContexts {
- public:
-  std::shared_ptr<cl::Context> of(const cl::Device& device) {
-    const std::lock_guard lock(mutex_);
-    std::weak_ptr<cl::Context>& known = contexts_[device()];
-    std::shared_ptr<cl::Context> context = known.lock();
-    if (!context) known = context = std::make_shared<cl::Context>(device);
-    return context;
-  }
-
-  /// Whoever opens the device from now on gets another: this one may be broken.
-  void forget(const cl::Device& device) {
-    const std::lock_guard lock(mutex_);
-    contexts_.erase(device());
-  }
-
- private:
-  std::mutex mutex_;
-  std::map<cl_device_id, std::weak_ptr<cl::Context>> contexts_;
-};
-
-SharedContexts& shared_contexts() {
-  static SharedContexts contexts;
-  return contexts;
-}
-
 }  // namespace
 
 void Device::on_stage(std::function<void(const std::string&)> call) {
@@ -145,7 +116,7 @@ void Device::State::fail(const std::string& doing, const cl::Error& error) const
   if (is_out_of_memory(error.err()))
     throw OutOfDeviceMemory(what + ": out of memory (use a smaller image, a smaller " +
                             setting("memory") + ", or another " + setting("device") + ")");
-  shared_contexts().forget(handle_of(info));
+  forget_shared_context(handle_of(info));
   throw DeviceError(what + " (try another " + setting("device") + "; meniscus devices lists them)");
 }
 
@@ -593,7 +564,7 @@ Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
     if (info.kind == DeviceKind::cpu) {
       state_->context = cl::Context(handle_of(info));
     } else {
-      state_->shared_context = shared_contexts().of(handle_of(info));
+      state_->shared_context = shared_context(handle_of(info));
       state_->context = *state_->shared_context;
     }
     state_->queue = cl::CommandQueue(state_->context, handle_of(info), CL_QUEUE_PROFILING_ENABLE);

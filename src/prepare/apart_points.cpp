@@ -7,15 +7,12 @@ namespace {
 
 constexpr std::uint32_t kNone = KeyTable::kNone;
 
-std::uint64_t block_of(const VoxelPlace& voxel) {
-  return key_of(voxel) / (kVoxelBlock * kVoxelBlock * kVoxelBlock);
+// The number of a voxel in its block.
+std::size_t voxel_at(std::int64_t i, std::int64_t j, std::int64_t k) {
+  return static_cast<std::size_t>((i * kVoxelBlock + j) * kVoxelBlock + k);
 }
 
-// Without the call that std::floor is where the processor may be an old one.
-std::int64_t floor_of(double v) {
-  const std::int64_t cut = static_cast<std::int64_t>(v);
-  return cut - (v < static_cast<double>(cut) ? 1 : 0);
-}
+std::uint64_t block_of(const VoxelPlace& voxel) { return key_of(voxel) / kBlockVoxels; }
 
 }  // namespace
 
@@ -23,11 +20,11 @@ VoxelBlocks::VoxelBlocks(const std::vector<VoxelGrid::Voxel>& voxels) {
   KeyTable number;
   std::uint64_t last = ~std::uint64_t{0};
   for (std::size_t k = 0; k < voxels.size(); ++k) {
-    const std::uint64_t key = voxels[k].key / (kVoxelBlock * kVoxelBlock * kVoxelBlock);
+    const std::uint64_t key = voxels[k].key / kBlockVoxels;
     if (key == last) continue;
     number.add(last = key);
     first.push_back(static_cast<std::uint32_t>(k));
-    place.push_back(place_of(key * (kVoxelBlock * kVoxelBlock * kVoxelBlock)));
+    place.push_back(place_of(key * kBlockVoxels));
   }
   const std::size_t n = first.size();
   first.push_back(static_cast<std::uint32_t>(voxels.size()));
@@ -55,16 +52,15 @@ VoxelBlocks::VoxelBlocks(const std::vector<VoxelGrid::Voxel>& voxels) {
 }
 
 ApartPoints::ApartPoints(const VoxelBlocks& blocks, std::size_t most)
-    : blocks_(blocks), first_(blocks.size() * kVoxels, kNone), next_(most), point_(most) {}
+    : blocks_(blocks), first_(blocks.size() * kBlockVoxels, kNone), next_(most), point_(most) {}
 
 void ApartPoints::keep(std::size_t block, const Vec3d& point, std::size_t number) {
   const auto within = [&](double v, std::size_t a) {
-    return static_cast<std::size_t>(
-        std::clamp<std::int64_t>(floor_of(v) - blocks_.place[block][a], 0, kVoxelBlock - 1));
+    return std::clamp<std::int64_t>(floor_of(v) - blocks_.place[block][a], 0, kVoxelBlock - 1);
   };
-  const std::size_t voxel =
-      (within(point.x, 0) * kVoxelBlock + within(point.y, 1)) * kVoxelBlock + within(point.z, 2);
-  std::uint32_t& first = first_[block * kVoxels + voxel];
+  std::uint32_t& first =
+      first_[block * kBlockVoxels +
+             voxel_at(within(point.x, 0), within(point.y, 1), within(point.z, 2))];
   next_[number] = first;
   point_[number] = point;
   first = static_cast<std::uint32_t>(number);
@@ -89,9 +85,8 @@ bool ApartPoints::is_apart(std::size_t block, const Vec3d& point, double distanc
             blocks_.around[block]
                           [static_cast<std::size_t>(i / kSide + 3 * (j / kSide) + 9 * (k / kSide))];
         if (there == kNone) continue;
-        const auto voxel =
-            static_cast<std::size_t>((i % kSide * kSide + j % kSide) * kSide + k % kSide);
-        for (std::uint32_t p = first_[there * kVoxels + voxel]; p != kNone; p = next_[p])
+        const std::size_t voxel = voxel_at(i % kSide, j % kSide, k % kSide);
+        for (std::uint32_t p = first_[there * kBlockVoxels + voxel]; p != kNone; p = next_[p])
           if (dot(point_[p] - point, point_[p] - point) < distance * distance) return false;
       }
   return true;

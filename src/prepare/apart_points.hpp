@@ -49,8 +49,6 @@ class ApartPoints {
   void keep(std::size_t block, const Vec3d& point, std::size_t number);
 
  private:
-  static constexpr std::size_t kVoxels = kVoxelBlock * kVoxelBlock * kVoxelBlock;
-
   const VoxelBlocks& blocks_;
   std::vector<std::uint32_t> first_;  // [blocks][voxels] the point that was kept last
   std::vector<std::uint32_t> next_;   // [points] that was kept before, in the same voxel

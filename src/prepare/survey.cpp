@@ -252,18 +252,21 @@ Survey survey_particles(const ParticleSource& source) {
   const std::uint32_t most =
       share >= 1 ? UINT32_MAX : static_cast<std::uint32_t>(share * 4294967296.0);
   Middle middle;
+  const auto add_radii = [&](const ParticleChunk& chunk) {
+    for (std::size_t i = 0; i < chunk.count; ++i)
+      if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
+  };
   for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
     std::vector<RunsFound> parts((chunk.count + kPart - 1) / kPart);
     parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k)
         parts[k] = look_at(chunk, k * kPart, std::min((k + 1) * kPart, chunk.count), most);
     });
-    for (RunsFound& part : parts) {
+    for (const RunsFound& part : parts) {
       found = merged({found, part.found});
       survey.sample.insert(survey.sample.end(), part.sample.begin(), part.sample.end());
     }
-    for (std::size_t i = 0; !chunk.radius.empty() && i < chunk.count; ++i)
-      if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
+    if (!chunk.radius.empty()) add_radii(chunk);
   });
   found = merged(team.joined(std::vector<Found>{found}));
   if (found.first_bad_radius != kNoParticle) {
@@ -285,10 +288,7 @@ Survey survey_particles(const ParticleSource& source) {
   }
   if (source.has_radius() && survey.finite > 0) {
     middle.narrow(team, survey.finite);
-    for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
-      for (std::size_t i = 0; i < chunk.count; ++i)
-        if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
-    });
+    for_each_chunk(source, kChunk, {.radius = true}, add_radii);
     survey.middle_radius = middle.value(team);
   }
   return survey;

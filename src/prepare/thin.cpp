@@ -85,14 +85,12 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
   Thinned thinned;
   thinned.particles.moving = grid.moving();
   if (n == 0) return thinned;
-  std::vector<std::uint32_t> voxel_of, point_of(n, kNone);  // of each point; of each voxel
-  for (std::size_t v = 0; v < n; ++v) {
-    if (voxels[v].seen == 0) continue;
-    point_of[v] = static_cast<std::uint32_t>(voxel_of.size());
-    voxel_of.push_back(static_cast<std::uint32_t>(v));
-  }
   // The voxels' means, then the points: the means of their fronts.
-  std::vector<Vec3d> at(n + voxel_of.size());
+  std::vector<std::uint32_t> point_of(n, kNone);  // of each voxel, where it has one
+  std::uint32_t points = 0;
+  for (std::size_t v = 0; v < n; ++v)
+    if (voxels[v].seen > 0) point_of[v] = points++;
+  std::vector<Vec3d> at(n + points);
   std::vector<float> mass(at.size(), 0.0f);
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
@@ -107,8 +105,8 @@ Thinned thin_particles(Device& device, const VoxelGrid& grid, double radius, con
 
   // Voxels whose points are as sparse as a sheet.
   KeyTable sparse;
-  for (std::size_t k = 0; k < voxel_of.size(); ++k)
-    if (field.density[n + k] < kSparse) sparse.add(voxels[voxel_of[k]].key);
+  for (std::size_t v = 0; v < n; ++v)
+    if (point_of[v] != kNone && field.density[n + point_of[v]] < kSparse) sparse.add(voxels[v].key);
   const auto sparse_around = [&](std::uint64_t key) {
     const VoxelPlace c = place_of(key);
     int found = -1;  // without itself

@@ -54,7 +54,7 @@ VoxelGrid::VoxelGrid(double side, const Vec3d& origin, bool moving)
 
 std::size_t VoxelGrid::part_of(std::uint64_t key) {
   static_assert(kParts == 64);
-  return static_cast<std::size_t>(spread_bits(key >> 3 * kBlockBits) >> 58);
+  return static_cast<std::size_t>(spread_bits(key / kBlockVoxels) >> 58);
 }
 
 VoxelGrid::Voxel& VoxelGrid::Part::at(std::uint64_t key) {
@@ -81,9 +81,7 @@ void VoxelGrid::add(const std::vector<Particle>& particles) {
         for (std::size_t a = 0; a < 3; ++a) {
           const double along = dot(kAxes[a], p), most = static_cast<double>(kFarthest);
           const double inside = std::clamp(along, -most, most);
-          // Its floor, without the call that std::floor is where the processor may be an old one.
-          place[a] = static_cast<std::int64_t>(inside);
-          place[a] -= static_cast<double>(place[a]) > inside;
+          place[a] = floor_of(inside);
           placed[k].at[a] =
               static_cast<std::uint32_t>((inside - static_cast<double>(place[a])) * kUnit);
         }

@@ -15,11 +15,19 @@ namespace meniscus {
 /// A cube of the grid, counted from its origin along its axes.
 using VoxelPlace = std::array<std::int64_t, 3>;
 
-/// Voxels make blocks of so many a side.
-inline constexpr std::int64_t kVoxelBlock = 4;
+/// Voxels make blocks of so many a side, and so many in all.
+inline constexpr std::int64_t kVoxelBlock = 4,
+                              kBlockVoxels = kVoxelBlock * kVoxelBlock * kVoxelBlock;
+
+/// The largest whole number up to v, without the call that std::floor is where the processor may be
+/// an old one.
+inline std::int64_t floor_of(double v) {
+  const std::int64_t cut = static_cast<std::int64_t>(v);
+  return cut - (v < static_cast<double>(cut) ? 1 : 0);
+}
 
 /// One number for a place within 2^20 voxels of the origin, and back. Keys of one block follow each
-/// other: key / kVoxelBlock^3 is the block's.
+/// other: key / kBlockVoxels is the block's.
 std::uint64_t key_of(const VoxelPlace& place);
 VoxelPlace place_of(std::uint64_t key);
 
