@@ -72,6 +72,7 @@ SMALLER = {
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1", 2, "minutes"),
     "meniscus-accuracy --method fit,groups --seeds reporting --flicker --flicker-seeds 1": (
         "meniscus-accuracy --method fit,groups --seeds 1001 --scene sphere --flicker --flicker-seeds 1", 5, "minutes"),
+    "meniscus-accuracy --scene violent --seeds 1": ("meniscus-accuracy --scene crown --seeds 1 --method fit,ssm", 8, "minutes"),
     "meniscus-accuracy layers --scene calm,violent --seeds 1001": (
         "meniscus-accuracy layers --scene sphere --seeds 1001", 3, "minutes"),
     "meniscus-accuracy real FRAME --reference none --particle-radius 0.025": (
@@ -110,7 +111,9 @@ SMALLER = {
         "pip install -q usd-core numpy && scripts/usd_sequence.py --help", 5, "needs arguments, which the block has"),
     # Benchmarks of frames and kernels: minutes.
     "meniscus bench frame": (f"meniscus bench frame --method ssm {SHORT}", 2, "two minutes"),
-    "meniscus bench frame --method fit,groups --seconds 3": (f"meniscus bench frame --method groups {SHORT}", 2, "half a minute"),
+    "meniscus bench frame --method fit,groups,ssm,paper": (f"meniscus bench frame --method groups,paper {SHORT}", 3, "half a minute"),
+    "meniscus bench frame --particles 1e7 --size 1920x1080 --method fit": (
+        f"meniscus bench frame --particles 1e5 --size 1920x1080 --method fit {SHORT}", 3, "half a minute"),
     "meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1": (
         f"meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1 {SHORT}", 2, "time"),
     "meniscus bench frame --method fit,ssm --json frames.json": (

@@ -2,6 +2,7 @@
 """Runs every command of the documents.
 
     scripts/run_docs.py [BUILD] [DOCUMENT ...]     BUILD: a whole build of preset release (build/release)
+    scripts/run_docs.py --plan                     only whether documents_lines.py fits the documents: a second
 
 Commands are the lines of README.md's and docs' blocks of shell lines, and what stands in `backticks` and
 begins with a program of ours, cmake, ctest or the like. Each runs as it stands, in the repository's root,
@@ -157,6 +158,11 @@ def main():
         return print(blocks(ROOT / sys.argv[2], sys.argv[3])[0], end="")
     if sys.argv[1:2] == ["--inside"]:
         return inside(json.load(sys.stdin))
+    if sys.argv[1:2] == ["--plan"]:
+        faults = []
+        plan(all_documents(), faults)
+        print("\n".join(faults), end="\n" if faults else "")
+        return 1 if faults else 0
     build = Path(sys.argv[1] if len(sys.argv) > 1 else "build/release").resolve()
     documents = [Path(d).resolve() for d in sys.argv[2:]] or all_documents()
     faults, begin = [], time.monotonic()
