@@ -154,7 +154,7 @@ constexpr Seeding kMergedGroups{
       return seeds;
     }};
 
-// Triangles keep one processor busy; meanwhile the surface's particles and their neighbours are
+// Triangles keep some processors busy; meanwhile the surface's particles and their neighbours are
 // found. That side alone has the device.
 Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
                  std::optional<FluidView>& measured, const Seeding& seeding) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <memory>
+#include <cstddef>
 #include <vector>
 
 #include "meniscus/parameters.hpp"
@@ -22,8 +22,9 @@ struct ScreenPoint {
 class ScreenDelaunay {
  public:
   /// Of [n] points, finite, in canonical order; of points at one place only the first is used.
-  explicit ScreenDelaunay(const std::vector<ScreenPoint>& points);
-  ~ScreenDelaunay();
+  /// So many strips of the screen are triangulated side by side, which touches no result; 0: as
+  /// many as pay.
+  explicit ScreenDelaunay(std::vector<ScreenPoint> points, std::size_t strips = 0);
 
   /// Points, as they are counted from now on, around which there may be other triangles than
   /// before, and all triangles around them; both ascending.
@@ -36,11 +37,11 @@ class ScreenDelaunay {
   Changes remove(const std::vector<std::int32_t>& indices);
 
   /// Triangles of point indices, the smallest first, in ascending order, all wound the same way.
-  std::vector<std::array<std::int32_t, 3>> triangles() const;
+  const std::vector<std::array<std::int32_t, 3>>& triangles() const { return triangles_; }
 
  private:
-  struct Net;
-  std::unique_ptr<Net> net_;
+  std::vector<ScreenPoint> points_;
+  std::vector<std::array<std::int32_t, 3>> triangles_;
 };
 
 /// The triangles of all points.

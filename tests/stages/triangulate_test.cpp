@@ -211,6 +211,28 @@ TEST(Delaunay, ForgetsPointsThatAreRemoved) {
   EXPECT_GT(others, 1000u);
 }
 
+// Strips that are cut through everything, some of them empty, tell what one triangulation of all
+// points tells: lattices, points at one place, a hole, a crowd beside a few, and a line.
+TEST(Delaunay, StripsGiveTheSameTriangles) {
+  auto hole = random_points(3000, 1000, 7);
+  std::erase_if(hole, [](const Whole& p) {
+    const std::int64_t u = p.first - 500, v = p.second - 500;
+    return u * u + v * v < 250 * 250;
+  });
+  auto crowd = random_points(2000, 100, 8);
+  for (const Whole& p : random_points(50, 4000, 9)) crowd.push_back(p);
+  for (const auto& points :
+       {random_points(4000, 100000, 4), random_points(3000, 40, 5), lattice(60, 40, 4),
+        lattice(500, 3, 1), lattice(300, 1, 1), lattice(1, 300, 1), hole, crowd,
+        random_points(5, 10, 6), random_points(1, 10, 6), std::vector<Whole>{}}) {
+    ScreenDelaunay one(points_of(points), 1);
+    for (const std::size_t strips : {2u, 3u, 8u, 40u}) {
+      ScreenDelaunay net(points_of(points), strips);
+      ASSERT_EQ(net.triangles(), one.triangles()) << points.size() << " points, " << strips;
+    }
+  }
+}
+
 TEST(Delaunay, FewOrCollinearPointsGiveNoTriangle) {
   EXPECT_THAT(delaunay({}), IsEmpty());
   EXPECT_THAT(delaunay(points_of({{1, 2}})), IsEmpty());
