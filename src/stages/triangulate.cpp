@@ -141,13 +141,24 @@ void list_fans(Triangulation& mesh) {
         mesh.fan[next[v]++] = static_cast<std::int32_t>(t);
 }
 
-// The triangles that stay when some vertices go, ascending, and the others move up.
-void drop_triangles_of(const std::vector<std::int32_t>& gone, Triangulation& mesh) {
+// Drops some vertices, ascending, with their triangles; the others move up. Fans are not listed
+// again.
+void drop_vertices(const std::vector<std::int32_t>& gone, Triangulation& mesh) {
   std::vector<std::int32_t> place(mesh.particle.size(), 0);  // from now on
   for (const std::int32_t v : gone) place[v] = -1;
-  std::int32_t places = 0;
-  for (std::int32_t& own : place)
-    if (own == 0) own = places++;
+  std::size_t left = 0;
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    if (place[v] < 0) continue;
+    mesh.particle[left] = mesh.particle[v];
+    mesh.owned[left] = mesh.owned[v];
+    mesh.position[left] = mesh.position[v];
+    mesh.screen[left] = mesh.screen[v];
+    place[v] = static_cast<std::int32_t>(left++);
+  }
+  mesh.particle.resize(left);
+  mesh.owned.resize(left);
+  mesh.position.resize(left);
+  mesh.screen.resize(left);
   std::size_t kept = 0;
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t) {
     const auto& [a, b, c] = mesh.triangle[t];
@@ -236,8 +247,8 @@ Visible without_pits(const View& view, const Triangulation& mesh, const Visible&
   return without(visible, pits_among(view, mesh, all));
 }
 
-SeenMesh triangulate_without_pits(const View& view, const Projected& projected, Visible visible,
-                                  const TriangleParams& params) {
+SeenMesh triangulate_without_pits(const View& view, const Projected& projected,
+                                  const Visible& visible, const TriangleParams& params) {
   constexpr int kRounds = 3;
   Triangulation mesh = vertices_of(projected, visible);
   ScreenDelaunay net(mesh.screen);
@@ -248,19 +259,15 @@ SeenMesh triangulate_without_pits(const View& view, const Projected& projected, 
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<std::int32_t> gone = pits_among(view, mesh, changed);
     if (gone.empty()) break;
-    drop_triangles_of(gone, mesh);
-    visible = without(visible, gone);
-    Triangulation rest = vertices_of(projected, visible);
-    rest.triangle.swap(mesh.triangle);
-    rest.kind.swap(mesh.kind);
-    mesh = std::move(rest);
+    drop_vertices(gone, mesh);
     auto [points, triangles] = net.remove(gone);
     take_triangles(projected, triangles, params, mesh);
     list_fans(mesh);
     changed = std::move(points);
   }
   measure_triangles(view, mesh);
-  return {std::move(visible), std::move(mesh)};
+  Visible left{mesh.particle, mesh.owned, {}};
+  return {std::move(left), std::move(mesh)};
 }
 
 }  // namespace meniscus

@@ -86,7 +86,7 @@ struct SeenMesh {
 
 /// triangulate() of the visible particles without_pits(), over and over until none is left in a
 /// pit, at most three times: particles side by side in a pit go one after the other.
-SeenMesh triangulate_without_pits(const View& view, const Projected& projected, Visible visible,
-                                  const TriangleParams& params);
+SeenMesh triangulate_without_pits(const View& view, const Projected& projected,
+                                  const Visible& visible, const TriangleParams& params);
 
 }  // namespace meniscus
