@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -38,8 +39,8 @@ void for_chunks(std::size_t n, const Work& work) {
   });
 }
 
-// The keys of the particles whose coordinates are finite, and the first other one, or how many there
-// are.
+// The keys of the particles whose coordinates are finite, and the first other one, or how many
+// there are.
 std::vector<Key> keys_of(const BorrowedParticles& p, std::size_t& first_bad) {
   std::vector<Key> keys(p.size());
   std::vector<std::size_t> bad(chunks_of(p.size()), p.size());  // the first of each chunk
@@ -93,10 +94,16 @@ int sort_by_leading_bits(std::vector<Key>& keys) {
       std::fill_n(own, kDigits, 0u);
       for (std::size_t k = begin; k < end; ++k) ++own[digit(keys[k])];
     });
-    std::uint32_t before = 0;
-    for (std::uint32_t d = 0; d < kDigits; ++d)
-      for (std::size_t c = 0; c < chunks; ++c)
-        before += std::exchange(next[c * kDigits + d], before);
+    // Chunk by chunk: digit by digit the counts lie far apart.
+    std::vector<std::uint32_t> first_of(kDigits, 0);
+    for (std::size_t c = 0; c < chunks; ++c)
+      for (std::uint32_t d = 0; d < kDigits; ++d) first_of[d] += next[c * kDigits + d];
+    std::exclusive_scan(first_of.begin(), first_of.end(), first_of.begin(), 0u);
+    for (std::size_t c = 0; c < chunks; ++c)
+      for (std::uint32_t d = 0; d < kDigits; ++d) {
+        const std::uint32_t count = std::exchange(next[c * kDigits + d], first_of[d]);
+        first_of[d] += count;
+      }
     for_chunks(n, [&](std::size_t c, std::size_t begin, std::size_t end) {
       std::uint32_t* const own = next.data() + c * kDigits;
       for (std::size_t k = begin; k < end; ++k) sorted[own[digit(keys[k])]++] = keys[k];
@@ -166,8 +173,8 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
   const auto end_of_run = [&](std::size_t k) {
     const auto later = [&](std::uint32_t own, const Key& key) { return own < leading(key); };
     const auto run = keys.begin() + static_cast<std::ptrdiff_t>(k);
-    return static_cast<std::size_t>(
-        std::upper_bound(run, keys.end(), leading(*run), later) - keys.begin());
+    return static_cast<std::size_t>(std::upper_bound(run, keys.end(), leading(*run), later) -
+                                    keys.begin());
   };
   std::vector<std::size_t> from(chunks_of(keys.size()) + 1, 0);
   for (std::size_t c = 1; c < from.size(); ++c)
