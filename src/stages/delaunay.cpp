@@ -270,6 +270,10 @@ Triangles triangles_by_strips(const std::vector<ScreenPoint>& points, std::size_
       for (std::size_t i = 0; i < points.size(); ++i)
         if (sees(strip, points[i].u, points[i].u)) index.push_back(static_cast<std::int32_t>(i));
       const Delaunay net = net_of(points, index);
+      const auto leave_open = [&](std::int32_t i) {
+        if (strip_at(points[i].u) == strip) open[i] = 1;
+      };
+      if (net.dimension() < 2) std::ranges::for_each(index, leave_open);  // points on a line
       for (auto face = net.all_faces_begin(); face != net.all_faces_end(); ++face) {
         if (!net.is_infinite(face)) {
           const Triangle t = corners_of(face);
@@ -280,11 +284,8 @@ Triangles triangles_by_strips(const std::vector<ScreenPoint>& points, std::size_
             continue;
           }
         }
-        for (int k = 0; k < 3; ++k) {
-          if (net.is_infinite(face->vertex(k))) continue;
-          const std::int32_t i = face->vertex(k)->info();
-          if (strip_at(points[i].u) == strip) open[i] = 1;
-        }
+        for (int k = 0; k < 3; ++k)
+          if (!net.is_infinite(face->vertex(k))) leave_open(face->vertex(k)->info());
       }
     }
   });

@@ -219,11 +219,15 @@ TEST(Delaunay, StripsGiveTheSameTriangles) {
     const std::int64_t u = p.first - 500, v = p.second - 500;
     return u * u + v * v < 250 * 250;
   });
+  std::vector<Whole> columns = lattice(2, 400, 100);
+  for (Whole& p : columns) p.second /= 100;
+  for (const std::int64_t low : {0, 3000})  // the circles between them reach beyond the margin
+    for (std::int64_t v = low; v < low + 21; ++v) columns.emplace_back(5000, v);
   auto crowd = random_points(2000, 100, 8);
   for (const Whole& p : random_points(50, 4000, 9)) crowd.push_back(p);
   for (const auto& points :
        {random_points(4000, 100000, 4), random_points(3000, 40, 5), lattice(60, 40, 4),
-        lattice(500, 3, 1), lattice(300, 1, 1), lattice(1, 300, 1), hole, crowd,
+        lattice(500, 3, 1), lattice(300, 1, 1), lattice(1, 300, 1), columns, hole, crowd,
         random_points(5, 10, 6), random_points(1, 10, 6), std::vector<Whole>{}}) {
     ScreenDelaunay one(points_of(points), 1);
     for (const std::size_t strips : {2u, 3u, 8u, 40u}) {
