@@ -13,6 +13,7 @@
 #include "methods/closed.hpp"
 #include "methods/closed_parts.hpp"
 #include "output/simplify.hpp"
+#include "output/straighten.hpp"
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
 #include "prepare/parts.hpp"
@@ -121,6 +122,9 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
   const Filling filling{device, none, params, closed.memory, clock, notices};
   return on_threads(host_threads(device.info()), [&] {
     Surface surface = mesh_frame(filling, source, closed, timings);
+    clock.start("straighten");
+    straighten_edges(surface.mesh, closed.cell * surface.particle_radius, surface.particle_radius);
+    clock.stop();
     if (closed.adaptive > 0) {
       clock.start("simplify");
       surface.mesh = simplify(std::move(surface.mesh), closed.adaptive, surface.particle_radius);

@@ -5,60 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <random>
 
 #include "accuracy/closed.hpp"
 #include "base/parallel.hpp"
 #include "meniscus/error.hpp"
+#include "output/ring.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
-
-constexpr double kUnit = 0.01;  // world units; edges are about as long
-
-// A ring whose section is a square with sides of `side` units, which has flat faces, four creases
-// and more vertices than one tile holds; each vertex is off by up to `noise` units.
-Mesh square_ring(int around, int side, double noise) {
-  const int across = 4 * side;
-  const double radius = around / (2 * std::numbers::pi);
-  std::mt19937 random(5);
-  Mesh mesh;
-  for (int i = 0; i < around; ++i)
-    for (int j = 0; j < across; ++j) {
-      const double angle = 2 * std::numbers::pi * i / around, half = 0.5 * side, on = j % side;
-      double out = 0, up = 0;
-      switch (j / side) {
-        case 0: out = half, up = on - half; break;
-        case 1: out = half - on, up = half; break;
-        case 2: out = -half, up = half - on; break;
-        default: out = on - half, up = -half;
-      }
-      const auto off = [&] { return noise * (static_cast<double>(random()) / 2147483648.0 - 1); };
-      const double r = radius + out + off();
-      mesh.position.push_back(static_cast<Vec3>(
-          Vec3d{7 + kUnit * r * std::cos(angle), kUnit * r * std::sin(angle), kUnit * (up + off())}));
-    }
-  const auto at = [&](int i, int j) {
-    return static_cast<std::uint32_t>(i % around * across + j % across);
-  };
-  for (int i = 0; i < around; ++i)
-    for (int j = 0; j < across; ++j) {
-      mesh.triangle.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh.triangle.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  std::vector<Vec3d> normal(mesh.position.size());
-  for (const auto& t : mesh.triangle) {
-    const Vec3d a(mesh.position[t[0]]);
-    const Vec3d area = cross(Vec3d(mesh.position[t[1]]) - a, Vec3d(mesh.position[t[2]]) - a);
-    for (const std::uint32_t v : t) normal[v] += area;
-  }
-  for (const Vec3d& n : normal) mesh.normal.push_back(static_cast<Vec3>(normalized(n)));
-  for (const Vec3& p : mesh.position) mesh.velocity.push_back({p.x, 2 * p.y, 0});
-  mesh.attributes.push_back({"heat", std::vector<float>(mesh.position.size(), 3.0f)});
-  return mesh;
-}
 
 double to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
   const double t = std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
