@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -27,7 +29,9 @@ constexpr int kFlatRings = 3, kSharpRings = 2;
 // Normals farther apart than this (the length of the difference) have no say in each other.
 constexpr double kAlike = 0.8;
 constexpr int kRounds = 4, kMoves = 8;  // of the filter; of the vertices after each
-constexpr double kFarthest = 1;         // that a vertex moves along an axis, particle radii
+// A triangle whose normal is farther than 90 degrees from its filtered one has turned over.
+constexpr double kTurned = 0;
+constexpr double kFarthest = 1;  // that a vertex moves along an axis, particle radii
 
 // The triangles around each vertex, ascending.
 struct Fans {
@@ -256,6 +260,31 @@ void move_vertices(Patch& patch, const Fans& fans, const Normals& n, double fart
   }
 }
 
+// Puts vertices of triangles that have turned over back to where they came from, `before`, and
+// those of triangles that turn over for it.
+void put_back(Patch& patch, const Fans& fans, const Normals& n, const std::vector<Vec3d>& before) {
+  std::vector<std::uint8_t> back(patch.vertex.size());
+  std::vector<std::uint32_t> looked_at(patch.triangle.size());
+  std::iota(looked_at.begin(), looked_at.end(), 0u);
+  while (!looked_at.empty()) {
+    std::vector<std::uint32_t> moved;
+    for (const std::uint32_t t : looked_at) {
+      const auto& [a, b, c] = patch.triangle[t];
+      const Vec3d now =
+          normalized(twice_area(patch.position[a], patch.position[b], patch.position[c]));
+      const double agrees = dot(now, n.filtered[t]);
+      if (!(agrees < kTurned && agrees < dot(n.own[t], n.filtered[t]))) continue;
+      for (const std::uint32_t v : patch.triangle[t])
+        if (std::exchange(back[v], std::uint8_t{1}) == 0) moved.push_back(v);
+    }
+    looked_at.clear();
+    for (const std::uint32_t v : moved) {
+      patch.position[v] = before[v];
+      looked_at.insert(looked_at.end(), fans.of(v).begin(), fans.of(v).end());
+    }
+  }
+}
+
 }  // namespace
 
 void straighten_edges(Mesh& mesh, double cell, double unit) {
@@ -268,7 +297,9 @@ void straighten_edges(Mesh& mesh, double cell, double unit) {
   Normals normals(patch);
   for (int round = 0; round < kRounds; ++round) {
     filter_normals(patch, fans, normals);
+    const std::vector<Vec3d> before = patch.position;
     move_vertices(patch, fans, normals, kFarthest * unit);
+    put_back(patch, fans, normals, before);
   }
   parallel_for(patch.vertex.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
