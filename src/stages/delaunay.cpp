@@ -298,7 +298,7 @@ Triangles triangles_by_strips(const std::vector<ScreenPoint>& points, std::size_
 
 // The triangulation of all points; strips: 0 for as many as pay.
 Triangles triangles_of(const std::vector<ScreenPoint>& points, std::size_t strips) {
-  constexpr std::size_t kWorthAThread = 4096;  // points
+  constexpr std::size_t kWorthAThread = 1024;  // points
   // Half of the threads: others are busy beside it, and two strips alone would hardly be faster.
   if (strips == 0)
     strips = std::min<std::size_t>(points.size() / kWorthAThread, threads_here() / 2);
