@@ -28,7 +28,8 @@ struct ClosedParams {
 };
 
 /// Meshes all of the fluid: method fit's implicit function with a quadric around every particle of
-/// the surface, contoured by dual contouring, so that creases stay sharp.
+/// the surface, contoured by dual contouring, so that creases stay sharp, and edges straightened
+/// where faces beside them are flat.
 ///
 ///   particles   any order; the result does not depend on it. Of a source that is read in parts no
 ///               more are held than closed.memory has room for
