@@ -54,7 +54,7 @@ struct Fans {
 // The triangles that may change and those around them, by themselves.
 struct Patch {
   std::vector<std::uint32_t> vertex;                   // [vertices] of the mesh
-  std::vector<Vec3d> position, from;                   // [vertices] now; at first
+  std::vector<Vec3d> position, from;                   // [vertices] particle radii; now, at first
   std::vector<std::uint8_t> moves;                     // [vertices]
   std::vector<std::array<std::uint32_t, 3>> triangle;  // of `vertex`
   std::vector<double> share;                           // [triangles] of the filtered normal
@@ -63,7 +63,7 @@ struct Patch {
 Vec3d twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
 // How far the normals around each vertex are from their mean.
-std::vector<float> measure_bends(const Mesh& mesh, const Fans& fans) {
+std::vector<float> measure_bends(const Mesh& mesh, const Fans& fans, double unit) {
   std::vector<float> bend(mesh.position.size());
   parallel_for(bend.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<Vec3d> area;
@@ -72,8 +72,8 @@ std::vector<float> measure_bends(const Mesh& mesh, const Fans& fans) {
       Vec3d sum;
       for (const std::uint32_t t : fans.of(v)) {
         const auto& [a, b, c] = mesh.triangle[t];
-        area.push_back(
-            twice_area(Vec3d(mesh.position[a]), Vec3d(mesh.position[b]), Vec3d(mesh.position[c])));
+        area.push_back(twice_area(Vec3d(mesh.position[a]) / unit, Vec3d(mesh.position[b]) / unit,
+                                  Vec3d(mesh.position[c]) / unit));
         sum += area.back();
       }
       const Vec3d mean = normalized(sum);
@@ -88,7 +88,7 @@ std::vector<float> measure_bends(const Mesh& mesh, const Fans& fans) {
   return bend;
 }
 
-// The least, or by `most` the largest, of values around each vertex.
+// What `pick` chooses of the values around each vertex.
 template <class Pick>
 std::vector<float> ring_of(const Mesh& mesh, const Fans& fans, const std::vector<float>& value,
                            const Pick& pick) {
@@ -105,10 +105,11 @@ std::vector<float> ring_of(const Mesh& mesh, const Fans& fans, const std::vector
 }
 
 // How much of the filtered normal triangles at each vertex take.
-std::vector<float> measure_shares(const Mesh& mesh, const Fans& fans, double scale) {
+std::vector<float> measure_shares(const Mesh& mesh, const Fans& fans, double cell, double unit) {
+  const double scale = std::min(1.0, cell / unit);
   const auto least = [](float a, float b) { return std::min(a, b); };
   const auto most = [](float a, float b) { return std::max(a, b); };
-  std::vector<float> sharp = measure_bends(mesh, fans);
+  std::vector<float> sharp = measure_bends(mesh, fans, unit);
   std::vector<float> flat = ring_of(mesh, fans, sharp, most);
   for (int ring = 0; ring < kFlatRings; ++ring) flat = ring_of(mesh, fans, flat, least);
   for (int ring = 0; ring < kSharpRings; ++ring) sharp = ring_of(mesh, fans, sharp, most);
@@ -119,7 +120,7 @@ std::vector<float> measure_shares(const Mesh& mesh, const Fans& fans, double sca
   return share;
 }
 
-Patch patch_of(const Mesh& mesh, const Fans& fans, const std::vector<float>& share) {
+Patch patch_of(const Mesh& mesh, const std::vector<float>& share, double unit) {
   Patch patch;
   const auto share_of = [&](const std::array<std::uint32_t, 3>& t) {
     return (double{share[t[0]]} + double{share[t[1]]} + double{share[t[2]]}) / 3;
@@ -137,7 +138,7 @@ Patch patch_of(const Mesh& mesh, const Fans& fans, const std::vector<float>& sha
     if (state[v] == 0) continue;
     place[v] = static_cast<std::uint32_t>(patch.vertex.size());
     patch.vertex.push_back(static_cast<std::uint32_t>(v));
-    patch.position.emplace_back(mesh.position[v]);
+    patch.position.push_back(Vec3d(mesh.position[v]) / unit);
     patch.moves.push_back(state[v] == 2);
   }
   patch.from = patch.position;
@@ -232,7 +233,7 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
 }
 
 // Vertices to where the triangles around them would have the filtered normals.
-void move_vertices(Patch& patch, const Fans& fans, const Normals& n, double farthest) {
+void move_vertices(Patch& patch, const Fans& fans, const Normals& n) {
   std::vector<Vec3d> moved = patch.position;
   std::vector<double> height(patch.triangle.size());  // of triangles' middles along their normals
   for (int move = 0; move < kMoves; ++move) {
@@ -251,9 +252,9 @@ void move_vertices(Patch& patch, const Fans& fans, const Normals& n, double fart
         for (const std::uint32_t t : fans.of(v))
           sum += n.filtered[t] * (height[t] - dot(n.filtered[t], at));
         const Vec3d to = at + sum / static_cast<double>(fans.of(v).size());
-        moved[v] = {std::clamp(to.x, from.x - farthest, from.x + farthest),
-                    std::clamp(to.y, from.y - farthest, from.y + farthest),
-                    std::clamp(to.z, from.z - farthest, from.z + farthest)};
+        moved[v] = {std::clamp(to.x, from.x - kFarthest, from.x + kFarthest),
+                    std::clamp(to.y, from.y - kFarthest, from.y + kFarthest),
+                    std::clamp(to.z, from.z - kFarthest, from.z + kFarthest)};
       }
     });
     std::swap(moved, patch.position);
@@ -290,15 +291,15 @@ void put_back(Patch& patch, const Fans& fans, const Normals& n, const std::vecto
 void straighten_edges(Mesh& mesh, double cell, double unit) {
   if (mesh.triangle.empty()) return;
   const Fans all(mesh.triangle, mesh.position.size());
-  const std::vector<float> share = measure_shares(mesh, all, std::min(1.0, cell / unit));
-  Patch patch = patch_of(mesh, all, share);
+  const std::vector<float> share = measure_shares(mesh, all, cell, unit);
+  Patch patch = patch_of(mesh, share, unit);
   if (patch.triangle.empty()) return;
   const Fans fans(patch.triangle, patch.vertex.size());
   Normals normals(patch);
   for (int round = 0; round < kRounds; ++round) {
     filter_normals(patch, fans, normals);
     const std::vector<Vec3d> before = patch.position;
-    move_vertices(patch, fans, normals, kFarthest * unit);
+    move_vertices(patch, fans, normals);
     put_back(patch, fans, normals, before);
   }
   parallel_for(patch.vertex.size(), kGrain, [&](std::size_t begin, std::size_t end) {
@@ -309,7 +310,7 @@ void straighten_edges(Mesh& mesh, double cell, double unit) {
       for (const std::uint32_t t : fans.of(k)) sum += normals.filtered[t] * normals.area[t];
       const Vec3d old(mesh.normal[v]);
       const double of = double{share[v]};
-      mesh.position[v] = static_cast<Vec3>(patch.position[k]);
+      mesh.position[v] = static_cast<Vec3>(patch.position[k] * unit);
       mesh.normal[v] =
           static_cast<Vec3>(normalized(old * (1 - of) + normalized(sum, old) * of, old));
     }

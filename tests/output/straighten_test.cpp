@@ -78,6 +78,17 @@ TEST(StraightenEdges, WhatIsRoundStays) {
   }
 }
 
+TEST(StraightenEdges, IsTheSameAtAnyScale) {
+  constexpr float kScale = 1.0f / (1 << 20);
+  Mesh large = toothed(0.5), small = large;
+  for (Vec3& p : small.position) p = {kScale * p.x, kScale * p.y, kScale * p.z};
+  straighten_edges(large, kUnit, kUnit);
+  straighten_edges(small, kScale * kUnit, kScale * kUnit);
+  for (Vec3& p : small.position) p = {p.x / kScale, p.y / kScale, p.z / kScale};
+  EXPECT_EQ(small.position, large.position);
+  EXPECT_EQ(small.normal, large.normal);
+}
+
 TEST(StraightenEdges, IsTheSameWithAnyThreads) {
   Mesh many = toothed(0.5), one = many;
   straighten_edges(many, kUnit, kUnit);
