@@ -33,6 +33,14 @@ constexpr int kRounds = 4, kMoves = 8;  // of the filter; of the vertices after 
 constexpr double kTurned = 0;
 constexpr double kFarthest = 1;  // that a vertex moves along an axis, particle radii
 
+// Calls work(k) for each k in [0, count).
+template <class Work>
+void for_each(std::size_t count, const Work& work) {
+  parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) work(k);
+  });
+}
+
 // The triangles around each vertex, ascending.
 struct Fans {
   std::vector<std::uint32_t> start, triangle;
@@ -51,6 +59,8 @@ struct Fans {
   }
 };
 
+Vec3d twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
+
 // The triangles that may change and those around them, by themselves.
 struct Patch {
   std::vector<std::uint32_t> vertex;                   // [vertices] of the mesh
@@ -58,9 +68,13 @@ struct Patch {
   std::vector<std::uint8_t> moves;                     // [vertices]
   std::vector<std::array<std::uint32_t, 3>> triangle;  // of `vertex`
   std::vector<double> share;                           // [triangles] of the filtered normal
-};
 
-Vec3d twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
+  // Twice the area of a triangle, along its normal.
+  Vec3d area_of(std::size_t t) const {
+    const auto& [a, b, c] = triangle[t];
+    return twice_area(position[a], position[b], position[c]);
+  }
+};
 
 // How far the normals around each vertex are from their mean.
 std::vector<float> measure_bends(const Mesh& mesh, const Fans& fans, double unit) {
@@ -93,13 +107,11 @@ template <class Pick>
 std::vector<float> ring_of(const Mesh& mesh, const Fans& fans, const std::vector<float>& value,
                            const Pick& pick) {
   std::vector<float> result(value.size());
-  parallel_for(value.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t v = begin; v < end; ++v) {
-      float picked = value[v];
-      for (const std::uint32_t t : fans.of(v))
-        for (const std::uint32_t other : mesh.triangle[t]) picked = pick(picked, value[other]);
-      result[v] = picked;
-    }
+  for_each(value.size(), [&](std::size_t v) {
+    float picked = value[v];
+    for (const std::uint32_t t : fans.of(v))
+      for (const std::uint32_t other : mesh.triangle[t]) picked = pick(picked, value[other]);
+    result[v] = picked;
   });
   return result;
 }
@@ -175,25 +187,19 @@ struct Normals {
 
 void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
   const std::size_t triangles = patch.triangle.size(), vertices = patch.vertex.size();
-  const auto each = [](std::size_t count, const auto& work) {
-    parallel_for(count, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) work(k);
-    });
-  };
-  each(triangles, [&](std::size_t t) {
-    const auto& [a, b, c] = patch.triangle[t];
-    const Vec3d area = twice_area(patch.position[a], patch.position[b], patch.position[c]);
+  for_each(triangles, [&](std::size_t t) {
+    const Vec3d area = patch.area_of(t);
     n.area[t] = length(area);
     n.own[t] = normalized(area, n.own[t]);
   });
-  each(vertices, [&](std::size_t v) {
+  for_each(vertices, [&](std::size_t v) {
     Around& around = n.around[v] = {};
     for (const std::uint32_t t : fans.of(v)) {
       around.sum += n.own[t] * n.area[t];
       around.all += n.area[t];
     }
   });
-  each(triangles, [&](std::size_t t) {
+  for_each(triangles, [&](std::size_t t) {
     Vec3d sum;
     double all = 1e-30;
     for (const std::uint32_t v : patch.triangle[t]) {
@@ -206,17 +212,17 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
   const auto flatter = [&](std::uint32_t a, std::uint32_t b) {
     return b == kNone || n.bent[a] < n.bent[b] ? a : b;
   };
-  each(vertices, [&](std::size_t v) {
+  for_each(vertices, [&](std::size_t v) {
     for (const std::uint32_t t : fans.of(v))
       n.around[v].flattest = flatter(t, n.around[v].flattest);
   });
-  each(triangles, [&](std::size_t t) {
+  for_each(triangles, [&](std::size_t t) {
     std::uint32_t flattest = kNone;
     for (const std::uint32_t v : patch.triangle[t])
       flattest = flatter(n.around[v].flattest, flattest);
     n.guide[t] = n.mean[flattest];
   });
-  each(triangles, [&](std::size_t t) {
+  for_each(triangles, [&](std::size_t t) {
     n.filtered[t] = n.own[t];
     if (!(patch.share[t] > 0)) return;
     Vec3d sum;
@@ -237,25 +243,21 @@ void move_vertices(Patch& patch, const Fans& fans, const Normals& n) {
   std::vector<Vec3d> moved = patch.position;
   std::vector<double> height(patch.triangle.size());  // of triangles' middles along their normals
   for (int move = 0; move < kMoves; ++move) {
-    parallel_for(height.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        const auto& [a, b, c] = patch.triangle[t];
-        const Vec3d sum = patch.position[a] + patch.position[b] + patch.position[c];
-        height[t] = dot(n.filtered[t], sum) * (1.0 / 3);
-      }
+    for_each(height.size(), [&](std::size_t t) {
+      const auto& [a, b, c] = patch.triangle[t];
+      const Vec3d sum = patch.position[a] + patch.position[b] + patch.position[c];
+      height[t] = dot(n.filtered[t], sum) * (1.0 / 3);
     });
-    parallel_for(moved.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        if (patch.moves[v] == 0) continue;
-        const Vec3d &at = patch.position[v], &from = patch.from[v];
-        Vec3d sum;
-        for (const std::uint32_t t : fans.of(v))
-          sum += n.filtered[t] * (height[t] - dot(n.filtered[t], at));
-        const Vec3d to = at + sum / static_cast<double>(fans.of(v).size());
-        moved[v] = {std::clamp(to.x, from.x - kFarthest, from.x + kFarthest),
-                    std::clamp(to.y, from.y - kFarthest, from.y + kFarthest),
-                    std::clamp(to.z, from.z - kFarthest, from.z + kFarthest)};
-      }
+    for_each(moved.size(), [&](std::size_t v) {
+      if (patch.moves[v] == 0) return;
+      const Vec3d &at = patch.position[v], &from = patch.from[v];
+      Vec3d sum;
+      for (const std::uint32_t t : fans.of(v))
+        sum += n.filtered[t] * (height[t] - dot(n.filtered[t], at));
+      const Vec3d to = at + sum / static_cast<double>(fans.of(v).size());
+      moved[v] = {std::clamp(to.x, from.x - kFarthest, from.x + kFarthest),
+                  std::clamp(to.y, from.y - kFarthest, from.y + kFarthest),
+                  std::clamp(to.z, from.z - kFarthest, from.z + kFarthest)};
     });
     std::swap(moved, patch.position);
   }
@@ -270,10 +272,7 @@ void put_back(Patch& patch, const Fans& fans, const Normals& n, const std::vecto
   while (!looked_at.empty()) {
     std::vector<std::uint32_t> moved;
     for (const std::uint32_t t : looked_at) {
-      const auto& [a, b, c] = patch.triangle[t];
-      const Vec3d now =
-          normalized(twice_area(patch.position[a], patch.position[b], patch.position[c]));
-      const double agrees = dot(now, n.filtered[t]);
+      const double agrees = dot(normalized(patch.area_of(t)), n.filtered[t]);
       if (!(agrees < kTurned && agrees < dot(n.own[t], n.filtered[t]))) continue;
       for (const std::uint32_t v : patch.triangle[t])
         if (std::exchange(back[v], std::uint8_t{1}) == 0) moved.push_back(v);
@@ -302,18 +301,15 @@ void straighten_edges(Mesh& mesh, double cell, double unit) {
     move_vertices(patch, fans, normals);
     put_back(patch, fans, normals, before);
   }
-  parallel_for(patch.vertex.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      if (patch.moves[k] == 0) continue;
-      const std::uint32_t v = patch.vertex[k];
-      Vec3d sum;
-      for (const std::uint32_t t : fans.of(k)) sum += normals.filtered[t] * normals.area[t];
-      const Vec3d old(mesh.normal[v]);
-      const double of = double{share[v]};
-      mesh.position[v] = static_cast<Vec3>(patch.position[k] * unit);
-      mesh.normal[v] =
-          static_cast<Vec3>(normalized(old * (1 - of) + normalized(sum, old) * of, old));
-    }
+  for_each(patch.vertex.size(), [&](std::size_t k) {
+    if (patch.moves[k] == 0) return;
+    const std::uint32_t v = patch.vertex[k];
+    Vec3d sum;
+    for (const std::uint32_t t : fans.of(k)) sum += normals.filtered[t] * normals.area[t];
+    const Vec3d old(mesh.normal[v]);
+    const double of = double{share[v]};
+    mesh.position[v] = static_cast<Vec3>(patch.position[k] * unit);
+    mesh.normal[v] = static_cast<Vec3>(normalized(old * (1 - of) + normalized(sum, old) * of, old));
   });
 }
 
