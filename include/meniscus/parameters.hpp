@@ -43,8 +43,8 @@ struct TriangleParams {
 
 /// Normals of the triangles and groups of similar normal (paper 2.2).
 struct MergeParams {
-  double cosine = 0.95;      // method paper: groups merge when their normals' product exceeds this
-  double distance = 0;       // method paper: and only where their centres are nearer; 0: however far
+  double cosine = 0.95;  // method paper: groups merge when their normals' product exceeds this
+  double distance = 0;   // method paper: and only where their centres are nearer; 0: however far
   int smoothing_rounds = 4;  // methods fit, groups, stable: smoothing of the triangle normals
   double reach = 5.8;        // method groups: radius of a group where the surface is calm
   double least_reach = 3.6;  // ... and where it bends or breaks
@@ -188,6 +188,9 @@ struct Parameters {
                                // than half of it are thinned to it. 0: never
   double fairing = 1.2;        // how far normals are evened out along a sheet, the sigma of a
                                // Gaussian, particle radii; 0: not at all. Methods fit and groups
+  double disorder = -1;  // how irregularly the particles lie, from 0, as SPH leaves them, to 1,
+                         // as FLIP and MPM do: by it they are evened out, and fitted more
+                         // widely. -1: told from the particles. Methods fit and groups
   VisibleParams visible;
   SplashParams splash;
   TriangleParams triangle;

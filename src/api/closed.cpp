@@ -1,6 +1,7 @@
 // The second door: all of the fluid, without a camera.
 #include "meniscus/closed.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "api/host_threads.hpp"
@@ -113,7 +114,9 @@ void check(const ClosedParams& closed) {
 Surface extract_closed(Device& device, const ParticleSource& source, const ClosedParams& closed,
                        const Parameters& parameters, std::vector<StageTime>* timings) {
   check(closed);
-  const Parameters params = of_meshes(parameters);
+  Parameters params = of_meshes(parameters);
+  // Parts of a frame cannot tell it alike.
+  if (source.size() >= kStreamed) params.disorder = std::max(params.disorder, 0.0);
   if (const BorrowedParticles* const all = source.in_memory()) check(*all);
   const TimedKernels timed(device, timings != nullptr);
   StageClock clock(device, timings);

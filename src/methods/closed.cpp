@@ -14,6 +14,7 @@
 #include "stages/implicit.hpp"
 #include "stages/motion.hpp"
 #include "stages/particle_fit.hpp"
+#include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/surface.hpp"
 #include "stages/trust.hpp"
@@ -57,7 +58,7 @@ struct Closed {
 };
 
 // Section 2 of the paper; cells of side `cell`, particle radii.
-Closed close_surface(Device& device, const Projected& placed, double cell, const Parameters& params,
+Closed close_surface(Device& device, Projected& placed, double cell, const Parameters& params,
                      StageClock& clock) {
   FittedFluid fluid = fit_fluid(device, placed, params, clock);
 
@@ -88,26 +89,31 @@ Closed close_surface(Device& device, const Projected& placed, double cell, const
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
 
-FluidField measure_field(Device& device, const Projected& placed, const RegionParams& params) {
+FluidField measure_field(Device& device, Projected& placed, const Parameters& params,
+                         double spacing) {
   FluidField field;
   field.host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
+  field.disorder = even_out(placed, field.host_cells, params, spacing);
   field.cells = upload_cells(device, field.host_cells);
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
-  field.levelled = level_cells(device, field.cells, Measured::near_air, params, field.gradients);
+  field.levelled =
+      level_cells(device, field.cells, Measured::near_air, params.region, field.gradients);
   return field;
 }
 
-FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters& params,
-                      StageClock& clock, const FitScope& scope) {
+FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& given, StageClock& clock,
+                      const FitScope& scope) {
   FittedFluid fluid;
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");
-  const auto [host_cells, cells, levelled, field] = measure_field(device, placed, params.region);
+  const auto [disorder, host_cells, cells, levelled, field] =
+      measure_field(device, placed, given, scope.spacing);
+  const Parameters params = for_disorder(given, disorder);
   clock.start("surface");
   FieldSurface found;
   {
     const HostView gradients(device, field);
-    found = find_surface({}, host_cells, {gradients.data(), gradients.size()});
+    found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, disorder);
     fluid.seeds = near_air(host_cells, gradients.data());
   }
   const Visible fitted = fitted_of(placed, found, scope.fitted);
@@ -126,7 +132,7 @@ FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters&
   fluid.fits =
       fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit, scope.noise);
   clock.start("trust");
-  std::vector<double> trust = measure_trust(device, fluid.fits, cells);
+  std::vector<double> trust = measure_trust(device, fluid.fits, cells, disorder);
   distrust_gaps(device, cells, fluid.fits, trust);
   const BlendRecords records =
       make_records(fluid.fits, trust, params.fit, kBlendReach * params.blend.radius);
@@ -158,7 +164,7 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   StageClock clock(device, timings);
   Extraction result;
   // Eye space is the world's axes: stages that need no pixels take it as any other.
-  const Projected placed = place_particles(view, particles);
+  Projected placed = place_particles(view, particles);
   result.counts.particles = static_cast<std::int64_t>(placed.size());
   if (placed.size() == 0) {
     result.counts.in_view = 0;  // which to_world() warns of

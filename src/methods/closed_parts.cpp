@@ -13,6 +13,7 @@
 
 #include "base/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
+#include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/trust.hpp"
 
@@ -50,7 +51,8 @@ Halo halo_of(const Parameters& params) {
   // Their roundness is a mean over bent places of means over what trial fits around say.
   const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
-  return {fitted, tried, surface + kField + kRounding};
+  const double relaxed = params.disorder > 0 ? (kRelaxRounds + 1) * kRelaxReach : 0;
+  return {fitted, tried, surface + kField + relaxed + kRounding};
 }
 
 // What is taken for known of the whole frame, or was found.
@@ -110,7 +112,7 @@ class PartMaker {
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.carried.attributes.push_back({attribute.name, {}});
-    const Projected placed = place_particles(view_, particles);
+    Projected placed = place_particles(view_, particles);
     if (placed.size() == 0) return made;
     const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
     for (std::size_t i = 0; i < placed.size(); ++i) made.particles += inside.holds(placed.eye(i));
@@ -130,8 +132,7 @@ class PartMaker {
   }
 
  private:
-  FittedFluid fit(const Projected& placed, const SpaceBox& asked, const Known& known,
-                  Made& made) const {
+  FittedFluid fit(Projected& placed, const SpaceBox& asked, const Known& known, Made& made) const {
     const Halo halo = halo_of(params_);
     FitScope scope;
     scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
@@ -141,6 +142,7 @@ class PartMaker {
       return known.noise;
     };
     scope.reach = known.reach;
+    scope.spacing = 2;  // what the particle radius says, for all parts alike
     FittedFluid fluid = fit_fluid(device_, placed, params_, clock_, scope);
     made.residual.resize(fluid.fits.size());
     return fluid;

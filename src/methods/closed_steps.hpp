@@ -31,13 +31,17 @@ double band_of(double cell);
 
 /// The density field of particles, and the cells that they lie in.
 struct FluidField {
+  double disorder = 0;          // of the particles
   Cells host_cells;             // side kDensitySupport
   DeviceCells cells, levelled;  // the same
   Buffer<float> gradients;      // measure_gradients() over them, near air
 };
 
-/// Does not wait.
-FluidField measure_field(Device& device, const Projected& placed, const RegionParams& params);
+/// Evens particles out first (relax.hpp); does not wait.
+///
+///   spacing  as even_out() takes it
+FluidField measure_field(Device& device, Projected& placed, const Parameters& params,
+                         double spacing = 0);
 
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.
@@ -45,7 +49,8 @@ struct FitScope {
   std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is told; who is
                                                             // fitted; none: all of the surface
   NoiseOf noise = noise_of;
-  double reach = 1;  // of the frame's fits, see make_implicit()
+  double reach = 1;    // of the frame's fits, see make_implicit()
+  double spacing = 0;  // of its particles, particle radii; 0: of those at hand
 };
 
 /// The fluid as a function of space.
@@ -57,8 +62,8 @@ struct FittedFluid {
 };
 
 /// The first steps of a closed surface (section 2.1 to 2.3 of the paper): field, surface, fits and
-/// their trust.
-FittedFluid fit_fluid(Device& device, const Projected& placed, const Parameters& params,
+/// their trust. Evens `placed` out first (relax.hpp).
+FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& params,
                       StageClock& clock, const FitScope& scope = {});
 
 /// A mesh from eye space into the world, without what particles carry.

@@ -14,6 +14,7 @@
 #include "stages/merge.hpp"
 #include "stages/mesh.hpp"
 #include "stages/particle_fit.hpp"
+#include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/sampler.hpp"
 #include "stages/splash.hpp"
@@ -32,7 +33,8 @@ struct Frame {
 
 // The particles in view, in cells; their density field; which of them are splash.
 struct Fluid {
-  Projected particles;
+  Projected particles;  // where they lie irregularly, evened out
+  double disorder = 0;  // how far
   Cells host_cells;
   DeviceCells cells, levelled;
   // The field at the particles (level_cells()), and how many nodes each of the body owns
@@ -52,6 +54,10 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   clock.start("split");
   fluid.host_cells =
       make_cells(fluid.particles.x, fluid.particles.y, fluid.particles.z, kDensitySupport);
+  clock.start("relax");
+  fluid.disorder = even_out(fluid.particles, fluid.host_cells, params);
+  if (fluid.disorder > 0) project_again(view, fluid.particles);
+  clock.start("split");
   fluid.cells = upload_cells(device, fluid.host_cells);
   clock.start("field");  // is measured while the host goes on
   const std::size_t n = fluid.particles.size();
@@ -168,7 +174,8 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
       },
       [&, &device = device, &params = params] {
         shell.found =
-            find_surface(seen, fluid.host_cells, {measured->data<0>(), 4 * fluid.particles.size()});
+            find_surface(seen, fluid.host_cells, {measured->data<0>(), 4 * fluid.particles.size()},
+                         fluid.disorder);
         measured.reset();
         shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
@@ -200,13 +207,14 @@ SurfaceParticles orient(const Frame& frame, const Fluid& fluid, const Visible& s
 
 // Both methods: only the places of the fits differ.
 Extraction run_on_fits(Device& device, const View& view, const WorldParticles& particles,
-                       const Parameters& params, const Seeding& seeding,
+                       const Parameters& given, const Seeding& seeding,
                        std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  const Frame frame{device, view, params, clock};
 
   // 2.1: the particles in view, and those of them that are seen.
-  const Fluid fluid = measure_fluid(frame, particles);
+  const Fluid fluid = measure_fluid({device, view, given, clock}, particles);
+  const Parameters params = for_disorder(given, fluid.disorder);
+  const Frame frame{device, view, params, clock};
   std::optional<FluidView> measured;
   const Visible seen = look_at(frame, fluid, measured);
 
@@ -230,7 +238,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
                                     seeds.roundness, params.fit);
   if (!seeds.extent.empty()) weigh_groups(fits, seeds.places.tells, seeds.extent);
   clock.start("trust");
-  const std::vector<double> trust = measure_trust(device, fits, fluid.cells);
+  const std::vector<double> trust = measure_trust(device, fits, fluid.cells, fluid.disorder);
 
   // 2.4: the surface at pixels and at the nodes of the mesh.
   BlendRecords records = make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);

@@ -9,6 +9,7 @@
 #include "methods/closed_steps.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
+#include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/surface.hpp"
 #include "stages/trust.hpp"
@@ -179,7 +180,7 @@ Layers find_layers(Device& device, const View& view, KnownFluid known,
   const Visible hidden = choose_hidden(known);
   const ParticleFits more = fit_hidden(device, known, hidden, params);
   clock.start("trust");
-  append(known.trust, measure_trust(device, more, known.cells));
+  append(known.trust, measure_trust(device, more, known.cells, params.disorder));
   join_fits(known.fits, more);
   distrust_gaps(device, known.cells, known.fits, known.trust);
   const ImplicitFunction function = make_implicit(
@@ -193,19 +194,21 @@ Layers find_layers(Device& device, const View& view, KnownFluid known,
 }
 
 Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
-                  const std::vector<float>& front, const Parameters& params,
+                  const std::vector<float>& front, const Parameters& given,
                   std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
   clock.start("project");
-  const Projected placed = project_particles(device, view, particles, kMargin);
-  if (placed.size() == 0) return trace_layers(view, {}, front, params.layers);
+  Projected placed = project_particles(device, view, particles, kMargin);
+  if (placed.size() == 0) return trace_layers(view, {}, front, given.layers);
   clock.start("field");
-  const auto [host_cells, cells, levelled, field] = measure_field(device, placed, params.region);
+  const auto [disorder, host_cells, cells, levelled, field] = measure_field(device, placed, given);
+  if (disorder > 0) project_again(view, placed);
+  const Parameters params = for_disorder(given, disorder);
   clock.start("surface");
   FieldSurface found;
   {
     const HostView gradients(device, field);
-    found = find_surface({}, host_cells, {gradients.data(), gradients.size()});
+    found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, disorder);
   }
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
   return find_layers(device, view, {placed, host_cells, cells, levelled, field, around, {}, {}},

@@ -96,6 +96,22 @@ Projected project_particles(Device& device, const View& view, const WorldParticl
   return kept;
 }
 
+void project_again(const View& view, Projected& particles) {
+  constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
+  parallel_for(particles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3d eye = particles.eye(i);
+      eye.z = std::min(eye.z, -view.near_depth);
+      const PixelPosition at = project(view, eye);
+      particles.z[i] = static_cast<float>(eye.z);
+      particles.u[i] = static_cast<float>(at.u);
+      particles.v[i] = static_cast<float>(at.v);
+      particles.ku[i] = static_cast<float>(view.u_scale * particles.scale[i] / at.w);
+      particles.kv[i] = static_cast<float>(view.v_scale * particles.scale[i] / at.w);
+    }
+  });
+}
+
 Projected place_particles(const View& view, const WorldParticles& particles) {
   const std::size_t n = particles.x.size();
   Projected placed;

@@ -38,6 +38,9 @@ records::Projection projection_of(const View& view, double margin);
 Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
                             double margin);
 
+/// Sets the pixels of particles that were moved: u, v, ku, kv. They need not be in view any more.
+void project_again(const View& view, Projected& particles);
+
 /// Without a camera: all particles in the eye space of make_world_view(), without pixels.
 Projected place_particles(const View& view, const WorldParticles& particles);
 

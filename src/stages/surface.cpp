@@ -119,15 +119,16 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
   return surface;
 }
 
-FieldSurface find_surface(const Visible& seen, const Cells& cells,
-                          std::span<const float> gradients) {
+FieldSurface find_surface(const Visible& seen, const Cells& cells, std::span<const float> gradients,
+                          double disorder) {
+  const double low = between(0.22, 0.3, disorder), high = between(0.42, 0.5, disorder);
   const std::size_t n = cells.item.size();
   const auto descent_at = [&](std::size_t p) {
     return -Vec3d{gradients[p], gradients[n + p], gradients[2 * n + p]};
   };
   const auto openness = [&](std::size_t p, double steep) {
     const double sparse = 1.5 * std::max(0.0, 0.97 - double{gradients[3 * n + p]});
-    return smooth_step(0.22, 0.42, std::sqrt(steep * steep + sparse * sparse));
+    return smooth_step(low, high, std::sqrt(steep * steep + sparse * sparse));
   };
   constexpr std::int32_t kInside = -1, kSeen = -2;
   std::vector<std::int32_t> position(n, kInside);  // in bucket order, of those that are taken

@@ -10,22 +10,36 @@ constexpr SheetWeights kSheet{kTrustSheet, 0.4f, 0.6f};
 
 // Where fits' surroundings lie farther from them than this (RMS, particle radii; by the higher one
 // in full), a trace less than full trust has every sample compared with the density field
-// (settle.cl).
-constexpr double kComparedFrom = 0.3, kCompared = 0.4, kTrace = 0.01;
+// (settle.cl); see Spreads.
+constexpr double kTrace = 0.01;
 
 // Water is thin where the density this far behind the feet (particle radii) is below these.
 constexpr double kDeep = 3, kThin = 0.5, kThick = 0.8;
 
 // Thin water is a sheet, as fits are, where it is flat, wide, which the number of a fit's
-// neighbours tells, and smooth: its surroundings lie no farther from it than this. Else it is arms
-// and drops.
-constexpr double kNarrow = 40, kWide = 80, kSmooth = 0.25, kRough = 0.4;
+// neighbours tells, and smooth (Spreads). Else it is arms and drops.
+constexpr double kNarrow = 40, kWide = 80;
+
+// How far surroundings lie from fits (RMS, particle radii) where these begin not to be trusted and
+// where they are not at all; where samples are compared with the field; and where thin water begins
+// not to be a sheet. Irregular particles lie farther from any surface.
+struct Spreads {
+  explicit Spreads(double disorder)
+      : trusted(between(0.45, 0.8, disorder)),
+        distrusted(between(0.75, 1.2, disorder)),
+        compared_from(between(0.3, 0.6, disorder)),
+        compared(between(0.4, 0.8, disorder)),
+        smooth(between(0.25, 0.5, disorder)),
+        rough(between(0.4, 0.8, disorder)) {}
+  double trusted, distrusted, compared_from, compared, smooth, rough;
+};
 
 }  // namespace
 
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
-                                  const DeviceCells& cells) {
+                                  const DeviceCells& cells, double disorder) {
   const std::size_t n = fits.size();
+  const Spreads spreads(disorder);
   if (n == 0) return {};
   std::vector<float> firm(n), spread(n);
   std::vector<std::int32_t> place(2 * n);  // of each point's density among the values of the sheets
@@ -65,11 +79,11 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
       if (!(fits.residual[k] < 0)) {
         const double sheet = (1 - fits.roundness[k]) *
                              smooth_step(kNarrow, kWide, fits.supporters[k]) *
-                             (1 - smooth_step(kSmooth, kRough, apart[k]));
+                             (1 - smooth_step(spreads.smooth, spreads.rough, apart[k]));
         trust[k] = smooth_step(0.24, 0.33, dense[k]) * smooth_step(5, 12, fits.supporters[k]) *
-                   (1 - smooth_step(0.45, 0.75, apart[k])) *
+                   (1 - smooth_step(spreads.trusted, spreads.distrusted, apart[k])) *
                    (1 - (1 - smooth_step(kThin, kThick, deep[k])) * (1 - sheet)) *
-                   (1 - kTrace * smooth_step(kComparedFrom, kCompared, apart[k]));
+                   (1 - kTrace * smooth_step(spreads.compared_from, spreads.compared, apart[k]));
       }
   });
   return trust;

@@ -40,6 +40,11 @@ inline Vec3d normalized(const Vec3d& a, const Vec3d& otherwise = {0, 0, 1}) {
   return l > 1e-12 ? a / l : otherwise;
 }
 
+/// From `regular` at a disorder of 0 to `irregular` at 1 (relax.hpp).
+inline double between(double regular, double irregular, double disorder) {
+  return regular + disorder * (irregular - regular);
+}
+
 /// 0 below `low`, 1 above `high`, a cubic with level ends between.
 inline double smooth_step(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);

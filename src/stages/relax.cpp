@@ -1,0 +1,154 @@
+#include "stages/relax.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "stages/particle_fit.hpp"
+#include "stages/vec.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr std::size_t kSample = 1024, kFewest = 64;  // particles
+constexpr double kRegular = 0.15, kIrregular = 0.2;  // variations
+constexpr double kStep = 0.5, kAtRest = 1.145;       // of relax(); the latter in spacings
+// Who is near is looked up once, a little wider than forces reach, which are as good as nothing at
+// that distance.
+constexpr float kWider = 1.1f;
+constexpr std::size_t kGrain = 512;  // particles that are worth a thread
+
+// What a particle sees of others.
+struct Around {
+  std::size_t count;  // within kRelaxReach
+  double nearest;     // particle radii
+};
+
+// What the particle in bucket position `own` sees; `place` has the bucket positions of all.
+Around ask_around(const Cells& cells, const std::vector<std::size_t>& place, std::size_t own,
+                  std::vector<std::int32_t>& found) {
+  constexpr float kReach = static_cast<float>(kRelaxReach);
+  NearFinder* const find = near_finders()[0];
+  const std::array at{cells.x[own], cells.y[own], cells.z[own]};
+  Around around{0, kRelaxReach * kRelaxReach};
+  visit_ranges_near(
+      cells, at[0], at[1], at[2], [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
+        const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
+        if (found.size() < most) found.resize(most);
+        const std::size_t near = find(cells, first, last, tag, at, kReach * kReach, found.data());
+        around.count += near;
+        for (const std::int32_t item : std::span(found).first(near)) {
+          const std::size_t p = place[static_cast<std::size_t>(item)];
+          if (p == own) continue;
+          const Vec3d to{double{cells.x[p]} - at[0], double{cells.y[p]} - at[1],
+                         double{cells.z[p]} - at[2]};
+          around.nearest = std::min(around.nearest, dot(to, to));
+        }
+        return true;
+      });
+  around.nearest = std::sqrt(around.nearest);
+  return around;
+}
+
+}  // namespace
+
+NearestDistances measure_nearest(const Cells& cells) {
+  const std::size_t n = cells.item.size(), every = 1 + n / kSample;
+  std::vector<std::size_t> place(n);  // in bucket order, of each particle
+  for (std::size_t p = 0; p < n; ++p) place[static_cast<std::size_t>(cells.item[p])] = p;
+  std::vector<Around> sample((n + every - 1) / every);
+  parallel_for(sample.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::int32_t> found;
+    for (std::size_t k = begin; k < end; ++k)
+      sample[k] = ask_around(cells, place, place[k * every], found);
+  });
+  // Particles inside the fluid, whose order the others' distances do not tell.
+  std::sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
+    return a.count != b.count ? a.count > b.count : a.nearest < b.nearest;
+  });
+  sample.resize(sample.size() / 2);
+  // In a lattice of cubes a particle sees 32 others and itself.
+  constexpr std::size_t kInside = 20;
+  std::erase_if(sample, [](const Around& around) { return around.count < kInside; });
+  if (sample.size() < kFewest) return {};
+  double sum = 0, squares = 0, others = 0;
+  for (const Around& around : sample) {
+    sum += around.nearest;
+    squares += around.nearest * around.nearest;
+    others += static_cast<double>(around.count - 1);
+  }
+  const double count = static_cast<double>(sample.size()), mean = sum / count;
+  constexpr double kVolume = 4.0 / 3 * 3.14159265358979 * kRelaxReach * kRelaxReach * kRelaxReach;
+  return {std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::max(mean, 1e-12),
+          std::cbrt(kVolume * count / others)};
+}
+
+double disorder_of(const NearestDistances& nearest) {
+  return smooth_step(kRegular, kIrregular, nearest.variation);
+}
+
+void relax(Projected& particles, double spacing, double disorder) {
+  const std::size_t n = particles.size();
+  const float reach = static_cast<float>(kRelaxReach / 2 * spacing), far = 1 / (reach * reach),
+              rest = static_cast<float>(1 / (kAtRest * kAtRest * spacing * spacing)),
+              step = static_cast<float>(kStep * disorder);
+  std::vector<std::int32_t> all(n);
+  std::iota(all.begin(), all.end(), 0);
+  const NearLists lists = list_near(particles, all, all, kWider * reach);
+  std::vector<float> x(n), y(n), z(n);
+  for (int round = 0; round < kRelaxRounds; ++round) {
+    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const float at_x = particles.x[i], at_y = particles.y[i], at_z = particles.z[i];
+        float to_x = 0, to_y = 0, to_z = 0;
+        for (const cl_int other : lists[i]) {
+          const std::size_t j = static_cast<std::size_t>(other);
+          const float dx = at_x - particles.x[j], dy = at_y - particles.y[j],
+                      dz = at_z - particles.z[j];
+          const float squared = dx * dx + dy * dy + dz * dz;
+          const float fades = std::max(1 - squared * far, 0.0f), fades2 = fades * fades;
+          const float push = (1 - squared * rest) * (fades2 * fades2);
+          to_x += dx * push;
+          to_y += dy * push;
+          to_z += dz * push;
+        }
+        x[i] = at_x + step * to_x;
+        y[i] = at_y + step * to_y;
+        z[i] = at_z + step * to_z;
+      }
+    });
+    particles.x.swap(x);
+    particles.y.swap(y);
+    particles.z.swap(z);
+  }
+}
+
+double even_out(Projected& particles, Cells& cells, const Parameters& params, double spacing) {
+  double disorder = params.disorder;
+  if (disorder < 0 || (disorder > 0 && !(spacing > 0))) {
+    const NearestDistances nearest = measure_nearest(cells);
+    if (disorder < 0) disorder = disorder_of(nearest);
+    if (!(spacing > 0)) spacing = nearest.spacing;
+  }
+  if (disorder > 0) {
+    relax(particles, spacing, disorder);
+    cells = make_cells(particles.x, particles.y, particles.z, static_cast<float>(kRelaxReach));
+  }
+  return disorder;
+}
+
+Parameters for_disorder(Parameters params, double disorder) {
+  params.disorder = disorder;
+  FitParams& fit = params.fit;
+  fit.tau += 0.8 * disorder;
+  fit.normal_sigma += 0.25 * disorder;
+  fit.least_support = std::max(fit.least_support, between(fit.least_support, 0.8, disorder));
+  params.fairing *= between(1, 1.5, disorder);
+  return params;
+}
+
+}  // namespace meniscus
