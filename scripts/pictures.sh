@@ -20,4 +20,16 @@ picture dam_groups "$dam" --preview groups
 picture dam_ssm "$dam" --method ssm
 picture dam_paper "$dam" --method paper
 picture dam_stable "$dam" --method stable
+
+# Particles as irregular as those of FLIP and MPM.
+irregular=$(mktemp -d)
+trap 'rm -r "$irregular"' EXIT
+build/release/meniscus generate --particles 60000 --noise 0.29 -o "$irregular/dam.ply" -q
+irregular_picture() {  # NAME OPTION...
+  build/release/meniscus extract -q "$irregular/dam.ply" -o "docs/images/$1.png" --size 800x500 \
+    --eye 4.2,2.0,3.2 --target 1.5,0.3,0.75 --fov 35 "${@:2}"
+}
+irregular_picture irregular
+irregular_picture irregular_raw --disorder 0
+irregular_picture irregular_anisotropic --method anisotropic
 ls -l docs/images

@@ -89,11 +89,10 @@ Closed close_surface(Device& device, Projected& placed, double cell, const Param
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
 
-FluidField measure_field(Device& device, Projected& placed, const Parameters& params,
-                         double spacing) {
+FluidField measure_field(Device& device, Projected& placed, const Parameters& params) {
   FluidField field;
   field.host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
-  field.disorder = even_out(placed, field.host_cells, params, spacing);
+  field.disorder = even_out(placed, field.host_cells, params);
   field.cells = upload_cells(device, field.host_cells);
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
   field.levelled =
@@ -106,8 +105,7 @@ FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& given
   FittedFluid fluid;
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");
-  const auto [disorder, host_cells, cells, levelled, field] =
-      measure_field(device, placed, given, scope.spacing);
+  const auto [disorder, host_cells, cells, levelled, field] = measure_field(device, placed, given);
   const Parameters params = for_disorder(given, disorder);
   clock.start("surface");
   FieldSurface found;

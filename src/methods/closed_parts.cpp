@@ -142,7 +142,6 @@ class PartMaker {
       return known.noise;
     };
     scope.reach = known.reach;
-    scope.spacing = 2;  // what the particle radius says, for all parts alike
     FittedFluid fluid = fit_fluid(device_, placed, params_, clock_, scope);
     made.residual.resize(fluid.fits.size());
     return fluid;

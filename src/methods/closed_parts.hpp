@@ -31,6 +31,7 @@ using FillPart = std::function<WorldParticles(std::size_t part, const std::vecto
 ///   view   make_world_view()
 ///   parts  fill all of space
 ///   carry  whether what particles carry goes to the mesh
+///   params  of which `disorder` is 0 or more: no part could tell that of the whole frame
 ///
 /// Returns mesh and counts, the same as run_closed() of all particles.
 Extraction run_closed_in_parts(Device& device, const View& view, Team& team,

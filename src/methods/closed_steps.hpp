@@ -38,10 +38,7 @@ struct FluidField {
 };
 
 /// Evens particles out first (relax.hpp); does not wait.
-///
-///   spacing  as even_out() takes it
-FluidField measure_field(Device& device, Projected& placed, const Parameters& params,
-                         double spacing = 0);
+FluidField measure_field(Device& device, Projected& placed, const Parameters& params);
 
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.
@@ -49,8 +46,7 @@ struct FitScope {
   std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is told; who is
                                                             // fitted; none: all of the surface
   NoiseOf noise = noise_of;
-  double reach = 1;    // of the frame's fits, see make_implicit()
-  double spacing = 0;  // of its particles, particle radii; 0: of those at hand
+  double reach = 1;  // of the frame's fits, see make_implicit()
 };
 
 /// The fluid as a function of space.

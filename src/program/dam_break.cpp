@@ -5,6 +5,7 @@
 #include <string>
 
 #include "base/exact_math.hpp"
+#include "base/printed.hpp"
 #include "meniscus/error.hpp"
 #include "program/mixed.hpp"
 
@@ -12,7 +13,6 @@ namespace meniscus {
 namespace {
 
 constexpr double kLength = 3, kWidth = 1.5;  // of the tank along x and z
-constexpr double kNoise = 0.05;              // standard deviation along each axis, s
 constexpr double kBend = 0.25;               // height of each of the lattice's two bends, s
 
 // Half the side of the lattice's cubic cell in s: its sites are the points (i, j, k) of this
@@ -52,10 +52,13 @@ struct DamBreak::Column {
   std::int64_t size() const { return layers > first ? (layers - first + 1) / 2 : 0; }
 };
 
-DamBreak::DamBreak(std::int64_t particles, std::uint64_t seed) : size_(particles), seed_(seed) {
+DamBreak::DamBreak(std::int64_t particles, std::uint64_t seed, double noise)
+    : size_(particles), seed_(seed), noise_(noise) {
   require(particles >= kFewest && particles <= kMost, "particles is " + std::to_string(particles) +
                                                           ", must be " + std::to_string(kFewest) +
                                                           " to " + std::to_string(kMost));
+  require(noise >= 0 && noise <= kMostNoise,
+          printed("noise is %g, must be 0 to %g spacings", noise, kMostNoise));
   Random random(seed);
   for (double& phase : phase_) phase = random.uniform();
   // Wavelengths fall from .7 to .09, heights with them: each wave is as steep as the next.
@@ -218,7 +221,7 @@ void DamBreak::emit(const std::function<void(std::span<const float>)>& take) con
     block.clear();
   };
   // Six fields of ten bits: the sum of two is triangular on [-1, 1], whose deviation is 1/sqrt(6).
-  const double reach = kNoise * 2.449489742783178 * spacing_;
+  const double reach = noise_ * 2.449489742783178 * spacing_;
   struct Noise {
     double x, y, z;
   };

@@ -127,12 +127,12 @@ void relax(Projected& particles, double spacing, double disorder) {
   }
 }
 
-double even_out(Projected& particles, Cells& cells, const Parameters& params, double spacing) {
-  double disorder = params.disorder;
-  if (disorder < 0 || (disorder > 0 && !(spacing > 0))) {
+double even_out(Projected& particles, Cells& cells, const Parameters& params) {
+  double disorder = params.disorder, spacing = 2;
+  if (disorder < 0) {
     const NearestDistances nearest = measure_nearest(cells);
-    if (disorder < 0) disorder = disorder_of(nearest);
-    if (!(spacing > 0)) spacing = nearest.spacing;
+    disorder = disorder_of(nearest);
+    spacing = nearest.spacing;
   }
   if (disorder > 0) {
     relax(particles, spacing, disorder);

@@ -39,12 +39,11 @@ double disorder_of(const NearestDistances& nearest);
 /// (docs/method.md). Pixels stay those of where the particles were, see project_again().
 void relax(Projected& particles, double spacing, double disorder);
 
-/// Relaxes particles as far as params.disorder says, or as they themselves do where it is below 0.
-/// Returns how far that is.
+/// Relaxes particles as far as params.disorder says, which takes them to be two particle radii
+/// apart; or as they themselves say where it is below 0. Returns how far that is.
 ///
-///   cells    of the particles, of side kRelaxReach; made anew where they move
-///   spacing  of the particles, particle radii; 0: measured
-double even_out(Projected& particles, Cells& cells, const Parameters& params, double spacing = 0);
+///   cells  of the particles, of side kRelaxReach; made anew where they move
+double even_out(Projected& particles, Cells& cells, const Parameters& params);
 
 /// Parameters for particles that were relaxed: supports, scales and normals as noise wants them, in
 /// between for a disorder in between; `disorder` is stored with them.

@@ -92,12 +92,13 @@ void expect_same(const Extraction& made, const Extraction& whole, const std::str
   EXPECT_EQ(made.counts.fits, whole.counts.fits) << of;
 }
 
-void expect_same_in_parts(const Particles& particles) {
+void expect_same_in_parts(const Particles& particles, double disorder = 0) {
   Device device;
   StageClock clock(device, nullptr);
   std::vector<Notice> notices;
   const Camera none;
-  const Parameters params;
+  Parameters params;
+  params.disorder = disorder;
   const ClosedParams closed;
   const auto source = source_of(particles);
   const FilledFrame frame =
@@ -159,6 +160,9 @@ TEST(ClosedParts, HaveTheBytesOfALongBar) { expect_same_in_parts(long_bar(0.1f, 
 
 // The residuals of all of it are beyond what is taken for noise at first.
 TEST(ClosedParts, HaveTheBytesOfANoisyBar) { expect_same_in_parts(long_bar(0.35f, 0)); }
+
+// Particles that are evened out first, which takes others from farther away.
+TEST(ClosedParts, HaveTheBytesOfAnIrregularBar) { expect_same_in_parts(long_bar(0.58f, 0), 1); }
 
 // Drops of seven particles, no fit of which is trusted: none reaches as far as fits nearly always
 // do.

@@ -40,6 +40,27 @@ TEST(DamBreak, IsTheSameForTheSameSeedAndAnotherForAnother) {
   EXPECT_NE(first, all_of(DamBreak(20000, 8)));
 }
 
+// How far particles lie from where they lie without noise, along each axis, s.
+TEST(DamBreak, HasAsMuchNoiseAsAskedFor) {
+  const DamBreak plain(20000, 7, 0);
+  const std::vector<float> at_rest = all_of(plain);
+  for (const double noise : {DamBreak::kNoise, 0.29}) {
+    const std::vector<float> points = all_of(DamBreak(20000, 7, noise));
+    double squares = 0;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < points.size(); k += 3) {
+      const double off = (points[k] - at_rest[k]) / plain.spacing();
+      if (off == 0) continue;  // spray has none
+      squares += off * off;
+      ++count;
+    }
+    EXPECT_NEAR(std::sqrt(squares / static_cast<double>(count)), noise, 0.02 * noise);
+  }
+  EXPECT_EQ(all_of(DamBreak(20000, 7)), all_of(DamBreak(20000, 7, DamBreak::kNoise)));
+  for (const double noise : {-0.1, 1.1, std::nan("")})
+    EXPECT_THROW(DamBreak(20000, 7, noise), InvalidArgument) << noise;
+}
+
 // A spray of 2 sqrt(n), or a fiftieth where that is less, and the noise of the drops.
 TEST(DamBreak, IsFluidButForALittleSpray) {
   for (const std::int64_t n : {1000, 30000, 300000}) {

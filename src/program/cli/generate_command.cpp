@@ -24,6 +24,7 @@ namespace {
 struct GenerateOptions {
   std::int64_t particles = 0;
   std::uint64_t seed = 1;
+  double noise = DamBreak::kNoise;
   std::optional<WhitewaterType> whitewater;
   std::string water, output;
   bool quiet = false;
@@ -64,7 +65,8 @@ void write_made(const GenerateOptions& options, const Made& made) {
 }
 
 void generate_dam(const GenerateOptions& options) {
-  const DamBreak dam(options.particles, options.seed);
+  const DamBreak dam =
+      as_usage([&] { return DamBreak(options.particles, options.seed, options.noise); });
   const std::string radius = printed("%.9g", dam.particle_radius());
   write_made(options, {"comment particle_radius " + radius +
                            "\ncomment a dam break of meniscus generate " + version(),
@@ -111,13 +113,18 @@ void add_generate_command(CLI::App& program) {
       ->required()
       ->type_name("N");
   command.add_option("--seed", o.seed, "another seed is another frame (default 1)")->type_name("S");
+  CLI::Option* noise = command.add_option(
+      "--noise", o.noise,
+      "noise of the water's particles along each axis, its standard deviation in spacings: .29 is "
+      "as irregular as FLIP and MPM are (default 0.05)");
+  noise->type_name("N");
   CLI::Option* type = command.add_option_function<std::string>(
       "--whitewater",
       [&o](const std::string& text) {
         o.whitewater = as_usage([&] { return whitewater_named(text); });
       },
       "make foam, spray or bubble (one of these words) for the water of --from instead");
-  type->type_name("TYPE");
+  type->type_name("TYPE")->excludes(noise);
   CLI::Option* water = command.add_option(
       "--from", o.water, "particles of water with velocities and a radius, as for extract");
   water->type_name("FILE")->needs(type);

@@ -1,0 +1,202 @@
+// How irregularly particles lie, and what evening them out does: on lattices and on particles at
+// random, whose answers are known.
+#include "stages/relax.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "stages/stage_test_support.hpp"
+#include "stages/surface_by_hand.hpp"
+
+namespace meniscus {
+namespace {
+
+Cells cells_of_all(const Projected& p) {
+  return make_cells(p.x, p.y, p.z, static_cast<float>(kRelaxReach));
+}
+
+NearestDistances nearest_of(const Projected& p) { return measure_nearest(cells_of_all(p)); }
+
+// One particle anywhere in each cube of a lattice, particle radii.
+Projected irregular_block() { return block(16, 16, 16, 1.0, 7); }
+
+Vec3d middle_of(const Projected& p) {
+  Vec3d sum;
+  for (std::size_t i = 0; i < p.size(); ++i) sum += p.eye(i);
+  return sum * (1.0 / static_cast<double>(p.size()));
+}
+
+// Where the field falls to 1/2 before the middle of a block's front face, which lies at depth 29
+// (surface_by_hand.hpp), in the mean over some places.
+double depth_of_front(const Projected& p) {
+  const Cells cells = cells_of_all(p);
+  const auto density = [&](const Vec3d& at) {
+    double sum = 0;
+    visit_near(cells, static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z),
+               [&](std::int32_t k) {
+                 const double d = length(at - Vec3d{cells.x[k], cells.y[k], cells.z[k]}) / 2;
+                 if (d < 1) sum += 1 - 1.5 * d * d * (1 - d / 2);
+                 if (d >= 1 && d < 2) sum += std::pow(2 - d, 3) / 4;
+                 return true;
+               });
+    return sum / std::numbers::pi;
+  };
+  const Vec3d middle = middle_of(p);
+  double sum = 0;
+  int count = 0;
+  for (int i = -4; i <= 4; ++i)
+    for (int j = -4; j <= 4; ++j) {
+      double low = 25, high = 35;
+      while (high - low > 1e-4) {
+        const double depth = (low + high) / 2;
+        (density({middle.x + 2.1 * i, middle.y + 1.9 * j, -depth}) < 0.5 ? low : high) = depth;
+      }
+      sum += low;
+      ++count;
+    }
+  return sum / count;
+}
+
+TEST(Relax, TellsLatticesFromParticlesAtRandom) {
+  const NearestDistances lattice = nearest_of(block(12, 12, 12));
+  EXPECT_NEAR(lattice.variation, 0, 1e-5);
+  // Six others lie just at the reach, which noise counts half of the time.
+  EXPECT_NEAR(lattice.spacing, 2, 0.2);
+  EXPECT_EQ(disorder_of(lattice), 0);
+
+  // Noise of .1 of the spacing in each coordinate: what SPH leaves.
+  const NearestDistances sph = nearest_of(block(16, 16, 16, 0.2 * std::sqrt(3.0), 5));
+  EXPECT_GT(sph.variation, 0.05);
+  EXPECT_EQ(disorder_of(sph), 0);
+
+  const NearestDistances flip = nearest_of(irregular_block());
+  EXPECT_NEAR(flip.variation, 0.28, 0.03);
+  EXPECT_NEAR(flip.spacing, 2, 0.1);
+  EXPECT_EQ(disorder_of(flip), 1);
+
+  // Anywhere, as dense: for a Poisson process sqrt(Gamma(5/3) / Gamma(4/3)^2 - 1) = .363, a little
+  // less where those with the most others are looked at.
+  Random random(3);
+  std::vector<Vec3d> uvt;
+  for (int k = 0; k < 8000; ++k) uvt.push_back({random(0, 40), random(0, 40), random(30, 70)});
+  EXPECT_NEAR(nearest_of(place(uvt)).variation, 0.36, 0.03);
+}
+
+TEST(Relax, KnowsWhenThereAreTooFewToTell) {
+  for (const Projected& p : {place({}), place({{1, 1, 30}}), block(4, 4, 4, 0.9)}) {
+    const NearestDistances nearest = nearest_of(p);
+    EXPECT_EQ(nearest.variation, 0);
+    EXPECT_EQ(disorder_of(nearest), 0);
+  }
+}
+
+TEST(Relax, BringsOrderAndKeepsTheFluidWhereItIs) {
+  const Projected before = irregular_block();
+  Projected after = before;
+  relax(after, 2, 1);
+  EXPECT_LT(nearest_of(after).variation, 0.15);
+  EXPECT_LE(length(middle_of(after) - middle_of(before)), 1e-3) << "forces come in pairs";
+  // Lone faces move by less than a tenth of the spacing.
+  EXPECT_NEAR(depth_of_front(before), 29, 0.15);
+  EXPECT_NEAR(depth_of_front(after), depth_of_front(before), 0.2);
+  double farthest = 0;
+  for (std::size_t i = 0; i < before.size(); ++i)
+    farthest = std::max(farthest, length(after.eye(i) - before.eye(i)));
+  EXPECT_GT(farthest, 0.5);
+  EXPECT_LT(farthest, 3);
+}
+
+TEST(Relax, MovesParticlesAsFarAsTheirDisorderSays) {
+  const Projected before = irregular_block();
+  double last = 0;
+  for (const double disorder : {0.0, 0.25, 1.0}) {
+    Projected after = before;
+    relax(after, 2, disorder);
+    double sum = 0;
+    for (std::size_t i = 0; i < before.size(); ++i) sum += length(after.eye(i) - before.eye(i));
+    if (disorder == 0) {
+      EXPECT_EQ(sum, 0);
+    } else {
+      EXPECT_GT(sum, last);
+    }
+    last = sum;
+  }
+}
+
+TEST(Relax, DoesNotKnowUnits) {
+  Projected one = irregular_block(), two = one;
+  for (std::vector<float>* values : {&two.x, &two.y, &two.z})
+    for (float& value : *values) value *= 0.5f;
+  relax(one, 2, 1);
+  relax(two, 1, 1);
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LE(length(one.eye(i) - two.eye(i) * 2), 1e-3);
+}
+
+TEST(Relax, LeavesWhatIsRegularOrWhoSaysSo) {
+  const auto unmoved = [](const Projected& from, double asked) {
+    Projected p = from;
+    Cells cells = cells_of_all(p);
+    Parameters params;
+    params.disorder = asked;
+    const double disorder = even_out(p, cells, params);
+    return disorder == 0 && p.x == from.x && p.y == from.y && p.z == from.z;
+  };
+  EXPECT_TRUE(unmoved(block(12, 12, 12, 0.3), -1));
+  EXPECT_FALSE(unmoved(irregular_block(), -1));
+  EXPECT_TRUE(unmoved(irregular_block(), 0));
+  EXPECT_FALSE(unmoved(block(12, 12, 12, 0.3), 0.5));
+}
+
+TEST(Relax, MakesTheCellsAnew) {
+  Projected p = irregular_block();
+  Cells cells = cells_of_all(p);
+  EXPECT_EQ(even_out(p, cells, {}), 1);
+  const Cells expected = cells_of_all(p);
+  EXPECT_EQ(cells.x, expected.x);
+  EXPECT_EQ(cells.item, expected.item);
+}
+
+TEST(Relax, ParametersBelongToTheDisorder) {
+  const Parameters given, regular = for_disorder(given, 0), irregular = for_disorder(given, 1);
+  EXPECT_EQ(regular.fit.tau, given.fit.tau);
+  EXPECT_EQ(regular.fit.normal_sigma, given.fit.normal_sigma);
+  EXPECT_EQ(regular.fit.least_support, given.fit.least_support);
+  EXPECT_EQ(regular.fairing, given.fairing);
+  EXPECT_EQ(regular.disorder, 0);
+  EXPECT_GT(irregular.fit.tau, given.fit.tau);
+  EXPECT_GT(irregular.fit.normal_sigma, given.fit.normal_sigma);
+  EXPECT_GT(irregular.fit.least_support, given.fit.least_support);
+  EXPECT_GT(irregular.fairing, given.fairing);
+  EXPECT_EQ(irregular.disorder, 1);
+}
+
+using ProjectAgain = OnDevice;
+
+TEST_P(ProjectAgain, HasThePixelsOfWhereParticlesWent) {
+  const View view = make_view(perspective_camera(101, 77), 0.15, {0, 0, 0});
+  WorldParticles particles;
+  Random random(2);
+  for (int k = 0; k < 500; ++k) {
+    particles.x.push_back(static_cast<float>(random(-1, 1)));
+    particles.y.push_back(static_cast<float>(random(-1, 1)));
+    particles.z.push_back(static_cast<float>(random(-1, 1)));
+    particles.scale.push_back(static_cast<float>(random(0.5, 2)));
+  }
+  const Projected expected = project_particles(device_, view, particles, 3);
+  ASSERT_GT(expected.size(), 100u);
+  Projected again = expected;
+  std::fill(again.u.begin(), again.u.end(), 0.0f);
+  std::fill(again.ku.begin(), again.ku.end(), 0.0f);
+  project_again(view, again);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(again.u[i], expected.u[i], 1e-3);
+    EXPECT_NEAR(again.v[i], expected.v[i], 1e-3);
+    EXPECT_NEAR(again.ku[i], expected.ku[i], 1e-5 * expected.ku[i]);
+    EXPECT_NEAR(again.kv[i], expected.kv[i], 1e-5 * expected.kv[i]);
+  }
+}
+
+MENISCUS_ON_EVERY_DEVICE(ProjectAgain);
+
+}  // namespace
+}  // namespace meniscus
