@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kSample = 1024, kFewest = 64;  // particles
 constexpr double kRegular = 0.15, kIrregular = 0.2;  // variations
-constexpr double kStep = 0.5, kAtRest = 1.145;       // of relax(); the latter in spacings
+constexpr double kStep = 0.5, kAtRest = 1.153;       // of relax(); the latter in spacings
 // Who is near is looked up once, a little wider than forces reach, which are as good as nothing at
 // that distance.
 constexpr float kWider = 1.1f;

@@ -14,7 +14,7 @@
 namespace meniscus {
 
 /// How often relax() moves particles, and how far each looks, particle radii.
-inline constexpr int kRelaxRounds = 8;
+inline constexpr int kRelaxRounds = 16;
 inline constexpr double kRelaxReach = 4;
 
 /// Spread of the distances between particles and their nearest ones.
@@ -34,8 +34,8 @@ NearestDistances measure_nearest(const Cells& cells);
 double disorder_of(const NearestDistances& nearest);
 
 /// Moves particles `spacing` apart, as far as `disorder` says. Each goes, kRelaxRounds times, by
-///   disorder / 2 sum_j (x - x_j) (1 - d^2 / 1.145^2) (1 - d^2 / 4)^4,   lengths in spacings.
-/// The distance 1.145, at which the force vanishes, is the one that keeps faces where they are
+///   disorder / 2 sum_j (x - x_j) (1 - d^2 / 1.153^2) (1 - d^2 / 4)^4,   lengths in spacings.
+/// The distance 1.153, at which the force vanishes, is the one that keeps faces where they are
 /// (docs/method.md). Pixels stay those of where the particles were, see project_again().
 void relax(Projected& particles, double spacing, double disorder);
 
