@@ -115,7 +115,7 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
                        const Parameters& parameters, std::vector<StageTime>* timings) {
   check(closed);
   Parameters params = of_meshes(parameters);
-  // Parts of a frame cannot tell it alike.
+  // No part of a frame could tell how irregular all of it is.
   if (source.size() >= kStreamed) params.disorder = std::max(params.disorder, 0.0);
   if (const BorrowedParticles* const all = source.in_memory()) check(*all);
   const TimedKernels timed(device, timings != nullptr);

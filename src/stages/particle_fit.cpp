@@ -267,8 +267,12 @@ FitRecords fit_records(const Projected& projected, const SurfaceParticles& aroun
 
 NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
                     const std::vector<std::int32_t>& around, double reach) {
+  return list_near(projected, centre, cells_of(projected, around, reach), reach);
+}
+
+NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
+                    const Cells& cells, double reach) {
   constexpr std::size_t kBlock = NearLists::kBlock;
-  const Cells cells = cells_of(projected, around, reach);
   const std::size_t n = centre.size();
   NearLists near{std::vector<NearLists::Block>((n + kBlock - 1) / kBlock)};
   parallel_for(near.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {

@@ -110,6 +110,10 @@ struct NearLists {
 NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
                     const std::vector<std::int32_t>& around, double reach);
 
+/// The same among the points of cells, of side `reach` or more: items stand for places.
+NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
+                    const Cells& cells, double reach);
+
 /// Places of fits in cells in which their lanes are averaged (average_lanes()).
 struct LaneCells {
   Cells host;

@@ -1,10 +1,9 @@
 #include "stages/relax.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
-#include <span>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -28,44 +27,24 @@ struct Around {
   double nearest;     // particle radii
 };
 
-// What the particle in bucket position `own` sees; `place` has the bucket positions of all.
-Around ask_around(const Cells& cells, const std::vector<std::size_t>& place, std::size_t own,
-                  std::vector<std::int32_t>& found) {
-  constexpr float kReach = static_cast<float>(kRelaxReach);
-  NearFinder* const find = near_finders()[0];
-  const std::array at{cells.x[own], cells.y[own], cells.z[own]};
-  Around around{0, kRelaxReach * kRelaxReach};
-  visit_ranges_near(
-      cells, at[0], at[1], at[2], [&](std::int32_t first, std::int32_t last, std::uint32_t tag) {
-        const std::size_t most = static_cast<std::size_t>(last - first) + kNearRoom;
-        if (found.size() < most) found.resize(most);
-        const std::size_t near = find(cells, first, last, tag, at, kReach * kReach, found.data());
-        around.count += near;
-        for (const std::int32_t item : std::span(found).first(near)) {
-          const std::size_t p = place[static_cast<std::size_t>(item)];
-          if (p == own) continue;
-          const Vec3d to{double{cells.x[p]} - at[0], double{cells.y[p]} - at[1],
-                         double{cells.z[p]} - at[2]};
-          around.nearest = std::min(around.nearest, dot(to, to));
-        }
-        return true;
-      });
-  around.nearest = std::sqrt(around.nearest);
-  return around;
-}
-
 }  // namespace
 
-NearestDistances measure_nearest(const Cells& cells) {
-  const std::size_t n = cells.item.size(), every = 1 + n / kSample;
-  std::vector<std::size_t> place(n);  // in bucket order, of each particle
-  for (std::size_t p = 0; p < n; ++p) place[static_cast<std::size_t>(cells.item[p])] = p;
-  std::vector<Around> sample((n + every - 1) / every);
-  parallel_for(sample.size(), 64, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::int32_t> found;
-    for (std::size_t k = begin; k < end; ++k)
-      sample[k] = ask_around(cells, place, place[k * every], found);
-  });
+NearestDistances measure_nearest(const Projected& particles, const Cells& cells) {
+  const std::size_t n = particles.size(), every = 1 + n / kSample;
+  std::vector<std::int32_t> asked;
+  for (std::size_t i = 0; i < n; i += every) asked.push_back(static_cast<std::int32_t>(i));
+  const NearLists lists = list_near(particles, asked, cells, kRelaxReach);
+  std::vector<Around> sample;
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const Vec3d own = particles.eye(static_cast<std::size_t>(asked[k]));
+    double squared = kRelaxReach * kRelaxReach;
+    for (const cl_int other : lists[k]) {
+      if (other == asked[k]) continue;
+      const Vec3d to = particles.eye(static_cast<std::size_t>(other)) - own;
+      squared = std::min(squared, dot(to, to));
+    }
+    sample.push_back({lists[k].size(), std::sqrt(squared)});
+  }
   // Particles inside the fluid, whose order the others' distances do not tell.
   std::sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
     return a.count != b.count ? a.count > b.count : a.nearest < b.nearest;
@@ -82,7 +61,7 @@ NearestDistances measure_nearest(const Cells& cells) {
     others += static_cast<double>(around.count - 1);
   }
   const double count = static_cast<double>(sample.size()), mean = sum / count;
-  constexpr double kVolume = 4.0 / 3 * 3.14159265358979 * kRelaxReach * kRelaxReach * kRelaxReach;
+  constexpr double kVolume = 4.0 / 3 * std::numbers::pi * kRelaxReach * kRelaxReach * kRelaxReach;
   return {std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::max(mean, 1e-12),
           std::cbrt(kVolume * count / others)};
 }
@@ -130,7 +109,7 @@ void relax(Projected& particles, double spacing, double disorder) {
 double even_out(Projected& particles, Cells& cells, const Parameters& params) {
   double disorder = params.disorder, spacing = 2;
   if (disorder < 0) {
-    const NearestDistances nearest = measure_nearest(cells);
+    const NearestDistances nearest = measure_nearest(particles, cells);
     disorder = disorder_of(nearest);
     spacing = nearest.spacing;
   }

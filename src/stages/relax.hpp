@@ -25,8 +25,8 @@ struct NearestDistances {
 
 /// Measured at up to 1,024 of them, of these at the half with the most others within kRelaxReach.
 ///
-///   cells  of all particles, of side kRelaxReach
-NearestDistances measure_nearest(const Cells& cells);
+///   cells  of them, of side kRelaxReach
+NearestDistances measure_nearest(const Projected& particles, const Cells& cells);
 
 /// How irregularly particles lie, 0 .. 1: smoothstep(.15, .2) of that variation. SPH leaves .05 to
 /// .14, Gaussian noise of sigma s about sigma, one particle at random in each cube of a lattice

@@ -15,7 +15,7 @@ Cells cells_of_all(const Projected& p) {
   return make_cells(p.x, p.y, p.z, static_cast<float>(kRelaxReach));
 }
 
-NearestDistances nearest_of(const Projected& p) { return measure_nearest(cells_of_all(p)); }
+NearestDistances nearest_of(const Projected& p) { return measure_nearest(p, cells_of_all(p)); }
 
 // One particle anywhere in each cube of a lattice, particle radii.
 Projected irregular_block() { return block(16, 16, 16, 1.0, 7); }
