@@ -77,11 +77,26 @@ int main() try {
     if (slow && width == 8) continue;  // at 16 most kernels have 8 lanes, the others 16
     device.state().vector_width = std::min(width, 8);
     device.state().wide = width == 16;
-    device.state().discs = DiscForm::bins;
     device.state().pool->reuse(false);  // every buffer is new, and full of nonsense
+    // A minimum is looked at before it is lowered, which is a race to oclgrind and none that
+    // matters.
+    device.state().kernel_text = [](const std::string& file, const std::string& text) {
+      return file == "minima.cl" ? "#define ATOMICS_ALONE\n" + text : text;
+    };
+    std::map<Method, Surface> by_minima;
+    device.state().discs = DiscForm::minima;
+    for (const Method method : {Method::fit, Method::paper, Method::spheres})
+      if (width < 16)
+        by_minima[method] =
+            extract(device, scene.particles, scene.camera, verify::parameters_of(scene, method));
+    device.state().discs = DiscForm::bins;
     for (const auto& [method, name, what] : method_list()) {
-      const Surface surface =
-          extract(device, scene.particles, scene.camera, verify::parameters_of(scene, method));
+      // Groups have the kernels of fit, which is compared at the other width.
+      if (slow && method == Method::groups) continue;
+      const bool known = slow && width == 1 && method == Method::fit;
+      const Surface surface = known ? by_minima[method]
+                                    : extract(device, scene.particles, scene.camera,
+                                              verify::parameters_of(scene, method));
       std::size_t covered = 0;
       for (const float depth : surface.depth) covered += std::isfinite(depth);
       std::printf("%s, width %d: %zu pixels, %zu triangles\n", name.c_str(), width, covered,
@@ -90,6 +105,10 @@ int main() try {
       if (!first.count(method)) first[method] = surface;
       if (!same_bits(first[method], surface)) {
         std::printf("%s: the result depends on the width or on unwritten memory\n", name.c_str());
+        good = false;
+      }
+      if (by_minima.count(method) && !same_bits(by_minima[method], surface)) {
+        std::printf("%s: the result depends on how discs are drawn\n", name.c_str());
         good = false;
       }
     }
@@ -120,19 +139,6 @@ int main() try {
       std::printf("whitewater: the result depends on the width or on unwritten memory\n");
       good = false;
     }
-    // Discs drawn the other way, where each of its kernels is used. A minimum is looked at before
-    // it is lowered, which is a race to oclgrind and none that matters.
-    device.state().kernel_text = [](const std::string& file, const std::string& text) {
-      return file == "minima.cl" ? "#define ATOMICS_ALONE\n" + text : text;
-    };
-    device.state().discs = DiscForm::minima;
-    for (const Method method : {Method::fit, Method::paper, Method::spheres})
-      if (width < 16 && !same_bits(first[method], extract(device, scene.particles, scene.camera,
-                                                          verify::parameters_of(scene, method)))) {
-        std::printf("%s: the result depends on how discs are drawn\n", to_string(method).c_str());
-        good = false;
-      }
-    device.state().discs = DiscForm::bins;
     const auto source = source_of(scene.particles);
     const View view = make_view(scene.camera, 0.5, {0, 0, 0});
     const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
