@@ -27,7 +27,8 @@ std::vector<Series> make_series() {
        "says otherwise",
        {{"main", [](Setup&) {}}}},
       {"noise", "noise of each coordinate",
-       each_of({"0", ".05", ".12"}, "s", [](Setup& s, double noise) { s.noise = noise; })},
+       each_of({"0", ".05", ".08", ".12", ".2", ".29"}, "s",
+               [](Setup& s, double noise) { s.noise = noise; })},
       {"lattice",
        "unrelaxed: cells of a cubic lattice whose centres lie inside, which has the right mass, or "
        "s/2 deep",

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -14,8 +15,11 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kSample = 1024, kFewest = 64;  // particles
-constexpr double kRegular = 0.15, kIrregular = 0.2;  // variations
-constexpr double kStep = 0.5, kAtRest = 1.153;       // of relax(); the latter in spacings
+// Variations of the distances and of the density, from those of SPH to those of FLIP.
+constexpr double kEvenDistances = 0.065, kUnevenDistances = 0.265;
+constexpr double kEvenDensity = 0.085, kUnevenDensity = 0.195;
+constexpr double kDensityReach = 1.5;           // spacings
+constexpr double kStep = 0.5, kAtRest = 1.153;  // of relax(); the latter in spacings
 // Who is near is looked up once, a little wider than forces reach, which are as good as nothing at
 // that distance.
 constexpr float kWider = 1.1f;
@@ -23,13 +27,28 @@ constexpr std::size_t kGrain = 512;  // particles that are worth a thread
 
 // What a particle sees of others.
 struct Around {
-  std::size_t count;  // within kRelaxReach
-  double nearest;     // particle radii
+  std::vector<double> squared;  // distances within kRelaxReach
+  double nearest;               // particle radii
 };
+
+// Standard deviation over mean.
+double variation_of(const std::vector<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double value : values) {
+    sum += value;
+    squares += value * value;
+  }
+  const double count = static_cast<double>(values.size()), mean = sum / count;
+  return std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::max(mean, 1e-12);
+}
+
+double ramp(double from, double to, double value) {
+  return std::clamp((value - from) / (to - from), 0.0, 1.0);
+}
 
 }  // namespace
 
-NearestDistances measure_nearest(const Projected& particles, const Cells& cells) {
+ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   const std::size_t n = particles.size(), every = 1 + n / kSample;
   std::vector<std::int32_t> asked;
   for (std::size_t i = 0; i < n; i += every) asked.push_back(static_cast<std::int32_t>(i));
@@ -37,37 +56,49 @@ NearestDistances measure_nearest(const Projected& particles, const Cells& cells)
   std::vector<Around> sample;
   for (std::size_t k = 0; k < asked.size(); ++k) {
     const Vec3d own = particles.eye(static_cast<std::size_t>(asked[k]));
-    double squared = kRelaxReach * kRelaxReach;
+    Around around{{}, kRelaxReach * kRelaxReach};
     for (const cl_int other : lists[k]) {
       if (other == asked[k]) continue;
       const Vec3d to = particles.eye(static_cast<std::size_t>(other)) - own;
-      squared = std::min(squared, dot(to, to));
+      around.squared.push_back(dot(to, to));
+      around.nearest = std::min(around.nearest, around.squared.back());
     }
-    sample.push_back({lists[k].size(), std::sqrt(squared)});
+    around.nearest = std::sqrt(around.nearest);
+    sample.push_back(std::move(around));
   }
   // Particles inside the fluid, whose order the others' distances do not tell.
   std::sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
-    return a.count != b.count ? a.count > b.count : a.nearest < b.nearest;
+    return a.squared.size() != b.squared.size() ? a.squared.size() > b.squared.size()
+                                                : a.nearest < b.nearest;
   });
   sample.resize(sample.size() / 2);
-  // In a lattice of cubes a particle sees 32 others and itself.
-  constexpr std::size_t kInside = 20;
-  std::erase_if(sample, [](const Around& around) { return around.count < kInside; });
+  // In a lattice of cubes a particle sees 32 others.
+  constexpr std::size_t kInside = 19;
+  std::erase_if(sample, [](const Around& around) { return around.squared.size() < kInside; });
   if (sample.size() < kFewest) return {};
-  double sum = 0, squares = 0, others = 0;
-  for (const Around& around : sample) {
-    sum += around.nearest;
-    squares += around.nearest * around.nearest;
-    others += static_cast<double>(around.count - 1);
-  }
-  const double count = static_cast<double>(sample.size()), mean = sum / count;
+  ParticleOrder order;
+  std::size_t others = 0;
+  for (const Around& around : sample) others += around.squared.size();
   constexpr double kVolume = 4.0 / 3 * std::numbers::pi * kRelaxReach * kRelaxReach * kRelaxReach;
-  return {std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::max(mean, 1e-12),
-          std::cbrt(kVolume * count / others)};
+  order.spacing =
+      std::cbrt(kVolume * static_cast<double>(sample.size()) / static_cast<double>(others));
+  const double far = kDensityReach * order.spacing;
+  std::vector<double> nearest, density;
+  for (const Around& around : sample) {
+    nearest.push_back(around.nearest);
+    double sum = 1;
+    for (const double squared : around.squared)
+      sum += std::pow(std::max(1 - squared / (far * far), 0.0), 3);
+    density.push_back(sum);
+  }
+  order.distances = variation_of(nearest);
+  order.density = variation_of(density);
+  return order;
 }
 
-double disorder_of(const NearestDistances& nearest) {
-  return smooth_step(kRegular, kIrregular, nearest.variation);
+double disorder_of(const ParticleOrder& order) {
+  return std::min(ramp(kEvenDistances, kUnevenDistances, order.distances),
+                  ramp(kEvenDensity, kUnevenDensity, order.density));
 }
 
 void relax(Projected& particles, double spacing, double disorder) {
@@ -109,9 +140,9 @@ void relax(Projected& particles, double spacing, double disorder) {
 double even_out(Projected& particles, Cells& cells, const Parameters& params) {
   double disorder = params.disorder, spacing = 2;
   if (disorder < 0) {
-    const NearestDistances nearest = measure_nearest(particles, cells);
-    disorder = disorder_of(nearest);
-    spacing = nearest.spacing;
+    const ParticleOrder order = measure_order(particles, cells);
+    disorder = disorder_of(order);
+    spacing = order.spacing;
   }
   if (disorder > 0) {
     relax(particles, spacing, disorder);

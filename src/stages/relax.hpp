@@ -17,21 +17,24 @@ namespace meniscus {
 inline constexpr int kRelaxRounds = 16;
 inline constexpr double kRelaxReach = 4;
 
-/// Spread of the distances between particles and their nearest ones.
-struct NearestDistances {
-  double variation = 0;  // standard deviation over mean; 0 where there are too few to tell
+/// How orderly particles lie. Variation: standard deviation over mean; 0 where there are too few to
+/// tell.
+struct ParticleOrder {
+  double distances = 0;  // variation of the distances between particles and their nearest ones
+  double density = 0;    // variation of sum_j (1 - d_j^2 / (1.5 spacing)^2)^3 at particles
   double spacing = 2;    // particle radii: of a lattice of cubes that is as dense as the particles
 };
 
 /// Measured at up to 1,024 of them, of these at the half with the most others within kRelaxReach.
 ///
 ///   cells  of them, of side kRelaxReach
-NearestDistances measure_nearest(const Projected& particles, const Cells& cells);
+ParticleOrder measure_order(const Projected& particles, const Cells& cells);
 
-/// How irregularly particles lie, 0 .. 1: smoothstep(.15, .2) of that variation. SPH leaves .05 to
-/// .14, Gaussian noise of sigma s about sigma, one particle at random in each cube of a lattice
-/// .28, particles anywhere .35.
-double disorder_of(const NearestDistances& nearest);
+/// How irregularly particles lie, 0 .. 1: the distances' variation from .065 to .265, or that of
+/// the density from .085 to .195, linearly; the lower one. SPH leaves uneven distances, .07 to .12,
+/// but an even density, .02 to .08; thin water has an uneven density, but even distances. Gaussian
+/// noise of .1 s gives .10 and .11, one particle at random in each cube of a lattice .28 and .21.
+double disorder_of(const ParticleOrder& order);
 
 /// Moves particles `spacing` apart, as far as `disorder` says. Each goes, kRelaxRounds times, by
 ///   disorder / 2 sum_j (x - x_j) (1 - d^2 / 1.153^2) (1 - d^2 / 4)^4,   lengths in spacings.

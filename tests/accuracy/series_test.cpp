@@ -35,7 +35,8 @@ TEST(AccuracySeries, EachSettingChangesWhatItIsNamedFor) {
   EXPECT_EQ(changed("main", 0, {.noise = 0.07}).noise, 0.07) << "main leaves the options alone";
   EXPECT_EQ(changed("noise", 0).noise, 0);
   EXPECT_EQ(changed("noise", 1).noise, 0.05);
-  EXPECT_EQ(changed("noise", 2).noise, 0.12);
+  EXPECT_EQ(changed("noise", 3).noise, 0.12);
+  EXPECT_EQ(changed("noise", 5).noise, 0.29);
   EXPECT_EQ(changed("lattice", 0).filling, Filling::lattice);
   EXPECT_EQ(changed("lattice", 1).filling, Filling::deep_lattice);
   EXPECT_EQ(changed("spacing", 0).scale, 3);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "meniscus/meniscus.hpp"
 #include "stages/stage_test_support.hpp"
 #include "stages/surface_by_hand.hpp"
 
@@ -15,7 +16,7 @@ Cells cells_of_all(const Projected& p) {
   return make_cells(p.x, p.y, p.z, static_cast<float>(kRelaxReach));
 }
 
-NearestDistances nearest_of(const Projected& p) { return measure_nearest(p, cells_of_all(p)); }
+ParticleOrder order_of(const Projected& p) { return measure_order(p, cells_of_all(p)); }
 
 // One particle anywhere in each cube of a lattice, particle radii.
 Projected irregular_block() { return block(16, 16, 16, 1.0, 7); }
@@ -57,20 +58,28 @@ double depth_of_front(const Projected& p) {
   return sum / count;
 }
 
+// A block with noise of so many spacings in each coordinate (RMS).
+Projected noisy_block(double sigma) { return block(16, 16, 16, 2 * sigma * std::sqrt(3.0), 5); }
+
 TEST(Relax, TellsLatticesFromParticlesAtRandom) {
-  const NearestDistances lattice = nearest_of(block(12, 12, 12));
-  EXPECT_NEAR(lattice.variation, 0, 1e-5);
+  const ParticleOrder lattice = order_of(block(12, 12, 12));
+  EXPECT_NEAR(lattice.distances, 0, 1e-5);
   // Six others lie just at the reach, which noise counts half of the time.
   EXPECT_NEAR(lattice.spacing, 2, 0.2);
   EXPECT_EQ(disorder_of(lattice), 0);
 
-  // Noise of .1 of the spacing in each coordinate: what SPH leaves.
-  const NearestDistances sph = nearest_of(block(16, 16, 16, 0.2 * std::sqrt(3.0), 5));
-  EXPECT_GT(sph.variation, 0.05);
-  EXPECT_EQ(disorder_of(sph), 0);
+  double last = 0;
+  for (const double sigma : {0.05, 0.1, 0.15, 0.2}) {
+    const ParticleOrder noisy = order_of(noisy_block(sigma));
+    EXPECT_NEAR(noisy.distances, sigma, 0.015);
+    EXPECT_GT(noisy.density, last);
+    last = noisy.density;
+  }
+  EXPECT_EQ(disorder_of(order_of(noisy_block(0.05))), 0);
+  EXPECT_NEAR(disorder_of(order_of(noisy_block(0.15))), 0.4, 0.1);
 
-  const NearestDistances flip = nearest_of(irregular_block());
-  EXPECT_NEAR(flip.variation, 0.28, 0.03);
+  const ParticleOrder flip = order_of(irregular_block());
+  EXPECT_NEAR(flip.distances, 0.28, 0.03);
   EXPECT_NEAR(flip.spacing, 2, 0.1);
   EXPECT_EQ(disorder_of(flip), 1);
 
@@ -79,14 +88,37 @@ TEST(Relax, TellsLatticesFromParticlesAtRandom) {
   Random random(3);
   std::vector<Vec3d> uvt;
   for (int k = 0; k < 8000; ++k) uvt.push_back({random(0, 40), random(0, 40), random(30, 70)});
-  EXPECT_NEAR(nearest_of(place(uvt)).variation, 0.36, 0.03);
+  EXPECT_NEAR(order_of(place(uvt)).distances, 0.36, 0.03);
+}
+
+TEST(Relax, TakesUnevenDistancesOrAnUnevenDensityAloneForOrder) {
+  EXPECT_EQ(disorder_of({.distances = 0.12, .density = 0.03}), 0) << "frames of SPH";
+  EXPECT_EQ(disorder_of({.distances = 0.06, .density = 0.12}), 0) << "thin water";
+  EXPECT_NEAR(disorder_of({.distances = 0.165, .density = 0.3}), 0.5, 1e-9);
+  EXPECT_NEAR(disorder_of({.distances = 0.3, .density = 0.14}), 0.5, 1e-9);
+  EXPECT_EQ(disorder_of({.distances = 0.3, .density = 0.3}), 1);
+}
+
+TEST(Relax, TakesFramesOfSphForOrder) {
+  for (const char* name : {"dam/frame_015.ply", "dam_sequence/dam.0010.ply",
+                           "cube_drop/frame_007.ply", "cube_drop/frame_012.ply"}) {
+    const Particles particles = read_particles(std::string(MENISCUS_EXAMPLE_DATA) + "/" + name);
+    std::vector<Vec3d> uvt;
+    for (std::size_t i = 0; i < particles.x.size(); ++i)
+      uvt.push_back(Vec3d{particles.x[i], particles.y[i], 3 + particles.z[i]} *
+                    (1 / particles.particle_radius));
+    const ParticleOrder order = order_of(place(uvt));
+    EXPECT_GT(order.distances, 0.065) << name;
+    EXPECT_LT(order.density, 0.06) << name;
+    EXPECT_EQ(disorder_of(order), 0) << name;
+  }
 }
 
 TEST(Relax, KnowsWhenThereAreTooFewToTell) {
   for (const Projected& p : {place({}), place({{1, 1, 30}}), block(4, 4, 4, 0.9)}) {
-    const NearestDistances nearest = nearest_of(p);
-    EXPECT_EQ(nearest.variation, 0);
-    EXPECT_EQ(disorder_of(nearest), 0);
+    const ParticleOrder order = order_of(p);
+    EXPECT_EQ(order.distances, 0);
+    EXPECT_EQ(disorder_of(order), 0);
   }
 }
 
@@ -94,7 +126,7 @@ TEST(Relax, BringsOrderAndKeepsTheFluidWhereItIs) {
   const Projected before = irregular_block();
   Projected after = before;
   relax(after, 2, 1);
-  EXPECT_LT(nearest_of(after).variation, 0.15);
+  EXPECT_LT(order_of(after).distances, 0.15);
   EXPECT_LE(length(middle_of(after) - middle_of(before)), 1e-3) << "forces come in pairs";
   // Lone faces move by less than a tenth of the spacing.
   EXPECT_NEAR(depth_of_front(before), 29, 0.15);
