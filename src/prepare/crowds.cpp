@@ -59,6 +59,14 @@ Cubes cubes_of(const Coordinates& at, float inverse) {
   return cubes;
 }
 
+// Where a cube is counted. bucket_of() would crowd cubes into a quarter of a table of 2^14 or 2^15,
+// where its factors are 159 and -73; searches, whose cells hold several particles, hardly notice.
+std::uint32_t count_of(const Cube& cube, std::uint32_t mask) {
+  return (static_cast<std::uint32_t>(cube.x) + (static_cast<std::uint32_t>(cube.y) * 2654435761u ^
+                                                static_cast<std::uint32_t>(cube.z) * 3266489917u)) &
+         mask;
+}
+
 // A particle that may be in a crowd.
 struct Member {
   Cube cube;
@@ -94,7 +102,7 @@ class Census {
 
  private:
   std::uint32_t bucket_at(const Cube& cube) const {
-    return bucket_of(cube.x, cube.y, cube.z, static_cast<std::uint32_t>(held_.size() - 1));
+    return count_of(cube, static_cast<std::uint32_t>(held_.size() - 1));
   }
   const BorrowedParticles& particles_;
   float inverse_;
@@ -119,7 +127,7 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
       for (std::size_t k = 0; k < count; ++k) {
         const Cube cube{cubes.x[k], cubes.y[k], cubes.z[k]};
         if (is_beyond(cube)) continue;
-        std::atomic_ref here(held[bucket_of(cube.x, cube.y, cube.z, mask)]);
+        std::atomic_ref here(held[count_of(cube, mask)]);
         if (here.fetch_add(1, std::memory_order_relaxed) >= kCrowd) crowded = true;
       }
     }
@@ -156,8 +164,8 @@ bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& ord
     std::array<std::uint8_t, kBlock> in{};  // bit c: in cube c
     for (std::size_t c = 0; c < kCubes; ++c)
       for (std::size_t k = 0; k < kBlock; ++k) {
-        const int same = int{all.x[k] == cubes[c].x} & int{all.y[k] == cubes[c].y} &
-                         int{all.z[k] == cubes[c].z};
+        const int same =
+            int{all.x[k] == cubes[c].x} & int{all.y[k] == cubes[c].y} & int{all.z[k] == cubes[c].z};
         in[k] |= static_cast<std::uint8_t>(same << c);
       }
     for (std::size_t k = 0; k < some.size(); ++k)

@@ -83,6 +83,23 @@ TEST_F(Crowds, LeaveFluidAlone) {
   EXPECT_THAT(texts(notices_), IsEmpty());
 }
 
+// However long the rows of cubes are, and however large the table of counts, 2^12 to 2^17 here.
+TEST_F(Crowds, LeaveFluidOfAnySizeAlone) {
+  for (const int count : {2000, 4000, 8000, 16000, 32000, 64000})
+    for (const int wide : {8, 12, 16, 24, 32}) {
+      points_.clear();
+      const int long_side = count / wide / wide;
+      for (int k = 0; k < long_side * wide * wide; ++k) {
+        const auto along = [&](int number) {
+          return 0.97f * static_cast<float>(number) + between(-.2, .2);
+        };
+        add({along(k % long_side), along(k / long_side % wide), along(k / long_side / wide)});
+      }
+      EXPECT_EQ(left().size(), points_.size()) << count << ", " << wide << " wide";
+      EXPECT_THAT(texts(notices_), IsEmpty()) << count << ", " << wide << " wide";
+    }
+}
+
 TEST_F(Crowds, OfOnePositionAreOneParticle) {
   for (int k = 0; k < 5000; ++k) add({k % 2 ? 0.0f : -0.0f, 0.25f, 0.75f});
   add({0.5f, 0.5f, 0.5f});
