@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/exact_math.hpp"
 #include "base/parallel.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/vec.hpp"
@@ -67,7 +68,7 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
     sample.push_back(std::move(around));
   }
   // Particles inside the fluid, whose order the others' distances do not tell.
-  std::sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
+  std::stable_sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
     return a.squared.size() != b.squared.size() ? a.squared.size() > b.squared.size()
                                                 : a.nearest < b.nearest;
   });
@@ -81,14 +82,16 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   for (const Around& around : sample) others += around.squared.size();
   constexpr double kVolume = 4.0 / 3 * std::numbers::pi * kRelaxReach * kRelaxReach * kRelaxReach;
   order.spacing =
-      std::cbrt(kVolume * static_cast<double>(sample.size()) / static_cast<double>(others));
+      cube_root(kVolume * static_cast<double>(sample.size()) / static_cast<double>(others));
   const double far = kDensityReach * order.spacing;
   std::vector<double> nearest, density;
   for (const Around& around : sample) {
     nearest.push_back(around.nearest);
     double sum = 1;
-    for (const double squared : around.squared)
-      sum += std::pow(std::max(1 - squared / (far * far), 0.0), 3);
+    for (const double squared : around.squared) {
+      const double fades = std::max(1 - squared / (far * far), 0.0);
+      sum += fades * fades * fades;
+    }
     density.push_back(sum);
   }
   order.distances = variation_of(nearest);
