@@ -43,13 +43,9 @@ double variation_of(const std::vector<double>& values) {
   return std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::max(mean, 1e-12);
 }
 
-double ramp(double from, double to, double value) {
-  return std::clamp((value - from) / (to - from), 0.0, 1.0);
-}
-
-}  // namespace
-
-ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
+// What some particles see that lie inside the fluid: of others the distances do not tell their
+// order.
+std::vector<Around> look_inside(const Projected& particles, const Cells& cells) {
   const std::size_t n = particles.size(), every = 1 + n / kSample;
   std::vector<std::int32_t> asked;
   for (std::size_t i = 0; i < n; i += every) asked.push_back(static_cast<std::int32_t>(i));
@@ -67,7 +63,6 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
     around.nearest = std::sqrt(around.nearest);
     sample.push_back(std::move(around));
   }
-  // Particles inside the fluid, whose order the others' distances do not tell.
   std::stable_sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
     return a.squared.size() != b.squared.size() ? a.squared.size() > b.squared.size()
                                                 : a.nearest < b.nearest;
@@ -76,6 +71,13 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   // In a lattice of cubes a particle sees 32 others.
   constexpr std::size_t kInside = 19;
   std::erase_if(sample, [](const Around& around) { return around.squared.size() < kInside; });
+  return sample;
+}
+
+}  // namespace
+
+ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
+  const std::vector<Around> sample = look_inside(particles, cells);
   if (sample.size() < kFewest) return {};
   ParticleOrder order;
   std::size_t others = 0;

@@ -45,9 +45,14 @@ inline double between(double regular, double irregular, double disorder) {
   return regular + disorder * (irregular - regular);
 }
 
-/// 0 below `low`, 1 above `high`, a cubic with level ends between.
+/// 0 below `low`, 1 above `high`, a straight line between.
+inline double ramp(double low, double high, double x) {
+  return std::clamp((x - low) / (high - low), 0.0, 1.0);
+}
+
+/// The same with a cubic with level ends between.
 inline double smooth_step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  const double t = ramp(low, high, x);
   return t * t * (3 - 2 * t);
 }
 
