@@ -16,12 +16,14 @@ constexpr std::size_t kModel = 16;  // floats of a trial fit, as in roundness.cl
 // count up to 100 degrees: a rim turns by 180.
 constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
 
-// Squared distances (radii^2) and bends that noise leaves, so that logarithms stay finite; where
-// bends begin to tell; and which scores speak for one quadric. See docs/method.md for how they were
-// found.
-constexpr double kNoise = 0.002;
+// Squared distances (radii^2) and bends that noise leaves, so that logarithms stay finite. How well
+// two sheets follow says little: they follow a rounded edge, too; how badly they do says that there
+// are none. So their noise is higher.
+constexpr double kNoise = 0.002, kNoiseOfTwo = 0.02;
+// Where bends begin to tell, and which scores speak for one quadric. See docs/method.md for how
+// these were found.
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
-constexpr double kRoundFrom = 2.4, kRoundTo = 2.9;
+constexpr double kRoundFrom = 1.9, kRoundTo = 2.1;
 
 // The trial fits of all particles on the device.
 struct Trials {
@@ -133,9 +135,9 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
       normal.push_back({toward[p], toward[count + p], toward[2 * count + p]});
       gate.push_back(static_cast<float>(bends));
       share.push_back(shares[p] * gate.back());
-      score.push_back(static_cast<float>(2 * logarithm(two[p] + kNoise) -
+      score.push_back(static_cast<float>(2 * logarithm(two[p] + kNoiseOfTwo) -
                                          4 * logarithm(one[p] + kNoise) +
-                                         logarithm(bend[p] + kNoise)));
+                                         1.5 * logarithm(bend[p] + kNoise)));
     }
   }
   const std::vector<float> mean =

@@ -17,7 +17,7 @@ inline constexpr float kEvidenceSheet = 5;
 
 /// Whose trial fits tell of a particle, and over which fits the bent places' scores are averaged,
 /// particle radii.
-inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 24;
+inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 32;
 
 /// The evidence at a particle: means over the trial fits around it.
 struct Evidence {
@@ -41,9 +41,9 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
 /// flat, 1 where one quadric goes round a bend. With the means of the evidence over the sheet
 /// within 5,
 ///
-///   score = 2 ln(two + c) - 4 ln(one + c) + ln(bend + c),   c = .002,
+///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002),
 ///
-/// averaged over the bent places within 24; smoothstep(2.4, 2.9, score) smoothstep(.005, .02,
+/// averaged over the bent places within 32; smoothstep(1.9, 2.1, score) smoothstep(.005, .02,
 /// bend). Waits. Throws DeviceError.
 std::vector<float> measure_roundness(Device& device, const Projected& projected,
                                      const Visible& seen, const SurfaceParticles& around,

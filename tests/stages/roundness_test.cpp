@@ -58,6 +58,23 @@ FittedSurface edge(double noise) {
   return placed_surface(at, normal, noise);
 }
 
+// Two faces that meet at 90 degrees along y in an arc of a radius, 2 radii from particle to
+// particle.
+FittedSurface rounded_edge(double radius, double noise) {
+  const double half = radius * std::numbers::pi / 4;  // the arc, from its middle
+  std::vector<Vec3d> at, normal;
+  for (int j = -16; j <= 16; ++j)
+    for (int i = -12; i <= 12; ++i) {
+      const double along = 2 * i + 0.7 * (j % 3), side = along < 0 ? -1 : 1;
+      const double turn = std::min(std::abs(along), half) / radius;
+      const double beyond = std::max(std::abs(along) - half, 0.0) / std::numbers::sqrt2;
+      at.push_back({side * (radius * std::sin(turn) + beyond), 2.0 * j,
+                    -60 - radius * (1 - std::cos(turn)) - beyond});
+      normal.push_back({side * std::sin(turn), 0, std::cos(turn)});
+    }
+  return placed_surface(at, normal, noise);
+}
+
 std::vector<float> roundness_of(Device& device, const FittedSurface& scene) {
   return measure_roundness(
       device, scene.projected, scene.seen, scene.around,
@@ -112,6 +129,18 @@ TEST_P(Roundness, AnEdgeIsLessRoundThanADropOfTheSameNoise) {
   EXPECT_GT(count, 50);
   EXPECT_LT(sum / count, 0.5);
   for (const float r : roundness_of(device_, drop(5, kNoise))) EXPECT_EQ(r, 1);
+}
+
+// The edge of water at a wall, 1.25 spacings from its axis: two sheets follow it nearly as well.
+TEST_P(Roundness, AnEdgeOfASmallRadiusIsRound) {
+  for (const double noise : {0.05, 0.1, 0.15}) {
+    const FittedSurface scene = rounded_edge(1.5, noise);
+    const std::vector<float> roundness = roundness_of(device_, scene);
+    for (std::size_t k = 0; k < roundness.size(); ++k)
+      if (std::abs(scene.around.normal[k].x) < 0.5) {
+        EXPECT_GT(roundness[k], 0.9) << noise;
+      }
+  }
 }
 
 // Where the neighbours of all trial fits have no room in one buffer.
