@@ -214,7 +214,7 @@ kernel void read_records(global uint* words, const Settling a, const float b, co
   words[at++] = (uint)d.own;
   words[at++] = as_uint(f.height_growth);
   words[at++] = as_uint(f.model.ridge_gain);
-  words[at++] = (uint)g.large;
+  words[at++] = as_uint(g.large_until);
   words[at++] = (uint)g.blocks.stride;
 }
 #endif

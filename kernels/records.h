@@ -194,7 +194,7 @@ RECORD(Closing) {
   Blocks blocks;
   int round;
   float jump;  // particle radii
-  int large;   // 1: particles have a radius of some samples
+  float large_until;  // depth up to which a particle's radius spans some samples, particle radii
 };
 
 // Cells between the samples of a lattice, two of the samples asked for along each side

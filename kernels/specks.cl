@@ -1,14 +1,14 @@
 // specks.cl: closes pinholes and removes specks of the surface.
 //
 // A sample hangs together with those of its eight neighbours whose depths differ by at most `jump`.
-// One without surface takes the mean of their farthest layer when at least six of them have surface,
-// or 17 of the 24 around, as at the corner of a small hole. One of the surface that hangs together
+// One without surface takes the mean of their farthest layer when at least seven of them have surface.
+// The rest is for particles whose radius spans some samples, up to depth `large_until`: of smaller
+// ones drops, arms and the gaps between them are as small as flaws. There six will do, or 17 of the
+// 24 around, as at the corner of a small hole. One of the surface that hangs together
 // with fewer than three is no surface where most neighbours have none, else it takes the mean of
 // their farthest layer; and so does one whose normal stands alone among neighbours that agree (where
 // two sheets graze each other). At rims a sample may lie between two layers and hang on none: one that
-// is farther than LINK from all four beside it counts as one with fewer than three, where particles
-// are large: of small ones a steep surface has such samples. Splash is left alone where a droplet may
-// be one sample. The border stays.
+// is farther than LINK from all four beside it counts as one with fewer than three. The border stays.
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
 // were listed, the next only where something around has changed in the round before. One work-item
@@ -74,7 +74,7 @@ inline int close_row(const int i, const int j, global const float* depth,
                      global const uchar* kind, global float* closed_depth,
                      global float* closed_normal, global int* closed_group,
                      global uchar* closed_kind, global uchar* change, const int2 samples,
-                     const float jump, const int large) {
+                     const float jump, const float large_until) {
   const int s = j * samples.x + i, n = samples.x * samples.y;
   const floatv none = (floatv)(0.0f);
   const intv zero = (intv)(0), one = (intv)(1);
@@ -82,11 +82,11 @@ inline int close_row(const int i, const int j, global const float* depth,
   const floatv column = (float)i + LANES;
   const intv empty = !(t < INFINITY);
   const intv inner = (column > 0.0f) & (column < (float)(samples.x - 1));
-  const intv eligible = inner & (empty | (intv)(-large) | (LOAD_BYTES(kind + s) != 2));
+  const intv eligible = inner & (empty | (t <= large_until));
   if (!ANY(eligible)) return 0;
 
   floatv far = none, near = (floatv)(INFINITY);
-  intv covered = zero, joined = zero, linked = (intv)(large - 1);
+  intv covered = zero, joined = zero, linked = zero;
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
     if (k == 4) continue;
@@ -115,8 +115,9 @@ inline int close_row(const int i, const int j, global const float* depth,
         LOADF(normal + s) * sx + LOADF(normal + n + s) * sy + LOADF(normal + 2 * n + s) * sz;
     if (!ANY(eligible & (agreement > 0.93f) & (along < (agreement - 0.03f) * size))) return 0;
   }
+  const intv large = far <= large_until;
   intv around = zero;
-  if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & (covered < 6))) {
+  if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & large & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
       around += SELECT(zero, one,
                        load_from(depth, s + (k / 5 - 2) * samples.x + k % 5 - 2) < INFINITY);
@@ -148,7 +149,8 @@ inline int close_row(const int i, const int j, global const float* depth,
                      (along < (agreement - 0.03f) * size);
   const intv speck = !empty & ((joined < 3) | !linked);
   const intv goes = eligible & speck & (covered < 5);
-  const intv wants = SELECT(speck | alone, (covered >= 6) | (around >= 17), empty);
+  const intv hole = (covered >= 7) | (large & ((covered >= 6) | (around >= 17)));
+  const intv wants = SELECT(speck | alone, hole, empty);
   const intv takes = eligible & !goes & wants & (count >= SELECT((intv)(3), one, empty)) &
                      (size > 0.0f);
   if (!ANY(goes | takes)) return 0;
@@ -182,12 +184,13 @@ inline int close_block(const int2 block, global const float* depth, global const
                        global const int* group, global const uchar* kind,
                        global float* closed_depth, global float* closed_normal,
                        global int* closed_group, global uchar* closed_kind, global uchar* change,
-                       const int2 samples, const float jump, const int large) {
+                       const int2 samples, const float jump,
+                       const float large_until) {
   const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
   int changing = 0;
   for (int j = max(first, 1); j < min(first + BLOCK_ROWS, samples.y - 1); ++j)
     if (close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
-                  closed_kind, change, samples, jump, large))
+                  closed_kind, change, samples, jump, large_until))
       changing |= 1 << (j - first);
   for (int j = first; changing && j < min(first + BLOCK_ROWS, samples.y); ++j)
     if (!(changing >> (j - first) & 1))
@@ -218,7 +221,7 @@ kernel void close_specks(SHOWN(const, ),
         (how.round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
                     : changed_near(changed, block, blocks, stride)))
       changing = close_block(block, depth, normal, group, kind, closed_depth, closed_normal,
-                             closed_group, closed_kind, change, samples, how.jump, how.large);
+                             closed_group, closed_kind, change, samples, how.jump, how.large_until);
     changes[block.y * stride + block.x] = changing != 0;
   }
 }

@@ -86,7 +86,7 @@ struct Closing {
       const native::Specks input{
           depth.data(),      normal.data(),    group.data(),    kind.data(),   new_depth.data(),
           new_normal.data(), new_group.data(), new_kind.data(), change.data(), changed.data(),
-          changes.data(),    grid.nx,          grid.ny,         3.0f};
+          changes.data(),    grid.nx,          grid.ny,         3.0f,          2.0f};
       workers.run(rows, 8, [&](std::size_t begin, std::size_t end) {
         native::close_specks(input, begin, end);
       });
@@ -121,7 +121,7 @@ Case prepare_specks(Frame& frame) {
                 upload(device, maps.group),
                 filled<float>(device, maps.depth.size(), 0.0f),
                 upload(device, maps.kind)};
-    close_specks(device, *surface, blocks_of(device, maps.grid, true), 0);
+    close_specks(device, *surface, blocks_of(device, maps.grid, true), kNoSurface);
   };
   result.reset_native = [closing] { closing->reset(); };
   result.native = [closing](Workers& workers) { closing->run(workers); };

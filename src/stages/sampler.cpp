@@ -153,7 +153,7 @@ SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const
   sample_front(canvas, coarsest, listed);
   sample_behind(canvas, listed);
   clock.start("specks");
-  close_specks(device, canvas.surface, listed, sampler.least_radius);
+  close_specks(device, canvas.surface, listed, large_particles_until(view, grid));
   if (sampler.params.fairing > 0) {
     clock.start("fairing");
     fair_normals(device, view, canvas.surface, sampler.params.fairing);

@@ -17,10 +17,9 @@ struct Closed {
 }  // namespace
 
 void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlocks& listed,
-                  double least_radius) {
+                  double large_until) {
   constexpr int kRounds = 4;
-  constexpr float kJump = 3;    // particle radii
-  constexpr double kLarge = 2;  // samples of a particle's radius: its droplet is not one sample
+  constexpr float kJump = 3;  // particle radii
   const SampleGrid& grid = surface.grid;
   const std::size_t n = grid.size();
   constexpr int kBlockRows = 8;  // as in specks.cl
@@ -38,13 +37,18 @@ void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlo
   auto more_changes =
       allocate<cl_uchar>(device, static_cast<std::size_t>(blocks.stride) * range.ny);
   for (int round = 0; round < kRounds; ++round) {
-    const records::Closing how{blocks, round, kJump, least_radius >= kLarge * grid.step};
+    const records::Closing how{blocks, round, kJump, static_cast<float>(large_until)};
     launch(device, kernels::close_specks, width, range, surface, closed, change, changed, changes,
            how);
     launch(device, kernels::apply_closed, width, range, closed, change, changes, surface, blocks);
     changed = changes;
     std::swap(changes, more_changes);
   }
+}
+
+double large_particles_until(const View& view, const SampleGrid& grid) {
+  constexpr double kLarge = 2;  // samples
+  return depth_of_radius(view, kLarge * static_cast<double>(grid.step));
 }
 
 }  // namespace meniscus

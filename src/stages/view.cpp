@@ -75,4 +75,10 @@ Vec3d eye_from_world(const View& view, const Vec3d& world) {
          view.shift;
 }
 
+double depth_of_radius(const View& view, double pixels) {
+  const double w = std::min(view.u_scale, view.v_scale) / pixels;
+  if (view.orthographic) return view.w_row[3] <= w ? INFINITY : 0;
+  return std::max((w - view.w_row[3]) / -view.w_row[2], 0.0);
+}
+
 }  // namespace meniscus

@@ -78,4 +78,8 @@ inline Vec3d world_from_eye(const View& view, const Vec3d& eye) {
 }
 Vec3d eye_from_world(const View& view, const Vec3d& world);
 
+/// The depth (particle radii) up to which a particle's radius spans `pixels`; infinity or 0 where
+/// it spans as many at every depth.
+double depth_of_radius(const View& view, double pixels);
+
 }  // namespace meniscus

@@ -174,7 +174,7 @@ Finding read_records(Device& device) {
        {static_cast<cl_uint>(a.only_gaps), std::bit_cast<cl_uint>(a.screen.rays.dy_v),
         std::bit_cast<cl_uint>(c.height), std::bit_cast<cl_uint>(c.w_row[3]),
         static_cast<cl_uint>(d.own), std::bit_cast<cl_uint>(f.height_growth),
-        std::bit_cast<cl_uint>(f.model.ridge_gain), static_cast<cl_uint>(g.large),
+        std::bit_cast<cl_uint>(f.model.ridge_gain), std::bit_cast<cl_uint>(g.large_until),
         static_cast<cl_uint>(g.blocks.stride)})
     expected.push_back(value);
   const auto words = filled<cl_uint>(device, expected.size(), 0u);

@@ -78,6 +78,19 @@ TEST_P(ViewTest, DirectionsTurnWithTheView) {
   EXPECT_NEAR(length((b - a) / view_.radius - turned), 0, kTolerance);
 }
 
+TEST_P(ViewTest, AParticlesRadiusSpansAsManyPixelsAtTheDepthThatIsToldForThem) {
+  const double scale = std::min(view_.u_scale, view_.v_scale);
+  if (view_.orthographic) {
+    const double span = scale / project(view_, {0, 0, -9}).w;
+    EXPECT_EQ(depth_of_radius(view_, 0.99 * span), INFINITY);
+    EXPECT_EQ(depth_of_radius(view_, 1.01 * span), 0);
+    return;
+  }
+  for (const double pixels : {0.5, 2.0, 7.0})
+    EXPECT_NEAR(scale / project(view_, {0, 0, -depth_of_radius(view_, pixels)}).w, pixels,
+                kTolerance);
+}
+
 TEST_P(ViewTest, ParticlesOnTheNearPlaneAreAtNearDepth) {
   // The near plane is clip z = -w.
   const Vec3d world = world_from_eye(view_, {0, 0, -view_.near_depth});

@@ -72,8 +72,8 @@ struct Normals {
 /// Rows [begin, end).
 void depth_normals(const Normals& input, std::size_t begin, std::size_t end);
 
-/// One round of specks.cl: what changes, and the change. Sixteen values before and after each map
-/// may be read.
+/// One round of specks.cl, where all particles are large: what changes, and the change. Sixteen
+/// values before and after each map may be read.
 struct Specks {
   float *depth, *normal;
   std::int32_t* group;
@@ -84,7 +84,7 @@ struct Specks {
   const std::uint8_t* changed;
   std::uint8_t* changes;
   int nx, ny;
-  float jump;
+  float jump, link;
   int strips() const { return (nx + 7) / 8; }
 };
 /// Rows [begin, end).

@@ -26,27 +26,25 @@ bool close_strip(const Specks& in, int i, int j) {
   const float* const depth = in.depth + s;
   const float* const normal[3] = {in.normal + s, in.normal + n + s, in.normal + 2 * n + s};
   const Floats t = load(depth), column = static_cast<float>(i) + Floats{0, 1, 2, 3, 4, 5, 6, 7};
-  Ints kind;
-  for (int k = 0; k < 8; ++k) kind[k] = in.kind[s + k];
   const Ints empty = ~(t < kNone);
-  const Ints eligible =
-      (column > 0.0f) & (column < static_cast<float>(in.nx - 1)) & (empty | (kind != 2));
+  const Ints eligible = (column > 0.0f) & (column < static_cast<float>(in.nx - 1));
   if (!any(eligible)) return false;
   Floats far{}, near = Floats{} + kNone;
-  Ints covered{}, joined{}, around{};
+  Ints covered{}, joined{}, linked{}, around{};
   std::ptrdiff_t shift[8];
   for (int k = 0, m = 0; k < 9; ++k)
     if (k != 4) shift[m++] = (k / 3 - 1) * std::ptrdiff_t{in.nx} + k % 3 - 1;
   for (const std::ptrdiff_t to : shift) {
-    const Floats d = load(depth + to), apart = d - t;
+    const Floats d = load(depth + to), lower = d - t, apart = lower < 0.0f ? -lower : lower;
     const Ints there = d < kNone;
     covered -= there;
     far = there ? larger(far, d) : far;
     near = smaller(near, d);
-    joined -= there & ((apart < 0.0f ? -apart : apart) <= in.jump);
+    joined -= there & (apart <= in.jump);
+    if (to == 1 || to == -1 || to == in.nx || to == -in.nx) linked |= apart <= in.link;
   }
   if (!any(eligible & (~empty | (covered > 0)))) return false;
-  const Ints in_layer = ~empty & (covered == 8) & (joined >= 3) & (far - near <= in.jump);
+  const Ints in_layer = ~empty & (covered == 8) & (joined >= 3) & linked & (far - near <= in.jump);
   if (!any(eligible & ~in_layer)) {
     Floats sx{}, sy{}, sz{};
     for (const std::ptrdiff_t to : shift) {
@@ -81,7 +79,7 @@ bool close_strip(const Specks& in, int i, int j) {
   const Floats agreement = size / number;
   const Ints alone = (count >= 6) & (count == covered) & (agreement > 0.93f) &
                      (along < (agreement - 0.03f) * size);
-  const Ints speck = ~empty & (joined < 3);
+  const Ints speck = ~empty & ((joined < 3) | ~linked);
   const Ints goes = eligible & speck & (covered < 5);
   const Ints wants = empty ? (covered >= 6) | (around >= 17) : speck | alone;
   const Ints takes =

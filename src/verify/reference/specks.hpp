@@ -30,9 +30,9 @@ inline Closing closing_of(const SurfaceMap& map) {
 }
 
 /// One round. `jump`: depths that differ by more do not hang together; depths are below `farthest`.
-/// Where particles are large, splash is treated alike, and a sample farther than `link` from all
-/// four beside it is a speck.
-inline Closing close_once(const Closing& before, double jump, double link, bool large,
+/// Up to depth `large_until` particles are large: a sample farther than `link` from all four beside
+/// it is a speck. Farther away samples without surface alone change.
+inline Closing close_once(const Closing& before, double jump, double link, double large_until,
                           double farthest) {
   Closing after = before;
   const int nx = before.nx;
@@ -43,12 +43,19 @@ inline Closing close_once(const Closing& before, double jump, double link, bool 
     for (int i = 1; i + 1 < nx; ++i) {
       const int s = j * nx + i;
       const bool empty = !there(s);
-      if (!empty && !large && before.kind[s] == Kind::splash) continue;
       std::vector<int> around;  // row by row
       for (int y = -1; y <= 1; ++y)
         for (int x = -1; x <= 1; ++x)
           if ((x != 0 || y != 0) && there(s + y * nx + x)) around.push_back(s + y * nx + x);
       bool doubt = before.in_doubt[s];
+      const auto is_large = [&](double depth) {
+        doubt = doubt || std::abs(depth - large_until) < close_call;
+        return depth <= large_until;
+      };
+      if (!empty && !is_large(before.depth[s])) {
+        after.in_doubt[s] = doubt;
+        continue;
+      }
       int within_two = 0;
       for (int y = -2; y <= 2; ++y)
         for (int x = -2; x <= 2; ++x) {
@@ -60,14 +67,14 @@ inline Closing close_once(const Closing& before, double jump, double link, bool 
       const auto covered = static_cast<int>(around.size());
       double farthest_around = 0;
       int joined = 0;
-      bool linked = !large;
+      bool linked = false;
       for (const int k : around) {
         farthest_around = std::max(farthest_around, before.depth[k]);
         if (empty) continue;
         const double apart = std::abs(before.depth[k] - before.depth[s]);
         joined += apart <= jump;
         doubt = doubt || std::abs(apart - jump) < close_call;
-        if (!large || (std::abs(k - s) != 1 && std::abs(k - s) != nx)) continue;
+        if (std::abs(k - s) != 1 && std::abs(k - s) != nx) continue;
         linked = linked || apart <= link;
         doubt = doubt || std::abs(apart - link) < close_call;
       }
@@ -97,7 +104,8 @@ inline Closing close_once(const Closing& before, double jump, double link, bool 
       const bool corner =
           empty && i > 1 && j > 1 && i + 2 < nx && j + 2 < before.ny && within_two >= 17;
       const bool goes = speck && covered < 5;
-      const bool wants = empty ? covered >= 6 || corner : speck || alone;
+      const bool hole = covered >= 7 || (is_large(farthest_around) && (covered >= 6 || corner));
+      const bool wants = empty ? hole : speck || alone;
       const bool takes = !goes && wants && count >= (empty ? 1 : 3) && length(sum) > 0;
       after.in_doubt[s] = doubt;
       if (!goes && !takes) continue;
