@@ -226,7 +226,8 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   const KeptTriangles triangles = upload_triangles(device, mesh);
   Backdrop of_image;  // drawn while the host is at the fits' records
   if (params.image)
-    of_image = draw_backdrop(device, view, on_screen, triangles, pixel_grid(view), params);
+    of_image = draw_backdrop(device, view, on_screen, triangles, pixel_grid(view),
+                             shell.least_radius, params);
 
   // 2.3: a quadric around each seed.
   clock.start("fit");
@@ -252,9 +253,10 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
                                params.aovs.group || params.aovs.residual, clock);
   if (params.mesh) {
     const SampleGrid grid = node_grid(view, params.grid.cell);
-    const SurfaceBuffers surface =
-        sample_grid(sampler, grid, draw_backdrop(device, view, on_screen, triangles, grid, params),
-                    false, clock);
+    const SurfaceBuffers surface = sample_grid(
+        sampler, grid,
+        draw_backdrop(device, view, on_screen, triangles, grid, shell.least_radius, params), false,
+        clock);
     clock.start("mesh");  // 2.5
     const SurfaceMap nodes = download(device, surface);
     result.mesh = make_mesh(view, nodes, cut_silhouettes(sampler, nodes), params.grid);

@@ -14,7 +14,11 @@
 namespace meniscus {
 namespace {
 
-constexpr int kBehind = 2;       // layers behind the front one
+// How often a sample looks behind the front one, for a layer or particles whose surface it passes
+// by. In close-ups, from so many samples of a particle's radius on, a third look is needed: what
+// two have missed is too large for close_specks() there.
+constexpr int kLooks = 2, kLooksCloseUp = 3;
+constexpr double kCloseUp = 6;
 constexpr double kLayerGap = 3;  // particle radii between two layers
 // The levelled field lies one radius outside the particles, a little more between two.
 constexpr float kBehindFootprint = 1.4f;  // particle radii
@@ -85,14 +89,14 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
       list_gaps(s.device, canvas.grid, open, canvas.on.fronts.occupied, listed, kLayerGap);
   const DiscsBehind discs = list_discs(s.device, s.body, {{kBehindFootprint, 1.0f}}, found);
   SampleLists lists = found.lists;
-  for (int layer = 0; layer < kBehind; ++layer) {
+  for (std::size_t layer = 0; layer < canvas.on.behind.size(); ++layer) {
     canvas.clock.start("behind");
     // By minima all open samples are asked for, which alone can have a reference.
     if (draws_by_minima(s.device))
       lists = layer == 0 ? found.lists : found.again;
     else if (layer > 0)
       lists = keep_samples(s.device, lists, open, depth);
-    const Buffer<float>& reference = canvas.on.behind[static_cast<std::size_t>(layer)];
+    const Buffer<float>& reference = canvas.on.behind[layer];
     splat_behind(s.device, discs, lists, open, kLayerGap, reference);
     if (vectors_are_filled(s.device)) lists = keep_samples(s.device, lists, reference, depth);
     show_layer(canvas, lists, reference);
@@ -106,33 +110,36 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
 }  // namespace
 
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
-                       const KeptTriangles& triangles, const SampleGrid& grid,
+                       const KeptTriangles& triangles, const SampleGrid& grid, double least_radius,
                        const Parameters& params) {
   const std::size_t n = grid.size(), blocks = blocks_in(grid);
   const bool by_minima = draws_by_minima(device);
+  const bool close_up = least_radius >= kCloseUp * static_cast<double>(grid.step);
   // What becomes the surface lies between what begins as kNoSurface and as 0, and outside of these
   // what only minima need filled.
-  using Maps = Together<float, float, float, float, float, float, float, float, cl_uchar, cl_int,
-                        cl_int, cl_uchar, float>;
-  static_assert(kBehind == 2);
-  const Maps maps(device,
-                  {n, n, n, n, by_minima ? n : 0, n, n, 3 * n, n, blocks, blocks, blocks, n});
+  using Maps = Together<float, float, float, float, float, float, float, float, float, cl_uchar,
+                        cl_int, cl_int, cl_uchar, float>;
+  static_assert(kLooks == 2 && kLooksCloseUp == 3);
+  const std::size_t seconds = by_minima ? n : 0, thirds = by_minima && close_up ? n : 0;
+  const Maps maps(device, {n, n, n, n, seconds, thirds, n, n, 3 * n, n, blocks, blocks, blocks, n});
   if (by_minima) {
-    maps.fill_some<0, 6>(device, kNoSurface);
-    maps.fill_some<8, 12>(device, 0);
+    maps.fill_some<0, 7>(device, kNoSurface);
+    maps.fill_some<9, 13>(device, 0);
   } else {
-    maps.fill_some<5, 6>(device, kNoSurface);
-    maps.fill_some<8, 11>(device, 0);
+    maps.fill_some<6, 7>(device, kNoSurface);
+    maps.fill_some<9, 12>(device, 0);
   }
-  const auto& [front, kept, from, first, second, open, depth, normal, kind, occupied, of_splash,
-               listed, to] = maps.parts;
+  const auto& [front, kept, from, first, second, third, open, depth, normal, kind, occupied,
+               of_splash, listed, to] = maps.parts;
+  std::vector<Buffer<float>> behind{first, by_minima ? second : first};
+  if (close_up) behind.push_back(by_minima ? third : first);
   const Backdrop on{{front, occupied},
                     kept,
                     {from, to, of_splash},
                     listed,
                     open,
-                    {first, by_minima ? second : first},
-                    surface_of(device, grid, maps.some<6, float, float, cl_uchar>(device))};
+                    std::move(behind),
+                    surface_of(device, grid, maps.some<7, float, float, cl_uchar>(device))};
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
   splat_fronts(device, seen, grid, footprint, bulge, on.fronts);
   draw_triangles(device, view, triangles, grid, on.fronts.occupied, on.triangles);

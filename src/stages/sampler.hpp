@@ -38,13 +38,15 @@ struct Backdrop {
   Extent splash;                      // nothing yet
   ListedBlocks listed;                // none
   Buffer<float> open;                 // nowhere
-  std::vector<Buffer<float>> behind;  // of each layer behind the front one: nothing
+  std::vector<Buffer<float>> behind;  // of each look behind the front layer: nothing
   SurfaceBuffers surface;             // none: for the samples
 };
 
 /// Draws the fronts of the seen particles and the triangles. Waits, but for atomic minima.
+///
+///   least_radius  of a particle on the screen, pixels
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
-                       const KeptTriangles& triangles, const SampleGrid& grid,
+                       const KeptTriangles& triangles, const SampleGrid& grid, double least_radius,
                        const Parameters& params);
 
 /// The surface at the samples of a grid where fronts or splash ask for it: first those of a

@@ -2,6 +2,7 @@
 // as on a GPU with memory of its own.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "device/device.hpp"
@@ -66,6 +67,34 @@ TEST_P(Commands, OfAFrameStayWithinTheirBudget) {
 
 INSTANTIATE_TEST_SUITE_P(Forms, Commands, testing::Values(kProcessor, kGpu),
                          [](const auto& test) { return test.param.name; });
+
+// The dam four times as large: from 6 pixels of a particle's radius on, samples look once more
+// behind the front layer.
+TEST_P(Commands, ACloseUpIsTheSameInBothForms) {
+  Device device;
+  if (!GetParam().own_memory && !device.state().is_in_place())
+    GTEST_SKIP() << "the device has memory of its own";
+  take_form(device, GetParam());
+  FrameInput dam = dam_frame();
+  Parameters parameters;
+  parameters.aovs = {true, false, false, false, false, false};
+  parameters.mesh = false;
+  const auto launches_of = [&](const FrameInput& frame, Surface& surface) {
+    surface = extract(device, frame.particles, frame.camera, parameters);  // builds the kernels
+    const CommandCounts before = device.state().counts;
+    surface = extract(device, frame.particles, frame.camera, parameters);
+    return device.state().counts.since(before).launches;
+  };
+  Surface surface;
+  const auto usual = launches_of(dam, surface);
+  for (const int k : {0, 5}) dam.camera.projection[static_cast<std::size_t>(k)] *= 4;
+  EXPECT_GT(launches_of(dam, surface), usual);
+  Device as_opened;
+  const Surface own = extract(as_opened, dam.particles, dam.camera, parameters);
+  EXPECT_EQ(surface.depth, own.depth);
+  EXPECT_TRUE(surface.normal == own.normal);
+  EXPECT_LT(*std::min_element(own.depth.begin(), own.depth.end()), 1e9f) << "nothing is in view";
+}
 
 class GpuForm : public testing::TestWithParam<Method> {};
 
