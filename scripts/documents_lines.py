@@ -77,6 +77,8 @@ SMALLER = {
         "meniscus-accuracy --method fit fit+disorder=0 groups --scene sphere --seeds 1001 --noise .29", 2, "minutes, and splashsurf"),
     "meniscus-accuracy --method fit fit+disorder=0 ssm bilateral anisotropic --scene box,waves,capsules,crown,jet --seeds 1 --noise .1": (
         "meniscus-accuracy --method fit --scene box --seeds 1 --noise .1", 2, "minutes"),
+    "meniscus-accuracy --series spacing --scene violent --seeds 1001 --method fit ssm anisotropic": (
+        "meniscus-accuracy --series spacing --scene sphere --seeds 1001 --method fit", 3, "minutes"),
     "meniscus-accuracy --method fit --scene box,waves,capsules,crown --noise .29": (
         "meniscus-accuracy --method fit --scene box --seeds 1 --noise .29", 2, "half a minute"),
     "meniscus-accuracy --scene violent --seeds 1": ("meniscus-accuracy --scene crown --seeds 1 --method fit,ssm", 8, "minutes"),

@@ -35,7 +35,7 @@ std::vector<Series> make_series() {
        {{"inside", [](Setup& s) { s.filling = Filling::lattice; }},
         {"deep", [](Setup& s) { s.filling = Filling::deep_lattice; }}}},
       {"spacing", "pixels per s at the target",
-       each_of({"3", "5", "8", "12", "20", "40"}, "pixels",
+       each_of({"2", "3", "5", "8", "12", "20", "40"}, "pixels",
                [](Setup& s, double scale) { s.scale = scale; })},
       {"orthographic",
        "orthographic cameras",
