@@ -39,8 +39,8 @@ TEST(AccuracySeries, EachSettingChangesWhatItIsNamedFor) {
   EXPECT_EQ(changed("noise", 5).noise, 0.29);
   EXPECT_EQ(changed("lattice", 0).filling, Filling::lattice);
   EXPECT_EQ(changed("lattice", 1).filling, Filling::deep_lattice);
-  EXPECT_EQ(changed("spacing", 0).scale, 3);
-  EXPECT_EQ(changed("spacing", 5).scale, 40);
+  EXPECT_EQ(changed("spacing", 0).scale, 2);
+  EXPECT_EQ(changed("spacing", 6).scale, 40);
   EXPECT_TRUE(changed("orthographic", 0).orthographic);
   EXPECT_LT(changed("wide", 0).distance, 1);
   EXPECT_GT(changed("narrow", 0).distance, 1);
