@@ -193,7 +193,7 @@ RECORD(Blocks) {
 RECORD(Closing) {
   Blocks blocks;
   int round;
-  float jump;  // particle radii
+  float jump;         // particle radii
   float large_until;  // depth up to which a particle's radius spans some samples, particle radii
 };
 

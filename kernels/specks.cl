@@ -2,13 +2,15 @@
 //
 // A sample hangs together with those of its eight neighbours whose depths differ by at most `jump`.
 // One without surface takes the mean of their farthest layer when at least seven of them have surface.
-// The rest is for particles whose radius spans some samples, up to depth `large_until`: of smaller
-// ones drops, arms and the gaps between them are as small as flaws. There six will do, or 17 of the
-// 24 around, as at the corner of a small hole. One of the surface that hangs together
-// with fewer than three is no surface where most neighbours have none, else it takes the mean of
-// their farthest layer; and so does one whose normal stands alone among neighbours that agree (where
-// two sheets graze each other). At rims a sample may lie between two layers and hang on none: one that
-// is farther than LINK from all four beside it counts as one with fewer than three. The border stays.
+// No more is done where particles are small, beyond depth `large_until`: drops, arms and the gaps
+// between them are as small as flaws there.
+//
+// Up to that depth six with surface are enough, or 17 of the 24 around, as at the corner of a small
+// hole. A sample of the surface that hangs together with fewer than three is no surface where most
+// neighbours have none, else it takes the mean of their farthest layer; and so does one whose normal
+// stands alone among neighbours that agree (where two sheets graze each other). At rims a sample may
+// lie between two layers and hang on none: one that is farther than LINK from all four beside it
+// counts as one with fewer than three. The border stays.
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
 // were listed, the next only where something around has changed in the round before. One work-item

@@ -14,10 +14,9 @@
 namespace meniscus {
 namespace {
 
-// How often a sample looks behind the front one, for a layer or particles whose surface it passes
+// Samples look behind the front layer twice: a look may find particles whose surface the ray passes
 // by. In close-ups, from so many samples of a particle's radius on, a third look is needed: what
 // two have missed is too large for close_specks() there.
-constexpr int kLooks = 2, kLooksCloseUp = 3;
 constexpr double kCloseUp = 6;
 constexpr double kLayerGap = 3;  // particle radii between two layers
 // The levelled field lies one radius outside the particles, a little more between two.
@@ -119,7 +118,6 @@ Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& s
   // what only minima need filled.
   using Maps = Together<float, float, float, float, float, float, float, float, float, cl_uchar,
                         cl_int, cl_int, cl_uchar, float>;
-  static_assert(kLooks == 2 && kLooksCloseUp == 3);
   const std::size_t seconds = by_minima ? n : 0, thirds = by_minima && close_up ? n : 0;
   const Maps maps(device, {n, n, n, n, seconds, thirds, n, n, 3 * n, n, blocks, blocks, blocks, n});
   if (by_minima) {

@@ -152,9 +152,9 @@ TEST(FitAccuracyOverAllScenes, IsAsPromised) {
   EXPECT_GE(mean(&Figures::iou), 0.989);
 }
 
-// At 3 pixels per s gaps between drops and holes in sheets are a few pixels large, and are no
-// flaws: where such gaps were closed, outlines were .13 s off. At 40, what two looks behind the
-// front layer miss is as large: crown had three holes.
+// At 3 pixels per s gaps between drops are a few pixels large, and are no flaws: where such gaps
+// were closed, gate's outline was .095 s off. At 40, what two looks behind the front layer miss is
+// as large: crown had three holes.
 TEST(FitAccuracyFarAwayAndCloseUp, KeepsGapsAndHasNoHoles) {
   Device device;
   Parameters parameters;
