@@ -82,7 +82,7 @@ class Reader {
     const auto line = next();
     if (!line)
       fail(file_, cursor_.place(),
-           std::string("the file ends here, wanted ") + what + " (truncated?)");
+           std::string("the file ends here, wanted ").append(what).append(" (truncated?)"));
     return *line;
   }
   std::string_view only_word(const char* what) {

@@ -1,6 +1,8 @@
 #include "failing_call.hpp"
 
+#ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
+#endif
 #include <CL/cl.h>
 #include <dlfcn.h>
 
@@ -119,11 +121,10 @@ std::string failed_call() { return calls().failed; }
 using meniscus::test::turn;
 
 // A call that returns how it went. `usual` is what it most likely fails with.
-#define CODE(name, usual, queue, parameters, arguments)                        \
-  extern "C" cl_int name parameters {                                          \
-    if (const cl_int error = turn(#name, usual, queue); error != CL_SUCCESS)   \
-      return error;                                                            \
-    return meniscus::test::next(&name, #name) arguments;                       \
+#define CODE(name, usual, queue, parameters, arguments)                                    \
+  extern "C" cl_int name parameters {                                                      \
+    if (const cl_int error = turn(#name, usual, queue); error != CL_SUCCESS) return error; \
+    return meniscus::test::next(&name, #name) arguments;                                   \
   }
 
 // A call that returns an object, or none and how it went through `errcode`.
@@ -195,8 +196,7 @@ CODE(clSetKernelArg, CL_OUT_OF_RESOURCES, nullptr,
      (cl_kernel kernel, cl_uint index, size_t size, const void* value),
      (kernel, index, size, value))
 CODE(clSetMemObjectDestructorCallback, CL_OUT_OF_HOST_MEMORY, nullptr,
-     (cl_mem buffer, void(CL_CALLBACK* notify)(cl_mem, void*), void* user),
-     (buffer, notify, user))
+     (cl_mem buffer, void(CL_CALLBACK* notify)(cl_mem, void*), void* user), (buffer, notify, user))
 CODE(clEnqueueFillBuffer, CL_OUT_OF_RESOURCES, queue,
      (cl_command_queue queue, cl_mem buffer, const void* pattern, size_t pattern_size,
       size_t offset, size_t size, cl_uint n, const cl_event* wait, cl_event* event),

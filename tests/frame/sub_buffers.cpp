@@ -1,6 +1,8 @@
 #include "frame/sub_buffers.hpp"
 
+#ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
+#endif
 #include <CL/cl.h>
 #include <dlfcn.h>
 
