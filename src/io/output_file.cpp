@@ -4,6 +4,7 @@
 #include <sys/file.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,31 +27,38 @@ namespace {
 
 constexpr std::size_t kBufferSize = std::size_t{1} << 20;
 
-// The registry of temporary names. A signal handler may read it at any moment, so that a name is
-// complete before its slot becomes `pending`. Files beyond the last slot are written all the same;
-// only a signal leaves them behind.
-enum SlotState : int { kFree, kTaken, kPending };
+// The registry of temporary names. A signal handler may read it at any moment: a slot is `taken`
+// before its name is whole, `making` before its file is there for certain, and `pending` then.
+// Files beyond the last slot are written all the same; only a signal leaves them behind.
+enum SlotState : int { kFree, kTaken, kMaking, kPending };
 struct Slot {
   std::atomic<int> state{kFree};
   char name[PATH_MAX];
 };
 static_assert(std::atomic<int>::is_always_lock_free, "the signal handler must not wait");
 std::array<Slot, 64> slots;
+std::atomic<bool> ending{false};  // the files are being removed, for the process ends
 
-int register_pending(const std::string& name) {
+int take_slot(const std::string& name) {
   if (name.size() >= PATH_MAX) return -1;
   for (std::size_t k = 0; k < slots.size(); ++k) {
     int expected = kFree;
     if (!slots[k].state.compare_exchange_strong(expected, kTaken)) continue;
     std::memcpy(slots[k].name, name.c_str(), name.size() + 1);
-    slots[k].state = kPending;
+    slots[k].state = kMaking;
     return static_cast<int>(k);
   }
   return -1;
 }
 
-void release(int slot) {
-  if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = kFree;
+void set_state(int slot, SlotState state) {
+  if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = state;
+}
+
+// A file that is made when the others are gone already would be left behind.
+[[noreturn]] void wait_for_the_end(int slot) {
+  set_state(slot, kFree);
+  for (;;) pause();
 }
 
 std::uint64_t random_bits() {
@@ -174,15 +182,17 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(behind_li
     std::snprintf(number, sizeof number, "%ld-%016llx.tmp", static_cast<long>(getpid()),
                   static_cast<unsigned long long>(random_bits()));
     temporary_ = folder + "/" + own_prefix() + number;
-    slot_ = register_pending(temporary_);
+    slot_ = take_slot(temporary_);
+    if (ending) wait_for_the_end(slot_);
     descriptor_ =
         open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, kept.value_or(0666));
+    if (descriptor_ >= 0) set_state(slot_, kPending);
     // The lock says that the file is in use, see remove_abandoned_outputs().
     if (descriptor_ >= 0 && lock(descriptor_)) break;
     const int error = descriptor_ >= 0 ? EEXIST : errno;
     if (descriptor_ >= 0) close(descriptor_);
     descriptor_ = -1;
-    release(slot_);
+    set_state(slot_, kFree);
     slot_ = -1;
     if (error != EEXIST || attempt == 16) fail(error);
   }
@@ -194,7 +204,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(behind_li
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) close(descriptor_);
   if (!temporary_.empty()) unlink(temporary_.c_str());
-  release(slot_);
+  set_state(slot_, kFree);
 }
 
 void OutputFile::write_beyond(const char* bytes, std::size_t size) {
@@ -287,8 +297,15 @@ void remove_abandoned_outputs(const std::string& path) {
 }
 
 void remove_pending_outputs() noexcept {
-  for (Slot& slot : slots)
-    if (slot.state == kPending) unlink(slot.name);
+  ending = true;
+  for (Slot& slot : slots) {
+    // A file that is being made is there in a moment, but for one of the thread that this has
+    // interrupted, or on a disk that hangs.
+    const auto is_making = [&] { return slot.state == kTaken || slot.state == kMaking; };
+    constexpr timespec kMoment{0, 1'000'000};
+    for (int waited = 0; is_making() && waited < 500; ++waited) nanosleep(&kMoment, nullptr);
+    if (slot.state >= kMaking) unlink(slot.name);
+  }
 }
 
 }  // namespace meniscus

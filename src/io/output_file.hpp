@@ -81,8 +81,8 @@ std::string cannot_be_written(const std::string& path, int error);
 /// not been written for an hour either, since not every shared file system shares its locks.
 void remove_abandoned_outputs(const std::string& path);
 
-/// Removes the temporary files of all OutputFiles that are not committed. Async-signal-safe: for
-/// the handler of SIGINT or SIGTERM, which ends the process afterwards.
+/// Removes the temporary files of all OutputFiles that are not committed, for the process to end:
+/// who makes another one waits for ever. Async-signal-safe.
 void remove_pending_outputs() noexcept;
 
 }  // namespace meniscus

@@ -8,8 +8,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
@@ -192,6 +195,29 @@ TEST(OutputFile, ASignalHandlerRemovesPendingFiles) {
   EXPECT_THAT(folder.entries(), ElementsAre("done"));
   close(ready[0]);
   close(ready[1]);
+}
+
+// Other threads go on for a moment when a signal has come.
+TEST(OutputFile, NoneIsLeftByThreadsThatMakeFilesWhileASignalEndsTheProcess) {
+  const TemporaryFolder folder;
+  for (int time = 0; time < 20; ++time) {
+    const pid_t child = fork();
+    if (child == 0) {
+      std::atomic<int> made{0};
+      for (int thread = 0; thread < 3; ++thread)
+        std::thread([&] {
+          for (;; ++made) OutputFile file(folder / "file");
+        }).detach();
+      while (made < 10) std::this_thread::yield();
+      remove_pending_outputs();
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_EQ(status, 0);
+    ASSERT_THAT(folder.entries(), IsEmpty()) << "time " << time;
+  }
 }
 
 TEST(OutputFile, ManyFilesAtOnce) {
