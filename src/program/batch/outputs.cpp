@@ -1,5 +1,6 @@
 #include "program/batch/outputs.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -24,13 +25,18 @@ fs::path canonical(const std::string& path) {
 
 }  // namespace
 
+bool is_mesh(const std::string& path) {
+  const std::string ending = lower_case(fs::path(path).extension().string());
+  const auto endings = {".ply", ".vtp", ".glb", ".obj", ".stl"};
+  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+}
+
 OutputKind kind_of(const std::string& path) {
   const fs::path lower = lower_case(path);
   const std::string ending = lower.extension().string();
   if (ending == ".exr")
     return lower.stem().extension() == ".deep" ? OutputKind::deep : OutputKind::exr;
-  for (const char* mesh : {".ply", ".vtp", ".glb", ".obj", ".stl"})
-    if (ending == mesh) return OutputKind::mesh;
+  if (is_mesh(path)) return OutputKind::mesh;
   if (ending == ".png") return OutputKind::png;
   if (path == "-")
     throw InvalidArgument(

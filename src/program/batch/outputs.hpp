@@ -13,6 +13,9 @@ namespace meniscus {
 
 enum class OutputKind { exr, deep, mesh, png };
 
+/// Whether a file of this name holds a mesh, by its ending.
+bool is_mesh(const std::string& path);
+
 /// By the ending, which is .deep.exr of deep. Throws InvalidArgument.
 OutputKind kind_of(const std::string& path);
 

@@ -86,7 +86,7 @@ int run_mesh(ExtractOptions options) {
     check(*options.closed);
     check(options.parameters);
     for (const std::string& path : options.outputs)
-      if (kind_of(path) != OutputKind::mesh)
+      if (path != "-" && !is_mesh(path))
         throw usage_error("output " + path +
                           ": a closed mesh is written as .ply, .vtp, .glb, .obj or .stl "
                           "(meniscus extract makes maps and pictures)");

@@ -117,6 +117,7 @@ TEST_F(ProgramMesh, OfALargeFrameIsTheSameInParts) {
 TEST_F(ProgramMesh, WhatCannotBeDoneIsOneLine) {
   write_particles("in.ply", block(3));
   expect_error(run({"mesh", "in.ply", "-o", "a.exr"}), 2, {"a.exr", ".ply", "meniscus extract"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.abc"}), 2, {"a.abc", "closed mesh", ".stl"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--cell", "0"}), 2, {"--cell", "0.1 to 4"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--memory", "0"}), 2, {"--memory"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--resume"}), 2, {"--resume", "sequences"});
