@@ -1,4 +1,5 @@
 // Meshes as PLY (binary little endian) and Wavefront OBJ; the others are in mesh_formats.cpp.
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cstring>
@@ -128,6 +129,10 @@ constexpr MeshFormat kFormats[] = {{".ply", OutputFormat::ply, write_ply},
                                    {".stl", OutputFormat::stl, write_stl}};
 
 }  // namespace
+
+bool is_mesh_ending(std::string_view ending) {
+  return std::ranges::any_of(kFormats, [&](const auto& format) { return ending == format.ending; });
+}
 
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job) {
   for (const MeshFormat& format : kFormats) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <string_view>
 
 #include "io/output_file.hpp"
 #include "meniscus/io.hpp"
@@ -15,6 +16,9 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
 
 void write_deep_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
                     const std::string& job = "");
+
+/// Whether write_mesh() knows an ending, such as ".ply"; in lower case.
+bool is_mesh_ending(std::string_view ending);
 
 /// The ending of the file's path says which: .ply, .vtp, .glb, .obj or .stl.
 void write_mesh(OutputFile& file, const Mesh& mesh, const std::string& job = "");

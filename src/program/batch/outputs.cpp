@@ -1,6 +1,5 @@
 #include "program/batch/outputs.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -26,9 +25,7 @@ fs::path canonical(const std::string& path) {
 }  // namespace
 
 bool is_mesh(const std::string& path) {
-  const std::string ending = lower_case(fs::path(path).extension().string());
-  const auto endings = {".ply", ".vtp", ".glb", ".obj", ".stl"};
-  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+  return is_mesh_ending(lower_case(fs::path(path).extension().string()));
 }
 
 OutputKind kind_of(const std::string& path) {
