@@ -170,13 +170,14 @@ WHERE_THERE_IS = {
     "examples/blender/build.sh build/wheels/meniscus_surface-*-cp311-*.whl meniscus_cache.zip": "python3.11",
 }
 
-# line: (script, what stands in it). The script is part of .ci/run.
+# line: (script, what stands in it). The script is part of .ci/run or .ci/nightly.
 ELSEWHERE = {
     "scripts/test.sh": (".ci/run", "part scripts/test.sh"),
-    "scripts/run_docs.py": (".ci/run", "part scripts/run_docs.py"),
-    "scripts/sanitized.sh": (".ci/run", "part scripts/sanitized.sh"),
-    "scripts/fuzz.sh build/asan": (".ci/run", "part scripts/fuzz.sh build/asan"),
-    "scripts/fuzz.sh": (".ci/run", "part scripts/fuzz.sh"),
+    "scripts/run_docs.py": (".ci/parts.sh", "part scripts/run_docs.py"),
+    "scripts/sanitized.sh": (".ci/nightly", "part scripts/sanitized.sh"),
+    "scripts/fuzz.sh build/asan": (".ci/nightly", "part scripts/fuzz.sh build/asan"),
+    "scripts/fuzz.sh": (".ci/nightly", "part scripts/fuzz.sh"),
+    "scripts/test.sh --long": (".ci/nightly", "part scripts/test.sh --long"),
     "scripts/check_outputs.sh build/release": (".ci/run", "part scripts/check_outputs.sh build/release"),
     "scripts/check_outputs.sh BUILD": (".ci/run", "part scripts/check_outputs.sh build/release"),
     "scripts/python_test.sh build/release": (".ci/run", "part scripts/python_test.sh build/release"),

@@ -8,7 +8,7 @@ Commands are the lines of README.md's and docs' blocks of shell lines, and what 
 begins with a program of ours, cmake, ctest or the like. Each runs as it stands, in the repository's root,
 with `meniscus` on the path and example frames under the names that documents use; it must end with exit
 code 0, or with the one that stands in documents_lines.py. That file also holds, in one place and with
-the reason, what runs with a smaller input, what other parts of .ci/run run, and what cannot run here. An
+the reason, what runs with a smaller input, what other parts of .ci/run and .ci/nightly run, and what cannot run here. An
 entry there that no document has any more is a fault.
 
 C++ and CMake blocks are built against the installed library and run. Python blocks run in
@@ -108,8 +108,8 @@ def plan(documents, faults):
                 never.append((name, number, command, f"{WHERE_THERE_IS[command]} is not installed"))
             elif command in ELSEWHERE:
                 script, text = ELSEWHERE[command]
-                if script not in (ROOT / ".ci" / "run").read_text() and script != ".ci/run":
-                    faults.append(f"{name}:{number}: {command}: .ci/run does not run {script}")
+                if not script.startswith(".ci/") and not any(script in (ROOT / ci).read_text() for ci in CI):
+                    faults.append(f"{name}:{number}: {command}: neither of {', '.join(CI)} runs {script}")
                 if text not in (ROOT / script).read_text():
                     faults.append(f"{name}:{number}: {command}: {script} has no {text}")
                 elsewhere.append((name, number, command, script))
@@ -131,16 +131,20 @@ def plan(documents, faults):
     return jobs, elsewhere, never
 
 
+CI = [".ci/run", ".ci/nightly"]
+
+
 def all_documents():
     return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
-def tools(build):
-    """An environment for what documents ask of pip and of Python, and the benchmarks' programs and
-    splashsurf, which several documents run, made once."""
+def tools(build, lines):
+    """An environment for what documents ask of pip and of Python; and where one of the lines is a
+    benchmark, the benchmarks' programs and splashsurf, which several documents run, made once."""
+    wanted = any(re.search(r"meniscus-accuracy|reading_bench|benchmarks/(accuracy|peers)|scripts/(accuracy|gallery|real_frames)", line) for line in lines)
     for command in ([ROOT / "benchmarks" / "peers" / "splashsurf.sh"],
                     ["cmake", "-S", ROOT, "-B", build, "-DMENISCUS_BUILD_BENCHMARKS=ON"],
-                    ["cmake", "--build", build, "--target", "meniscus_accuracy_program", "meniscus_reading_bench"]):
+                    ["cmake", "--build", build, "--target", "meniscus_accuracy_program", "meniscus_reading_bench"]) * wanted:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode:
             sys.exit("run_docs: what the benchmarks need cannot be made:\n" + done.stdout[-3000:])
@@ -179,7 +183,7 @@ def main():
         print("run_docs: no command was run: no overlay can be mounted in a name space here; run it as root, or "
               "where users may have name spaces", file=sys.stderr)
         return 3
-    home = tools(build)
+    home = tools(build, [instead for _, runs in jobs for _, _, instead, _ in runs])
     environment = dict(os.environ, PATH=f"{build}:{home}/bin:{os.environ['PATH']}", BUILD=str(build),
                        MENISCUS_CACHE_DIR=f"{ROOT}/build/docs-cache",  # tune writes there
                        OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
@@ -217,7 +221,7 @@ def main():
         outcomes = list(pool.map(document, jobs))
     shutil.rmtree(work, ignore_errors=True)
     faults += [fault for _, bad in outcomes for fault in bad]
-    print("run by other parts of .ci/run:")
+    print("run by other parts of .ci/run and .ci/nightly:")
     for name, number, command, script in elsewhere:
         print(f"       {name}:{number}: {command}  ({script})")
     print("not run here:")

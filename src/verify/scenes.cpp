@@ -63,9 +63,11 @@ Particles block() {
   Random random(7);
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j < 7; ++j)
-      for (int i = 0; i < 7; ++i)
-        add(particles, i + random(-.12, .12), j + random(-.12, .12),
-            (i < 4 ? 0 : -5) - k + random(-.2, .2));
+      for (int i = 0; i < 7; ++i) {
+        // Not as arguments: compilers differ in which one they work out first.
+        const double z = random(-.2, .2), y = random(-.12, .12), x = random(-.12, .12);
+        add(particles, i + x, j + y, (i < 4 ? 0 : -5) - k + z);
+      }
   add(particles, 8.4, 3.1, 0.5);
   add(particles, 1.2, 8.4, 2.1);
   add(particles, 1.9, 8.9, 2.2);
@@ -81,9 +83,9 @@ Particles heap(int count, unsigned seed, double spacing) {
   while (side * side * side < count) ++side;
   for (int n = 0; n < count; ++n) {
     const double half = 0.5 * (side - 1);
-    add(particles, spacing * (n % side - half + random(-.2, .2)),
-        spacing * (n / side % side - half + random(-.2, .2)),
-        spacing * (n / side / side - half + random(-.2, .2)));
+    const double z = random(-.2, .2), y = random(-.2, .2), x = random(-.2, .2);
+    add(particles, spacing * (n % side - half + x), spacing * (n / side % side - half + y),
+        spacing * (n / side / side - half + z));
   }
   return particles;
 }

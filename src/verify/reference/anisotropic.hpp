@@ -9,14 +9,9 @@
 
 #include "meniscus/parameters.hpp"
 #include "stages/project.hpp"
+#include "verify/reference/density.hpp"
 
 namespace meniscus::reference {
-
-/// The cubic spline of smoothing length 1: support 2, integral 1.
-inline double cubic_spline(double q) {
-  const double a = std::max(2 - q, 0.0), b = std::max(1 - q, 0.0);
-  return (a * a * a / 4 - b * b * b) / std::numbers::pi;
-}
 
 struct Kernel {
   Eigen::Vector3d centre;
@@ -73,15 +68,15 @@ inline Kernel shape_kernel(const Projected& particles, std::size_t i,
 }
 
 /// The field and its gradient at a point, and the sum of the gradient's terms' lengths.
-struct Field {
+struct AnisotropicField {
   double value = 0;
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   double terms = 0;
   int count = 0;
 };
 
-inline Field field_at(const std::vector<Kernel>& kernels, const Eigen::Vector3d& x) {
-  Field field;
+inline AnisotropicField field_at(const std::vector<Kernel>& kernels, const Eigen::Vector3d& x) {
+  AnisotropicField field;
   for (const Kernel& kernel : kernels) {
     const Eigen::Vector3d v = kernel.shape * (x - kernel.centre);
     const double q = v.norm(), scale = kernel.volume * kernel.shape.determinant();

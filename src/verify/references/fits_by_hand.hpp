@@ -61,8 +61,11 @@ inline GivenFits crowd(unsigned seed) {
     const Vec3d foot{random(-7, 7), random(-5, 5), random(-21, -19)};
     const Vec3d sides[] = {{-0.8, 0.1, 0.9}, {0.8, 0, 0.9}, {0.1, 0.9, 0.5}};
     const Vec3d scatter{random(-0.3, 0.3), random(-0.3, 0.3), random(-0.3, 0.3)};
-    scene.add(foot, hidden ? Vec3d{random(-1, 1), random(-1, 1), -0.7} : sides[k % 3] + scatter,
-              k % 11 == 0 ? 5e-4 : random(0.01, 1), random(-0.05, 0.1));
+    // One after the other: compilers differ in which argument of a call they work out first.
+    const double bend = random(-0.05, 0.1), visible = k % 11 == 0 ? 5e-4 : random(0.01, 1);
+    const Vec3d outward =
+        hidden ? Vec3d{random(-1, 1), random(-1, 1), -0.7} : sides[k % 3] + scatter;
+    scene.add(foot, outward, visible, bend);
     scene.fits.surface.back() = random(0, 1);
     scene.fits.support.back() = random(5, 10);
     scene.fits.roundness.back() = k % 3 == 0 ? random(0, 1) : 0;

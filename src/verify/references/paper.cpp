@@ -31,8 +31,9 @@ ReferenceErrors printed_case(Device& device, int size) {
   Groups groups;
   Quadrics quadrics;
   for (int k = 0; k < kGroups; ++k) {
-    groups.centre.push_back(
-        point_at(view, random(0.1, 0.9) * grid.nx, random(0.1, 0.9) * grid.ny, random(37, 39)));
+    const double depth = random(37, 39), v = random(0.1, 0.9) * grid.ny,
+                 u = random(0.1, 0.9) * grid.nx;
+    groups.centre.push_back(point_at(view, u, v, depth));
     groups.normal.push_back(normalized({random(-0.5, 0.5), random(-0.5, 0.5), 1}));
     groups.radius.push_back(random(3, 6));
     // Curvatures of up to 1/25 a radius in every direction, and as much twist.

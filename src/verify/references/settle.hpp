@@ -149,9 +149,9 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
     const double where = chance(0.3) ? 2 : chance(0.2) ? 4 : 0;
     const double trust = chance(0.25) ? 1 : chance(0.1) ? 0 : std::sqrt(random(0, 1));
     layer.trust[s] = static_cast<float>(where + trust);
-    const Vec3d normal = normalized(normalized(-ray.direction) +
-                                    Vec3d{random(-1, 1), random(-1, 1), random(-0.3, 0.3)} *
-                                        (chance(0.6) ? 0.4 : 3));
+    const double size = chance(0.6) ? 0.4 : 3;
+    const Vec3d off{random(-1, 1), random(-1, 1), random(-0.3, 0.3)};
+    const Vec3d normal = normalized(normalized(-ray.direction) + off * size);
     layer.normal[s] = static_cast<float>(normal.x);
     layer.normal[n + s] = static_cast<float>(normal.y);
     layer.normal[2 * n + s] = static_cast<float>(normal.z);

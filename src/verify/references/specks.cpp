@@ -26,9 +26,9 @@ SurfaceMap flawed(int nx, int ny) {
       const double rough = 0.3 + 0.2 * std::sin(0.23 * i);  // neighbours agree more or less
       const Vec3d normal = normalized(odd ? Vec3d{random(-1, 1), random(-1, 1), 0.4}
                                           : Vec3d{random(-rough, rough), random(-rough, rough), 1});
+      const double nearer = !gap && speck ? random(2, 9) : 0, off = gap ? 0 : random(-0.4, 0.4);
       map.depth.push_back(gap ? kNoSurface
-                              : static_cast<float>(deep - (speck ? random(2, 9) : 0) + 0.11 * i -
-                                                   0.07 * j + random(-0.4, 0.4)));
+                              : static_cast<float>(deep - nearer + 0.11 * i - 0.07 * j + off));
       map.normal.push_back(gap ? Vec3{} : static_cast<Vec3>(normal));
       map.group.push_back(gap ? -1 : (j * nx + i) % 97);
       map.kind.push_back(gap                         ? Kind::none
