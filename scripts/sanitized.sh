@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 build=$PWD/build/asan
 cmake --preset asan -DCMAKE_CXX_FLAGS_SANITIZE=-O0 -DMENISCUS_TOOLS=OFF
 cmake --build --preset asan --target \
-  meniscus_program library_test application_test io_test meniscus_fuzz
+  meniscus_program library_test application_test io_test host_rounding meniscus_fuzz
 # Left out: large files, which only take longer than small ones, and scripts that check sources.
 ctest --preset asan -j2 -L fast \
   -E '^(ExrReader.ReadsALarge|ContactSheet.ManyPicturesThatPackBadly|Docs|Scripts)'
