@@ -38,6 +38,9 @@ from documents_lines import BLOCKS, ELSEWHERE, EXIT_CODES, LONG, NEVER, PREPARE,
 PROGRAMS = r"meniscus(-accuracy)? .* ([-./'A-Z]|\d)|(scripts|examples|benchmarks)/[\w/]*\.(sh|py)|cmake |ctest |cpack |pip |" \
            r"python[.\d]* |mpirun |srun |make |\./host|oclgrind |apt-get |man |docker |spack "
 
+# Lines that need the benchmarks' programs or splashsurf.
+BENCHMARKS = r"meniscus-accuracy|reading_bench|benchmarks/(accuracy|peers)|scripts/(accuracy|gallery|real_frames)"
+
 
 def commands(document):
     """(line, command), each once, in the order of the document."""
@@ -141,10 +144,12 @@ def all_documents():
 def tools(build, lines):
     """An environment for what documents ask of pip and of Python; and where one of the lines is a
     benchmark, the benchmarks' programs and splashsurf, which several documents run, made once."""
-    wanted = any(re.search(r"meniscus-accuracy|reading_bench|benchmarks/(accuracy|peers)|scripts/(accuracy|gallery|real_frames)", line) for line in lines)
-    for command in ([ROOT / "benchmarks" / "peers" / "splashsurf.sh"],
-                    ["cmake", "-S", ROOT, "-B", build, "-DMENISCUS_BUILD_BENCHMARKS=ON"],
-                    ["cmake", "--build", build, "--target", "meniscus_accuracy_program", "meniscus_reading_bench"]) * wanted:
+    made = []
+    if any(re.search(BENCHMARKS, line) for line in lines):
+        made = [[ROOT / "benchmarks" / "peers" / "splashsurf.sh"],
+                ["cmake", "-S", ROOT, "-B", build, "-DMENISCUS_BUILD_BENCHMARKS=ON"],
+                ["cmake", "--build", build, "--target", "meniscus_accuracy_program", "meniscus_reading_bench"]]
+    for command in made:
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if done.returncode:
             sys.exit("run_docs: what the benchmarks need cannot be made:\n" + done.stdout[-3000:])
