@@ -125,7 +125,7 @@ FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& given
       find_neighbours(device, placed, fitted.index, found.index, params.fit.support);
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
   std::vector<float> roundness =
-      measure_roundness(device, placed, tried, around, trial, params.fit, params.blend);
+      measure_roundness(device, placed, tried, around, trial, params.fit, params.blend, disorder);
   if (scope.tried) roundness = values_of(fitted, tried, roundness);
   fluid.fits =
       fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit, scope.noise);

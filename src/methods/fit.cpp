@@ -232,9 +232,10 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   // 2.3: a quadric around each seed.
   clock.start("fit");
   const SurfaceParticles around = orient(frame, fluid, seen, shell);
-  const Seeds seeds = seeding.choose(frame, fluid, shell, around,
-                                     measure_roundness(device, fluid.particles, shell.rim, around,
-                                                       shell.trial, params.fit, params.blend));
+  const Seeds seeds =
+      seeding.choose(frame, fluid, shell, around,
+                     measure_roundness(device, fluid.particles, shell.rim, around, shell.trial,
+                                       params.fit, params.blend, params.disorder));
   ParticleFits fits = fit_particles(device, fluid.particles, seeds.places, around, seeds.neighbours,
                                     seeds.roundness, params.fit);
   if (!seeds.extent.empty()) weigh_groups(fits, seeds.places.tells, seeds.extent);

@@ -88,8 +88,8 @@ ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& 
       find_neighbours(device, known.particles, hidden.index, around.index, kTrialReach);
   const FitNeighbours neighbours =
       find_neighbours(device, known.particles, hidden.index, around.index, params.fit.support);
-  const std::vector<float> roundness =
-      measure_roundness(device, known.particles, hidden, around, trial, params.fit, params.blend);
+  const std::vector<float> roundness = measure_roundness(
+      device, known.particles, hidden, around, trial, params.fit, params.blend, params.disorder);
   return fit_particles(device, known.particles, hidden, around, neighbours, roundness, params.fit);
 }
 

@@ -19,8 +19,10 @@ constexpr std::size_t kSample = 1024, kFewest = 64;  // particles
 // Variations of the distances and of the density, from those of SPH to those of FLIP.
 constexpr double kEvenDistances = 0.065, kUnevenDistances = 0.265;
 constexpr double kEvenDensity = 0.085, kUnevenDensity = 0.195;
-constexpr double kDensityReach = 1.5;           // spacings
-constexpr double kStep = 0.5, kAtRest = 1.153;  // of relax(); the latter in spacings
+constexpr double kDensityReach = 1.5;  // spacings
+constexpr double kStep = 0.5;          // of relax()
+// Where forces vanish, spacings, from hardly irregular particles to those of FLIP.
+constexpr double kAtRest = 1.161, kAtRestIrregular = 1.153;
 // Who is near is looked up once, a little wider than forces reach, which are as good as nothing at
 // that distance.
 constexpr float kWider = 1.1f;
@@ -108,8 +110,9 @@ double disorder_of(const ParticleOrder& order) {
 
 void relax(Projected& particles, double spacing, double disorder) {
   const std::size_t n = particles.size();
+  const double rests = between(kAtRest, kAtRestIrregular, disorder) * spacing;
   const float reach = static_cast<float>(kRelaxReach / 2 * spacing), far = 1 / (reach * reach),
-              rest = static_cast<float>(1 / (kAtRest * kAtRest * spacing * spacing)),
+              rest = static_cast<float>(1 / (rests * rests)),
               step = static_cast<float>(kStep * disorder);
   std::vector<std::int32_t> all(n);
   std::iota(all.begin(), all.end(), 0);

@@ -20,6 +20,10 @@ constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.
 // two sheets follow says little: they follow a rounded edge, too; how badly they do says that there
 // are none. So their noise is higher.
 constexpr double kNoise = 0.002, kNoiseOfTwo = 0.02;
+// What irregular particles add to both squares is this times d (1 - d / 2), d the disorder, by
+// which they were evened out, too; and the least square of which it is taken (radii^2). Else noise,
+// which no surface follows, looks like two sheets.
+constexpr double kOfDisorder = 0.055, kOrderly = 0.011;
 // Where bends begin to tell, and which scores speak for one quadric. See docs/method.md for how
 // these were found.
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
@@ -98,7 +102,7 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
 std::vector<float> measure_roundness(Device& device, const Projected& projected,
                                      const Visible& seen, const SurfaceParticles& around,
                                      const FitNeighbours& neighbours, const FitParams& params,
-                                     const BlendParams& blend) {
+                                     const BlendParams& blend, double disorder) {
   const std::size_t count = seen.index.size();
   if (count == 0) return {};
   const Trials trials = make_trials(device, projected, seen, around, neighbours, params, blend);
@@ -124,6 +128,10 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
     const float *const toward = found.data<0>(), *const shares = found.data<1>(),
                        *const one = found.data<3>(), *const two = one + count,
                        *const bend = two + count;
+    const double noise = kOfDisorder * disorder * (1 - disorder / 2);
+    const auto orderly = [&](double square) {
+      return std::max(square - noise, std::min(square, kOrderly));
+    };
     std::vector<std::size_t> bucket_of(count);
     for (std::size_t p = 0; p < count; ++p) bucket_of[static_cast<std::size_t>(near.item[p])] = p;
     for (std::size_t k = 0; k < count; ++k) {
@@ -135,8 +143,8 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
       normal.push_back({toward[p], toward[count + p], toward[2 * count + p]});
       gate.push_back(static_cast<float>(bends));
       share.push_back(shares[p] * gate.back());
-      score.push_back(static_cast<float>(2 * logarithm(two[p] + kNoiseOfTwo) -
-                                         4 * logarithm(one[p] + kNoise) +
+      score.push_back(static_cast<float>(2 * logarithm(orderly(two[p]) + kNoiseOfTwo) -
+                                         4 * logarithm(orderly(one[p]) + kNoise) +
                                          1.5 * logarithm(bend[p] + kNoise)));
     }
   }
