@@ -37,9 +37,9 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells);
 double disorder_of(const ParticleOrder& order);
 
 /// Moves particles `spacing` apart, as far as `disorder` says. Each goes, kRelaxRounds times, by
-///   disorder / 2 sum_j (x - x_j) (1 - d^2 / 1.153^2) (1 - d^2 / 4)^4,   lengths in spacings.
-/// The distance 1.153, at which the force vanishes, is the one that keeps faces where they are
-/// (docs/method.md). Pixels stay those of where the particles were, see project_again().
+///   disorder / 2 sum_j (x - x_j) (1 - d^2 / q^2) (1 - d^2 / 4)^4,   lengths in spacings.
+/// The distance q, at which the force vanishes, keeps faces where they are: 1.161 to 1.153 by the
+/// disorder (docs/method.md). Pixels stay those of where the particles were, see project_again().
 void relax(Projected& particles, double spacing, double disorder);
 
 /// Relaxes particles as far as params.disorder says, which takes them to be two particle radii
