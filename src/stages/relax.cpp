@@ -110,9 +110,9 @@ double disorder_of(const ParticleOrder& order) {
 
 void relax(Projected& particles, double spacing, double disorder) {
   const std::size_t n = particles.size();
-  const double rests = between(kAtRest, kAtRestIrregular, disorder) * spacing;
+  const double at_rest = between(kAtRest, kAtRestIrregular, disorder) * spacing;
   const float reach = static_cast<float>(kRelaxReach / 2 * spacing), far = 1 / (reach * reach),
-              rest = static_cast<float>(1 / (rests * rests)),
+              rest = static_cast<float>(1 / (at_rest * at_rest)),
               step = static_cast<float>(kStep * disorder);
   std::vector<std::int32_t> all(n);
   std::iota(all.begin(), all.end(), 0);

@@ -20,9 +20,9 @@ constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.
 // two sheets follow says little: they follow a rounded edge, too; how badly they do says that there
 // are none. So their noise is higher.
 constexpr double kNoise = 0.002, kNoiseOfTwo = 0.02;
-// What irregular particles add to both squares is this times d (1 - d / 2), d the disorder, by
-// which they were evened out, too; and the least square of which it is taken (radii^2). Else noise,
-// which no surface follows, looks like two sheets.
+// No surface follows noise: it adds to both squares and would look like two sheets. Irregular
+// particles add this times d (1 - d / 2), d their disorder (the more there is, the more it was
+// evened out); it is taken from what lies above that of orderly ones (radii^2).
 constexpr double kOfDisorder = 0.055, kOrderly = 0.011;
 // Where bends begin to tell, and which scores speak for one quadric. See docs/method.md for how
 // these were found.

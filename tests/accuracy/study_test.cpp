@@ -16,15 +16,19 @@ namespace {
 // One of those that no constant was chosen on (docs/accuracy.md).
 constexpr std::uint64_t kSeed = 1001;
 
-// The means over the cases, which are one scene with the seeds that docs/accuracy.md reports.
-Figures figures_of(Device& device, const std::vector<Case>& cases, Method method) {
+Figures figures_of(Device& device, const Case& scene_case, Method method) {
   Parameters parameters;
   parameters.method = method;
   parameters.mesh = false;
+  return measure(device, scene_case, parameters).figures;
+}
+
+// The means over the cases, which are one scene with the seeds that docs/accuracy.md reports.
+Figures figures_of(Device& device, const std::vector<Case>& cases, Method method) {
   Figures mean;
   mean.holes = mean.normal_rms = mean.slope_median = mean.angle_median = 0;
   for (const Case& each : cases) {
-    const Figures found = measure(device, each, parameters).figures;
+    const Figures found = figures_of(device, each, method);
     for (const auto figure :
          {&Figures::holes, &Figures::normal_rms, &Figures::slope_median, &Figures::angle_median})
       mean.*figure += found.*figure / static_cast<double>(cases.size());
@@ -157,15 +161,13 @@ TEST(FitAccuracyOverAllScenes, IsAsPromised) {
 // as large: crown had three holes.
 TEST(FitAccuracyFarAwayAndCloseUp, KeepsGapsAndHasNoHoles) {
   Device device;
-  Parameters parameters;
-  parameters.mesh = false;
   accuracy::Setup setup;
   setup.scale = 3;
   for (const Case& scene_case : make_cases({"gate"}, {kSeed}, setup))
-    EXPECT_LE(measure(device, scene_case, parameters).figures.outline_miss, 0.07);
+    EXPECT_LE(figures_of(device, scene_case, Method::fit).outline_miss, 0.07);
   setup.scale = 40;
   for (const Case& scene_case : make_cases({"crown"}, {kSeed}, setup))
-    EXPECT_EQ(measure(device, scene_case, parameters).figures.holes, 0);
+    EXPECT_EQ(figures_of(device, scene_case, Method::fit).holes, 0);
 }
 
 // Noise of .12 s, whose distances to nearest particles are as uneven as those of SPH, and of .29 s,
@@ -183,20 +185,18 @@ TEST(FitAccuracyOfIrregularParticles, IsBelowTheRivals) {
     double fit_rms = 0, kernels_rms = 0, ssm_rms = 0;
     for (const Case& scene_case : make_cases(scenes, {kSeed}, irregular)) {
       SCOPED_TRACE(scene_case.scene->name + ", noise " + std::to_string(noise));
+      const Figures fit = figures_of(device, scene_case, Method::fit);
       Parameters parameters;
       parameters.mesh = false;
-      const Figures fit = measure(device, scene_case, parameters).figures;
       parameters.disorder = 0;
       const Figures as_they_are = measure(device, scene_case, parameters).figures;
       EXPECT_LT(fit.angle_median, as_they_are.angle_median / gain);
       EXPECT_LT(fit.angle_p95, as_they_are.angle_p95 / gain);
       EXPECT_LT(fit.normal_rms, as_they_are.normal_rms);
-      parameters.disorder = -1;
       fit_rms += fit.normal_rms;
       const auto is_below = [&](Method method, double& rms) {
         SCOPED_TRACE(to_string(method));
-        parameters.method = method;
-        const Figures rival = measure(device, scene_case, parameters).figures;
+        const Figures rival = figures_of(device, scene_case, method);
         EXPECT_LT(fit.angle_median, rival.angle_median);
         EXPECT_LT(fit.angle_p95, rival.angle_p95);
         rms += rival.normal_rms;
@@ -218,11 +218,8 @@ TEST(FitAccuracyOfIrregularParticles, HasCreasesWhereThereAreCreases) {
   double fit_jump = 0, kernels_jump = 0;
   for (const Case& scene_case : make_cases({"gate", "wall", "box"}, {kSeed}, irregular)) {
     SCOPED_TRACE(scene_case.scene->name);
-    Parameters parameters;
-    parameters.mesh = false;
-    const Figures fit = measure(device, scene_case, parameters).figures;
-    parameters.method = Method::anisotropic;
-    const Figures kernels = measure(device, scene_case, parameters).figures;
+    const Figures fit = figures_of(device, scene_case, Method::fit),
+                  kernels = figures_of(device, scene_case, Method::anisotropic);
     EXPECT_LT(fit.rim_angle, kernels.rim_angle);
     if (scene_case.scene->name == "box") {
       EXPECT_LT(fit.crease_angle, kernels.crease_angle / 2);
@@ -243,11 +240,8 @@ TEST(FitFlicker, IsAsPromisedAndBelowTheNarrowRangeFilters) {
   const std::vector<Case> cases = make_cases({"sphere", "waves", "box"}, {kSeed}, moving);
   for (const Case& scene_case : cases) {
     SCOPED_TRACE(scene_case.scene->name);
-    Parameters parameters;
-    parameters.mesh = false;
-    const Figures fit = measure(device, scene_case, parameters).figures;
-    parameters.method = Method::narrow_range;
-    const Figures filter = measure(device, scene_case, parameters).figures;
+    const Figures fit = figures_of(device, scene_case, Method::fit),
+                  filter = figures_of(device, scene_case, Method::narrow_range);
     EXPECT_LT(fit.flicker, filter.flicker);
     EXPECT_LT(fit.flicker_p999, filter.flicker_p999);
     flicker += fit.flicker / static_cast<double>(cases.size());
