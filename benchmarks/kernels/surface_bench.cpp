@@ -157,7 +157,8 @@ native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
           limits.contour,
           limits.level,
           limits.before,
-          limits.beyond};
+          limits.beyond,
+          limits.disorder};
 }
 
 native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {

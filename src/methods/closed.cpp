@@ -95,8 +95,8 @@ FluidField measure_field(Device& device, Projected& placed, const Parameters& pa
   field.disorder = even_out(placed, field.host_cells, params);
   field.cells = upload_cells(device, field.host_cells);
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
-  field.levelled =
-      level_cells(device, field.cells, Measured::near_air, params.region, field.gradients);
+  field.levelled = level_cells(device, field.cells, Measured::near_air,
+                               for_disorder(params.region, field.disorder), field.gradients);
   return field;
 }
 

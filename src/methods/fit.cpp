@@ -63,7 +63,8 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   const std::size_t n = fluid.particles.size();
   fluid.measured = {device, {4 * n, (n + 15) / 16 * 16}};  // whole vectors to fill
   fluid.levelled =
-      level_cells(device, fluid.cells, Measured::near_air, params.region, fluid.measured.part<0>());
+      level_cells(device, fluid.cells, Measured::near_air,
+                  for_disorder(params.region, fluid.disorder), fluid.measured.part<0>());
   clock.start("split");
   fluid.split = split_splash(fluid.particles, fluid.host_cells, params.splash);
   clock.start("visible");

@@ -1,6 +1,7 @@
 #include "stages/relax.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -27,6 +28,9 @@ constexpr double kAtRest = 1.161, kAtRestIrregular = 1.153;
 // that distance.
 constexpr float kWider = 1.1f;
 constexpr std::size_t kGrain = 512;  // particles that are worth a thread
+// Added to the second moments of the neighbours' places (squared reaches): few neighbours, or such
+// in a plane, do not tell how the motion that they have in common changes from place to place.
+constexpr double kFewNeighbours = 0.3;
 
 // What a particle sees of others.
 struct Around {
@@ -76,6 +80,55 @@ std::vector<Around> look_inside(const Projected& particles, const Cells& cells) 
   return sample;
 }
 
+// What each particle has moved in common with those near it: the value at it of the function,
+// linear in the place, that is nearest to how far they have moved (weighted least squares).
+std::vector<Vec3d> common_motions(const std::vector<Vec3d>& at, const std::vector<Vec3d>& moved,
+                                  const NearLists& lists, double reach) {
+  std::vector<Vec3d> common(at.size());
+  parallel_for(at.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      double weights = 0;
+      Vec3d place, motion;               // weighted sums, places from here in reaches
+      std::array<Vec3d, 3> moments, by;  // sums of places' products, and of motions by x, y, z
+      for (const cl_int other : lists[i]) {
+        const std::size_t j = static_cast<std::size_t>(other);
+        const Vec3d to = (at[j] - at[i]) / reach;
+        const double fades = std::max(1 - dot(to, to), 0.0), weight = fades * fades;
+        const std::array<double, 3> along{weight * to.x, weight * to.y, weight * to.z};
+        weights += weight;
+        place += to * weight;
+        motion += moved[j] * weight;
+        for (std::size_t k = 0; k < 3; ++k) {
+          moments[k] += to * along[k];
+          by[k] += moved[j] * along[k];
+        }
+      }
+      const Vec3d mean = place / weights;
+      const std::array<double, 3> off{mean.x, mean.y, mean.z};
+      for (std::size_t k = 0; k < 3; ++k) {
+        moments[k] += place * -off[k];
+        by[k] += motion * -off[k];
+      }
+      auto& [x, y, z] = moments;
+      x.x += kFewNeighbours;
+      y.y += kFewNeighbours;
+      z.z += kFewNeighbours;
+      const Vec3d across = cross(y, z);
+      const double per = 1 / dot(x, across);
+      common[i] = motion / weights - by[0] * (dot(mean, across) * per) -
+                  by[1] * (dot(x, cross(mean, z)) * per) - by[2] * (dot(x, cross(y, mean)) * per);
+    }
+  });
+  return common;
+}
+
+std::vector<Vec3d> places_of(const Projected& particles) {
+  std::vector<Vec3d> places;
+  places.reserve(particles.size());
+  for (std::size_t i = 0; i < particles.size(); ++i) places.push_back(particles.eye(i));
+  return places;
+}
+
 }  // namespace
 
 ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
@@ -117,6 +170,7 @@ void relax(Projected& particles, double spacing, double disorder) {
   std::vector<std::int32_t> all(n);
   std::iota(all.begin(), all.end(), 0);
   const NearLists lists = list_near(particles, all, all, kWider * reach);
+  const std::vector<Vec3d> before = places_of(particles);
   std::vector<float> x(n), y(n), z(n);
   for (int round = 0; round < kRelaxRounds; ++round) {
     parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -143,6 +197,17 @@ void relax(Projected& particles, double spacing, double disorder) {
     particles.y.swap(y);
     particles.z.swap(z);
   }
+  // The forces also press drops and sheets together: what neighbours move in common is not noise.
+  const std::vector<Vec3d> after = places_of(particles);
+  std::vector<Vec3d> moved(n);
+  for (std::size_t i = 0; i < n; ++i) moved[i] = after[i] - before[i];
+  const std::vector<Vec3d> common = common_motions(after, moved, lists, kWider * reach);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec3d at = after[i] - common[i];
+    particles.x[i] = static_cast<float>(at.x);
+    particles.y[i] = static_cast<float>(at.y);
+    particles.z[i] = static_cast<float>(at.z);
+  }
 }
 
 double even_out(Projected& particles, Cells& cells, const Parameters& params) {
@@ -159,9 +224,16 @@ double even_out(Projected& particles, Cells& cells, const Parameters& params) {
   return disorder;
 }
 
+RegionParams for_disorder(RegionParams params, double disorder) {
+  params.blob_density = std::max(params.blob_density, between(params.blob_density, 0.34, disorder));
+  return params;
+}
+
 Parameters for_disorder(Parameters params, double disorder) {
   params.disorder = disorder;
   FitParams& fit = params.fit;
+  params.region = for_disorder(params.region, disorder);
+  fit.offset -= 0.04 * disorder;
   fit.tau += 0.8 * disorder;
   fit.normal_sigma += 0.25 * disorder;
   fit.least_support = std::max(fit.least_support, between(fit.least_support, 0.8, disorder));

@@ -36,10 +36,13 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells);
 /// noise of .1 s gives .10 and .11, one particle at random in each cube of a lattice .28 and .21.
 double disorder_of(const ParticleOrder& order);
 
-/// Moves particles `spacing` apart, as far as `disorder` says. Each goes, kRelaxRounds times, by
+/// Evens out particles that lie `spacing` apart, as far as `disorder` says. Each goes, kRelaxRounds
+/// times, by
 ///   disorder / 2 sum_j (x - x_j) (1 - d^2 / q^2) (1 - d^2 / 4)^4,   lengths in spacings.
-/// The distance q, at which the force vanishes, keeps faces where they are: 1.161 to 1.153 by the
-/// disorder (docs/method.md). Pixels stay those of where the particles were, see project_again().
+/// The distance q, at which the force vanishes, is 1.161 to 1.153 by the disorder (docs/method.md).
+/// Then what it has moved in common with those near it is taken back: the value at it of the linear
+/// function of the place that is nearest to how far they have moved. Pixels stay those of where the
+/// particles were, see project_again().
 void relax(Projected& particles, double spacing, double disorder);
 
 /// Relaxes particles as far as params.disorder says, which takes them to be two particle radii
@@ -47,6 +50,10 @@ void relax(Projected& particles, double spacing, double disorder);
 ///
 ///   cells  of the particles, of side kRelaxReach; made anew where they move
 double even_out(Projected& particles, Cells& cells, const Parameters& params);
+
+/// Parameters of the density field alone: its level is higher, because a particle that lies by
+/// itself is rather one that noise has moved than a drop.
+RegionParams for_disorder(RegionParams params, double disorder);
 
 /// Parameters for particles that were relaxed: supports, scales and normals as noise wants them, in
 /// between for a disorder in between; `disorder` is stored with them.

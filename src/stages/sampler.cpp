@@ -40,7 +40,7 @@ void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<flo
                s.params.blend);
   canvas.clock.start("settle");
   settle_samples(s.device, s.view, lists, s.cells, s.levelled, canvas.on.triangles, reference,
-                 canvas.surface, canvas.on.open, s.params.region, false);
+                 canvas.surface, canvas.on.open, s.params.region, s.params.disorder, false);
 }
 
 void show_splash(const Canvas& canvas, const SampleLists& lists, const Buffer<float>* open) {
@@ -102,7 +102,8 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
   }
   canvas.clock.start("settle");
   settle_samples(s.device, s.view, found.lists, s.cells, s.levelled, canvas.on.triangles,
-                 canvas.on.fronts.depth, canvas.surface, open, s.params.region, true);
+                 canvas.on.fronts.depth, canvas.surface, open, s.params.region, s.params.disorder,
+                 true);
   show_splash(canvas, found.lists, nullptr);
 }
 
@@ -183,7 +184,7 @@ std::vector<SurfaceSample> sample_points(const Sampler& sampler, const SampleGri
   blend_points(device, sampler.view, sampler.fits, tiles, grid, at, upload(device, near_fits),
                samples, sampler.params.blend);
   settle_points(device, sampler.view, sampler.cells, sampler.levelled, at, upload(device, near),
-                samples, sampler.params.region);
+                samples, sampler.params.region, sampler.params.disorder);
   const SurfaceMap map = download(device, samples);
   std::vector<SurfaceSample> found;
   for (std::size_t e = 0; e < near.size(); ++e) found.push_back({map.depth[e], map.normal[e]});

@@ -9,8 +9,8 @@ namespace {
 // measuring the density.
 constexpr float kTriangleReach = 3;
 
-// The field of a lone particle reaches one particle radius; among others it reaches farther. (A blob
-// that reached farther than this had a pinhole: no crossing is found from inside.)
+// The field of a lone particle reaches one particle radius; among others it reaches farther. (A
+// blob that reached farther than this had a pinhole: no crossing is found from inside.)
 constexpr double kBlobReach = 2.5;
 
 // The density field is sought this many particle radii before and twice as many behind the blend or
@@ -20,10 +20,10 @@ constexpr float kFarSearch = 12;
 
 // `beyond`: how far behind the field is sought.
 records::Settling settling(const View& view, const SampleGrid& grid, const RegionParams& params,
-                           float beyond, bool only_gaps) {
+                           double disorder, float beyond, bool only_gaps) {
   return {screen_of(view, grid),
           {static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
-           kTriangleReach, kSearch, beyond},
+           kTriangleReach, kSearch, beyond, static_cast<float>(disorder)},
           only_gaps};
 }
 
@@ -33,12 +33,12 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const DeviceCells& cells, const DeviceCells& levelled,
                     const Buffer<float>& triangle_depth, const Buffer<float>& reference,
                     const SurfaceBuffers& surface, const Buffer<float>& behind,
-                    const RegionParams& params, bool only_gaps) {
+                    const RegionParams& params, double disorder, bool only_gaps) {
   SampleLists left = lists;
   left.sample = allocate<cl_int>(device, lists.sample.size);
   const int width = device.state().vector_width, wide = device.state().wide_width();
-  const records::Settling how =
-      settling(view, surface.grid, params, only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
+  const records::Settling how = settling(view, surface.grid, params, disorder,
+                                         only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
   // In gaps nothing is in doubt: samples either show something or are left.
   if (only_gaps && !vectors_are_filled(device))
     left = lists;
@@ -52,11 +52,11 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
 void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const DeviceCells& levelled, const Buffer<float>& points,
                    const Buffer<float>& reference, const SurfaceBuffers& surface,
-                   const RegionParams& params) {
+                   const RegionParams& params, double disorder) {
   const std::size_t n = surface.grid.size();
   launch(device, kernels::settle_points, 1, {n}, filled<float>(device, n, kNoSurface), reference,
          surface, allocate<float>(device, n), points, cells, levelled.weight,
-         settling(view, surface.grid, params, kSearch, false));
+         settling(view, surface.grid, params, disorder, kSearch, false));
 }
 
 void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,

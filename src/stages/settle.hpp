@@ -13,19 +13,20 @@ namespace meniscus {
 /// groups are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled
 /// density field where they are not, nothing outside the fluid. Changes the
 /// surface. `behind` receives for each listed sample that has a reference but shows nothing that
-/// reference, kNoSurface for all other listed ones. Does not wait.
+/// reference, kNoSurface for all other listed ones. The more disorder particles have (relax.hpp), the
+/// more blend and field may differ before the field is believed. Does not wait.
 void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const DeviceCells& cells, const DeviceCells& levelled,
                     const Buffer<float>& triangle_depth, const Buffer<float>& reference,
                     const SurfaceBuffers& surface, const Buffer<float>& behind,
-                    const RegionParams& params, bool only_gaps);
+                    const RegionParams& params, double disorder, bool only_gaps);
 
 /// The same at a list of points (pixels, [2][n] u then v) whose samples `surface` holds, on a grid
 /// of n x 1: what lies near each point's reference depth, without triangles that vouch.
 void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const DeviceCells& levelled, const Buffer<float>& points,
                    const Buffer<float>& reference, const SurfaceBuffers& surface,
-                   const RegionParams& params);
+                   const RegionParams& params, double disorder);
 
 /// Where rays may meet the levelled field around splash particles: within spheres that hold it.
 /// Waits, but for atomic minima. Drawn into maps as by splat_extent(), or new ones.

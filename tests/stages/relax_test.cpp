@@ -138,6 +138,42 @@ TEST(Relax, BringsOrderAndKeepsTheFluidWhereItIs) {
   EXPECT_LT(farthest, 3);
 }
 
+// Forces alone press both together: the drop by .21 radii, the sheet by .13.
+TEST(Relax, KeepsDropsAndThinSheetsAsLargeAsTheyAre) {
+  const Projected cube = irregular_block();
+  const Vec3d middle = middle_of(cube);
+  std::vector<Vec3d> drop;
+  for (std::size_t i = 0; i < cube.size(); ++i)
+    if (const Vec3d at = cube.eye(i); length(at - middle) < 10) drop.push_back({at.x, at.y, -at.z});
+  const Projected drop_before = place(drop);
+  Projected drop_after = drop_before;
+  relax(drop_after, 2, 1);
+  const auto size = [](const Projected& p) {
+    const Vec3d centre = middle_of(p);
+    double sum = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) sum += length(p.eye(i) - centre);
+    return sum / static_cast<double>(p.size());
+  };
+  EXPECT_NEAR(size(drop_after), size(drop_before), 0.08);
+
+  const Projected sheet_before = block(30, 30, 3, 1.0, 4);
+  Projected sheet_after = sheet_before;
+  relax(sheet_after, 2, 1);
+  // How far the outer layers lie from the middle one, away from the sheet's edges.
+  const auto half_thickness = [](const Projected& p) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      const int column = static_cast<int>(i % 30), row = static_cast<int>(i / 30 % 30);
+      if (i / 900 == 1 || std::min(column, row) < 6 || std::max(column, row) > 23) continue;
+      sum += std::abs(-p.z[i] - 32.0);
+      ++count;
+    }
+    return sum / count;
+  };
+  EXPECT_NEAR(half_thickness(sheet_after), half_thickness(sheet_before), 0.1);
+}
+
 TEST(Relax, MovesParticlesAsFarAsTheirDisorderSays) {
   const Projected before = irregular_block();
   double last = 0;
@@ -200,6 +236,10 @@ TEST(Relax, ParametersBelongToTheDisorder) {
   EXPECT_GT(irregular.fit.least_support, given.fit.least_support);
   EXPECT_GT(irregular.fairing, given.fairing);
   EXPECT_EQ(irregular.disorder, 1);
+  EXPECT_EQ(regular.fit.offset, given.fit.offset);
+  EXPECT_LT(irregular.fit.offset, given.fit.offset);
+  EXPECT_EQ(regular.region.blob_density, given.region.blob_density);
+  EXPECT_GT(irregular.region.blob_density, given.region.blob_density);
 }
 
 using ProjectAgain = OnDevice;

@@ -23,9 +23,9 @@ TEST_P(Settle, TheReferenceDecidesAboutAllThatSamplesMayShow) {
     std::size_t sure = 0, of_what[4] = {}, splash = 0, on_edge = 0, turned = 0;
     for (std::size_t s = 0; s < n_; ++s) {
       const reference::FieldOnRay ray = scene_.ray(s);
-      const reference::Shown shown =
-          reference::settled(ray, layer.sample(s), scene_.params.contour_density,
-                             scene_.params.blob_density, only_gaps ? 12 : 4, only_gaps);
+      const reference::Shown shown = reference::settled(
+          ray, layer.sample(s), scene_.params.contour_density, scene_.params.blob_density,
+          scene_.kDisorder, only_gaps ? 12 : 4, only_gaps);
       if (!shown.sure) continue;
       ++sure;
       ++of_what[shown.what];
@@ -99,7 +99,8 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   left.sample = allocate<cl_int>(device_, lists.sample.size);
   const records::Settling how{screen_of(scene_.view, scene_.grid),
                               {static_cast<float>(scene_.params.contour_density),
-                               static_cast<float>(scene_.params.blob_density), 3, 2, 2},
+                               static_cast<float>(scene_.params.blob_density), 3, 2, 2,
+                               static_cast<float>(scene_.kDisorder)},
                               0};
   launch(device_, kernels::settle_samples, 1, range_of(lists, 1), lists,
          upload(device_, before.triangle), reference, samples, behind, left.sample, scene_.cells,

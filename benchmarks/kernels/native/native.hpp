@@ -178,7 +178,7 @@ struct Follow {
   Cells cells;
   const float *weight, *level_weight;
   std::size_t samples;
-  float contour, level, search, beyond;
+  float contour, level, search, beyond, disorder;
 };
 /// Tiles [begin, end).
 void follow_field(const Follow& input, std::size_t begin, std::size_t end);

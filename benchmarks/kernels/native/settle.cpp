@@ -207,8 +207,9 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
     mz = gather(normal[2], at);
     const Floats apart = magnitude(c.depth - t) * magnitude(mx * r.dx + my * r.dy - mz);
     const Floats alike = mx * c.nx + my * c.ny + mz * c.nz;
-    const Floats agreement =
-        (1.0f - smooth_step(0.5f, 1.0f, apart)) * smooth_step(0.6f, 0.92f, alike);
+    const float d = in.disorder;
+    const Floats agreement = (1.0f - smooth_step(0.5f + 0.5f * d, 1.0f + d, apart)) *
+                             smooth_step(0.6f - 0.6f * d, 0.92f - 0.32f * d, alike);
     share = compared & ~trust.on_edge ? share * agreement : share;
   }
   share = crossed ? share : share > 0.5f ? one : none;

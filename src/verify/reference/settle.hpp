@@ -225,8 +225,9 @@ inline double blend_share(double trust, bool vouched, bool on_edge, double densi
 
 /// How far blend and field agree that lie `apart` radii from each other along the blend's normal
 /// and whose normals' product is `alike`: the factor on the blend's share but at convex creases.
-inline double agreement(double apart, double alike) {
-  return (1 - smooth_step(0.5, 1, apart)) * smooth_step(0.6, 0.92, alike);
+inline double agreement(double apart, double alike, double disorder) {
+  return (1 - smooth_step(0.5 + 0.5 * disorder, 1 + disorder, apart)) *
+         smooth_step(0.6 - 0.6 * disorder, 0.92 - 0.32 * disorder, alike);
 }
 
 /// A sample of a layer before it is settled.
@@ -269,7 +270,7 @@ inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
 /// and both are mixed. Where it is not crossed, the larger share
 /// decides. With `only_gaps` nothing but samples without a blend change.
 inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour, double level,
-                     double beyond, bool only_gaps) {
+                     double disorder, double beyond, bool only_gaps) {
   Shown shown, nothing, unsure;
   nothing.what = Shown::nothing;
   unsure.sure = false;
@@ -320,8 +321,9 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
       const double moved = (c.error + 4 * kEpsilon * s.depth) * facing;
       const double turned = c.normal_error + 4 * kEpsilon;
       // Its four factors' roundings, of numbers up to 3.
-      low *= std::max(0.0, agreement(apart * facing + moved, alike - turned) - 32 * kEpsilon);
-      high *= agreement(apart * facing - moved, alike + turned) + 32 * kEpsilon;
+      low *= std::max(0.0,
+                      agreement(apart * facing + moved, alike - turned, disorder) - 32 * kEpsilon);
+      high *= agreement(apart * facing - moved, alike + turned, disorder) + 32 * kEpsilon;
     }
     const double share = (low + high) / 2, share_off = (high - low) / 2;
     // The crossing's error counts by the rest; the share's by the difference of what is mixed.

@@ -60,7 +60,8 @@ void see_samples(Device& device, const FieldScene& scene, const Layer& before, b
     const reference::FieldOnRay ray = scene.ray(s);
     see(before, after, s, ray,
         reference::settled(ray, before.sample(s), scene.params.contour_density,
-                           scene.params.blob_density, only_gaps ? 12 : 4, only_gaps),
+                           scene.params.blob_density, scene.kDisorder, only_gaps ? 12 : 4,
+                           only_gaps),
         seen);
   }
 }
@@ -72,7 +73,7 @@ void see_points(Device& device, const FieldScene& scene, Layer before, Seen* see
   for (std::size_t s = 0; s < n; ++s) {
     const reference::FieldOnRay ray = scene.ray(s);
     const Shown expected = reference::settled(ray, before.sample(s), scene.params.contour_density,
-                                              scene.params.blob_density, 2, false);
+                                              scene.params.blob_density, scene.kDisorder, 2, false);
     // What lies behind is not asked for.
     if (expected.what == Shown::nothing) after.behind[s] = before.reference[s];
     see(before, after, s, ray, expected, seen);
@@ -113,9 +114,9 @@ void see_splash(Device& device, const FieldScene& scene, Seen* seen) {
   }
 }
 
-// The difference to .45 adds 2 epsilon to what the density is off, the factor takes it 2.25 times and
-// rounds once, smoothstep's slope is at most 1.5 and it rounds six times; the weight follows by at
-// most .45 / level - 1 and rounds six times more.
+// The difference to .45 adds 2 epsilon to what the density is off, the factor takes it 2.25 times
+// and rounds once, smoothstep's slope is at most 1.5 and it rounds six times; the weight follows by
+// at most .45 / level - 1 and rounds six times more.
 void see_weights(const FieldScene& scene, Worst* worst) {
   const double level = scene.params.blob_density;
   for (std::size_t i = 0; i < scene.field.particles.size(); ++i) {

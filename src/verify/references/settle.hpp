@@ -47,6 +47,7 @@ inline Projected ball(const View& view, double u, double v) {
 /// A levelled field on a device and in double precision, seen by a camera.
 struct FieldScene {
   static constexpr double kStart = 5, kEnd = 45;  // all particles lie between these depths
+  static constexpr double kDisorder = 0.25;       // for which blend and field are compared
 
   FieldScene(Device& device, int width, int height, bool crowded)
       : view(make_view(perspective_camera(width, height), 0.5, {0, 0, 0})),
@@ -186,7 +187,7 @@ inline Layer settled(Device& device, const FieldScene& scene, const Layer& befor
   const auto behind = upload(device, before.behind);
   settle_samples(device, scene.view, list_samples(device, scene.grid, reference), scene.cells,
                  scene.levelled, upload(device, before.triangle), reference, surface, behind,
-                 scene.params, only_gaps);
+                 scene.params, scene.kDisorder, only_gaps);
   Layer after = download(device, before, surface);
   after.behind = download(device, behind);
   return after;
@@ -202,7 +203,7 @@ inline Layer settled_at_points(Device& device, const FieldScene& scene, const La
   }
   const SurfaceBuffers list = upload(device, SampleGrid{static_cast<int>(n), 1, 0, 1}, before);
   settle_points(device, scene.view, scene.cells, scene.levelled, upload(device, points),
-                upload(device, before.reference), list, scene.params);
+                upload(device, before.reference), list, scene.params, scene.kDisorder);
   return download(device, before, list);
 }
 
