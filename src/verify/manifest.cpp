@@ -471,6 +471,16 @@ InputFile read_text(const std::string& path) {
   return read_file(path);
 }
 
+// What names a file in the compiler's messages, where it would name one of its own.
+std::string line_directive(const std::filesystem::path& path) {
+  std::string name;
+  for (const char c : path.filename().string()) {
+    if (c == '"' || c == '\\') name += '\\';
+    name += c;
+  }
+  return "#line 1 \"" + name + "\"\n";
+}
+
 }  // namespace
 
 Program program_of(const std::string& source, const InputFile& manifest) {
@@ -482,7 +492,7 @@ Program program_of(const std::string& source, const InputFile& manifest) {
 Program read_program(const std::string& source, const std::string& manifest) {
   const InputFile file = read_text(manifest);
   Program program = Reader(file, std::filesystem::path(manifest).parent_path()).program();
-  program.source = read_text(source).bytes;
+  program.source = line_directive(source) + read_text(source).bytes;
   return program;
 }
 

@@ -190,7 +190,7 @@ TEST(Manifest, ReadsFilesBesideIt) {
     return "no error";
   };
   const Program program = read(R"({"type": "float", "file": "from.bin", "expected": "from.bin"})");
-  EXPECT_EQ(program.source, kDouble);
+  EXPECT_EQ(program.source, std::string("#line 1 \"k.cl\"\n") + kDouble);
   EXPECT_THAT(values_of<float>(program.arguments[0].bytes), testing::ElementsAre(1, 2));
   EXPECT_EQ(program.arguments[0].expected, program.arguments[0].bytes);
   EXPECT_THAT(error(R"({"type": "float", "file": "no.bin"})"),
