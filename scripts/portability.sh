@@ -130,7 +130,8 @@ done
 
 jsons=()
 for runtime in "${tried[@]}"; do jsons+=("$folder/$runtime.json"); done
-((${#jsons[@]} < 2)) || "$program" verify --compare "${jsons[@]}" --html "$folder/matrix.html" >"$folder/compare.txt"
+((${#jsons[@]} < 2)) ||
+  "$program" verify --compare "${jsons[@]}" --html "$folder/matrix.html" >"$folder/compare.txt" || good=0
 python3 scripts/portability_matrix.py "$folder" "${tried[@]}" >"$folder/matrix.md" || good=0
 echo
 cat "$folder/matrix.md"

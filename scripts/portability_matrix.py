@@ -33,7 +33,10 @@ def main(folder: str, runtimes: list[str]) -> int:
         passed = sum(row["result"] == "pass" for row in rows)
         if not rows:
             return "-"
-        return f"**{failed} of {len(rows)} differ**" if failed else f"{passed} the same"
+        if failed:
+            return f"**{failed} of {len(rows)} differ**"
+        untested = len(rows) - passed
+        return f"**{untested} of {len(rows)} not tested**" if untested else f"{passed} the same"
 
     line("launches of kernels", [tally(rows, "kernel") for _, _, rows in columns])
     line("... in the other vector width", [tally(rows, "kernel", False) for _, _, rows in columns])

@@ -101,10 +101,13 @@ struct Cell {
   }
 };
 
-// A device in a table: two drivers may give theirs the same name.
-std::string name_of(const DeviceName& device) {
+// A device in a table: two drivers may give theirs the same name, and two runs have the same
+// device.
+std::string name_of(const DeviceResults& results) {
+  const DeviceName& device = results.device;
   return escaped(device.name) + "<br><small>" + escaped(device.platform) +
-         (device.driver.empty() ? "" : ", driver " + escaped(device.driver)) + "</small>";
+         (device.driver.empty() ? "" : ", driver " + escaped(device.driver)) +
+         (results.file.empty() ? "" : ", " + escaped(results.file)) + "</small>";
 }
 
 // One row as a cell.
@@ -119,7 +122,7 @@ std::string cell_of(const Row& row) {
     words = error.empty() ? "differs" : error;
   else
     words = row.reason + (row.reason.empty() || error.empty() ? "" : ", ") + error;
-  if (words.empty()) words = "as it should";
+  if (words.empty()) words = "pass";
   const bool some = row.result == Result::fail && !row.required;
   return std::string("<td class=\"") + (some ? "some" : to_string(row.result)) + " words\"" +
          attribute(row.reason) + ">" + escaped(words) + "</td>";
@@ -132,7 +135,8 @@ std::string card_of(const DeviceResults& device) {
                                         : "bad") +
                      "\"><span class=\"verdict\">" + device.verdict();
   text += "</span><b>" + escaped(device.device.name) + "</b><small>" +
-          escaped(device.device.platform + ", driver " + device.device.driver) + "</small><small>" +
+          escaped(device.device.platform + ", driver " + device.device.driver) +
+          (device.file.empty() ? "" : ", " + escaped(device.file)) + "</small><small>" +
           escaped(device.device.version) + ", " + duration(device.seconds) + "</small><ul>";
   for (const auto& [group, tally] : device.tallies())
     text += "<li>" + group + "s: " + tally.words() + "</li>";
@@ -146,7 +150,7 @@ std::string failures_of(const VerifyRun& run) {
     std::stable_partition(failures.begin(), failures.end(),
                           [](const Failure& failure) { return failure.first->required; });
     for (const auto& [row, cases] : failures)
-      text += "<tr><td class=\"word\">" + name_of(device.device) + "</td><td class=\"word\">" +
+      text += "<tr><td class=\"word\">" + name_of(device) + "</td><td class=\"word\">" +
               escaped(row->group) + "</td><td class=\"word\">" + escaped(row->kernel) +
               "</td><td class=\"word\">" + escaped(row->variant) + "</td><td class=\"word\">" +
               std::to_string(cases) + "</td><td>" + error_of(*row) + "</td><td class=\"reason\">" +
@@ -164,8 +168,8 @@ std::string failures_of(const VerifyRun& run) {
 std::string device_heads(const VerifyRun& run, std::size_t columns) {
   std::string text;
   for (const DeviceResults& device : run.devices)
-    text += "<th class=\"device\" colspan=\"" + std::to_string(columns) + "\">" +
-            name_of(device.device) + "</th>";
+    text += "<th class=\"device\" colspan=\"" + std::to_string(columns) + "\">" + name_of(device) +
+            "</th>";
   return text;
 }
 
@@ -187,20 +191,23 @@ std::string differences_of(const VerifyRun& run) {
   std::vector<const Row*> lines;  // of the first device
   std::string counts;
   for (std::size_t d = 1; d < run.devices.size(); ++d) {
-    const auto [same, changes] = compared(first, run.devices[d]);
-    std::int64_t differ = 0;
-    for (const auto& [before, after] : changes) {
+    const Comparison comparison = compared(first, run.devices[d]);
+    for (const auto& [before, after] : comparison.changes) {
       if (!before || !after) continue;  // the runs had other cases
-      ++differ;
       std::set<std::string>& cases = sizes[kind(*before)];
       if (cases.empty()) lines.push_back(before);
       cases.insert(before->size);
     }
-    counts += (counts.empty() ? "" : "; ") + escaped(title_of(run.devices[d].device)) + ": " +
-              grouped(same) + " rows the same, <strong>" + grouped(differ) + " other</strong>";
+    counts += (counts.empty() ? "" : "; ") + escaped(title_of(run.devices[d])) + ": " +
+              grouped(comparison.same) + " rows the same, <strong>" +
+              grouped(comparison.differing()) + " other</strong>";
+    if (comparison.only_before > 0)
+      counts += ", " + grouped(comparison.only_before) + " only in the first";
+    if (comparison.only_after > 0)
+      counts += ", " + grouped(comparison.only_after) + " only in this one";
   }
-  std::string text = "<h2>What differs</h2><p>Held against " + escaped(title_of(first.device)) +
-                     ". " + counts + ".</p>\n";
+  std::string text = "<h2>What differs</h2><p>Compared with " + escaped(title_of(first)) + ". " +
+                     counts + ".</p>\n";
   if (lines.empty()) return text;
   text +=
       "<div class=\"panel\"><table><tr><th class=\"word\">what</th><th class=\"word\">kernel</th>"
@@ -266,16 +273,19 @@ std::string frames_of(const VerifyRun& run) {
   for (std::size_t d = 0; d < run.devices.size(); ++d)
     for (const Row& row : run.devices[d].rows) {
       if (row.group != "frame") continue;
-      all.add({row.size, row.kernel});
-      cells[{d, row.size, row.kernel}] = &row;
+      const std::string variant = compared_variant(row);
+      const std::string method = row.kernel + (variant.empty() ? "" : ", " + variant);
+      all.add({row.size, method});
+      cells[{d, row.size, method}] = &row;
     }
   const auto& lines = all.things();
   if (lines.empty()) return "";
   const Lines room(lines.size(), run.devices.size());
   std::string text =
       "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
-      "device and with every vector width. Orange: what the program that ran there wants, "
-      "but not what the first device has; then the programs differ.</p><div "
+      "device and with every vector width. Orange: right for the version of Meniscus "
+      "that ran there, but another hash than in the first column: the two runs used different "
+      "versions.</p><div "
       "class=\"panel\"><table><tr><th "
       "class=\"word\">frame</th><th class=\"word\">method</th>" +
       device_heads(run, 1) + "</tr>\n";
@@ -322,7 +332,7 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
   const Lines room(names.things().size(), run.devices.size());
   std::string text = "<h2>" + title + "</h2><p>" + what +
                      "</p><div class=\"panel\"><table><tr><th></th>" + device_heads(run, 1) +
-                     "<th class=\"word\">rests on</th></tr>\n";
+                     "<th class=\"word\">section of the specification</th></tr>\n";
   for (const std::string& name : std::span(names.things()).first(room.shown)) {
     text += "<tr><td class=\"word\">" + escaped(name) + "</td>";
     for (std::size_t d = 0; d < run.devices.size(); ++d) {
@@ -375,10 +385,11 @@ std::string to_html(const VerifyRun& run) {
                  "Whether runs leave the same bits, those that are expected, and the same as on "
                  "the first device.");
   body += figures_of(run, "flaw", "Known flaws of runtimes",
-                     "Whether the device has them. Nothing of Meniscus rests on them.");
+                     "Whether the device has them. Meniscus does not depend on them.");
   body += figures_of(run, "probe", "Arithmetic",
-                     "What the same bits rest on. Orange: differs, but nothing rests on it.");
-  body += figures_of(run, "limit", "Limits", "Probed, not believed.");
+                     "What the same bits depend on. Orange: differs, but nothing depends on it.");
+  body += figures_of(run, "limit", "Limits",
+                     "Measured on the device; beside it what the driver states.");
   return html_page("meniscus verify", kStyle, body);
 }
 

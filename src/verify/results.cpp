@@ -99,6 +99,24 @@ std::string why_failed(const Row& row) {
          (row.section.empty() ? "" : " [" + row.section + "]");
 }
 
+// Why rows were skipped, a line for each reason.
+std::string skips_of(const DeviceResults& device) {
+  constexpr std::size_t kMostReasons = 10;
+  std::map<std::string, std::size_t> skips;
+  std::string text;
+  std::size_t others = 0;  // rows
+  for (const Row& row : device.rows)
+    if (row.result == Result::skip) ++skips[row.reason];
+  for (std::size_t shown = 0; const auto& [reason, count] : skips)
+    if (shown++ < kMostReasons)
+      text += "  skipped " + grouped(count) + ": " + reason + "\n";
+    else
+      others += count;
+  if (others > 0)
+    text += "  skipped " + grouped(others) + " for other reasons, which --json FILE writes\n";
+  return text;
+}
+
 }  // namespace
 
 const char* to_string(Result result) {
@@ -144,21 +162,30 @@ std::vector<Failure> DeviceResults::failures() const {
 }
 
 bool DeviceResults::unusable() const {
-  return std::all_of(rows.begin(), rows.end(),
-                     [](const Row& row) { return row.result == Result::skip; });
+  return std::all_of(rows.begin(), rows.end(), [](const Row& row) {
+    return row.group == "device" && row.result == Result::skip;
+  });
 }
 
 bool DeviceResults::good() const {
   bool any = false;
   for (const Row& row : rows) {
-    if (row.required && row.result == Result::fail) return false;
+    if (row.required && row.result != Result::pass) return false;
     any = any || row.result == Result::pass;
   }
   return any;
 }
 
 const char* DeviceResults::verdict() const {
-  return unusable() ? "not verified" : good() ? "PASSED" : "FAILED";
+  std::size_t passed = 0, failed = 0, untested = 0;  // of what is required
+  for (const Row& row : rows) {
+    if (!row.required) continue;
+    (row.result == Result::pass ? passed : row.result == Result::fail ? failed : untested) += 1;
+  }
+  return good()                       ? "PASSED"
+         : failed > 0                 ? "FAILED"
+         : passed > 0 && untested > 0 ? "INCOMPLETE"
+                                      : "not verified";
 }
 
 bool VerifyRun::good() const {
@@ -259,6 +286,10 @@ std::string title_of(const DeviceName& device) {
   return device.platform.empty() ? title : title + ")";
 }
 
+std::string title_of(const DeviceResults& results) {
+  return (results.file.empty() ? "" : results.file + ": ") + title_of(results.device);
+}
+
 std::string error_of(const Row& row) {
   if (row.ulp < 0) return "";
   if (row.ulp == 0 && row.result == Result::pass) return "same bits";
@@ -284,17 +315,24 @@ std::string table_of(const VerifyRun& run) {
         text += " and on " + std::to_string(cases - 1) + (cases > 2 ? " others" : " other");
       text += "\n    " + why_failed(*row) + "\n";
     }
-    std::map<std::string, std::size_t> skips;
-    for (const Row& row : device.rows)
-      if (row.result == Result::skip) ++skips[row.reason];
-    for (const auto& [reason, count] : skips)
-      text += "  skipped " + std::to_string(count) + ": " + reason + "\n";
+    text += skips_of(device);
     text += std::string("  ") + device.verdict() + ", " + duration(device.seconds) + "\n\n";
   }
   return text;
 }
 
-std::string compared_variant(const Row& row) { return row.group == "frame" ? "" : row.variant; }
+std::string compared_variant(const Row& row) {
+  if (row.group != "frame") return row.variant;
+  const std::size_t comma = row.variant.find(", ");  // behind the width
+  return comma == std::string::npos ? "" : row.variant.substr(comma + 2);
+}
+
+std::size_t Comparison::required() const {
+  return static_cast<std::size_t>(
+      std::count_if(changes.begin(), changes.end(), [](const Change& change) {
+        return change.before && change.after && (change.before->required || change.after->required);
+      }));
+}
 
 Comparison compared(const DeviceResults& before, const DeviceResults& after) {
   const auto key = [](const Row& row) {
@@ -312,29 +350,30 @@ Comparison compared(const DeviceResults& before, const DeviceResults& after) {
         old && old->result == row.result && old->ulp == row.ulp &&
         (row.group == "limit" || row.result == Result::pass || old->reason == row.reason) &&
         (row.group != "frame" || old->reason == row.reason);
-    if (same)
+    if (same) {
       ++comparison.same;
-    else
-      comparison.changes.push_back({old, &row});
+      continue;
+    }
+    comparison.changes.push_back({old, &row});
+    comparison.only_after += old == nullptr;
   }
   for (const Row& row : before.rows)
-    if (const auto left = earlier.find(key(row)); left != earlier.end() && left->second == &row)
+    if (const auto left = earlier.find(key(row)); left != earlier.end() && left->second == &row) {
       comparison.changes.push_back({&row, nullptr});
+      ++comparison.only_before;
+    }
   return comparison;
 }
 
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after) {
-  std::string text = "A  " + title_of(before.device) + "\nB  " + title_of(after.device) + "\n";
-  const auto [same, changes] = compared(before, after);
-  std::int64_t only_before = 0, only_after = 0;
-  for (const Change& change : changes) {
-    only_before += change.after == nullptr;
-    only_after += change.before == nullptr;
-  }
-  text += grouped(same) + " rows are the same, " +
-          grouped(static_cast<std::int64_t>(changes.size()) - only_before - only_after) + " differ";
-  if (only_before > 0) text += ", " + grouped(only_before) + " only in A";
-  if (only_after > 0) text += ", " + grouped(only_after) + " only in B";
+  std::string text = "A  " + title_of(before) + "\nB  " + title_of(after) + "\n";
+  const Comparison comparison = compared(before, after);
+  text += grouped(comparison.same) + " rows are the same, " + grouped(comparison.differing()) +
+          " differ";
+  if (comparison.differing() > 0)
+    text += " (" + grouped(comparison.required()) + " of them required)";
+  if (comparison.only_before > 0) text += ", " + grouped(comparison.only_before) + " only in A";
+  if (comparison.only_after > 0) text += ", " + grouped(comparison.only_after) + " only in B";
   text += "\n";
   const auto said = [](const Row* row) {
     if (!row) return std::string("not there");
@@ -342,7 +381,7 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
     if (const std::string error = error_of(*row); !error.empty()) words += ", " + error;
     return row->reason.empty() ? words : words + ": " + row->reason;
   };
-  for (const Change& change : changes) {
+  for (const Change& change : comparison.changes) {
     const Row& row = change.after ? *change.after : *change.before;
     // One run had other cases than the other: no difference but where it failed.
     if ((!change.before || !change.after) && row.result != Result::fail) continue;

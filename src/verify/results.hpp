@@ -33,6 +33,7 @@ struct Failure {
 /// All that was found on one device.
 struct DeviceResults {
   DeviceName device;
+  std::string file;  // that it was read from, as --compare names it; empty: none
   std::vector<Row> rows;
   double seconds = 0;
 
@@ -41,11 +42,12 @@ struct DeviceResults {
   /// Failures by group, kernel and variant, in the order of their first rows. Those of a group with
   /// the same reason, as where nothing builds, are one.
   std::vector<Failure> failures() const;
-  /// Whether all was skipped: there is nothing to judge.
+  /// Whether it could not be opened: there is nothing to judge.
   bool unusable() const;
-  /// Whether something passed and no row that must pass failed.
+  /// Whether something passed, and every row that is required did.
   bool good() const;
-  /// "PASSED", "FAILED" or "not verified".
+  /// "PASSED", "FAILED", "INCOMPLETE" (required rows were skipped) or "not verified" (nothing that
+  /// is required was tested).
   const char* verdict() const;
 };
 
@@ -84,16 +86,22 @@ struct Change {
 struct Comparison {
   std::size_t same = 0;  // rows
   std::vector<Change> changes;
+  std::size_t only_before = 0, only_after = 0;  // of the changes: rows of one run alone
+  std::size_t differing() const { return changes.size() - only_before - only_after; }
+  /// Of those that differ, the ones that must pass on a device.
+  std::size_t required() const;
 };
-/// Rows of the same variant are compared. Whole frames have none: one hash with every vector width.
+/// Rows of the same variant are compared. That of a whole frame is without the vector width, with
+/// which its hash does not change: "" or "discs by minima".
 std::string compared_variant(const Row& row);
 Comparison compared(const DeviceResults& before, const DeviceResults& after);
 
 /// What differs and what failed in one alone, and how many rows are the same.
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after);
 
-/// "PoCL device (driver 3.1)".
+/// "PoCL device (driver 3.1)"; of results from a file "old.json: PoCL device (driver 3.1)".
 std::string title_of(const DeviceName& device);
+std::string title_of(const DeviceResults& results);
 
 /// "3 ulp", "same bits" or empty.
 std::string error_of(const Row& row);

@@ -219,7 +219,7 @@ Row row_of(const std::string& kernel, const KernelFindings& found) {
   } else {
     row.result = Result::skip;
     row.reason = found.left_out > 0  ? "left out: it crashed or hung before"
-                 : found.unknown > 0 ? "its inputs differ already: see the kernels before it"
+                 : found.unknown > 0 ? found.why_unknown
                                      : "other kernels were launched than the canonical ones";
   }
   return row;
@@ -456,7 +456,8 @@ Canonical record_canonical(Device& device, const std::function<void(const std::s
   constexpr int kWidths[] = {1, 8};  // of vectors
   Canonical canonical;
   const DeviceInfo& info = device.info();
-  canonical.origin.devices = {title_of({info.name, info.platform, info.driver, info.version})};
+  canonical.origin.devices = {
+      title_of(DeviceName{info.name, info.platform, info.driver, info.version})};
   // What is wrong here is not to become what all others must compute.
   for (const int width : kWidths) {
     const AsVariant as(device, {"", width, false, kRowGroup, 0});

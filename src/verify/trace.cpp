@@ -113,8 +113,19 @@ const TracedLaunch* Tracer::expected_launch(const KernelLaunch& launch) {
     return nullptr;
   }
   if ((*canonical_)[at].inputs == trace_.back().inputs) return &(*canonical_)[at];
-  ++findings_[launch.kernel].unknown;
+  count_unknown(trace_.back(),
+                "its inputs are not the canonical ones" +
+                    (first_difference_.empty()
+                         ? ", though each launch before it left the canonical bits: what the host "
+                           "makes between launches differs"
+                         : "; the first difference: " + first_difference_));
   return nullptr;
+}
+
+void Tracer::count_unknown(const TracedLaunch& launch, const std::string& why) {
+  KernelFindings& findings = findings_[launch.kernel];
+  if (findings.stage.empty()) findings.stage = launch.stage;
+  if (findings.unknown++ == 0) findings.why_unknown = why;
 }
 
 std::vector<Tracer::Wanted> Tracer::wanted(const KernelLaunch& launch,
@@ -144,12 +155,9 @@ void Tracer::reproduce(const KernelLaunch& launch, const std::vector<Wanted>& wa
 }
 
 // Nothing after this launch can be judged.
-void Tracer::give_up_here() {
-  for (std::size_t later = trace_.size(); later < canonical_->size(); ++later) {
-    KernelFindings& not_reached = findings_[(*canonical_)[later].kernel];
-    if (not_reached.stage.empty()) not_reached.stage = (*canonical_)[later].stage;
-    ++not_reached.unknown;
-  }
+void Tracer::give_up_here(const std::string& what) {
+  for (std::size_t later = trace_.size(); later < canonical_->size(); ++later)
+    count_unknown((*canonical_)[later], "not run: the case ended at " + what);
   throw BeyondRepair();
 }
 
@@ -188,7 +196,8 @@ void Tracer::left_out(const KernelLaunch& launch) {
   ++findings.left_out;
   if (!canonical_ || !other_launches_.empty()) throw KernelLeftOut(launch.kernel);
   const TracedLaunch* const canonical = expected_launch(launch);
-  if (!canonical) give_up_here();
+  const std::string what = place() + ", kernel " + launch.kernel + ", which was left out";
+  if (!canonical) give_up_here(what);
   const std::vector<Wanted> values = wanted(launch, *canonical);
   if (watching_.reproducers)
     if (const std::string how = watching_.reproducers->how_it_ended(launch.kernel); !how.empty())
@@ -196,7 +205,7 @@ void Tracer::left_out(const KernelLaunch& launch) {
   std::vector<Bytes> contents(values.size());
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (!launch.arguments[k].buffer) continue;
-    if (!values[k].values || values[k].values->size() != contents_[k].size()) give_up_here();
+    if (!values[k].values || values[k].values->size() != contents_[k].size()) give_up_here(what);
     contents[k] = *values[k].values;
   }
   put(launch, contents);
@@ -236,7 +245,7 @@ void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found
     first_difference_ = "stage " + trace_.back().stage + ", kernel " + launch.kernel + " (";
     first_difference_ += place() + "): " + what;
   }
-  if (!repaired) give_up_here();
+  if (!repaired) give_up_here(first_difference_);
 }
 
 std::string Tracer::other_launches() const {

@@ -24,14 +24,15 @@ struct BeyondRepair : Error {
 
 /// What was seen of one kernel.
 struct KernelFindings {
-  std::string stage;  // of the first launch, or of the first that differs
-  int launches = 0;   // compared
-  int differing = 0;  // of them
-  int unknown = 0;    // launches whose inputs were, or would have been, different already
-  int unsteady = 0;   // launches that do not leave the same bits in every run
-  int left_out = 0;   // launches that a guard did not allow
-  double ulp = 0;     // largest difference of floats; infinity: of a number from none
-  std::string first;  // in words: the first difference
+  std::string stage;        // of the first launch, or of the first that differs
+  int launches = 0;         // compared
+  int differing = 0;        // of them
+  int unknown = 0;          // launches whose inputs were, or would have been, different already
+  std::string why_unknown;  // of the first of them, in words
+  int unsteady = 0;         // launches that do not leave the same bits in every run
+  int left_out = 0;         // launches that a guard did not allow
+  double ulp = 0;           // largest difference of floats; infinity: of a number from none
+  std::string first;        // in words: the first difference
   std::string first_unsteady;
   std::string reproducer;  // the folder of one; empty: none was written
   double ms = 0;           // on the device
@@ -86,7 +87,9 @@ class Tracer : public LaunchObserver {
   std::vector<Wanted> wanted(const KernelLaunch& launch, const TracedLaunch& canonical) const;
   void reproduce(const KernelLaunch& launch, const std::vector<Wanted>& wanted,
                  const std::vector<Bytes>& found, const std::string& what);
-  [[noreturn]] void give_up_here();
+  void count_unknown(const TracedLaunch& launch, const std::string& why);
+  /// `what` the launch left that cannot be put right.
+  [[noreturn]] void give_up_here(const std::string& what);
 
   Device& device_;
   const Trace* canonical_ = nullptr;

@@ -135,6 +135,35 @@ TEST(VerifyRun, IsGoodWhenNothingThatIsRequiredFailed) {
   EXPECT_FALSE(VerifyRun{}.good());
 }
 
+TEST(VerifyRun, IsIncompleteWhereWhatIsRequiredWasNotTested) {
+  DeviceResults device;
+  device.rows = {row("kernel", "a", Result::pass), row("kernel", "b", Result::skip)};
+  EXPECT_FALSE(device.good());
+  EXPECT_STREQ(device.verdict(), "INCOMPLETE");
+  VerifyRun run = two_devices();
+  run.devices[1] = device;
+  EXPECT_FALSE(run.good()) << "beside a device that passed";
+  device.rows[1].required = false;
+  EXPECT_TRUE(device.good());
+  EXPECT_STREQ(device.verdict(), "PASSED");
+  device.rows = {row("kernel", "a", Result::skip)};
+  EXPECT_STREQ(device.verdict(), "not verified");
+  device.rows.push_back(row("kernel", "b", Result::fail));
+  EXPECT_STREQ(device.verdict(), "FAILED");
+}
+
+TEST(VerifyRun, TableHasRoomForReasonsOfSkips) {
+  VerifyRun run;
+  run.devices.resize(1);
+  for (int k = 0; k < 30; ++k) {
+    run.devices[0].rows.push_back(row("kernel", "a", Result::skip));
+    run.devices[0].rows.back().reason = "reason " + std::to_string(100 + k / 2);
+  }
+  EXPECT_THAT(table_of(run), AllOf(HasSubstr("skipped 2: reason 100\n"),
+                                   HasSubstr("skipped 2: reason 109\n  skipped 10 for other"),
+                                   Not(HasSubstr("reason 110"))));
+}
+
 TEST(VerifyRun, TableNamesWhatFailedAndWhy) {
   EXPECT_THAT(
       table_of(two_devices()),
@@ -184,7 +213,7 @@ TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
   EXPECT_EQ(changes[2].before, nullptr);
   EXPECT_EQ(compared(run.devices[1], run.devices[0]).changes.size(), 3u);
   EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
-              AllOf(HasSubstr("0 rows are the same, 2 differ, 1 only in B\n"),
+              AllOf(HasSubstr("0 rows are the same, 2 differ (2 of them required), 1 only in B\n"),
                     HasSubstr("A  pass, same bits"), HasSubstr("B  fail, 3.00 ulp: stage fit"),
                     Not(HasSubstr("64-bit atomics"))));
   EXPECT_THAT(comparison_of(run.devices[0], run.devices[0]),
@@ -200,9 +229,47 @@ TEST(VerifyRun, FramesAreComparedWhateverTheVectorWidth) {
   // Each as its own program wants it, and yet another.
   run.devices[1].rows[1].reason = "hash 1123456789abcdef";
   EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
-              AllOf(HasSubstr("1 rows are the same, 1 differ\n"),
+              AllOf(HasSubstr("1 rows are the same, 1 differ (1 of them required)\n"),
                     HasSubstr("B  pass, same bits: hash 1123")));
   EXPECT_THAT(to_html(run), HasSubstr("<td class=\"some hash\""));
+}
+
+TEST(VerifyRun, FramesDrawnBothWaysAreComparedEachWithItsOwn) {
+  VerifyRun run = two_devices();
+  Row minima = run.devices[0].rows[1];
+  minima.variant = "width 8, discs by minima";
+  minima.reason = "hash 2223456789abcdef";
+  run.devices[0].rows.push_back(minima);
+  run.devices[1] = run.devices[0];
+  for (Row& row : run.devices[1].rows) row.variant.replace(row.variant.find('8'), 1, "1");
+  run.devices[1].rows[0].variant = "width 8";
+  const Comparison itself = compared(run.devices[0], run.devices[1]);
+  EXPECT_EQ(itself.same, 3u);
+  EXPECT_TRUE(itself.changes.empty());
+  EXPECT_THAT(to_html(run), AllOf(HasSubstr("0123456789abcdef"), HasSubstr("2223456789abcdef"),
+                                  HasSubstr("fit, discs by minima")));
+}
+
+TEST(VerifyRun, ComparisonCountsWhatIsRequired) {
+  VerifyRun run = two_devices();
+  const Comparison all = compared(run.devices[0], run.devices[1]);
+  EXPECT_EQ(all.differing(), 2u);
+  EXPECT_EQ(all.required(), 2u);
+  EXPECT_EQ(all.only_before, 0u);
+  EXPECT_EQ(all.only_after, 1u);
+  run.devices[0].rows[0].required = run.devices[1].rows[0].required = false;
+  EXPECT_EQ(compared(run.devices[0], run.devices[1]).required(), 1u);
+}
+
+TEST(VerifyRun, RunsOfOneDeviceAreToldApartByTheirFiles) {
+  VerifyRun run = two_devices();
+  run.devices[1] = run.devices[0];
+  run.devices[0].file = "old.json";
+  run.devices[1].file = "new <2>.json";
+  EXPECT_THAT(comparison_of(run.devices[0], run.devices[1]),
+              AllOf(HasSubstr("A  old.json: PoCL <1> ("), HasSubstr("B  new <2>.json: PoCL")));
+  EXPECT_THAT(to_html(run),
+              AllOf(HasSubstr("Portable, driver 3.1, old.json"), HasSubstr("new &lt;2&gt;.json")));
 }
 
 TEST(VerifyRun, PageShowsDevicesHashesAndFailures) {
@@ -227,7 +294,8 @@ TEST(VerifyRun, PageOfAKernelOfOthersDoesNotSpeakOfCanonicalBits) {
 TEST(VerifyRun, PageOfSeveralDevicesSaysWhatDiffers) {
   VerifyRun run = two_devices();
   EXPECT_THAT(to_html(run),
-              AllOf(HasSubstr("What differs"), HasSubstr("0 rows the same, <strong>2 other"),
+              AllOf(HasSubstr("What differs"),
+                    HasSubstr("0 rows the same, <strong>2 other</strong>, 1 only in this one"),
                     HasSubstr("<small>Else, driver 1</small>")));
   run.devices[1] = run.devices[0];
   EXPECT_THAT(to_html(run), HasSubstr("2 rows the same, <strong>0 other"));

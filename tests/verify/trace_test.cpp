@@ -99,6 +99,8 @@ TEST_P(Traces, EndWhereNothingCanBePutRight) {
   const KernelFindings& found = tracer.findings().at("count_bins");
   EXPECT_EQ(found.differing, 1);
   EXPECT_EQ(found.unknown, 1) << "the second launch, which was not reached";
+  EXPECT_THAT(found.why_unknown, HasSubstr("not run: the case ended at stage "));
+  EXPECT_THAT(found.why_unknown, HasSubstr("kernel count_bins (launch 1 of 2"));
 }
 
 TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
@@ -109,6 +111,8 @@ TEST_P(Traces, DoNotJudgeWhatHadOtherInputs) {
     count(device_, -1);
     EXPECT_EQ(tracer.findings().at("count_bins").launches, 0);
     EXPECT_EQ(tracer.findings().at("count_bins").unknown, 1);
+    EXPECT_THAT(tracer.findings().at("count_bins").why_unknown,
+                HasSubstr("its inputs are not the canonical ones, though each launch before it"));
   }
   Tracer tracer(device_, canonical, values);
   EXPECT_EQ(tracer.other_launches(), "0 launches, wanted 1");

@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "program/batch/outputs.hpp"
+#include "program/cli/terminal.hpp"
 #include "program/dam_break.hpp"
 
 namespace meniscus::cli {
@@ -97,6 +98,8 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
       all += (all.empty() ? "" : ", ") + name;
       found = found || name.find(part) != std::string::npos;
     }
+    if (part.empty())
+      throw usage_error(option + " has an empty name, must be parts of names, of " + all);
     if (!found) throw usage_error(option + " is " + part + ", must be a part of one of " + all);
   }
 }
@@ -130,6 +133,14 @@ void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("K,...");
+}
+
+CLI::Option* add_list_option(CLI::App& command, bool& list) {
+  return command.add_flag("--list", list, "print the names of the kernels, and do nothing else");
+}
+
+void print_names(const std::vector<std::string>& names) {
+  for (const std::string& name : names) print_line(stdout, name);
 }
 
 void add_memory_option(CLI::App& command, std::size_t& memory, const std::string& effect) {

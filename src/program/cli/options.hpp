@@ -40,7 +40,8 @@ std::int64_t parse_particles(const std::string& text);
 /// select_device. Throws DeviceError when there is none.
 std::vector<DeviceInfo> chosen_devices(const std::string& selector, std::string* why = nullptr);
 
-/// Throws usage_error where one of the `parts` given with `option` is in none of the names.
+/// Throws usage_error where one of the `parts` given with `option` is empty or in none of the
+/// names.
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
                           const std::vector<std::string>& names);
 
@@ -53,6 +54,12 @@ void add_device_option(CLI::App& command, std::string& device, const std::string
 
 /// --kernel K, parts of names, separated by commas or given several times.
 void add_kernel_option(CLI::App& command, std::vector<std::string>& kernels);
+
+/// --list: only the names that --kernel can take are printed, with print_names.
+CLI::Option* add_list_option(CLI::App& command, bool& list);
+
+/// Prints names to standard output, one a line.
+void print_names(const std::vector<std::string>& names);
 
 /// An option that takes a finite number above 0; `unit` says what of.
 CLI::Option* add_positive_option(CLI::App& command, const std::string& name,

@@ -27,7 +27,7 @@ struct VerifyOptions {
   std::string size = "full", json, junit, html, record, commit;
   std::vector<std::string> compare;
   verify::Request request;
-  bool quiet = false, list = false;
+  bool quiet = false, list = false, list_devices = false;
   std::string child;  // what a process for a device is to do
 };
 
@@ -70,7 +70,10 @@ verify::VerifyRun together(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     verify::VerifyRun run = read_run(path);
     all.version = run.version;
-    for (verify::DeviceResults& device : run.devices) all.devices.push_back(std::move(device));
+    for (verify::DeviceResults& device : run.devices) {
+      device.file = path;
+      all.devices.push_back(std::move(device));
+    }
   }
   return all;
 }
@@ -97,8 +100,9 @@ verify::Canonical record_on_devices(const VerifyOptions& options) {
 void run_verify(VerifyOptions& options, int& exit_code) {
   verify::Request& request = options.request;
   request.full = options.size == "full";
-  if (options.list) return verify::list_as_child(request.selector);
+  if (options.list_devices) return verify::list_as_child(request.selector);
   if (!options.child.empty()) return verify::run_as_child(options.child);
+  if (options.list) return print_names(verify::known_kernels());
   // Files that cannot be written are better known now than later.
   std::vector<std::string> read = options.compare;
   read.insert(read.end(), {request.program, request.manifest});
@@ -121,8 +125,12 @@ void run_verify(VerifyOptions& options, int& exit_code) {
     run = together(options.compare);
     if (run.devices.size() < 2)
       throw usage_error("--compare: the files hold one device in all, two are needed");
-    for (std::size_t k = 1; k < run.devices.size() && !to_output; ++k)
-      print_lines(stdout, verify::comparison_of(run.devices[0], run.devices[k]));
+    bool same = true;
+    for (std::size_t k = 1; k < run.devices.size(); ++k) {
+      if (!to_output) print_lines(stdout, verify::comparison_of(run.devices[0], run.devices[k]));
+      same = same && verify::compared(run.devices[0], run.devices[k]).required() == 0;
+    }
+    exit_code = same && run.good() ? 0 : 1;
   } else {
     check_parts_of_names("--kernel", request.kernels, verify::known_kernels());
     const std::string& folder = request.reproducers;
@@ -130,7 +138,12 @@ void run_verify(VerifyOptions& options, int& exit_code) {
     run = verify_with_progress(options);
     if (!to_output) {
       print_lines(stdout, verify::table_of(run));
-      print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
+      if (!request.kernels.empty())
+        print_line(stdout,
+                   "kernels and references only: without --kernel probes, limits, whole frames and "
+                   "known flaws are tested, too");
+      if (request.program.empty())
+        print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
     }
     if (!folder.empty()) {
       const std::size_t count = verify::finish_folder(folder).size();
@@ -157,8 +170,9 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   add_device_option(command, request.selector, ", or all (default)");
   add_kernel_option(command, request.kernels);
   command
-      .add_option("--size", o.size,
-                  "full: all cases (default); small: what a simulator has the time for")
+      .add_option(
+          "--size", o.size,
+          "full: all cases (default); small: a subset that takes seconds, e.g. for simulators")
       ->check(CLI::Validator(
           [](const std::string& text) {
             const bool good = text == "small" || text == "full";
@@ -210,6 +224,9 @@ void add_verify_command(CLI::App& program, int& exit_code) {
           ->expected(1, 100)
           ->type_name("A.json B.json");
   for (CLI::Option* option : of_a_run) compare->excludes(option);
+  CLI::Option* list = add_list_option(command, o.list);
+  of_a_run.push_back(compare);
+  for (CLI::Option* option : of_a_run) list->excludes(option);
   command
       .add_option("--timeout", request.seconds,
                   "a device that says nothing for so many seconds is given up (default 300)")
@@ -220,7 +237,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   CLI::Option* commit = command.add_option("--commit", o.commit)->group("");
   command.add_option("--record", o.record)->group("")->needs(commit);
   command.add_option("--child", o.child)->group("");
-  command.add_flag("--child-list", o.list)->group("");
+  command.add_flag("--child-list", o.list_devices)->group("");
   command.callback([options, &exit_code] { run_verify(*options, exit_code); });
 }
 

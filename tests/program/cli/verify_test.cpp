@@ -15,6 +15,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 using ProgramVerify = Program;
 
@@ -35,12 +36,36 @@ TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
 
   const Outcome same = run({"verify", "--compare", "v.json", "v.json"});
   EXPECT_EQ(same.exit_code, 0) << same.err;
-  EXPECT_THAT(same.out, HasSubstr(", 0 differ"));
+  EXPECT_THAT(same.out, AllOf(HasSubstr(", 0 differ\n"), HasSubstr("A  v.json: ")));
+  EXPECT_THAT(outcome.out, HasSubstr("kernels and references only"));
+
+  // Two runs of the program itself differ, or one of them failed.
+  auto other = json;
+  other["rows"][0]["ulp"] = 3;
+  write("other.json", other.dump());
+  const Outcome differs = run({"verify", "--compare", "v.json", "other.json"});
+  EXPECT_EQ(differs.exit_code, 1) << differs.err;
+  EXPECT_THAT(differs.out,
+              AllOf(HasSubstr(", 1 differ (1 of them required)\n"), HasSubstr("B  other.json: ")));
+  for (auto& row : other["rows"])
+    if (row["required"]) row["result"] = "fail";
+  write("other.json", other.dump());
+  const Outcome failed = run({"verify", "--compare", "other.json", "other.json", "--json", "-"});
+  EXPECT_EQ(failed.exit_code, 1) << failed.err;
+}
+
+TEST_F(ProgramVerify, ListsItsKernels) {
+  const Outcome outcome = run({"verify", "--list"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("\nfit_particles\n"), HasSubstr("\nbound_bins\n")));
+  EXPECT_THAT(outcome.out, Not(HasSubstr(" ")));
+  expect_error(run({"verify", "--list", "--kernel", "fit"}), 2, {"--kernel excludes --list"});
 }
 
 TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
   expect_error(run({"verify", "--kernel", "no_such"}), 2,
                {"--kernel is no_such", "project_particles"});
+  expect_error(run({"verify", "--kernel", ""}), 2, {"--kernel has an empty name"});
   expect_error(run({"verify", "--device", "no such"}), 1, {"no usable OpenCL device matches"});
   expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
   expect_error(run({"verify", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
@@ -260,7 +285,8 @@ TEST_F(ProgramVerify, JudgesKernelsOfOthers) {
   };
   const Outcome right = example("chain_sums");
   EXPECT_EQ(right.exit_code, 0) << right.out << right.err;
-  EXPECT_THAT(right.out, AllOf(HasSubstr("programs    2 passed"), HasSubstr("PASSED")));
+  EXPECT_THAT(right.out, AllOf(HasSubstr("programs    2 passed"), HasSubstr("PASSED"),
+                               Not(HasSubstr("canonical bits"))));
 
   const Outcome race = example("racing_chain_sums");
   EXPECT_EQ(race.exit_code, 1) << race.out << race.err;
@@ -289,10 +315,11 @@ TEST_F(ProgramVerify, KernelsOfOthersThatDoNotRunAreFailures) {
   EXPECT_THAT(hang.out, HasSubstr("FAILED program k"));
   EXPECT_THAT(hang.out, HasSubstr("while it ran, the process gave no sign for 3 s"));
 
-  write("k.cl", "kernel void k(");
+  write("k.cl", "kernel void k(global int* to) {\n  *to = missing;\n}");
   const Outcome none = verify({"--device", "cpu"});
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.out, HasSubstr("it did not build: "));
+  EXPECT_THAT(none.out, HasSubstr("k.cl:2:9: use of undeclared identifier 'missing'"));
 
   expect_error(verify({"--device", "no such"}), 1, {"no usable OpenCL device matches"});
   expect_error(verify({"--repeat", "2"}), 2, {"--repeat excludes --program"});
@@ -321,7 +348,7 @@ TEST_F(ProgramVerify, TextsOfFilesThatAreComparedSteerNoTerminal) {
     "size": "", "result": "fail", "ulp": null, "reason": "\u001b[31m", "ms": 1, "required": true,
     "section": ""}]})");
   const Outcome outcome = run({"verify", "--compare", "a.json"});
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_THAT(outcome.out, testing::AllOf(HasSubstr("k\\x07"), HasSubstr("\\x1b[31m"),
                                           testing::Not(HasSubstr("\x1b"))));
 }
