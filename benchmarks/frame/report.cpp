@@ -16,8 +16,7 @@ using nlohmann::ordered_json;
 // Three significant digits, as people read times.
 std::string milliseconds(double ms) {
   char text[32];
-  const double size = std::abs(ms);  // what is left of a median may be less than nothing
-  std::snprintf(text, sizeof text, size < 9.995 ? "%.2f" : size < 99.95 ? "%.1f" : "%.0f", ms);
+  std::snprintf(text, sizeof text, ms < 9.995 ? "%.2f" : ms < 99.95 ? "%.1f" : "%.0f", ms);
   return text;
 }
 
@@ -121,7 +120,8 @@ std::string stage_table(const std::vector<const FrameFigures*>& methods) {
   for (const FrameFigures* f : methods) {
     double rest = f->median_ms;
     for (const StageFigures& stage : f->stages) rest -= stage.host_ms;
-    rows.back().push_back(milliseconds(rest));
+    // Stages are timed in other frames than the median is of: they may take longer together.
+    rows.back().push_back(rest < 0 ? "-" : milliseconds(rest));
   }
   return aligned(rows);
 }
@@ -156,8 +156,8 @@ std::string frames_table(const std::vector<FrameFigures>& frames) {
     std::size_t last = first;
     std::vector<const FrameFigures*> methods;
     std::vector<std::vector<std::string>> rows{{"method", "median ms", "p10", "p90", "cpu ms",
-                                                "frames/s", "cpu ms", "first ms", "device MiB",
-                                                "host MiB"}};
+                                                "frames/s", "cpu ms, in flight", "first ms",
+                                                "device MiB", "host MiB"}};
     for (; last < frames.size() && heading(frames[last]) == heading(frames[first]); ++last) {
       const FrameFigures& f = frames[last];
       methods.push_back(&f);

@@ -69,6 +69,20 @@ double Roofline::bandwidth(double bytes) const {
 
 double Roofline::peak_gflops() const { return std::max(fused_gflops, plain_gflops); }
 
+Roofline better_of(const Roofline& a, const Roofline& b) {
+  Roofline better = a;
+  for (std::size_t k = 0; k < std::min(a.copy.size(), b.copy.size()); ++k)
+    better.copy[k].gb_per_s = std::max(a.copy[k].gb_per_s, b.copy[k].gb_per_s);
+  better.fused_gflops = std::max(a.fused_gflops, b.fused_gflops);
+  better.plain_gflops = std::max(a.plain_gflops, b.plain_gflops);
+  better.launch_us = std::min(a.launch_us, b.launch_us);
+  better.batched_launch_us = std::min(a.batched_launch_us, b.batched_launch_us);
+  better.empty_kernel_us = std::min(a.empty_kernel_us, b.empty_kernel_us);
+  better.spread_atomics = std::max(a.spread_atomics, b.spread_atomics);
+  better.contended_atomics = std::max(a.contended_atomics, b.contended_atomics);
+  return better;
+}
+
 LaunchCost measure_launches(Device& device, int tries) {
   const auto one = allocate<float>(device, 64);
   const auto launch_one = [&] { launch(device, kernels::write_one, 1, {64}, one); };
@@ -115,6 +129,9 @@ Roofline measure_roofline(Device& device, const ProbeEffort& effort) {
   roofline.spread_atomics = atomic_rate(device, static_cast<cl_uint>(effort.atomics - 1), effort);
   roofline.contended_atomics = atomic_rate(device, 0, effort);
 
+  const auto one = allocate<float>(device, 64);
+  roofline.empty_kernel_us =
+      1e6 * best_seconds(device, effort, [&] { launch(device, kernels::write_one, 1, {64}, one); });
   const LaunchCost launches = measure_launches(device, effort.tries);
   roofline.launch_us = launches.single_us;
   roofline.batched_launch_us = launches.batched_us;

@@ -19,7 +19,8 @@ struct Roofline {
   double plain_gflops = 0;       // products and sums, not fused
   double launch_us = 0;          // a launch and the wait for it, wall time
   double batched_launch_us = 0;  // a launch among many with one wait, wall time
-  double spread_atomics = 0;     // atomic minima on a word each, 1e9 a second
+  double empty_kernel_us = 0;  // device time of a kernel that does nearly nothing; 0: not measured
+  double spread_atomics = 0;   // atomic minima on a word each, 1e9 a second
   double contended_atomics = 0;  // all on one word, 1e9 a second
 
   /// What a copy of that many bytes in all reaches, GB/s: between the sizes measured, by the
@@ -29,6 +30,9 @@ struct Roofline {
   /// The higher of the two rates of arithmetic, GFLOP/s.
   double peak_gflops() const;
 };
+
+/// The better of each figure of two measurements on one device: other work only slows.
+Roofline better_of(const Roofline& a, const Roofline& b);
 
 /// What a launch costs by itself, wall time.
 struct LaunchCost {
@@ -46,8 +50,8 @@ struct ProbeEffort {
                                       std::size_t{1} << 24, std::size_t{1} << 27};
   std::size_t atomics = std::size_t{1} << 20;
   int arithmetic_rounds = 8;
-  int tries = 20;        // at least; the best one counts
-  double seconds = 0.3;  // of trying, at least
+  int tries = 20;         // at least; the best one counts
+  double seconds = 0.15;  // of trying, at least
 };
 
 /// Measures with the kernels of probe.cl, by events. Sizes beyond the device's largest buffer are

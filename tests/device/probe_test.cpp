@@ -23,7 +23,7 @@ TEST_P(Probe, EveryFigureIsPositiveAndFinite) {
   for (const double figure :
        {roofline.copy[0].gb_per_s, roofline.copy[1].gb_per_s, roofline.fused_gflops,
         roofline.plain_gflops, roofline.launch_us, roofline.batched_launch_us,
-        roofline.spread_atomics, roofline.contended_atomics}) {
+        roofline.empty_kernel_us, roofline.spread_atomics, roofline.contended_atomics}) {
     EXPECT_GT(figure, 0);
     EXPECT_TRUE(std::isfinite(figure));
   }

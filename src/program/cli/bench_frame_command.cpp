@@ -5,10 +5,12 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "frame/measure.hpp"
+#include "frame/process.hpp"
 #include "frame/report.hpp"
 #include "io/output_file.hpp"
 #include "meniscus/meniscus.hpp"
@@ -118,6 +120,7 @@ void run_bench_frame(BenchFrameOptions options) {
   const DeviceInfo device = select_device(options.device, &why);
   print_line(stderr, printed("%-10s %s: %s", "device", device.name.c_str(), why.c_str()));
   std::vector<FrameFigures> results;
+  const OtherWork other_work;
   for_each_frame(options, [&](const FrameInput& frame) {
     for (const Method method : options.methods)
       for (const int layers : options.layers) {
@@ -135,6 +138,10 @@ void run_bench_frame(BenchFrameOptions options) {
                                    f.height, f.median_ms));
       }
   });
+  const int processors = static_cast<int>(std::thread::hardware_concurrency());
+  const int threads = options.threads > 0 ? options.threads : processors;
+  if (const double busy = other_work.processors(); threads + busy > processors + 0.25)
+    print_line(stderr, "meniscus: warning: " + other_work_warning(busy, "times"));
   if (to_output) {
     std::fputs(frames_json(device, results).c_str(), stdout);
     return;
@@ -142,9 +149,10 @@ void run_bench_frame(BenchFrameOptions options) {
   std::fprintf(stderr, "\n");
   print_lines(stdout, frames_table(results));
   std::printf(
-      "\ncpu ms is the processor time of the whole process beside the median frame, and again "
-      "beside\nframes/s, where %d frames are in flight. The stages' times include the wait after "
-      "each.\n",
+      "\ncpu ms is the processor time of the whole process in the median frame, and in flight that "
+      "of a frame\nwhere %d are extracted at the same time, as for frames/s. The stages' times "
+      "include the wait after each.\nThey are of other frames than the median: - where they take "
+      "longer than it together.\n",
       options.measure.in_flight);
   if (json) {
     json->write(frames_json(device, results));
