@@ -101,9 +101,32 @@ std::vector<SessionPair> pair_sessions(const BenchRun* before, const BenchRun& a
   return pairs;
 }
 
+bool has_any(const BenchRun& run, const std::vector<std::string>& kernels,
+             const std::vector<long long>& particles, int width, int height) {
+  for (const Session& session : run.sessions)
+    for (const std::string& kernel : kernels)
+      for (const long long count : particles)
+        if (session.find(kernel, kDevice, count, width, height)) return true;
+  return false;
+}
+
+std::string sizes_of(const BenchRun& run) {
+  std::vector<std::string> sizes;
+  for (const Session& session : run.sessions)
+    for (const Result& r : session.results) {
+      const std::string size = grouped(r.particles) + " particles at " + std::to_string(r.width) +
+                               "x" + std::to_string(r.height);
+      if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
+    }
+  std::string text;
+  for (const std::string& size : sizes) text += (text.empty() ? "" : ", ") + size;
+  return text.empty() ? "none" : text;
+}
+
 std::string title_of(const Session& session) {
-  if (session.threads == 0) return session.device;
-  return session.device + ", " + counted(session.threads, "thread");
+  const std::string title =
+      session.file.empty() ? session.device : session.file + ": " + session.device;
+  return session.threads == 0 ? title : title + ", " + counted(session.threads, "thread");
 }
 
 }  // namespace meniscus::bench

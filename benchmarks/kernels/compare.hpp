@@ -43,7 +43,14 @@ struct SessionPair {
 };
 std::vector<SessionPair> pair_sessions(const BenchRun* before, const BenchRun& after);
 
-/// "PoCL, 2 threads".
+/// Whether a run has a result of one of these kernels, at one of these sizes.
+bool has_any(const BenchRun& run, const std::vector<std::string>& kernels,
+             const std::vector<long long>& particles, int width, int height);
+
+/// The sizes of a run's frames: "10,000 particles at 1024x768, 40,000 particles at 1024x768".
+std::string sizes_of(const BenchRun& run);
+
+/// "PoCL, 2 threads"; of a session from a file "old.json: PoCL, 2 threads".
 std::string title_of(const Session& session);
 
 }  // namespace meniscus::bench

@@ -1,16 +1,16 @@
 #include "kernels/measure.hpp"
 
 #include <benchmark/benchmark.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <map>
+#include <thread>
 
 #include "frame/process.hpp"
 #include "kernels/cases.hpp"
+#include "kernels/native/native.hpp"
 
 namespace meniscus::bench {
 namespace {
@@ -28,39 +28,6 @@ class Collector : public benchmark::BenchmarkReporter {
   }
   std::map<std::string, std::vector<double>> ms;
   std::string error;
-};
-
-// How many processors other processes keep busy, on average since it was made; 0 where the system
-// does not tell.
-class OtherWork {
- public:
-  double processors() const {
-    const Clocks now = read();
-    return now.wall > begin_.wall ? std::max(0.0, (now.all - begin_.all) - (now.own - begin_.own)) /
-                                        (now.wall - begin_.wall)
-                                  : 0;
-  }
-
- private:
-  struct Clocks {
-    double wall = 0, all = 0, own = 0;  // seconds
-  };
-  static Clocks read() {
-    Clocks clocks;
-    clocks.wall =
-        1e-9 * static_cast<double>(std::chrono::steady_clock::now().time_since_epoch().count());
-    clocks.own = 1e-3 * processor_ms();
-    std::ifstream stat("/proc/stat");  // cpu user nice system idle iowait irq softirq steal
-    std::string name;
-    double ticks[8] = {};
-    stat >> name;
-    for (double& tick : ticks) stat >> tick;
-    if (!stat) return {};
-    clocks.all = (ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6]) /
-                 static_cast<double>(sysconf(_SC_CLK_TCK));
-    return clocks;
-  }
-  Clocks begin_ = read();
 };
 
 double wall_ms(const std::function<void()>& run) {
@@ -135,6 +102,7 @@ Result result_of(const Case& measured, const char* kernel, const char* variant, 
   result.bytes = measured.bytes;
   result.operations = measured.operations;
   result.atomics = measured.atomics;
+  result.whole_stage = measured.whole;
   result.ms = ms;
   return result;
 }
@@ -201,9 +169,11 @@ void set_up_library() {
 
 }  // namespace
 
-std::vector<std::string> kernel_names() {
+std::vector<std::string> kernel_names() { return chosen_names({}); }
+
+std::vector<std::string> chosen_names(const std::vector<std::string>& parts) {
   std::vector<std::string> names;
-  for (const KernelBench& bench : kernel_benches()) names.emplace_back(bench.kernel);
+  for (const KernelBench& bench : chosen_benches(parts)) names.emplace_back(bench.kernel);
   return names;
 }
 
@@ -219,10 +189,12 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
   session.platform = info.platform;
   session.driver = info.driver;
   session.compute_units = info.compute_units;
+  session.processors = static_cast<int>(std::thread::hardware_concurrency());
   session.threads = threads;
+  session.native_flags = native::has_native_flags();
   const OtherWork other_work;
   say("the roofline");
-  session.roofline = measure_roofline(device, options.probes);
+  const Roofline before = measure_roofline(device, options.probes);
   const std::unique_ptr<Workers> workers =
       threads > 0 ? std::make_unique<Workers>(threads) : nullptr;
   for (const long long particles : options.particles) {
@@ -239,6 +211,8 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
       }
     }
   }
+  say("the roofline again");
+  session.roofline = better_of(before, measure_roofline(device, options.probes));
   session.other_work = other_work.processors();
   return session;
 }

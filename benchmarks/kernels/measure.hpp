@@ -23,10 +23,13 @@ struct MeasureOptions {
 /// The names of the kernels that can be measured.
 std::vector<std::string> kernel_names();
 
-/// Measures the roofline, and every chosen kernel at every size: one launch that is not timed, then
-/// launches one by one, in random order with those of the native version, which runs with
-/// `threads` threads (0: not at all). A native version whose result differs from the device's is
-/// left out, with a note.
+/// Those with one of the parts in their names; all where there are no parts.
+std::vector<std::string> chosen_names(const std::vector<std::string>& parts);
+
+/// Measures the roofline, before and after every chosen kernel at every size. Of a kernel: one
+/// launch that is not timed, then launches one by one, in random order with those of the native
+/// version, which runs with `threads` threads (0: not at all). A native version whose result
+/// differs from the device's is left out, with a note.
 ///
 ///   say  receives a line on each kernel before it is measured
 ///

@@ -45,7 +45,7 @@ std::string chip(const Verdict& v) {
 // A bar of `value` (1: the whole limit) with a mark at what is good enough; the scale ends at
 // `full`.
 std::string bar(double value, double good, double full, const std::string& label) {
-  if (!(value > 0)) return "<div class=\"bar none\"><span>not measured</span></div>";
+  if (!(value > 0)) return "<div class=\"bar none\"><span>" + escaped(label) + "</span></div>";
   return printed(
       "<div class=\"bar %s\"><i style=\"width:%.1f%%\"></i><b style=\"left:%.1f%%\"></b>"
       "<span>%s</span></div>",
@@ -53,7 +53,9 @@ std::string bar(double value, double good, double full, const std::string& label
       escaped(label).c_str());
 }
 
-std::string times(double ratio) { return printed("%.2f times", ratio); }
+std::string times(double ratio) {
+  return ratio > 0 ? printed("%.2f times", ratio) : "not measured";
+}
 
 std::string verdict_bars(const std::vector<Verdict>& verdicts, const Session& session) {
   const std::string all = session.threads > 1 ? printed("on %d threads", session.threads)
@@ -69,13 +71,13 @@ std::string verdict_bars(const std::vector<Verdict>& verdicts, const Session& se
     text += "<div class=\"name\">" + escaped(v.result->kernel) + "<small>" +
             three_digits(v.result->best_ms()) + " ms, " + with_prefix(v.result->rate()) + " " +
             escaped(v.result->unit) + "/s</small></div>";
-    text += bar(v.share.value, kGoodShare, 1,
-                printed("%.0f %% of %s", 100 * v.share.value, v.share.limit.c_str()));
+    text += bar(v.share.value, kGoodShare, 1, share_text(*v.result, v.share));
     constexpr double kFull = 1.25;  // faster than that is all the same
     const double one = session.threads == 1 ? v.against_all : v.against_one;
     const double several = session.threads == 1 ? 0 : v.against_all;
-    text += bar(one, kGoodAgainstNative, kFull, times(one));
-    text += bar(several, kGoodAgainstNative, kFull, times(several));
+    // Without the processor's flags native versions are no measure: a figure, and no bar.
+    for (const double ratio : {one, several})
+      text += bar(session.native_flags ? ratio : 0, kGoodAgainstNative, kFull, times(ratio));
     text += "<div>" + chip(v) + "</div>\n";
   }
   return text + "</div></div>\n";
@@ -85,22 +87,22 @@ std::string results_rows(const Session& session) {
   std::string text =
       "<div class=\"panel\"><table><tr><th>kernel</th><th class=\"word\">variant</th>"
       "<th>particles</th><th>ms</th><th>noise</th><th>rate</th><th>GB/s</th><th>GFLOP/s</th>"
-      "<th>ops/byte</th><th>of roofline</th><th class=\"word\">limit</th><th>of native</th></tr>\n";
+      "<th>ops/byte</th><th class=\"word\">of roofline</th><th>of native</th></tr>\n";
   for (const Result& r : session.results) {
     const Share share = share_of_roofline(r, session.roofline);
     text += printed(
         "<tr%s><td>%s</td><td class=\"word\">%s</td><td>%s</td><td>%s</td><td>%.0f %%</td><td>%s"
-        "</td><td>%s</td><td>%s</td><td>%s</td><td>%.0f %%</td><td class=\"word\">%s</td><td>%s"
+        "</td><td>%s</td><td>%s</td><td>%s</td><td class=\"word\">%s</td><td>%s"
         "</td></tr>\n",
         r.variant == kNative ? " class=\"native\"" : "", escaped(r.kernel).c_str(),
         escaped(r.variant).c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
         100 * r.noise_ms() / r.best_ms(),
         escaped(with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
         three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
-        count_text(r.intensity()).c_str(), 100 * share.value, share.limit.c_str(),
+        count_text(r.intensity()).c_str(), escaped(share_text(r, share)).c_str(),
         ratio_text(session.against_native(r)).c_str());
     if (!r.note.empty())
-      text += "<tr><td class=\"note\" colspan=\"12\">" + escaped(r.note) + "</td></tr>\n";
+      text += "<tr><td class=\"note\" colspan=\"11\">" + escaped(r.note) + "</td></tr>\n";
   }
   return text + "</table></div>\n";
 }
@@ -108,6 +110,7 @@ std::string results_rows(const Session& session) {
 std::string comparison_rows(const SessionPair& pair) {
   std::string text = "<p><strong>Before:</strong> " + escaped(title_of(*pair.before)) +
                      ". <strong>After:</strong> " + escaped(title_of(*pair.after)) + ".</p>\n";
+  text += "<p>" + escaped(roofline_ratio(pair)) + ".</p>\n";
   const std::vector<Difference> differences = compare(*pair.before, *pair.after);
   if (differences.empty()) return text + "<p>" + escaped(kNothingInCommon) + "</p>\n";
   text +=
@@ -124,10 +127,11 @@ std::string comparison_rows(const SessionPair& pair) {
         grouped(d.after.particles).c_str(), three_digits(d.before.best_ms()).c_str(),
         three_digits(d.after.best_ms()).c_str(), d.ratio(), 100 * d.noise(), kind, verdict_on(d));
   }
-  return text + "</table></div>\n";
+  return text + "</table></div>\n<p>" + escaped(change_summary(differences)) + ".</p>\n";
 }
 
-std::string session_section(const Session& session, const std::vector<Verdict>& verdicts) {
+std::string session_section(const BenchRun& run, const Session& session,
+                            const std::vector<Verdict>& verdicts) {
   std::string text;
   const auto judged = std::find_if(verdicts.begin(), verdicts.end(),
                                    [&](const Verdict& v) { return v.session == &session; });
@@ -142,9 +146,9 @@ std::string session_section(const Session& session, const std::vector<Verdict>& 
            ": roofline and all results</summary>\n" + plot + "</details>\n";
   text += "<h2>" + escaped(title_of(session)) + "</h2>\n<p>" + escaped(session.platform) +
           ", driver " + escaped(session.driver) + ". The bars are those of the largest frame, " +
-          frame_of(*judged->result) +
-          (session.disturbed() ? "; <strong>" + escaped(warning_on(session)) + "</strong>" : "") +
-          "</p>\n";
+          frame_of(*judged->result) + ", on all threads.</p>\n";
+  for (const std::string& warning : warnings_on(session, one_thread_of(run, session)))
+    text += "<p><strong>Warning: " + escaped(warning) + ".</strong></p>\n";
   text +=
       "<div class=\"legend\"><span><i style=\"background:var(--blue)\"></i>near the limit</span>"
       "<span><i style=\"background:var(--orange)\"></i>far from it</span>"
@@ -168,20 +172,27 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
       "<p>Meniscus %s. <strong>Far from the limit: %s of %s; open: %s.</strong> The "
       "farthest come first. A kernel is near when it reaches %.0f %% of the roofline that was "
       "measured in the same run, or %.1f of the speed of a native C++ version of the same "
-      "algorithm on one thread and on all. It is open where it is far from the roofline and there "
+      "algorithm on one thread and on all, as far as both were measured. It is open where it is "
+      "far from the roofline and there "
       "is no native version to tell whether more is possible.</p>\n",
       escaped(run.version).c_str(), count("far").c_str(),
       counted(verdicts.size(), "kernel").c_str(), count("open").c_str(), 100 * kGoodShare,
       kGoodAgainstNative);
-  for (const Session& session : run.sessions) text += session_section(session, verdicts);
+  for (const Session& session : run.sessions) text += session_section(run, session, verdicts);
   if (!pairs.empty()) text += "<h2>Comparison</h2>\n";
   for (const SessionPair& pair : pairs) text += comparison_rows(pair);
   text +=
-      "<h2>How to read this</h2>\n<p>A time is that of the fastest launch, from the device's "
-      "events, and its noise is how far the fastest quarter of the launches reaches above it. "
-      "Bytes and operations are counted by hand from the algorithm, each array once; a kernel's "
-      "share of the roofline is the largest of its shares of the bandwidth of a copy of as many "
-      "bytes, of the arithmetic and of the atomic minima. Small dots are smaller frames. A "
+      "<h2>How to read this</h2>\n<p>A time is that of the fastest launch, and its noise is how "
+      "far "
+      "the fastest quarter of the launches reaches above it. Times of kernels are from the "
+      "device's "
+      "events; rows marked <em>stage, wall time</em> are wall times of whole stages with the "
+      "host's "
+      "part, which have no share of the roofline. Bytes and operations are counted by hand from "
+      "the algorithm, each array once; a kernel's share of the roofline is the largest of its "
+      "shares of the bandwidth of a copy of as many bytes, of the arithmetic, of the atomic minima "
+      "and of an empty kernel's speed. Where operations are not counted, there is no share. Small "
+      "dots are smaller frames. A "
       "difference exceeds the noise when it is larger than both noises together, and than 2 "
       "%.</p>\n";
   return html_page("Meniscus: how fast its kernels are", kStyle, text);

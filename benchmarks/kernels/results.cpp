@@ -24,6 +24,7 @@ Json json_of(const Roofline& roofline) {
           {"plain_gflops", roofline.plain_gflops},
           {"launch_us", roofline.launch_us},
           {"batched_launch_us", roofline.batched_launch_us},
+          {"empty_kernel_us", roofline.empty_kernel_us},
           {"spread_atomics_g_per_s", roofline.spread_atomics},
           {"contended_atomics_g_per_s", roofline.contended_atomics}};
 }
@@ -39,6 +40,7 @@ Json json_of(const Result& result, const Session& session) {
             {"bytes", result.bytes},
             {"operations", result.operations},
             {"atomics", result.atomics},
+            {"whole_stage", result.whole_stage},
             {"ms", result.ms},
             {"best_ms", result.best_ms()},
             {"noise_ms", result.noise_ms()},
@@ -46,8 +48,11 @@ Json json_of(const Result& result, const Session& session) {
             {"gb_per_s", result.gb_per_s()},
             {"gflops", result.gflops()}};
   const Share share = share_of_roofline(result, session.roofline);
-  json["share_of_roofline"] = share.value;
-  json["limit"] = share.limit;
+  if (share.counted()) {
+    json["share_of_roofline"] = share.value;
+    json["limit"] = share.limit;
+    json["ceiling"] = share.ceiling;
+  }
   if (const double against = session.against_native(result); against > 0)
     json["against_native"] = against;
   if (!result.note.empty()) json["note"] = result.note;
@@ -62,6 +67,7 @@ Roofline roofline_of(const Json& json) {
   roofline.plain_gflops = json.at("plain_gflops");
   roofline.launch_us = json.at("launch_us");
   roofline.batched_launch_us = json.at("batched_launch_us");
+  roofline.empty_kernel_us = json.value("empty_kernel_us", 0.0);
   roofline.spread_atomics = json.at("spread_atomics_g_per_s");
   roofline.contended_atomics = json.at("contended_atomics_g_per_s");
   return roofline;
@@ -90,6 +96,7 @@ Result result_of(const Json& json) {
   result.operations = json.at("operations");
   result.atomics = json.at("atomics");
   result.ms = json.at("ms").get<std::vector<double>>();
+  result.whole_stage = json.value("whole_stage", false);
   result.note = json.value("note", "");
   const auto positive = [](double ms) { return ms > 0; };
   if (result.ms.empty() || !std::all_of(result.ms.begin(), result.ms.end(), positive))
@@ -109,12 +116,16 @@ double Result::noise_ms() const {
 
 Share share_of_roofline(const Result& result, const Roofline& roofline) {
   Share best;
-  const auto consider = [&](double rate, double limit, const char* name) {
-    if (limit > 0 && rate / limit > best.value) best = {rate / limit, name};
+  if (result.whole_stage || !(result.operations > 0)) return best;
+  const auto consider = [&](double share, double ceiling, const char* name) {
+    if (ceiling > 0 && share > best.value) best = {share, name, ceiling};
   };
-  consider(result.gb_per_s(), roofline.bandwidth(result.bytes), "memory");
-  consider(result.gflops(), roofline.peak_gflops(), "arithmetic");
-  consider(1e-6 * result.atomics / result.best_ms(), roofline.spread_atomics, "atomics");
+  const double bandwidth = roofline.bandwidth(result.bytes);
+  consider(result.gb_per_s() / bandwidth, bandwidth, "memory");
+  consider(result.gflops() / roofline.peak_gflops(), roofline.peak_gflops(), "arithmetic");
+  consider(1e-6 * result.atomics / result.best_ms() / roofline.spread_atomics,
+           roofline.spread_atomics, "atomics");
+  consider(1e-3 * roofline.empty_kernel_us / result.best_ms(), roofline.empty_kernel_us, "launch");
   return best;
 }
 
@@ -138,23 +149,31 @@ double Session::against_native(const Result& result) const {
   return native ? native->best_ms() / result.best_ms() : 0;
 }
 
+double Verdict::against_native() const {
+  if (!session->native_flags) return 0;
+  if (!(against_one > 0)) return against_all;
+  return against_all > 0 ? std::min(against_one, against_all) : against_one;
+}
+
 bool Verdict::near_limit() const {
-  return share.value >= kGoodShare ||
-         (against_all >= kGoodAgainstNative &&
-          (against_one >= kGoodAgainstNative || session->threads == 1));
+  return share.value >= kGoodShare || against_native() >= kGoodAgainstNative;
+}
+
+const Session* one_thread_of(const BenchRun& run, const Session& session) {
+  for (const Session& other : run.sessions)
+    if (other.device == session.device && other.threads == 1) return &other;
+  return nullptr;
 }
 
 std::vector<Verdict> judge(const BenchRun& run) {
   std::vector<Verdict> verdicts;
   for (const Session& session : run.sessions) {
-    const Session* single = nullptr;
-    bool most = true;
-    for (const Session& other : run.sessions) {
-      if (other.device != session.device) continue;
-      if (other.threads > session.threads) most = false;
-      if (other.threads == 1) single = &other;
-    }
+    const bool most =
+        std::none_of(run.sessions.begin(), run.sessions.end(), [&](const Session& other) {
+          return other.device == session.device && other.threads > session.threads;
+        });
     if (!most) continue;
+    const Session* const single = one_thread_of(run, session);
     for (const Result& result : session.results) {
       if (result.variant != kDevice) continue;
       const bool larger =
@@ -185,8 +204,10 @@ std::string to_json(const BenchRun& run) {
                         {"platform", session.platform},
                         {"driver", session.driver},
                         {"compute_units", session.compute_units},
+                        {"processors", session.processors},
                         {"threads", session.threads},
                         {"other_work", session.other_work},
+                        {"native_benchmarks", session.native_flags},
                         {"roofline", json_of(session.roofline)},
                         {"results", results}});
   }
@@ -210,7 +231,11 @@ BenchRun from_json(const std::string& text, const std::string& name) try {
     session.driver = entry.at("driver");
     take_whole(entry, "compute_units", session.compute_units);
     take_whole(entry, "threads", session.threads);
+    session.processors = static_cast<int>(session.compute_units);
+    if (entry.contains("processors")) take_whole(entry, "processors", session.processors);
     session.other_work = entry.at("other_work");
+    session.native_flags = entry.value("native_benchmarks", false);
+    session.file = name;
     session.roofline = roofline_of(entry.at("roofline"));
     for (const Json& result : entry.at("results")) session.results.push_back(result_of(result));
     run.sessions.push_back(session);

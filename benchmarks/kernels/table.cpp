@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/printed.hpp"
+#include "frame/process.hpp"
 
 namespace meniscus::bench {
 
@@ -28,10 +29,44 @@ std::string roofline_line(const Roofline& roofline) {
          with_prefix(1e9 * roofline.contended_atomics) + "/s";
 }
 
-std::string warning_on(const Session& session) {
-  if (!session.disturbed()) return "";
-  return printed("other work ran beside, on %.1f processors: threads may not have run at once",
-                 session.other_work);
+namespace {
+
+std::string disturbance(const Session& session) {
+  return other_work_warning(session.other_work, "times and roofline");
+}
+
+}  // namespace
+
+std::vector<std::string> warnings_on(const Session& session, const Session* one_thread) {
+  std::vector<std::string> warnings;
+  if (session.disturbed()) warnings.push_back(disturbance(session));
+  const bool several = session.kind == "CPU" && session.threads > 1 && session.processors > 1;
+  if (one_thread && several) {
+    const double gain = session.roofline.peak_gflops() / one_thread->roofline.peak_gflops();
+    if (gain < kLeastGain)
+      warnings.push_back(
+          printed("%d threads computed only %.2f times as fast as one: they did not "
+                  "run at once, and shares of the roofline are too large",
+                  session.threads, gain));
+  }
+  const bool has_native = std::any_of(session.results.begin(), session.results.end(),
+                                      [](const Result& r) { return r.variant == kNative; });
+  if (has_native && !session.native_flags)
+    warnings.emplace_back(
+        "native versions are not compiled for this processor (build with "
+        "-DMENISCUS_NATIVE_BENCHMARKS=ON): no verdict is drawn from them");
+  return warnings;
+}
+
+std::string share_text(const Result& result, const Share& share) {
+  if (result.whole_stage) return "stage, wall time";
+  if (!share.counted()) return "not counted";
+  const std::string part = printed("%.0f%% of ", 100 * share.value);
+  const std::string ceiling = three_digits(share.ceiling);
+  if (share.limit == "memory") return part + ceiling + " GB/s";
+  if (share.limit == "arithmetic") return part + ceiling + " GFLOP/s";
+  if (share.limit == "atomics") return part + with_prefix(1e9 * share.ceiling) + " atomics/s";
+  return part + "a launch, " + ceiling + " us";
 }
 
 std::string results_table(const BenchRun& run) {
@@ -43,20 +78,22 @@ std::string results_table(const BenchRun& run) {
       text += ", images of " + std::to_string(r.width) + "x" + std::to_string(r.height);
     }
     text += "\n  " + roofline_line(session.roofline) + "\n";
-    if (session.disturbed()) text += "  " + warning_on(session) + "\n";
+    for (const std::string& warning : warnings_on(session, one_thread_of(run, session)))
+      text += "  warning: " + warning + "\n";
     text += "\n";
     text +=
-        printed("%-20s %-7s %10s %9s %6s %18s %7s %8s %15s %9s\n", "kernel", "variant", "particles",
+        printed("%-20s %-7s %10s %9s %6s %18s %7s %8s %16s %9s\n", "kernel", "variant", "particles",
                 "ms", "noise", "rate", "GB/s", "GFLOP/s", "of roofline", "of native");
     for (const Result& r : session.results) {
       const Share share = share_of_roofline(r, session.roofline);
-      text += printed("%-20s %-7s %10s %9s %5.0f%% %18s %7s %8s %15s %9s\n", r.kernel.c_str(),
-                      r.variant.c_str(), grouped(r.particles).c_str(),
-                      three_digits(r.best_ms()).c_str(), 100 * r.noise_ms() / r.best_ms(),
-                      (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
-                      three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
-                      printed("%.0f%% %s", 100 * share.value, share.limit.c_str()).c_str(),
-                      ratio_text(session.against_native(r)).c_str());
+      text += printed(
+          "%-20s %-7s %10s %9s %5.0f%% %18s %7s %8s %16s %9s\n", r.kernel.c_str(),
+          r.variant.c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
+          100 * r.noise_ms() / r.best_ms(), (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
+          three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
+          share.counted() ? printed("%.0f%% %s", 100 * share.value, share.limit.c_str()).c_str()
+                          : share_text(r, share).c_str(),
+          ratio_text(session.against_native(r)).c_str());
       if (!r.note.empty()) text += "  note: " + r.note + "\n";
     }
     text += "\n";
@@ -67,12 +104,13 @@ std::string results_table(const BenchRun& run) {
 std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts) {
   // How much of what would be near enough is reached, by the better of the two measures.
   const auto reached = [](const Verdict& v) {
-    double native = v.against_all;
-    if (v.against_one > 0) native = std::min(native, v.against_one);
-    return std::max(v.share.value / kGoodShare, native / kGoodAgainstNative);
+    return std::max(v.share.value / kGoodShare, v.against_native() / kGoodAgainstNative);
   };
   std::stable_sort(verdicts.begin(), verdicts.end(), [&](const Verdict& a, const Verdict& b) {
-    const auto rank = [](const Verdict& v) { return v.near_limit() ? 2 : v.open() ? 1 : 0; };
+    // Last what nothing was measured of that would tell.
+    const auto rank = [](const Verdict& v) {
+      return v.near_limit() ? 2 : !v.open() ? 0 : v.share.counted() ? 1 : 3;
+    };
     return rank(a) != rank(b) ? rank(a) < rank(b) : reached(a) < reached(b);
   });
   return verdicts;
@@ -81,39 +119,70 @@ std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts) {
 namespace {
 
 const char* verdict_in_words(const Verdict& v) {
-  return v.share.value >= kGoodShare ? "at the roofline"
-         : v.near_limit()            ? "as native"
-         : v.open()                  ? "no native version"
-                                     : "slower";
+  return v.share.value >= kGoodShare               ? "at the roofline"
+         : v.against_native() >= kFasterThanNative ? "faster than native"
+         : v.near_limit()                          ? "as native"
+         : v.open()                                ? "open"
+                                                   : "slower";
 }
 
 }  // namespace
 
 std::string verdict_table(const BenchRun& run) {
   std::string text = printed(
-      "At the roofline: at least %.0f%% of it. As native: at least %.1f of the native version's "
-      "speed, on one thread and on all.\nSlower: neither. Noise: how far the fastest quarter of "
-      "the "
-      "launches reaches above the fastest one.\n\n",
-      100 * kGoodShare, kGoodAgainstNative);
+      "Verdicts are for the largest frame, on all threads.\nAt the roofline: at least %.0f%% of "
+      "it. "
+      "As native: at least %.1f of the native version's speed, on one thread and on all,\nas far "
+      "as "
+      "both were measured; faster than native: %.2f times its speed. Slower: below both. Open: "
+      "below "
+      "the\nroofline, and no native version tells whether more is possible. Noise: how far the "
+      "fastest quarter of the\nlaunches reaches above the fastest one.\n\n",
+      100 * kGoodShare, kGoodAgainstNative, kFasterThanNative);
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   for (const Session& session : run.sessions) {
     const bool judged = std::any_of(verdicts.begin(), verdicts.end(),
                                     [&](const Verdict& v) { return v.session == &session; });
     if (!judged) continue;
     text += title_of(session) + "\n";
-    text += printed("%-20s %10s %9s %6s %12s %10s %12s %12s  %s\n", "kernel", "particles", "ms",
-                    "noise", "of roofline", "limit", "of native, 1", "of native, n", "verdict");
+    text += printed("%-20s %10s %9s %6s %24s %12s %12s  %s\n", "kernel", "particles", "ms", "noise",
+                    "of roofline", "of native, 1", "of native, n", "verdict");
     for (const Verdict& v : verdicts)
       if (v.session == &session)
-        text += printed("%-20s %10s %9s %5.0f%% %11.0f%% %10s %12s %12s  %s\n",
-                        v.result->kernel.c_str(), grouped(v.result->particles).c_str(),
-                        three_digits(v.result->best_ms()).c_str(),
-                        100 * v.result->noise_ms() / v.result->best_ms(), 100 * v.share.value,
-                        v.share.limit.c_str(), ratio_text(v.against_one).c_str(),
-                        ratio_text(v.against_all).c_str(), verdict_in_words(v));
+        text +=
+            printed("%-20s %10s %9s %5.0f%% %24s %12s %12s  %s\n", v.result->kernel.c_str(),
+                    grouped(v.result->particles).c_str(), three_digits(v.result->best_ms()).c_str(),
+                    100 * v.result->noise_ms() / v.result->best_ms(),
+                    share_text(*v.result, v.share).c_str(), ratio_text(v.against_one).c_str(),
+                    ratio_text(v.against_all).c_str(), verdict_in_words(v));
     text += "\n";
   }
+  return text;
+}
+
+std::string roofline_ratio(const SessionPair& pair) {
+  const Roofline &before = pair.before->roofline, &after = pair.after->roofline;
+  const auto of = [](double b, double a) { return ratio_text(b > 0 ? a / b : 0); };
+  std::string copies;
+  for (std::size_t k = 0; k < std::min(before.copy.size(), after.copy.size()); ++k)
+    copies += (k == 0 ? "" : ", ") + of(before.copy[k].gb_per_s, after.copy[k].gb_per_s);
+  return "roofline, after / before: copies " + copies + "; arithmetic " +
+         of(before.peak_gflops(), after.peak_gflops()) + "; atomic minima " +
+         of(before.spread_atomics, after.spread_atomics);
+}
+
+std::string change_summary(const std::vector<Difference>& differences) {
+  std::size_t times = 0, changed = 0, undecided = 0;
+  for (const Difference& d : differences) {
+    if (d.after.variant == kNative) continue;
+    ++times;
+    if (!d.exceeds_noise()) continue;
+    ++(d.is_undecided() ? undecided : changed);
+  }
+  std::string text = std::to_string(changed) + " of " + counted(times, "kernel time") +
+                     " changed by more than the noise";
+  if (undecided > 0)
+    text += ", " + std::to_string(undecided) + " undecided: the native version changed, too";
   return text;
 }
 
@@ -123,7 +192,8 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
     text += "before: " + title_of(*pair.before) + "\nafter:  " + title_of(*pair.after) + "\n\n";
     for (const Session* session : {pair.before, pair.after})
       if (session->disturbed())
-        text += (session == pair.before ? "before: " : "after:  ") + warning_on(*session) + "\n";
+        text += (session == pair.before ? "before: " : "after:  ") + disturbance(*session) + "\n";
+    text += roofline_ratio(pair) + "\n";
     const std::vector<Difference> differences = compare(*pair.before, *pair.after);
     if (differences.empty()) {
       text += std::string(kNothingInCommon) + "\n\n";
@@ -131,19 +201,13 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
     }
     text += printed("%-20s %-7s %10s %10s %10s %8s %8s  %s\n", "kernel", "variant", "particles",
                     "before ms", "after ms", "ratio", "noise", "verdict");
-    std::size_t beyond = 0;
-    for (const Difference& d : differences) {
-      beyond += d.exceeds_noise() && !d.is_undecided() && d.after.variant != kNative;
+    for (const Difference& d : differences)
       text +=
           printed("%-20s %-7s %10s %10s %10s %8.2f %7.0f%%  %s\n", d.after.kernel.c_str(),
                   d.after.variant.c_str(), grouped(d.after.particles).c_str(),
                   three_digits(d.before.best_ms()).c_str(), three_digits(d.after.best_ms()).c_str(),
                   d.ratio(), 100 * d.noise(), verdict_on(d));
-    }
-    text += printed(
-        "\n%zu of %zu differences are news: they exceed the noise, and the native version "
-        "has not moved.\n\n",
-        beyond, differences.size());
+    text += "\n" + change_summary(differences) + "\n\n";
   }
   return text;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "kernels/compare.hpp"
 #include "kernels/results.hpp"
@@ -20,8 +21,19 @@ std::string comparison_table(const std::vector<SessionPair>& pairs);
 /// "45.1 GB/s in 256 KiB, ...; 207 GFLOP/s fused, ...": a session's roofline in words.
 std::string roofline_line(const Roofline& roofline);
 
-/// What to hold against a session's times: that other work ran beside; empty: nothing.
-std::string warning_on(const Session& session);
+/// What makes a session's times or verdicts doubtful, a sentence each: other programs that ran
+/// beside, threads that did not run at once, native versions that are no measure. `one_thread`: the
+/// session of the same device with one thread; may be null.
+std::vector<std::string> warnings_on(const Session& session, const Session* one_thread);
+
+/// "80% of 511 GB/s", "95% of a launch, 2.1 us", "not counted" or "stage, wall time".
+std::string share_text(const Result& result, const Share& share);
+
+/// "roofline, after / before: copies 1.02, ...": how the limits of two sessions differ.
+std::string roofline_ratio(const SessionPair& pair);
+
+/// "3 of 28 kernel times changed by more than the noise": what a comparison comes to.
+std::string change_summary(const std::vector<Difference>& differences);
 
 /// The verdicts of one device, farthest from its limit first.
 std::vector<Verdict> farthest_first(std::vector<Verdict> verdicts);

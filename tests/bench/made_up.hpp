@@ -28,9 +28,12 @@ inline Session made_up_session(int threads) {
   session.platform = "Platform";
   session.driver = "1.2";
   session.compute_units = static_cast<unsigned>(threads);
+  session.processors = 2;
   session.threads = threads;
   session.other_work = 0.1;
-  session.roofline = {{{1e5, 50.0}, {1e8, 10.0}}, 100.0, 90.0, 12.0, 1.5, 0.4, 0.1};
+  session.native_flags = true;
+  const double gflops = 50.0 * threads;
+  session.roofline = {{{1e5, 50.0}, {1e8, 10.0}}, gflops, 0.9 * gflops, 12.0, 1.5, 1.0, 0.4, 0.1};
   return session;
 }
 

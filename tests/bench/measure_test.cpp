@@ -31,7 +31,10 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
   const Session session =
       measure(device_, cpu ? 2 : 0, tiny(), [&](const std::string& what) { said.push_back(what); });
   const std::vector<std::string> names = kernel_names();
-  EXPECT_EQ(said.size(), 1 + names.size());
+  EXPECT_EQ(said.size(), 2 + names.size());
+  EXPECT_EQ(said.back(), "the roofline again");
+  EXPECT_GT(session.processors, 0);
+  EXPECT_GT(session.roofline.empty_kernel_us, 0);
   for (const std::string& name : names) {
     const Result* const result = session.find(name, kDevice, 700, 91, 67);
     ASSERT_NE(result, nullptr) << name;
@@ -42,8 +45,10 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
     EXPECT_GT(result->bytes, 0) << name;
     EXPECT_FALSE(result->unit.empty()) << name;
     const Share share = share_of_roofline(*result, session.roofline);
-    EXPECT_GT(share.value, 0) << name;
+    EXPECT_EQ(share.counted(), result->operations > 0 && !result->whole_stage) << name;
+    EXPECT_EQ(share.value > 0, share.counted()) << name;
     EXPECT_TRUE(std::isfinite(share.value)) << name;
+    EXPECT_EQ(result->whole_stage, name.find("_by_") != std::string::npos) << name;
   }
   for (const char* hot :
        {"project_particles", "measure_gradients", "fit_particles", "draw_triangles",

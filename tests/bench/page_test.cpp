@@ -33,11 +33,31 @@ TEST(Page, SaysHowManyAreFarAndEscapesNames) {
 
 TEST(Page, SaysWhenOtherWorkRanBeside) {
   BenchRun run = made_up_run();
-  EXPECT_THAT(to_html(run, {}) + results_table(run), Not(HasSubstr("other work")));
+  EXPECT_THAT(to_html(run, {}) + results_table(run), Not(HasSubstr("arning: ")));
   run.sessions[0].other_work = 1.5;
-  EXPECT_THAT(to_html(run, {}), HasSubstr("other work ran beside, on 1.5 processors"));
-  EXPECT_THAT(results_table(run), HasSubstr("other work ran beside, on 1.5 processors"));
-  EXPECT_THAT(comparison_table(pair_sessions(&run, run)), HasSubstr("other work"));
+  const char* const warning =
+      "other programs kept 1.5 processors busy: times and roofline may be off";
+  EXPECT_THAT(to_html(run, {}), HasSubstr(warning));
+  EXPECT_THAT(results_table(run), HasSubstr(warning));
+  EXPECT_THAT(comparison_table(pair_sessions(&run, run)), HasSubstr(warning));
+}
+
+TEST(Page, SaysWhenThreadsDidNotRunAtOnce) {
+  BenchRun run = made_up_run();
+  run.sessions[0].roofline.fused_gflops = run.sessions[0].roofline.plain_gflops = 60;
+  const char* const warning = "2 threads computed only 1.20 times as fast as one";
+  EXPECT_THAT(to_html(run, {}), HasSubstr(warning));
+  EXPECT_THAT(results_table(run), HasSubstr(warning));
+}
+
+TEST(Page, SaysWhenNativeVersionsAreNoMeasure) {
+  BenchRun run = made_up_run();
+  run.sessions[0].native_flags = false;
+  const char* const warning = "native versions are not compiled for this processor";
+  EXPECT_THAT(to_html(run, {}), HasSubstr(warning));
+  EXPECT_THAT(results_table(run), HasSubstr(warning));
+  EXPECT_THAT(verdict_table(run), testing::ContainsRegex("quick .*  open\n"));
+  EXPECT_THAT(to_html(run, {}), HasSubstr("<div class=\"bar none\"><span>0.90 times"));
 }
 
 TEST(Plot, EveryDotHasItsNameAndNoTwoNamesOverlap) {
@@ -75,14 +95,39 @@ TEST(Table, WhatIsNotCountedIsNoZero) {
   run.sessions[0].results[0].operations = 0;
   EXPECT_THAT(results_table(run), testing::ContainsRegex("mover .* 1\\.00 +- "));
   EXPECT_THAT(to_html(run, {}), HasSubstr("<td>1.00</td><td>-</td><td>-</td>"));
+  EXPECT_THAT(results_table(run), testing::ContainsRegex("mover .* not counted "));
+}
+
+TEST(Table, NamesTheCeilingOrWhyThereIsNone) {
+  BenchRun run{"1.2.3", {made_up_session(2)}};
+  Session& session = run.sessions[0];
+  session.results = {made_up_result("mover", kDevice, {1.0}),
+                     made_up_result("stage", kDevice, {1.0}),
+                     made_up_result("adder", kDevice, {1.0})};
+  session.results[0].operations = 0;
+  session.results[1].whole_stage = true;
+  session.results[2].operations = 50e6;
+  const std::string table = verdict_table(run);
+  EXPECT_THAT(table, testing::ContainsRegex("adder .* 50% of 100 GFLOP/s"));
+  EXPECT_THAT(table, testing::ContainsRegex("mover .* not counted .* open\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("stage .* stage, wall time .* open\n"));
+  EXPECT_LT(table.find("adder "), table.find("mover ")) << "what tells nothing comes last";
+  EXPECT_THAT(to_html(run, {}), HasSubstr("<td class=\"word\">stage, wall time</td>"));
+}
+
+TEST(Table, SaysWhatIsFasterThanItsNativeVersion) {
+  BenchRun run{"1.2.3", {made_up_session(2)}};
+  run.sessions[0].results = {made_up_result("quick", kDevice, {1.0}),
+                             made_up_result("quick", kNative, {7.9})};
+  EXPECT_THAT(verdict_table(run), testing::ContainsRegex("quick .* 7.90  faster than native\n"));
 }
 
 TEST(Table, FarthestKernelsComeFirst) {
   const std::string table = verdict_table(made_up_run());
   EXPECT_LT(table.find("slow "), table.find("quick "));
   EXPECT_THAT(table, testing::ContainsRegex("slow .*  slower\n"));
-  EXPECT_THAT(table, testing::ContainsRegex("quick .* 10% .*  as native\n"));
-  EXPECT_THAT(table, testing::ContainsRegex("lonely .*  no native version\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("quick .* 3% of .*  as native\n"));
+  EXPECT_THAT(table, testing::ContainsRegex("lonely .*  open\n"));
   // Once a device: with the most threads.
   EXPECT_THAT(table, HasSubstr("2 threads"));
   EXPECT_THAT(table, Not(HasSubstr("1 thread\n")));

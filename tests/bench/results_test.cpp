@@ -37,6 +37,36 @@ TEST(Results, ShareIsThatOfTheNearestLimit) {
   result.atomics = 95e3;
   EXPECT_DOUBLE_EQ(share_of_roofline(result, roofline).value, 0.95);
   EXPECT_EQ(share_of_roofline(result, roofline).limit, "atomics");
+  roofline.empty_kernel_us = 970;
+  EXPECT_DOUBLE_EQ(share_of_roofline(result, roofline).value, 0.97);
+  EXPECT_EQ(share_of_roofline(result, roofline).limit, "launch");
+  EXPECT_EQ(share_of_roofline(result, roofline).ceiling, 970);
+}
+
+TEST(Results, WhatIsNotCountedHasNoShare) {
+  const Roofline& roofline = made_up_session(2).roofline;
+  Result result = made_up_result("k", kDevice, {1.0});
+  EXPECT_TRUE(share_of_roofline(result, roofline).counted());
+  result.whole_stage = true;
+  EXPECT_FALSE(share_of_roofline(result, roofline).counted());
+  result.whole_stage = false;
+  result.operations = 0;
+  EXPECT_FALSE(share_of_roofline(result, roofline).counted());
+}
+
+TEST(Results, TheBetterOfTwoRooflinesCounts) {
+  Roofline a, b;
+  a.copy = {{1, 10}, {2, 30}};
+  b.copy = {{1, 20}, {2, 20}};
+  a.fused_gflops = 200, b.fused_gflops = 100;
+  a.launch_us = 5, b.launch_us = 4;
+  a.empty_kernel_us = 1, b.empty_kernel_us = 2;
+  const Roofline better = better_of(a, b);
+  EXPECT_EQ(better.copy[0].gb_per_s, 20);
+  EXPECT_EQ(better.copy[1].gb_per_s, 30);
+  EXPECT_EQ(better.fused_gflops, 200);
+  EXPECT_EQ(better.launch_us, 4);
+  EXPECT_EQ(better.empty_kernel_us, 1);
 }
 
 TEST(Results, VerdictsAreOnTheLargestSizeWithAllThreads) {
@@ -69,11 +99,27 @@ TEST(Results, BothNumbersOfThreadsMustBeNearTheNativeVersion) {
   EXPECT_TRUE(judge(run)[0].near_limit());
 }
 
+TEST(Results, VerdictsAreDrawnFromWhatWasMeasured) {
+  BenchRun run = made_up_run();
+  run.sessions.pop_back();  // no session with one thread
+  EXPECT_TRUE(judge(run)[0].near_limit());
+  EXPECT_DOUBLE_EQ(judge(run)[0].against_native(), 0.9);
+  EXPECT_FALSE(judge(run)[1].near_limit());
+  EXPECT_FALSE(judge(run)[1].open());
+  // Native versions that are not compiled for the processor tell nothing.
+  run.sessions[0].native_flags = false;
+  for (const Verdict& verdict : judge(run)) EXPECT_TRUE(verdict.open()) << verdict.result->kernel;
+}
+
 TEST(Results, ABusyMachineIsSaidToBe) {
   Session session = made_up_session(2);
   session.other_work = 0.2;
   EXPECT_FALSE(session.disturbed());
   session.other_work = 0.3;
+  EXPECT_TRUE(session.disturbed());
+  session.threads = 1;
+  EXPECT_FALSE(session.disturbed()) << "there are two processors";
+  session.other_work = 1.3;
   EXPECT_TRUE(session.disturbed());
   session.kind = "GPU";
   EXPECT_FALSE(session.disturbed());
@@ -96,11 +142,11 @@ TEST(Results, JsonHoldsTheDerivedFiguresUnderTheirNames) {
   EXPECT_EQ(json.at("kernel_benchmarks"), 1);
   EXPECT_EQ(json.at("meniscus"), "1.2.3");
   const auto& session = json.at("sessions").at(0);
-  for (const char* key :
-       {"device", "kind", "platform", "driver", "compute_units", "threads", "other_work"})
+  for (const char* key : {"device", "kind", "platform", "driver", "compute_units", "processors",
+                          "threads", "other_work", "native_benchmarks"})
     EXPECT_TRUE(session.contains(key)) << key;
   for (const char* key : {"copy", "fused_gflops", "plain_gflops", "launch_us", "batched_launch_us",
-                          "spread_atomics_g_per_s", "contended_atomics_g_per_s"})
+                          "empty_kernel_us", "spread_atomics_g_per_s", "contended_atomics_g_per_s"})
     EXPECT_TRUE(session.at("roofline").contains(key)) << key;
   const auto& result = session.at("results").at(0);
   EXPECT_EQ(result.at("kernel"), "quick");

@@ -12,6 +12,10 @@
 
 namespace meniscus::bench::native {
 
+/// Whether these sources are compiled with -march=native. If not, they are no measure: without
+/// vectors and fused multiply-adds of the processor they are slower by far.
+bool has_native_flags();
+
 struct Projection {
   const float *x, *y, *z, *scale;
   float *eye, *screen;

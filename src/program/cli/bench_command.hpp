@@ -13,9 +13,9 @@ struct BenchOptions {
   std::vector<long long> particles{10000, 40000, 160000};
   std::array<int, 2> size{1024, 768};  // pixels
   int threads = 0;                     // 0: one and all
-  int repetitions = 15;
+  int repetitions = 20;
   std::string json, html, compare;  // files; json "-" is standard output
-  bool quiet = false;
+  bool quiet = false, list = false;
 };
 
 /// Measures the kernels and writes what was asked for.

@@ -1,7 +1,10 @@
 // `bench`: measures, and writes tables, JSON and the page.
+#include <algorithm>
 #include <cstdio>
 #include <optional>
+#include <thread>
 
+#include "base/grouped.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
 #include "kernels/compare.hpp"
@@ -57,15 +60,33 @@ bench::Session measure_with_one_thread(const BenchOptions& options, const Device
   const std::string json = child.read_all();
   if (!child.wait().empty())
     throw Error("bench: the run with one thread failed; its reason is above");
-  const bench::BenchRun run = bench::from_json(json, "the run with one thread");
+  bench::BenchRun run = bench::from_json(json, "the run with one thread");
   require(run.sessions.size() == 1, "bench: the run with one thread has no results");
+  run.sessions.front().file.clear();
   return run.sessions.front();
 }
 
-bench::BenchRun measure(const BenchOptions& options) {
+// What cannot be compared is better known before minutes of measuring.
+void check_comparison(const bench::BenchRun& old, const BenchOptions& options,
+                      const std::vector<DeviceInfo>& devices) {
+  const bench::MeasureOptions measure = measure_options(options);
+  if (!bench::has_any(old, bench::chosen_names(measure.kernels), measure.particles, measure.width,
+                      measure.height))
+    throw usage_error("--compare: " + options.compare +
+                      " has none of these kernels at these sizes; it has " + bench::sizes_of(old) +
+                      " (give its --kernel, --particles and --size)");
+  for (const DeviceInfo& info : devices)
+    if (std::none_of(old.sessions.begin(), old.sessions.end(),
+                     [&](const bench::Session& session) { return session.device == info.name; }))
+      print_line(stderr, "meniscus: warning: --compare: " + options.compare + " is of " +
+                             old.sessions.front().device + ", this run is of " + info.name +
+                             ": two devices are compared");
+}
+
+bench::BenchRun measure(const BenchOptions& options, const std::vector<DeviceInfo>& devices) {
   bench::BenchRun run;
   run.version = version();
-  for (const DeviceInfo& info : chosen_devices(options.device)) {
+  for (const DeviceInfo& info : devices) {
     const bool cpu = info.kind == DeviceKind::cpu;
     const int threads = !cpu                  ? 0
                         : options.threads > 0 ? options.threads
@@ -92,6 +113,7 @@ bench::BenchRun measure(const BenchOptions& options) {
 }  // namespace
 
 void bench_kernels(const BenchOptions& options) {
+  if (options.list) return print_names(bench::kernel_names());
   check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
   use_threads(options.threads);
   // Files that cannot be read or written are better known now than later.
@@ -104,7 +126,14 @@ void bench_kernels(const BenchOptions& options) {
   if (!options.json.empty() && !to_output) json.emplace(options.json);
   if (!options.html.empty()) html.emplace(options.html);
 
-  const bench::BenchRun run = measure(options);
+  const std::vector<DeviceInfo> devices = chosen_devices(options.device);
+  if (old) check_comparison(*old, options, devices);
+  const int processors = static_cast<int>(std::thread::hardware_concurrency());
+  if (options.threads > processors)
+    print_line(stderr, "meniscus: warning: --threads is " + std::to_string(options.threads) +
+                           ", but there are " + counted(processors, "processor") +
+                           ": threads that share one make times and verdicts wrong");
+  const bench::BenchRun run = measure(options, devices);
   const std::vector<bench::SessionPair> pairs = bench::pair_sessions(old ? &*old : nullptr, run);
   if (json) {
     json->write(bench::to_json(run));

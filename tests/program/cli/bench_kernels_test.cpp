@@ -71,9 +71,9 @@ TEST_F(ProgramBenchKernels, JsonGoesToStandardOutputAlone) {
 
 TEST_F(ProgramBenchKernels, ComparesWithAnEarlierRun) {
   ASSERT_EQ(run(tiny({"-q", "--threads", "1", "--json", "old.json"})).exit_code, 0);
-  // The same again, but as if the device had been a thousand times as slow, without noise: this run's
-  // noise, a part of this run's small time, cannot reach that far. What the native version took
-  // spreads so far that it has not moved.
+  // The same again, but as if the device had been a thousand times as slow, without noise: this
+  // run's noise, a part of this run's small time, cannot reach that far. What the native version
+  // took spreads so far that it has not moved.
   auto json = nlohmann::json::parse(read("old.json"));
   const auto compared = [&] {
     write("old.json", json.dump());
@@ -94,13 +94,42 @@ TEST_F(ProgramBenchKernels, ComparesWithAnEarlierRun) {
   }
   std::string out = compared();
   EXPECT_THAT(out, HasSubstr("faster"));
-  EXPECT_THAT(out, HasSubstr("1 of 2 differences are news"));
+  EXPECT_THAT(out, HasSubstr("before: old.json: "));
+  EXPECT_THAT(out, HasSubstr("1 of 1 kernel time changed by more than the noise\n"));
   // Where the native version has moved as far, the machine has.
   for (auto& result : results)
     for (auto& ms : result["ms"]) ms = 1000 * result["best_ms"].get<double>();
   out = compared();
   EXPECT_THAT(out, HasSubstr("undecided"));
-  EXPECT_THAT(out, HasSubstr("0 of 2 differences are news"));
+  EXPECT_THAT(out, HasSubstr("0 of 1 kernel time changed by more than the noise, 1 undecided"));
+}
+
+TEST_F(ProgramBenchKernels, WhatCannotBeComparedIsNotMeasured) {
+  ASSERT_EQ(run(tiny({"-q", "--threads", "1", "--json", "old.json"})).exit_code, 0);
+  const Outcome none = run({"bench", "--particles", "600", "--size", "64x48", "--kernel", "project",
+                            "--compare", "old.json", "--json", "new.json"});
+  expect_error(
+      none, 2,
+      {"--compare: old.json has none of these kernels at these sizes", "500 particles at 64x48"});
+  EXPECT_THAT(none.err, Not(HasSubstr("measuring")));
+  auto json = nlohmann::json::parse(read("old.json"));
+  json["sessions"][0]["device"] = "Other";
+  write("old.json", json.dump());
+  const Outcome other = run(tiny({"--threads", "1", "--compare", "old.json"}));
+  EXPECT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("warning: --compare: old.json is of Other, this run is of "));
+}
+
+TEST_F(ProgramBenchKernels, ListsItsKernels) {
+  const Outcome outcome = run({"bench", "--list"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("\nfit_particles\n"));
+}
+
+TEST_F(ProgramBenchKernels, MoreThreadsThanProcessorsAreWarnedOf) {
+  const Outcome outcome = run(tiny({"-q", "--threads", "100"}));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("warning: --threads is 100, but there are "));
 }
 
 TEST_F(ProgramBenchKernels, KernelsAreAListToo) {
