@@ -104,6 +104,10 @@ std::string Tracer::place() const {
   return text + (stage.empty() ? "" : ", stage " + stage);
 }
 
+std::string Tracer::named(const KernelLaunch& launch) const {
+  return "kernel " + launch.kernel + " (" + place() + ")";
+}
+
 // The canonical launch in the place of this one; null: another kernel's, or of other inputs.
 const TracedLaunch* Tracer::expected_launch(const KernelLaunch& launch) {
   const std::size_t at = trace_.size() - 1;
@@ -113,12 +117,16 @@ const TracedLaunch* Tracer::expected_launch(const KernelLaunch& launch) {
     return nullptr;
   }
   if ((*canonical_)[at].inputs == trace_.back().inputs) return &(*canonical_)[at];
-  count_unknown(trace_.back(),
-                "its inputs are not the canonical ones" +
-                    (first_difference_.empty()
-                         ? ", though each launch before it left the canonical bits: what the host "
-                           "makes between launches differs"
-                         : "; the first difference: " + first_difference_));
+  std::string why = "its inputs are not the canonical ones";
+  if (first_difference_.empty()) {
+    why +=
+        ", though each launch before it left the canonical bits: what the host makes between "
+        "launches differs";
+    first_difference_ = named(launch) + ": " + why;
+  } else {
+    why += "; the first difference: " + first_difference_;
+  }
+  count_unknown(trace_.back(), why);
   return nullptr;
 }
 
@@ -196,7 +204,7 @@ void Tracer::left_out(const KernelLaunch& launch) {
   ++findings.left_out;
   if (!canonical_ || !other_launches_.empty()) throw KernelLeftOut(launch.kernel);
   const TracedLaunch* const canonical = expected_launch(launch);
-  const std::string what = place() + ", kernel " + launch.kernel + ", which was left out";
+  const std::string what = named(launch) + ", which was left out";
   if (!canonical) give_up_here(what);
   const std::vector<Wanted> values = wanted(launch, *canonical);
   if (watching_.reproducers)
@@ -241,10 +249,7 @@ void Tracer::compare(const KernelLaunch& launch, const std::vector<Bytes>& found
     findings.first = place() + ", " + what;
     reproduce(launch, values, found, "");
   }
-  if (first_difference_.empty()) {
-    first_difference_ = "stage " + trace_.back().stage + ", kernel " + launch.kernel + " (";
-    first_difference_ += place() + "): " + what;
-  }
+  if (first_difference_.empty()) first_difference_ = named(launch) + ": " + what;
   if (!repaired) give_up_here(first_difference_);
 }
 

@@ -67,7 +67,7 @@ class Tracer : public LaunchObserver {
 
   const Trace& trace() const { return trace_; }
   const std::map<std::string, KernelFindings>& findings() const { return findings_; }
-  /// The first launch that differs, in words, with its stage; empty: none does.
+  /// The first launch that differs, or whose inputs do, in words, with its stage; empty: none does.
   const std::string& first_difference() const { return first_difference_; }
   /// In words, when launches were missing, too many or other ones than the canonical; else empty.
   std::string other_launches() const;
@@ -82,7 +82,8 @@ class Tracer : public LaunchObserver {
   void put(const KernelLaunch& launch, const std::vector<Bytes>& contents);
   void compare(const KernelLaunch& launch, const std::vector<Bytes>& found);
   void run_more(const KernelLaunch& launch, const std::vector<Bytes>& found);
-  std::string place() const;  // of the launch, in words
+  std::string place() const;                            // of the launch, in words
+  std::string named(const KernelLaunch& launch) const;  // with its stage, kernel and place
   const TracedLaunch* expected_launch(const KernelLaunch& launch);
   std::vector<Wanted> wanted(const KernelLaunch& launch, const TracedLaunch& canonical) const;
   void reproduce(const KernelLaunch& launch, const std::vector<Wanted>& wanted,
