@@ -44,7 +44,7 @@ class Plot {
         near_(near),
         svg_(kWidth, kHeight, "Roofline of " + title_of(session), "roofline") {
     for (const Result& r : session.results)
-      if (r.variant == kDevice && r.operations > 0 && r.bytes > 0) add(r);
+      if (r.variant == kDevice && !r.whole_stage && r.operations > 0 && r.bytes > 0) add(r);
     double low_x = 0.25, high_x = 16, low_y = session.roofline.peak_gflops() / 30, high_y = 1;
     for (const Dot& dot : dots_)
       for (const Result* r : dot.trail) {

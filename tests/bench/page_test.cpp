@@ -82,11 +82,17 @@ TEST(Plot, EveryDotHasItsNameAndNoTwoNamesOverlap) {
   EXPECT_EQ(std::string(plot).find("nan"), std::string::npos);
 }
 
-TEST(Plot, WhatComputesNothingIsLeftOut) {
+TEST(Plot, WhatComputesNothingAndWholeStagesAreLeftOut) {
   Session session = made_up_session(2);
-  session.results = {made_up_result("mover", kDevice, {1.0})};
+  session.results = {made_up_result("mover", kDevice, {1.0}),
+                     made_up_result("stage", kDevice, {1.0}),
+                     made_up_result("adder", kDevice, {1.0})};
   session.results[0].operations = 0;
-  EXPECT_THAT(roofline_plot(session, {}), Not(HasSubstr("mover")));
+  session.results[1].whole_stage = true;
+  const std::string plot = roofline_plot(session, {});
+  EXPECT_THAT(plot, HasSubstr("adder"));
+  EXPECT_THAT(plot, Not(HasSubstr("mover")));
+  EXPECT_THAT(plot, Not(HasSubstr("stage")));
 }
 
 TEST(Table, WhatIsNotCountedIsNoZero) {
