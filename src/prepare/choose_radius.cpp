@@ -16,6 +16,28 @@ namespace {
 // Frames of more particles must say how large they are: an estimate looks at each many times.
 constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 
+bool draws_spheres(Method method) {
+  switch (method) {
+    case Method::ssm:
+    case Method::spheres:
+    case Method::bilateral:
+    case Method::narrow_range:
+    case Method::curvature_flow:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Notice radii_differ(const RadiusClues& clues) {
+  return {.code = Code::other,
+          .text = printed("the particles' radii run from %.6g to %.6g, but a surface is made of "
+                          "particles of one radius: their middle, %.6g, is used for all (give ",
+                          clues.least, clues.most, clues.middle) +
+                  setting("particle-radius") + " to choose it)",
+          .found = clues.middle};
+}
+
 RadiusEstimate estimate_of(const ParticleSource& source) {
   if (source.size() >= kMostEstimated)
     throw InputError(
@@ -32,11 +54,21 @@ RadiusEstimate estimate_of(const ParticleSource& source) {
 
 }  // namespace
 
+bool draws_own_sizes(const Parameters& params, const RadiusClues& clues, double radius) {
+  constexpr double kAlike = 1.5;
+  return draws_spheres(params.method) ||
+         (clues.most <= kAlike * radius && radius <= kAlike * clues.least);
+}
+
 double choose_radius(const Parameters& params, const RadiusClues& clues,
                      const std::function<RadiusEstimate()>& estimate,
                      std::vector<Notice>& notices) {
-  for (const double radius : {params.particle_radius, clues.middle, clues.stated})
-    if (radius > 0) return radius;
+  if (params.particle_radius > 0) return params.particle_radius;
+  if (clues.middle > 0) {
+    if (!draws_own_sizes(params, clues, clues.middle)) notices.push_back(radii_differ(clues));
+    return clues.middle;
+  }
+  if (clues.stated > 0) return clues.stated;
   if (!estimate) return 1;
   const RadiusEstimate made = estimate();
   if (!(made.radius > 0)) {
@@ -61,6 +93,11 @@ double choose_radius(const Parameters& params, const RadiusClues& clues,
   return made.radius;
 }
 
+RadiusClues clues_of(const Survey& survey, const ParticleSource& source) {
+  return {survey.least_radius, survey.middle_radius, survey.largest_radius,
+          source.particle_radius()};
+}
+
 double choose_radius(const ParticleSource& source, const Parameters& params,
                      std::vector<Notice>& notices) {
   const Survey& survey = survey_of(source);
@@ -68,7 +105,7 @@ double choose_radius(const ParticleSource& source, const Parameters& params,
   report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, {}, repeated);
   std::function<RadiusEstimate()> estimate;
   if (survey.finite > 0) estimate = [&] { return estimate_of(source); };
-  return choose_radius(params, {survey.middle_radius, source.particle_radius()}, estimate, notices);
+  return choose_radius(params, clues_of(survey, source), estimate, notices);
 }
 
 }  // namespace meniscus

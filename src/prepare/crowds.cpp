@@ -142,7 +142,8 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
 }
 
 // Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
-// radii, those that lie far enough from the walls. A quick look, which a large radius passes.
+// radii, those that lie far enough from the walls. There are hardly any of these where the radius
+// is far too small. A quick look, which a large radius passes.
 bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& order, double radius) {
   constexpr std::size_t kCubes = 8, kLeast = 8;
   constexpr double kSide = 16, kMargin = 3, kLonely = 2.4;  // radii; neighbours of fluid: up to 2
@@ -204,7 +205,7 @@ bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& ord
       ++asked;
     }
   }
-  if (nearest.size() < kLeast) return false;
+  if (nearest.size() < kLeast) return true;
   const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
   std::nth_element(nearest.begin(), middle, nearest.end());
   return *middle > kLonely;
@@ -217,8 +218,6 @@ double times_too_large(const BorrowedParticles& p, const std::vector<std::size_t
   const RadiusEstimate estimate = estimate_radius(p, order, kSamples);
   return estimate.is_dense ? radius / estimate.radius : 1;
 }
-
-std::string times(double factor) { return printed(factor < 9.5 ? "%.2g" : "%.0f", factor); }
 
 // The particles of the order in cubes that hold too many, cube by cube. Some are in buckets of
 // several cubes.
@@ -238,24 +237,15 @@ std::vector<Member> members_of_crowds(const BorrowedParticles& p,
 
 }  // namespace
 
-Notice radius_too_small(double factor, double radius) {
-  return {.code = Code::radius_too_small,
-          .text = "the particles lie about " + times(factor) +
-                  " times as far apart as their radius, " + printed("%.6g", radius) +
-                  ", says, which is half the spacing: loose balls instead of a surface (check " +
-                  setting("particle-radius") + "; " + printed("%.3g", factor * radius) +
-                  " would fit)",
-          .found = radius,
-          .wanted = factor * radius};
-}
-
-Notice radius_too_large(double factor, double radius) {
-  return {.code = Code::radius_too_large,
-          .text = "the particles lie about " + times(factor) +
-                  " times as close together as their radius, " + printed("%.6g", radius) +
-                  ", says, which is half the spacing (check " + setting("particle-radius") + ")",
-          .found = radius,
-          .wanted = radius / factor};
+Notice radius_misfit(double radius, double fitting) {
+  return {
+      .code = fitting > radius ? Code::radius_too_small : Code::radius_too_large,
+      .text = printed("a particle radius of %.6g means a spacing of %.6g, but the particles lie "
+                      "about %.3g apart: %.3g would fit (check ",
+                      radius, 2 * radius, 2 * fitting, fitting) +
+              setting("particle-radius") + ")",
+      .found = radius,
+      .wanted = fitting};
 }
 
 Notice crowded(std::size_t largest, std::size_t dropped, std::size_t had, double radius) {
@@ -276,7 +266,7 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
     const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
                               ? 1 / times_too_large(p, order, radius)
                               : 1;
-    if (factor > kTooSmall) notices.push_back(radius_too_small(factor, radius));
+    if (factor > kTooSmall) notices.push_back(radius_misfit(radius, factor * radius));
     return order;
   }
 
@@ -312,7 +302,7 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
     // Of those that do not tell, what the cubes hold: 16 at most.
     const double factor =
         std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)));
-    notices.push_back(radius_too_large(factor, radius));
+    notices.push_back(radius_misfit(radius, radius / factor));
   }
   if (dropped > 0) notices.push_back(crowded(largest, dropped, had, radius));
   return order;

@@ -23,11 +23,10 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& particles,
                                         std::vector<Notice>& notices);
 
 /// What without_crowds() warns of: that so many of `had` particles were dropped from cubes of up to
-/// `largest`; that the particles lie `factor` times as close together, or as far apart, as their
-/// radius says.
+/// `largest`; that the particles lie so close together, or so far apart, that another radius would
+/// fit, world units.
 Notice crowded(std::size_t largest, std::size_t dropped, std::size_t had, double radius);
-Notice radius_too_large(double factor, double radius);
-Notice radius_too_small(double factor, double radius);
+Notice radius_misfit(double radius, double fitting);
 
 /// Fewer particles than that may be one drop, and do not tell whether the radius is right.
 inline constexpr std::size_t kTelling = 256;

@@ -10,6 +10,7 @@
 #include "base/team.hpp"
 #include "prepare/attributes.hpp"
 #include "prepare/canonical_order.hpp"
+#include "prepare/check_radius.hpp"
 #include "prepare/choose_radius.hpp"
 #include "prepare/collect.hpp"
 #include "prepare/crowds.hpp"
@@ -28,7 +29,7 @@ struct Ordered {
 };
 
 Ordered in_order(const BorrowedParticles& particles, const std::vector<std::size_t>& order,
-                 double radius, bool moving) {
+                 double radius, bool own_sizes, bool moving) {
   Ordered made;
   WorldParticles& world = made.world;
   const std::array axes{std::pair{&particles.x, &world.x}, std::pair{&particles.y, &world.y},
@@ -43,7 +44,7 @@ Ordered in_order(const BorrowedParticles& particles, const std::vector<std::size
       made.high[k] = bounds.most;
     }
   });
-  if (!particles.radius.empty())
+  if (own_sizes && !particles.radius.empty())
     for (const std::size_t i : order)
       world.scale.push_back(static_cast<float>(particles.radius[i] / radius));
   world.moving = moving;
@@ -73,12 +74,17 @@ void check_values(const std::vector<std::size_t>& order, const Parameters& param
   }
 }
 
-/// The middle of the radii of some particles, which all are > 0; 0: they have none.
-double middle_radius(const BorrowedParticles& particles, const std::vector<std::size_t>& order) {
-  if (particles.radius.empty() || order.empty()) return 0;
+/// What some particles tell, whose radii all are > 0.
+RadiusClues clues_of(const BorrowedParticles& particles, const std::vector<std::size_t>& order) {
+  RadiusClues clues{.stated = particles.particle_radius};
+  if (particles.radius.empty() || order.empty()) return clues;
   std::vector<float> radii;
   for (const std::size_t i : order) radii.push_back(particles.radius[i]);
-  return median_of(std::move(radii));
+  const Bounds bounds = bounds_of(radii);
+  clues.least = bounds.least;
+  clues.most = bounds.most;
+  clues.middle = median_of(std::move(radii));
+  return clues;
 }
 
 /// Puts particles in order. `view` makes the view of a radius and an origin.
@@ -90,12 +96,12 @@ FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particle
   std::vector<std::size_t> order = canonical_order(particles, filling.params, filling.notices);
   std::function<RadiusEstimate()> estimate;
   if (!order.empty()) estimate = [&] { return estimate_radius(particles, order); };
-  RadiusClues clues{0, particles.particle_radius};
-  if (!(filling.params.particle_radius > 0)) clues.middle = middle_radius(particles, order);
+  const RadiusClues clues = clues_of(particles, order);
   frame.radius = choose_radius(filling.params, clues, estimate, filling.notices);
   order = without_crowds(particles, std::move(order), frame.radius, filling.notices);
   Ordered made =
-      in_order(particles, order, frame.radius, filling.params.motion && !particles.vx.empty());
+      in_order(particles, order, frame.radius, draws_own_sizes(filling.params, clues, frame.radius),
+               filling.params.motion && !particles.vx.empty());
   frame.particles = std::move(made.world);
   check_values(order, filling.params, frame.particles, filling.notices);
   std::array<double, 3> origin{};
@@ -126,6 +132,7 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
   const OnScreen screen = team.from_first(measure_spacing(frame.view, survey));
   frame.factor = thinning(screen, filling.params);
   if (frame.factor > 1) {
+    check_radius(source, survey, frame.radius, filling.notices);
     frame.view = team.from_first(make_view(filling.camera, frame.factor * frame.radius, origin));
     thin_frame(filling, source, screen, frame);
     return frame;
@@ -137,7 +144,10 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
   const std::vector<std::size_t> order = without_crowds(
       kept, canonical_order(kept, filling.params, filling.notices), frame.radius, filling.notices);
   frame.particles =
-      in_order(kept, order, frame.radius, filling.params.motion && source.has_velocity()).world;
+      in_order(kept, order, frame.radius,
+               draws_own_sizes(filling.params, clues_of(survey, source), frame.radius),
+               filling.params.motion && source.has_velocity())
+          .world;
   filling.clock.stop();
   return frame;
 }
@@ -159,7 +169,7 @@ FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
 WorldParticles particles_in_order(const BorrowedParticles& particles,
                                   const std::vector<std::size_t>& order, double radius,
                                   bool moving) {
-  return in_order(particles, order, radius, moving).world;
+  return in_order(particles, order, radius, false, moving).world;
 }
 
 FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {

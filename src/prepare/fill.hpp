@@ -60,7 +60,7 @@ FilledFrame fill_whole_frame(const Filling& filling, const ParticleSource& sourc
 /// looked at, and the view is make_world_view(). All are held in memory. As fill_frame() else.
 FilledFrame fill_everything(const Filling& filling, const ParticleSource& source);
 
-/// Particles in an order, their own radii over `radius`.
+/// Particles in an order, all of one radius (world units).
 WorldParticles particles_in_order(const BorrowedParticles& particles,
                                   const std::vector<std::size_t>& order, double radius,
                                   bool moving);

@@ -331,9 +331,9 @@ void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
   const auto size = static_cast<std::size_t>(frame.all), had = static_cast<std::size_t>(all.had);
   if (all.copies > 0) notices.push_back(coinciding(static_cast<std::size_t>(all.copies), size));
   if (too_large > 0 && too_large < SpaceBox::kFar)
-    notices.push_back(radius_too_large(too_large, frame.radius));
+    notices.push_back(radius_misfit(frame.radius, frame.radius / too_large));
   if (too_small > 0 && too_small < SpaceBox::kFar)
-    notices.push_back(radius_too_small(too_small, frame.radius));
+    notices.push_back(radius_misfit(frame.radius, frame.radius * too_small));
   if (all.dropped > 0)
     notices.push_back(crowded(static_cast<std::size_t>(all.largest),
                               static_cast<std::size_t>(all.dropped), had, frame.radius));

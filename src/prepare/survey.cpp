@@ -83,7 +83,7 @@ class Middle {
 // What was found among some of the particles.
 struct Found {
   std::int64_t finite = 0, first_bad = kNoParticle, first_bad_radius = kNoParticle;
-  float bad_radius = 0, largest_radius = 0;
+  float bad_radius = 0, least_radius = kInfinity, largest_radius = 0;
   std::array<float, 3> low{kInfinity, kInfinity, kInfinity};
   std::array<float, 3> high{-kInfinity, -kInfinity, -kInfinity};
 };
@@ -97,6 +97,7 @@ Found merged(const std::vector<Found>& parts) {
       all.first_bad_radius = one.first_bad_radius;
       all.bad_radius = one.bad_radius;
     }
+    all.least_radius = std::min(all.least_radius, one.least_radius);
     all.largest_radius = std::max(all.largest_radius, one.largest_radius);
     for (std::size_t a = 0; a < 3; ++a) {
       all.low[a] = std::min(all.low[a], one.low[a]);
@@ -167,8 +168,10 @@ RunsFound look_at(const ParticleChunk& chunk, std::size_t first, std::size_t las
           found.high[a] = std::max(found.high[a], (*axes[a])[i]);
         }
       ++found.finite;
-      if (!chunk.radius.empty())
+      if (!chunk.radius.empty()) {
+        found.least_radius = std::min(found.least_radius, chunk.radius[i]);
         found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
+      }
       if (position_hash(x, y, z) <= most) part.sample.push_back({x, y, z});
     }
   }
@@ -281,12 +284,13 @@ Survey survey_particles(const ParticleSource& source) {
   survey.sample = team.joined(std::move(survey.sample));
   survey.finite = found.finite;
   if (found.first_bad != kNoParticle) survey.first_bad = found.first_bad;
-  survey.largest_radius = found.largest_radius;
   if (survey.finite > 0) {
     survey.low = found.low;
     survey.high = found.high;
   }
   if (source.has_radius() && survey.finite > 0) {
+    survey.least_radius = found.least_radius;
+    survey.largest_radius = found.largest_radius;
     middle.narrow(team, survey.finite);
     for_each_chunk(source, kChunk, {.radius = true}, add_radii);
     survey.middle_radius = middle.value(team);

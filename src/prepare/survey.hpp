@@ -37,11 +37,12 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
                     const std::function<void(ParticleChunk&)>& work);
 
 struct Survey {
-  std::int64_t size = 0, finite = 0;            // particles; those whose coordinates are all finite
-  std::int64_t first_bad = -1;                  // the first of the others
-  std::array<float, 3> low{}, high{};           // of the finite ones, world units
-  float middle_radius = 0, largest_radius = 0;  // of the finite ones' own; 0: none has one
-  std::vector<std::array<float, 3>> sample;     // finite ones whose position has a small hash
+  std::int64_t size = 0, finite = 0;   // particles; those whose coordinates are all finite
+  std::int64_t first_bad = -1;         // the first of the others
+  std::array<float, 3> low{}, high{};  // of the finite ones, world units
+  // Of the finite ones' own; 0: none has one.
+  float least_radius = 0, middle_radius = 0, largest_radius = 0;
+  std::vector<std::array<float, 3>> sample;  // finite ones whose position has a small hash
 };
 
 /// survey_particles of a source, made when it is first asked for: then by all processes of its

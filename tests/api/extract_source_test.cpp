@@ -108,6 +108,66 @@ TEST_F(ExtractSource, RefusesBadRadiiAlikeInFramesOfAllSizes) {
   }
 }
 
+// A few large particles among the others would cover the whole front.
+TEST_F(ExtractSource, ParticlesOfVeryDifferentRadiiAreAllOfOne) {
+  for (const bool streams : {false, true}) {
+    Particles particles = streams ? frame() : dam_particles(DamBreak(3000, 1));
+    const auto alike = static_cast<float>(particles.particle_radius);
+    const auto with_radii = [&](float large) {
+      particles.radius.assign(particles.size(), alike);
+      for (std::size_t i = 0; i < particles.size(); i += 20) particles.radius[i] = large;
+      // Near enough that particles are not thinned.
+      return extract(device_, particles,
+                     look_at({3, 1.4, 2}, {1.5, .3, .75}, {0, 1, 0}, 16, 480, 360));
+    };
+    const Surface expected = with_radii(alike), mixed = with_radii(10 * alike);
+    EXPECT_EQ(mixed.counts.representatives, -1);
+    EXPECT_THAT(texts(expected.notices), testing::IsEmpty());
+    EXPECT_THAT(texts(mixed.notices),
+                testing::ElementsAre(testing::AllOf(
+                    testing::HasSubstr(
+                        printed("the particles' radii run from %.6g to %.6g", alike, 10 * alike)),
+                    testing::HasSubstr(printed("their middle, %.6g, is used for all", alike)))));
+    EXPECT_TRUE(same(mixed, expected)) << streams;
+    EXPECT_FALSE(same(with_radii(1.2f * alike), expected)) << streams;
+  }
+}
+
+TEST_F(ExtractSource, ARadiusThatIsGivenEndsWhatIsSaidOfTheOthers) {
+  Particles particles = dam_particles(DamBreak(3000, 1));
+  Parameters parameters;
+  parameters.particle_radius = particles.particle_radius;
+  const Surface expected = extract(device_, particles, small_camera(), parameters);
+  particles.radius.assign(particles.size(), static_cast<float>(particles.particle_radius));
+  for (std::size_t i = 0; i < particles.size(); i += 20) particles.radius[i] *= 10;
+  const Surface mixed = extract(device_, particles, small_camera(), parameters);
+  EXPECT_THAT(texts(mixed.notices), testing::IsEmpty());
+  EXPECT_TRUE(same(mixed, expected));
+  parameters.method = Method::spheres;  // of their own sizes
+  EXPECT_GT(extract(device_, particles, small_camera(), parameters).counts.pixels,
+            mixed.counts.pixels);
+}
+
+// Where particles are thinned.
+TEST_F(ExtractSource, TellsThatTheRadiusDoesNotFitTheSpacing) {
+  const double fitting = frame().particle_radius;
+  for (const double factor : {0.01, 0.2, 1.0, 1.4, 3.0}) {
+    Parameters parameters;
+    parameters.mesh = false;
+    parameters.particle_radius = factor * fitting;
+    const Surface surface =
+        extract(device_, frame(), look_at({5, 2.2, 3.4}, {1.5, .3, .75}, {0, 1, 0}, 32, 64, 48),
+                parameters);
+    const auto told = std::find_if(surface.notices.begin(), surface.notices.end(),
+                                   [](const Notice& notice) { return !std::isnan(notice.wanted); });
+    ASSERT_EQ(told == surface.notices.end(), factor == 1 || factor == 1.4) << factor;
+    EXPECT_TRUE(surface.counts.representatives > 0 || surface.counts.spray > 0) << factor;
+    if (told == surface.notices.end()) continue;
+    EXPECT_EQ(told->code, factor < 1 ? Code::radius_too_small : Code::radius_too_large);
+    EXPECT_NEAR(told->wanted, fitting, 0.07 * fitting);
+  }
+}
+
 TEST_F(ExtractSource, NamesTheLeastMemory) {
   const auto source = source_of(frame());
   try {

@@ -142,13 +142,13 @@ TEST_F(Crowds, TellThatTheRadiusIsWrong) {
   EXPECT_EQ(left().size(), points_.size());
   EXPECT_THAT(texts(notices_),
               ElementsAre(testing::ContainsRegex(
-                  "^the particles lie about 2(\\.[01])? times as close together as their radius, "
-                  "0.5, says, which is half the spacing \\(check particle_radius\\)$")));
+                  "^a particle radius of 0.5 means a spacing of 1, but the particles lie about "
+                  "0.[45][0-9]* apart: 0.2[45][0-9]* would fit \\(check particle_radius\\)$")));
   points_.clear();
   add_block(20, 0.2);
   EXPECT_LT(left().size(), 1000u);
   EXPECT_THAT(texts(notices_),
-              ElementsAre(testing::ContainsRegex("lie about 5(\\.1)? times as close together"),
+              ElementsAre(testing::ContainsRegex("lie about 0.(19[0-9]|2) apart"),
                           testing::ContainsRegex("crowd into .* of 8000 were dropped$")));
 }
 
@@ -156,28 +156,33 @@ TEST_F(Crowds, TellHowWrongTheRadiusIs) {
   add_block(16, 0.025);
   left();
   EXPECT_THAT(texts(notices_),
-              testing::Contains(testing::ContainsRegex("about 4[01] times as close together")));
+              testing::Contains(testing::ContainsRegex("about 0.02[45][0-9]* apart")));
   for (Point& point : points_)
     for (float& x : point) x /= 100;
   left();
-  EXPECT_THAT(
-      texts(notices_),
-      testing::Contains(testing::ContainsRegex("about (39|40|41)[0-9][0-9] times as close")));
+  EXPECT_THAT(texts(notices_),
+              testing::Contains(testing::ContainsRegex("about 0.0002[45][0-9]* apart")));
 }
 
-// Half the true radius: loose balls.
 TEST_F(Crowds, TellThatTheRadiusIsTooSmall) {
-  add_block(16, 2);
-  EXPECT_EQ(left().size(), points_.size());
-  EXPECT_THAT(texts(notices_),
-              ElementsAre(testing::ContainsRegex(
-                  "about (2|1.9|2.1) times as far apart as their radius, 0.5, .*loose "
-                  "balls.*\\(check particle_radius; (0.9|1)[0-9.]* would fit\\)")));
-  points_.clear();
-  for (int k = 0; k < 4000; ++k)  // rain
-    add({between(0, 40), between(0, 40), between(0, 40)});
-  left();
-  EXPECT_THAT(texts(notices_), IsEmpty());
+  for (const double spacing : {2.0, 6.0, 8.0, 30.0, 1e3, 1e5}) {
+    points_.clear();
+    add_block(16, spacing);
+    EXPECT_EQ(left().size(), points_.size());
+    ASSERT_EQ(notices_.size(), 1u) << spacing;
+    EXPECT_THAT(texts(notices_)[0], testing::HasSubstr("means a spacing of 1, but"));
+    EXPECT_EQ(notices_[0].code, Code::radius_too_small);
+    EXPECT_NEAR(notices_[0].wanted, spacing / 2, 0.05 * spacing);
+  }
+}
+
+TEST_F(Crowds, OfRainTellNothingOfTheRadius) {
+  for (const double wide : {40.0, 100.0, 1000.0, 1e5}) {
+    points_.clear();
+    for (int k = 0; k < 4000; ++k) add({between(0, wide), between(0, wide), between(0, wide)});
+    left();
+    EXPECT_THAT(texts(notices_), IsEmpty()) << wide;
+  }
 }
 
 // A radius up to twice too large: what it says depends neither on particles without a place nor on

@@ -40,6 +40,7 @@ TEST(Survey, FindsBoundsAndTheMiddleRadius) {
     std::vector<float> sorted = particles.radius;
     std::sort(sorted.begin(), sorted.end());
     EXPECT_EQ(survey.middle_radius, sorted[n / 2]);
+    EXPECT_EQ(survey.least_radius, sorted.front());
     EXPECT_EQ(survey.largest_radius, sorted.back());
     EXPECT_EQ(survey.sample.size(), n);  // all of so few
   }
@@ -154,6 +155,7 @@ TEST(Survey, IsTheSameInAllRanks) {
         EXPECT_EQ(found.low, expected.low);
         EXPECT_EQ(found.high, expected.high);
         EXPECT_EQ(found.middle_radius, expected.middle_radius);
+        EXPECT_EQ(found.least_radius, expected.least_radius);
         EXPECT_EQ(found.largest_radius, expected.largest_radius);
         EXPECT_EQ(found.sample, expected.sample);
       });

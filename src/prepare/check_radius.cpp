@@ -1,0 +1,83 @@
+#include "prepare/check_radius.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "base/exact_math.hpp"
+#include "base/team.hpp"
+#include "prepare/canonical_order.hpp"
+#include "prepare/crowds.hpp"
+#include "prepare/radius_estimate.hpp"
+
+namespace meniscus {
+namespace {
+
+constexpr double kFits = 1.6;  // by a radius so many times too small the field falls apart
+
+RadiusEstimate estimate_of(const Particles& particles) {
+  constexpr std::size_t kSamples = 64;
+  std::vector<Notice> told_before;
+  return estimate_radius(particles, canonical_order(particles, {}, told_before), kSamples);
+}
+
+void add(const std::array<float, 3>& at, Particles& to) {
+  to.x.push_back(at[0]);
+  to.y.push_back(at[1]);
+  to.z.push_back(at[2]);
+}
+
+// From the sample's density. It has no order, and so looks denser than it is in some places: this
+// is a fifth too small.
+double rough_radius(const Survey& survey) {
+  Particles some;
+  for (const std::array<float, 3>& at : survey.sample) add(at, some);
+  return estimate_of(some).radius *
+         cube_root(static_cast<double>(survey.sample.size()) / static_cast<double>(survey.finite));
+}
+
+// All particles in cubes around some of the sample.
+Particles some_places(const ParticleSource& source, const Survey& survey, double side) {
+  constexpr std::size_t kPlaces = 8, kChunk = std::size_t{1} << 20;
+  std::vector<std::array<float, 3>> sample = survey.sample;
+  std::sort(sample.begin(), sample.end());
+  std::vector<std::array<float, 3>> centres;
+  for (std::size_t k = 0; k < kPlaces; ++k)
+    centres.push_back(sample[(2 * k + 1) * sample.size() / (2 * kPlaces)]);
+  const auto half = static_cast<float>(side / 2);
+  Particles found;
+  for_each_chunk(source, kChunk, {}, [&](const ParticleChunk& chunk) {
+    for (std::size_t i = 0; i < chunk.count; ++i) {
+      const auto is_near = [&](const std::array<float, 3>& centre) {
+        return std::abs(chunk.x[i] - centre[0]) < half && std::abs(chunk.y[i] - centre[1]) < half &&
+               std::abs(chunk.z[i] - centre[2]) < half;
+      };
+      if (std::any_of(centres.begin(), centres.end(), is_near))
+        add({chunk.x[i], chunk.y[i], chunk.z[i]}, found);
+    }
+  });
+  for (std::vector<float>* const values : {&found.x, &found.y, &found.z})
+    *values = source.team().joined(std::move(*values));
+  return found;
+}
+
+bool fits(double radius, double fitting) {
+  return !(fitting > 0) || (radius < kFits * fitting && fitting < kFits * radius);
+}
+
+}  // namespace
+
+void check_radius(const ParticleSource& source, const Survey& survey, double radius,
+                  std::vector<Notice>& notices) {
+  constexpr double kSpacings = 12;  // along a cube: enough of its particles lie inside
+  if (survey.sample.size() < kTelling) return;
+  const double rough = rough_radius(survey);
+  if (fits(radius, rough)) return;
+  const RadiusEstimate estimate = estimate_of(some_places(source, survey, kSpacings * 2 * rough));
+  if (estimate.is_dense && !fits(radius, estimate.radius))
+    notices.push_back(radius_misfit(radius, estimate.radius));
+}
+
+}  // namespace meniscus
