@@ -11,9 +11,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <utility>
 #include <vector>
 
+#include "io/array_bag.hpp"
 #include "io/attribute_names.hpp"
 #include "io/fields.hpp"
 #include "io/scalar.hpp"
@@ -50,12 +52,14 @@ enum Code : unsigned char {
 
 constexpr std::size_t kDeepest = 32, kMostValues = std::size_t{1} << 20;
 
-// A value: a text, numbers, or a list of values. A single number is a list of one.
+// A value: a text, numbers, or a list of values. A single number is a list of one. Values that use
+// one defined text share it: a file of a few megabytes may use a long one a million times.
 struct Value {
   enum Kind { none, text, numbers, list } kind = none;
-  std::string string;
+  std::shared_ptr<const std::string> string;
   std::vector<double> values;
   std::vector<Value> items;
+  bool is_text(const std::string& wanted) const { return kind == text && *string == wanted; }
   double number() const { return kind == numbers && values.size() == 1 ? values[0] : NAN; }
 };
 
@@ -95,11 +99,11 @@ class Parser {
       value = std::min(value, std::uint64_t{8} * file_.bytes.size() + 1);
     return static_cast<std::size_t>(value);
   }
-  std::string text() {
+  std::shared_ptr<const std::string> text() {
     const std::size_t size = length();
     need(size);
     at_ += size;
-    return file_.bytes.substr(at_ - size, size);
+    return std::make_shared<const std::string>(file_.bytes, at_ - size, size);
   }
   double number(unsigned char code) {
     switch (code) {
@@ -234,14 +238,13 @@ class Parser {
 
   const InputFile& file_;
   std::size_t at_ = 0, count_ = 0;
-  std::map<std::size_t, std::string> tokens_;
+  std::map<std::size_t, std::shared_ptr<const std::string>> tokens_;
 };
 
 // The value after a name in a list of names and values.
 const Value* named(const Value& list, const std::string& name) {
   for (std::size_t k = 0; k + 1 < list.items.size(); k += 2)
-    if (list.items[k].kind == Value::text && list.items[k].string == name)
-      return &list.items[k + 1];
+    if (list.items[k].is_text(name)) return &list.items[k + 1];
   return nullptr;
 }
 
@@ -302,14 +305,16 @@ std::vector<double> unpaged(const InputFile& file, const std::string& place, con
   return result;
 }
 
-PointArray array_of(const InputFile& file, const Value& attribute, std::size_t points) {
+// `taken`: bytes that the arrays before this one take, to which its own are added.
+PointArray array_of(const InputFile& file, const Value& attribute, std::size_t points,
+                    std::size_t& taken) {
   PointArray array;
   if (attribute.items.size() < 2) return array;
   const Value &about = attribute.items[0], &data = attribute.items[1];
   const Value *name = named(about, "name"), *type = named(about, "type");
-  if (!name || !type || type->string != "numeric") return array;
-  array.name = shown(name->string);
-  const std::string place = "attribute " + array.name;
+  if (!name || name->kind != Value::text || !type || !type->is_text("numeric")) return array;
+  array.name = *name->string;
+  const std::string place = "attribute " + shown(array.name);
   const Value* const values = named(data, "values");
   const Value* size = named(data, "size");
   if (values && named(*values, "size")) size = named(*values, "size");
@@ -317,7 +322,9 @@ PointArray array_of(const InputFile& file, const Value& attribute, std::size_t p
   const double components = size->number();
   if (!(components >= 1) || components > 64) return array;
   array.components = static_cast<std::size_t>(components);
-  if (points > (std::size_t{1} << 60) / array.components) fail(file, place, "is too large");
+  // A constant page is one tuple, however many points it has.
+  taken += points * array.components * sizeof(double);
+  check_unpacked(*memory_bytes(file), taken, place);
   if (const Value* raw = named(*values, "rawpagedata")) {
     array.values = unpaged(file, place, *values, *raw, points, array.components);
   } else if (const Value* tuples = named(*values, "tuples")) {
@@ -329,10 +336,10 @@ PointArray array_of(const InputFile& file, const Value& attribute, std::size_t p
     }
   } else if (const Value* arrays = named(*values, "arrays")) {
     if (arrays->items.size() != array.components) fail(file, place, "has other components");
-    array.values.resize(points * array.components);
     for (std::size_t c = 0; c < array.components; ++c) {
       const std::vector<double> numbers = numbers_of(arrays->items[c]);
       if (numbers.size() != points) fail(file, place, "has another number of values");
+      array.values.resize(points * array.components);
       for (std::size_t i = 0; i < points; ++i) array.values[i * array.components + c] = numbers[i];
     }
   } else {
@@ -359,8 +366,9 @@ Particles read_bgeo_json(const InputFile& file, const ReadOptions& options) {
   const Value* const list = attributes ? named(*attributes, "pointattributes") : nullptr;
   if (!list) fail(file, "", "has no pointattributes (truncated?)");
   std::vector<PointArray> arrays;
+  std::size_t taken = 0;
   for (const Value& attribute : list->items) {
-    PointArray array = array_of(file, attribute, points);
+    PointArray array = array_of(file, attribute, points, taken);
     if (array.components > 0) arrays.push_back(std::move(array));
   }
   Particles particles;

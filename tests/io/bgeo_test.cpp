@@ -161,5 +161,68 @@ TEST_F(Bgeo, RefusesWhatUnpacksToAThousandTimesItsSize) {
   EXPECT_THAT(error_of("a.bgeo.gz", bomb), HasSubstr("unpacks to more than 100 times its size"));
 }
 
+// Houdini's binary JSON.
+std::string json_number(std::int32_t value) { return "\x13" + stored(value, std::endian::little); }
+std::string json_text(const std::string& value) {
+  return "\x27" + std::string(1, static_cast<char>(value.size())) + value;
+}
+std::string json_list(const std::vector<std::string>& items) {
+  std::string bytes = "[";
+  for (const std::string& item : items) bytes += item;
+  return bytes + "]";
+}
+std::string json_geometry(std::int32_t points, const std::vector<std::string>& attributes) {
+  return "\x7fNSJb" +
+         json_list({json_text("pointcount"), json_number(points), json_text("attributes"),
+                    json_list({json_text("pointattributes"), json_list(attributes)})});
+}
+std::string json_attribute(const std::string& name, std::int32_t size, const std::string& kind,
+                           const std::string& values) {
+  return json_list(
+      {json_list({json_text("name"), json_text(name), json_text("type"), json_text("numeric")}),
+       json_list({json_text("size"), json_number(size), json_text("values"),
+                  json_list({json_text(kind), values})})});
+}
+std::string json_position() {
+  return json_attribute("P", 3, "tuples",
+                        json_list({json_list({json_number(1), json_number(2), json_number(3)})}));
+}
+
+TEST_F(Bgeo, ATextThatIsUsedOftenIsKeptOnce) {
+  constexpr std::uint32_t kLong = 1 << 20;
+  std::string bytes = std::string("\x7fNSJb\x2b\x00\xf4", 8) + stored(kLong, std::endian::little) +
+                      std::string(kLong, 'a');
+  std::vector<std::string> uses(500, std::string("\x26\x00", 2));
+  bytes += json_list(uses);
+  const Cost cost = cost_of([&] { EXPECT_THAT(error_of("a.bgeo", bytes), HasSubstr("points")); });
+  EXPECT_LT(cost.megabytes, 200);  // 500 without
+}
+
+TEST_F(Bgeo, ConstantPagesMakeNoGigabytesOfAFewBytes) {
+  const std::string numbers = json_list(std::vector<std::string>(64, json_number(1)));
+  const std::string wide = json_list(
+      {json_list({json_text("name"), json_text("w"), json_text("type"), json_text("numeric")}),
+       json_list({json_text("size"), json_number(64), json_text("values"),
+                  json_list({json_text("rawpagedata"), numbers, json_text("constantpageflags"),
+                             json_list({json_list({json_number(1)})})})})});
+  EXPECT_THAT(error_of("a.bgeo", json_geometry(60000, {wide})),
+              HasSubstr("attribute w: states that it has 30720000 bytes"));
+  // Each alone would be fine.
+  EXPECT_THAT(error_of("a.bgeo", json_geometry(20000, {wide, wide})),
+              HasSubstr("attribute w: states that it has 20480000 bytes"));
+}
+
+TEST_F(Bgeo, AttributesWithLongNamesAreFound) {
+  const std::string name(50, 'n');
+  const std::string path =
+      write("a.bgeo", json_geometry(1, {json_position(),
+                                        json_attribute(name, 1, "arrays",
+                                                       json_list({json_list({json_number(7)})}))}));
+  const Particles p = read_particles(path, ReadOptions{.attributes = {name}});
+  ASSERT_EQ(p.attributes.size(), 1u);
+  EXPECT_EQ(p.attributes[0].name, name);
+  EXPECT_THAT(p.attributes[0].values, ElementsAre(7));
+}
+
 }  // namespace
 }  // namespace meniscus
