@@ -36,6 +36,15 @@ bool has_use(const std::string& given) {
          field_of_attribute(name, 1) != Field::none;
 }
 
+void refuse_transposed(const Bytes& file, const std::string& place, const std::string& name,
+                       std::uint64_t rows, std::uint64_t across) {
+  constexpr std::uint64_t kMostNumbers = 16;  // of a particle
+  if ((rows == 2 || rows == 3) && across > kMostNumbers && is_position(name))
+    fail(file, place,
+         "has shape (" + std::to_string(rows) + ", " + std::to_string(across) +
+             "), wanted (n, 3): transposed?");
+}
+
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place) {
   // Particles become a tenth or a third, not a hundredth, of their size.
   constexpr std::uint64_t kMostRatio = 100, kAlways = std::uint64_t{16} << 20;

@@ -26,6 +26,11 @@ bool is_position(const std::string& name);
 /// Whether an array so named has a use: one that cannot be read is then an error.
 bool has_use(const std::string& name);
 
+/// Throws InputError where an array of positions of shape (rows, across) seems to be transposed:
+/// two or three rows of more numbers than particles have. Other names are not looked at.
+void refuse_transposed(const Bytes& file, const std::string& place, const std::string& name,
+                       std::uint64_t rows, std::uint64_t across);
+
 /// Throws InputError where `unpacked` bytes are not to be believed of a file.
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place);
 

@@ -81,7 +81,7 @@ Layout ffp3_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
   const auto add = [&](const std::string& name, const std::string& kind) {
     const std::string path = beside(file->name(), kind);
     std::error_code error;
-    if (path.empty() || !std::filesystem::is_regular_file(path, error)) return false;
+    if (path.empty() || !std::filesystem::is_regular_file(path, error)) return;
     const auto bytes = bytes_of_file(path);
     const Values values = values_of(*bytes);
     if (values.count != positions.count)
@@ -99,7 +99,6 @@ Layout ffp3_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
                " bytes a particle, wanted 2, 4, 8 "
                "or 12");
     arrays.push_back(array(name, bytes, values, type));
-    return true;
   };
   add("velocity", "velocity");
   add("id", "uid");

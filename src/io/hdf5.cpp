@@ -408,6 +408,9 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   std::uint64_t across = 1;
   for (std::size_t k = 1; k < data.shape.size(); ++k)
     if (__builtin_mul_overflow(across, data.shape[k], &across)) across = UINT64_MAX >> 20;
+  if (!data.shape.empty())
+    refuse_transposed(*file, place, found.path.substr(found.path.rfind('/') + 1), data.shape[0],
+                      across);
   constexpr std::uint64_t kMostAcross = 4096;
   if (across > kMostAcross) fail(*file, place, "has rows that are too long");
   BagArray array;
@@ -431,6 +434,10 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   } else if (data.storage == 1) {
     if (data.address == kUndefined)
       fail(*file, place, "holds no values: none were ever written to it");
+    if (data.size < bytes)
+      fail(*file, place,
+           "has room for " + std::to_string(data.size) + " bytes, wanted " + std::to_string(bytes) +
+               " for its shape (damaged?)");
     array.data.bytes = file;
     if (__builtin_add_overflow(data.address, reader.base(), &array.data.offset))
       fail(*file, place, "lies beyond the file's end (truncated?)");

@@ -161,23 +161,23 @@ NpyType type_named(const Bytes& file, const std::string& place, const std::strin
   return type;
 }
 
-// The arrays of a .npy that begins at byte `at`: one, or the fields of a structure. `item`: what it
-// is called; empty in a file of its own.
-void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, std::uint64_t at,
+// The arrays of a .npy: one, or the fields of a structure. `item`: what it is called; empty in a
+// file of its own.
+void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
                 const std::string& item, std::vector<BagArray>& arrays) {
   const std::string place = item.empty() ? "" : shown(item) + ": ";
-  const std::string head = text_at(*bytes, at, 8);
+  const std::string head = text_at(*bytes, 0, 8);
   if (!head.starts_with("\x93NUMPY"))
-    fail(file, place + byte_place(static_cast<std::size_t>(at)),
+    fail(file, place + byte_place(0),
          "found " + in_quotes(head.substr(0, 6)) + ", wanted NumPy's array");
   const bool wide = static_cast<unsigned char>(head[6]) >= 2;
-  const std::string length = text_at(*bytes, at + 8, wide ? 4 : 2);
+  const std::string length = text_at(*bytes, 8, wide ? 4 : 2);
   const std::size_t size = wide ? load<std::uint32_t>(length.data(), std::endian::little)
                                 : load<std::uint16_t>(length.data(), std::endian::little);
   if (size > kMostHeader) fail(file, place + "header", "is too long");
-  Header header(file, place, text_at(*bytes, at + 8 + length.size(), size));
+  Header header(file, place, text_at(*bytes, 8 + length.size(), size));
   header.read();
-  const std::uint64_t data = at + 8 + length.size() + size;
+  const std::uint64_t data = 8 + length.size() + size;
   const auto product = [&](std::uint64_t a, std::uint64_t b) {
     std::uint64_t result = 0;
     if (__builtin_mul_overflow(a, b, &result))
@@ -193,6 +193,9 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
     NpyType type;
     std::uint64_t offset = 0, components = 1;
   };
+  const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
+  if (single)
+    refuse_transposed(file, place + "header", item.empty() ? "positions" : item, rows, across);
   std::vector<Placed> placed;
   std::uint64_t row = 0;
   for (const Header::Field& field : header.fields) {
@@ -203,7 +206,6 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
     if (row > kMostHeader) fail(file, place + "header", "its rows are too long");
     placed.push_back(one);
   }
-  const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
   for (const Placed& one : placed) {
     if (!one.type.scalar && has_use(single ? (item.empty() ? "positions" : item) : one.field.name))
       fail(file, place + "header",
@@ -230,6 +232,53 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes, st
     arrays.push_back({std::move(array), rows});
   }
 }
+
+constexpr std::size_t kStart = 4096;  // bytes of a member: more than headers have
+
+[[noreturn]] void fail_sum(const Bytes& archive, const std::string& place) {
+  fail(archive, place, "its bytes do not match their checksum (damaged?)");
+}
+
+// A member of an archive that is not packed. Its checksum is looked at when more than the header is
+// asked for.
+class Stored : public Bytes {
+ public:
+  Stored(std::shared_ptr<const Bytes> archive, std::string place, std::uint64_t at,
+         std::uint64_t size, std::uint32_t sum)
+      : archive_(std::move(archive)), place_(std::move(place)), at_(at), size_(size), sum_(sum) {}
+  std::uint64_t size() const override { return size_; }
+  const std::string& name() const override { return archive_->name(); }
+  const char* in_memory() const override {
+    const char* const all = archive_->in_memory();
+    if (!all) return nullptr;
+    check();
+    return all + at_;
+  }
+  void read(std::uint64_t at, char* to, std::size_t size) const override {
+    if (at > size_ || size > size_ - at) fail(*archive_, place_, "ends early (truncated?)");
+    if (size_ <= kStart || at + size > kStart) check();
+    archive_->read(at_ + at, to, size);
+  }
+
+ private:
+  void check() const {
+    std::call_once(once_, [&] {
+      constexpr std::uint64_t kBlock = 1 << 18;
+      uLong sum = 0;
+      for (std::uint64_t done = 0; done < size_; done += kBlock) {
+        const std::string block = text_at(*archive_, at_ + done,
+                                          static_cast<std::size_t>(std::min(kBlock, size_ - done)));
+        sum = crc32_z(sum, reinterpret_cast<const Bytef*>(block.data()), block.size());
+      }
+      if (sum != sum_) fail_sum(*archive_, place_);
+    });
+  }
+  std::shared_ptr<const Bytes> archive_;
+  std::string place_;
+  std::uint64_t at_, size_;
+  std::uint32_t sum_;  // CRC-32
+  mutable std::once_flag once_;
+};
 
 // What a deflated member of an archive unpacks to: its beginning at first, for its header, and all
 // of it when that is asked for.
@@ -259,7 +308,7 @@ class Deflated : public Bytes {
                  bytes_.size(), *archive_, place_);
       const std::uint32_t sum = static_cast<std::uint32_t>(
           crc32_z(0, reinterpret_cast<const Bytef*>(bytes_.data()), bytes_.size()));
-      if (sum != sum_) fail(*archive_, place_, "its bytes do not match their checksum (damaged?)");
+      if (sum != sum_) fail_sum(*archive_, place_);
     });
     return bytes_.data();
   }
@@ -270,7 +319,6 @@ class Deflated : public Bytes {
   }
 
  private:
-  static constexpr std::size_t kStart = 4096;  // bytes: more than headers have
   std::shared_ptr<const Bytes> archive_;
   std::string place_, start_;
   std::uint64_t at_, packed_, size_;
@@ -360,7 +408,7 @@ std::vector<Member> members_of(const Bytes& file) {
 
 Layout npy_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options) {
   std::vector<BagArray> arrays;
-  add_arrays(*file, file, 0, "", arrays);
+  add_arrays(*file, file, "", arrays);
   if (arrays.size() == 1 && arrays[0].data.name.empty()) {
     arrays[0].data.name = "positions";
     if (arrays[0].data.components < 2)
@@ -377,12 +425,14 @@ Layout npz_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& o
     if (member.method == 0) {
       if (member.packed != member.size)
         fail(*file, shown(name), "states two sizes for what is not packed (damaged?)");
-      add_arrays(*file, file, member.at, name, arrays);
+      add_arrays(*file,
+                 std::make_shared<Stored>(file, shown(name), member.at, member.size, member.sum),
+                 name, arrays);
     } else if (member.method == 8) {
       add_arrays(*file,
                  std::make_shared<Deflated>(file, shown(name), member.at, member.packed,
                                             member.size, member.sum),
-                 0, name, arrays);
+                 name, arrays);
     } else {
       fail(*file, shown(name),
            "is packed by zip method " + std::to_string(member.method) +

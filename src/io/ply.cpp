@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "io/attribute_names.hpp"
+#include "io/bytes.hpp"
 #include "io/fields.hpp"
 #include "io/readers.hpp"
 #include "io/rows.hpp"
@@ -18,7 +19,7 @@ namespace meniscus {
 namespace {
 
 struct Property {
-  std::string name;  // for messages, and to find its field
+  std::string name;
   Scalar type;
   std::optional<Scalar> list_count;  // type of a list's length; none: a scalar
   Field field = Field::none;
@@ -81,11 +82,11 @@ Property read_property(const std::vector<std::string>& words, const InputFile& f
       fail(file, place, "unknown type " + in_quotes(name) + " of property " + shown(words.back()));
     return *found;
   };
-  Property property{shown(words.back()), type(words[words.size() - 2]), std::nullopt};
+  Property property{words.back(), type(words[words.size() - 2]), std::nullopt};
   if (list) {
     property.list_count = type(words[2]);
     if (!is_whole(*property.list_count))
-      fail(file, place, "the length of list " + property.name + " must have a whole type");
+      fail(file, place, "the length of list " + shown(property.name) + " must have a whole type");
   }
   return property;
 }
@@ -212,7 +213,7 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
           fail(file, row_place(element, row),
                "the file ends at byte " + std::to_string(file.size()) + ", wanted " +
                    std::to_string(n) + " x " + std::to_string(size) + " bytes of property " +
-                   property.name + " from byte " + std::to_string(at) + " (truncated?)");
+                   shown(property.name) + " from byte " + std::to_string(at) + " (truncated?)");
       };
       for (const Property& property : element.properties) {
         const std::size_t size = size_of(property.type);
@@ -222,7 +223,7 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
               load_integer(file.bytes.data() + at, *property.list_count, header.order);
           if (!length || *length < 0)
             fail(file, row_place(element, row),
-                 "the length of list " + property.name + " at byte " + std::to_string(at) +
+                 "the length of list " + shown(property.name) + " at byte " + std::to_string(at) +
                      " is out of range, must be >= 0");
           at += size_of(*property.list_count);
           need(static_cast<std::size_t>(*length), size, property);
@@ -263,7 +264,7 @@ void read_ascii(const InputFile& file, const Header& header, Particles& particle
     if (element.is_vertex()) make_room(element, particles);
     std::vector<std::string> wanted;
     for (const Property& property : element.properties)
-      wanted.push_back("property " + property.name + " of element " + element.name);
+      wanted.push_back("property " + shown(property.name) + " of element " + element.name);
     for (std::size_t row = 0; row < element.count; ++row) {
       for (std::size_t k = 0; k < wanted.size(); ++k) {
         const Property& property = element.properties[k];
@@ -321,6 +322,21 @@ std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size
   }
   if (at != file_size) return std::nullopt;
   return rows;
+}
+
+bool has_faces(const std::string& path) {
+  try {
+    const auto bytes = bytes_of_file(path);
+    constexpr std::uint64_t kLongest = std::uint64_t{1} << 16;  // a header, bytes
+    const InputFile head{
+        path, text_at(*bytes, 0, static_cast<std::size_t>(std::min(kLongest, bytes->size())))};
+    const Header header = read_header(head, {});
+    return std::any_of(header.elements.begin(), header.elements.end(), [](const Element& element) {
+      return element.name == "face" && element.count > 0;
+    });
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 Particles read_ply(const InputFile& file, const ReadOptions& options) {

@@ -38,6 +38,10 @@ struct RowLayout {
 std::optional<RowLayout> ply_rows(const InputFile& head, std::uint64_t file_size,
                                   const ReadOptions& options = {});
 
+/// Whether a file is a PLY of faces, whose vertices are those of a mesh. False where its header
+/// cannot be read.
+bool has_faces(const std::string& path);
+
 /// A file's rows as a source that leaves them on disk; null where it has no such rows: then
 /// read_particles reads it or says what is wrong with it.
 std::unique_ptr<ParticleSource> open_rows(const std::string& path, const ReadOptions& options);

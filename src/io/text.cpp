@@ -150,7 +150,9 @@ Particles read_xyz(const InputFile& file, const ReadOptions& options) {
     particles.vy.push_back(value(4, "vy"));
     particles.vz.push_back(value(5, "vz"));
   }
-  if (!stated && particles.size() == 0) fail(file, "", "has no particles, wanted rows of x y z");
+  if (!stated && particles.size() == 0 && !cursor.line_was_ended())
+    fail(file, cursor.place(),
+         "the file ends in a comment (truncated? if it has no particles, end it with a new line)");
   if (stated && particles.size() < *stated)
     fail(file, cursor.place(),
          "the file ends after " + std::to_string(particles.size()) + " rows, wanted " +

@@ -144,14 +144,14 @@ class VtkReader {
         skip_metadata();
         name = next_name("an array of FIELD");
       }
-      const std::size_t components = cursor_.count("the number of components of " + name);
-      const std::size_t tuples = cursor_.count("the number of tuples of " + name);
+      const std::size_t components = cursor_.count("the number of components of " + shown(name));
+      const std::size_t tuples = cursor_.count("the number of tuples of " + shown(name));
       const std::string type = next_type();
       const std::string lower = lower_case(name);
       const bool is_time = lower == "time" || lower == "timevalue";
       if (section_ == Section::dataset && is_time && components == 1 && tuples == 1 &&
           scalar_named(type))
-        particles_.time = read_values<double>(name, known_type(type, name), 1, 1)[0];
+        particles_.time = read_values<double>(shown(name), known_type(type, shown(name)), 1, 1)[0];
       else
         read_array(name, type, tuples, components);
     }
@@ -171,36 +171,37 @@ class VtkReader {
       const std::string name = next_name(key), type = next_type();
       std::string token = lower_case(cursor_.peek_token());
       const std::size_t components =
-          token == "lookup_table" ? 1 : cursor_.count("the number of components of " + name);
+          token == "lookup_table" ? 1 : cursor_.count("the number of components of " + shown(name));
       token = lower_case(cursor_.next_token());
       if (token != "lookup_table")
-        fail_here("found " + in_quotes(token) + ", wanted LOOKUP_TABLE of " + name);
+        fail_here("found " + in_quotes(token) + ", wanted LOOKUP_TABLE of " + shown(name));
       next_name("LOOKUP_TABLE");
       read_array(name, type, tuples_, components);
     } else if (key == "texture_coordinates") {
       const std::string name = next_name(key);
-      const std::size_t components = cursor_.count("the dimension of " + name);
+      const std::size_t components = cursor_.count("the dimension of " + shown(name));
       read_array(name, next_type(), tuples_, components);
     } else if (key == "color_scalars") {
       const std::string name = next_name(key);
-      const std::size_t components = cursor_.count("the number of components of " + name);
-      skip(name, "unsigned_char", tuples_, components);
+      const std::size_t components = cursor_.count("the number of components of " + shown(name));
+      skip(shown(name), "unsigned_char", tuples_, components);
     } else if (key == "lookup_table") {
       const std::string name = next_name(key);
-      const std::size_t entries = cursor_.count("the size of " + name);
-      skip(name, "unsigned_char", entries, 4);
+      const std::size_t entries = cursor_.count("the size of " + shown(name));
+      skip(shown(name), "unsigned_char", entries, 4);
     } else {
       fail_here("found " + in_quotes(key) + ", wanted a keyword of VTK (truncated?)");
     }
   }
 
   /// Keeps an array of the points that has a field of ours, skips any other.
-  void read_array(const std::string& name, const std::string& type, std::size_t tuples,
+  void read_array(const std::string& key, const std::string& type, std::size_t tuples,
                   std::size_t components) {
-    Field field = section_ == Section::points ? field_of_attribute(name, components) : Field::none;
+    const std::string name = shown(key);  // for messages
+    Field field = section_ == Section::points ? field_of_attribute(key, components) : Field::none;
     if (field != Field::none && is_kept(field)) field = Field::none;
     const bool numbers = type != "string" && type != "bit" && components > 0;
-    const bool is_asked = section_ == Section::points && numbers && asks_for(name, components);
+    const bool is_asked = section_ == Section::points && numbers && asks_for(key, components);
     if (!numbers || (field == Field::none && !is_asked)) {
       skip(name, type, tuples, components);
       return;
@@ -361,7 +362,7 @@ class VtkReader {
   std::string next_name(const std::string& of) {
     const std::string_view token = cursor_.next_token();
     if (token.empty()) fail_here("the file ends here, wanted the name of " + of + " (truncated?)");
-    return shown(token);  // no name that says something is longer
+    return std::string(token);
   }
 
   std::string next_type() { return lower_case(cursor_.next_token()); }

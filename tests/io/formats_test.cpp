@@ -2,6 +2,7 @@
 // NumPy, h5py and writers of its own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <filesystem>
 #include <set>
@@ -164,6 +165,96 @@ TEST_F(FormatsOnDisk, SayWhatIsWrong) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("has no attribute \"pressure\", it has velocity, "
                                                  "id, temperature, force"));
+  }
+}
+
+// An archive of NumPy's with one array of zeros that states more rows, and another one behind it.
+TEST_F(FormatsOnDisk, StoredMembersEndWhereTheyEnd) {
+  const auto little = [](auto value) { return stored(value, std::endian::little); };
+  std::string archive, directory;
+  for (const auto& [name, stated] : {std::pair{"positions.npy", 100}, {"others.npy", 50}}) {
+    const std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" +
+                               std::to_string(stated) + ", 3), }\n";
+    const std::string data = std::string("\x93NUMPY\x01\x00", 8) +
+                             little(static_cast<std::uint16_t>(header.size())) + header +
+                             std::string(4 * 50 * 3, '\0');
+    const std::string about =
+        little(std::uint16_t{0}) + little(std::uint16_t{0}) + little(std::uint32_t{0}) +
+        little(static_cast<std::uint32_t>(
+            crc32_z(0, reinterpret_cast<const Bytef*>(data.data()), data.size()))) +
+        little(static_cast<std::uint32_t>(data.size())) +
+        little(static_cast<std::uint32_t>(data.size())) +
+        little(static_cast<std::uint16_t>(std::string(name).size())) + little(std::uint16_t{0});
+    directory += std::string("PK\x01\x02\x14\x00\x14\x00", 8) + about + std::string(10, '\0') +
+                 little(static_cast<std::uint32_t>(archive.size())) + name;
+    archive += std::string("PK\x03\x04\x14\x00", 6) + about + name + data;
+  }
+  const std::string end = std::string("PK\x05\x06\x00\x00\x00\x00\x02\x00\x02\x00", 12) +
+                          little(static_cast<std::uint32_t>(directory.size())) +
+                          little(static_cast<std::uint32_t>(archive.size())) + std::string(2, '\0');
+  EXPECT_THAT(error_of("a.npz", archive + directory + end),
+              testing::HasSubstr("wanted 100 x 3 values of positions"));
+}
+
+TEST_F(FormatsOnDisk, StoredMembersMatchTheirChecksums) {
+  std::string npz = content(sample("numpy_stored.npz"));
+  const std::size_t value = npz.find("'shape': (37, 3)") + 200;  // of the first array
+  npz[value] = static_cast<char>(npz[value] ^ 1);
+  EXPECT_THAT(error_of("a.npz", npz), testing::HasSubstr("do not match their checksum"));
+}
+
+TEST_F(FormatsOnDisk, DataSetsThatStateTooLittleRoomAreRefused) {
+  std::string h5 = content(sample("h5py_plain.h5"));
+  const std::string room = stored(std::uint64_t{37 * 3 * 4}, std::endian::little);
+  for (std::size_t at = 0; (at = h5.find("\x03\x01", at)) != std::string::npos; ++at)
+    if (h5.compare(at + 10, 8, room) == 0)
+      h5.replace(at + 10, 8, stored(std::uint64_t{400}, std::endian::little));
+  EXPECT_THAT(error_of("a.h5", h5), testing::HasSubstr("has room for 400 bytes, wanted 444"));
+}
+
+TEST_F(FormatsOnDisk, TransposedArraysAreRefused) {
+  const auto npy = [&](int rows, int across) {
+    std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" +
+                         std::to_string(rows) + ", " + std::to_string(across) + "), }\n";
+    return std::string("\x93NUMPY\x01\x00", 8) +
+           stored(static_cast<std::uint16_t>(header.size()), std::endian::little) + header +
+           std::string(static_cast<std::size_t>(4 * rows * across), '\0');
+  };
+  EXPECT_THAT(error_of("a.npy", npy(3, 4913)),
+              testing::HasSubstr("has shape (3, 4913), wanted (n, 3): transposed?"));
+  EXPECT_THAT(error_of("a.npy", npy(2, 300000)), testing::HasSubstr("transposed?"));
+  EXPECT_EQ(read("a.npy", npy(3, 3)).size(), 3u);
+  EXPECT_EQ(read("a.npy", npy(2, 3)).size(), 2u);
+  EXPECT_EQ(read("a.npy", npy(3, 6)).vx.size(), 3u);
+}
+
+TEST_F(FormatsOnDisk, ArraysOfTextAreNoAttributes) {
+  std::string vtp = content(sample("vtk_ascii.vtp"));
+  const std::string number = "type=\"Float32\" Name=\"temperature\"";
+  ASSERT_NE(vtp.find(number), std::string::npos);
+  vtp.replace(vtp.find(number), number.size(), "type=\"String\" Name=\"temperature\"");
+  const std::string path = write("a.vtp", vtp);
+  EXPECT_EQ(read_particles(path).size(), 37u);
+  EXPECT_THROW(read_particles(path, ReadOptions{.attributes = {"temperature"}}), InputError);
+}
+
+TEST_F(FormatsOnDisk, AttributesWithLongNamesAreFound) {
+  const std::string name(50, 'n');
+  const std::string ply =
+      write("a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+            "property float z\nproperty float " +
+                name + "\nend_header\n1 2 3 7\n");
+  const std::string vtk =
+      write("a.vtk",
+            "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n"
+            "1 2 3\nPOINT_DATA 1\nSCALARS " +
+                name + " float 1\nLOOKUP_TABLE default\n7\n");
+  for (const std::string& path : {ply, vtk}) {
+    const Particles p = read_particles(path, ReadOptions{.attributes = {name}});
+    ASSERT_EQ(p.attributes.size(), 1u);
+    EXPECT_EQ(p.attributes[0].name, name);
+    EXPECT_THAT(p.attributes[0].values, testing::ElementsAre(7));
   }
 }
 

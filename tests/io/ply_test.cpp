@@ -4,6 +4,7 @@
 
 #include "cost.hpp"
 #include "io/io_test_support.hpp"
+#include "io/rows.hpp"
 
 namespace meniscus {
 namespace {
@@ -140,6 +141,18 @@ TEST_F(Ply, WordsInCommentsAreLeftAlone) {
                                                "property float y\nproperty float z\n"));
   EXPECT_EQ(p.particle_radius, 0);
   EXPECT_EQ(p.time, 0);
+}
+
+TEST_F(Ply, FacesMakeItAMesh) {
+  const std::string points =
+                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n"
+                        "property float y\nproperty float z\n",
+                    list = "property list uchar int vertex_indices\nend_header\n1 2 3\n";
+  EXPECT_TRUE(has_faces(write("a.ply", points + "element face 1\n" + list + "3 0 0 0\n")));
+  EXPECT_FALSE(has_faces(write("a.ply", points + "element face 0\n" + list)));
+  EXPECT_FALSE(has_faces(write("a.ply", points + "end_header\n1 2 3\n")));
+  EXPECT_FALSE(has_faces(write("a.xyz", "1 2 3\n")));
+  EXPECT_FALSE(has_faces("missing.ply"));
 }
 
 TEST_F(Ply, ZeroVerticesAreFine) { EXPECT_EQ(read("a.ply", with_radius(0, -1)).size(), 0u); }

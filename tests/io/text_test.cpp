@@ -66,8 +66,9 @@ TEST_F(Xyz, ACutIsAnErrorWhereTheCountIsKnown) {
             0);
   const Particles whole = read("a.xyz", kRows);
   EXPECT_GT(cut_everywhere("a.xyz", kRows,
-                           [&](const Particles& p, std::size_t) {
-                             return p.size() > 0 && begins_alike(p, whole);
+                           [&](const Particles& p, std::size_t length) {
+                             const bool between_lines = std::string(kRows)[length - 1] == '\n';
+                             return p.size() > 0 ? begins_alike(p, whole) : between_lines;
                            }),
             0);
 }
@@ -77,8 +78,13 @@ TEST_F(Xyz, DamageIsAnErrorOrReads) {
   flip_bits("a.xyz", kCounted);
 }
 
+TEST_F(Xyz, NoRowsAreAnEmptyFrame) {
+  EXPECT_EQ(read("a.xyz", "# nothing\n\n").size(), 0u);
+  EXPECT_EQ(read("a.xyz", "\n").size(), 0u);
+  EXPECT_THAT(error_of("a.xyz", "# noth"), HasSubstr("line 1: the file ends in a comment"));
+}
+
 TEST_F(Xyz, SaysWhatIsWrong) {
-  EXPECT_EQ(error_of("a.xyz", "# nothing\n\n"), "a.xyz: has no particles, wanted rows of x y z");
   EXPECT_EQ(error_of("a.xyz", "1 2 3\n1 2\n"),
             "a.xyz: line 2: found 2 columns, wanted 3 as in the first row (truncated?)");
   EXPECT_EQ(error_of("a.xyz", "1 2 3\n1 two 3\n"),

@@ -62,7 +62,7 @@ void run_frame(const ExtractOptions& options) {
   if (team.leads()) {
     for (const std::string& path : options.outputs)
       OutputFile probe(path);  // better now than later
-    for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
+    for (const std::string& warning : warnings_of_input(options.input)) warn(warning);
   }
 
   // Camera and device before the particles, which may take long to read.

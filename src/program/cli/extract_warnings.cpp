@@ -7,6 +7,7 @@
 #include "api/parameter_list.hpp"
 #include "base/printed.hpp"
 #include "io/parts.hpp"
+#include "io/rows.hpp"
 #include "program/batch/outputs.hpp"
 
 namespace meniscus::cli {
@@ -71,7 +72,9 @@ std::vector<std::string> warnings_of(const Camera& camera, const std::string& or
               camera.height)};
 }
 
-std::vector<std::string> warnings_of_parts(const std::string& input) {
+std::vector<std::string> warnings_of_input(const std::string& input) {
+  if (has_faces(input))
+    return {input + ": has faces: a mesh, not particles; its vertices are taken for particles"};
   const std::size_t star = input.find('*');
   if (star == std::string::npos || input.find('*', star + 1) != std::string::npos) return {};
   const std::vector<std::string> parts = part_files(input);

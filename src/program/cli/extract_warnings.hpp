@@ -16,7 +16,8 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
 /// Where the pixels of a camera are not square: most likely its size is not that of its projection.
 std::vector<std::string> warnings_of(const Camera& camera, const std::string& origin);
 
-/// Where a * stands for nothing but numbers: most likely the frames of a sequence are meant.
-std::vector<std::string> warnings_of_parts(const std::string& input);
+/// Where a * stands for nothing but numbers: most likely the frames of a sequence are meant. Where
+/// the input is a PLY of faces: a mesh.
+std::vector<std::string> warnings_of_input(const std::string& input);
 
 }  // namespace meniscus::cli

@@ -32,7 +32,7 @@ void mesh_one(const ExtractOptions& options) {
   if (team.leads()) {
     for (const std::string& path : options.outputs)
       OutputFile probe(path);  // better now than later
-    for (const std::string& warning : warnings_of_parts(options.input)) warn(warning);
+    for (const std::string& warning : warnings_of_input(options.input)) warn(warning);
   }
   std::string why;
   const DeviceInfo info = select_device(options.device, &why);

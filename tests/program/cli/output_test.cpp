@@ -205,6 +205,19 @@ TEST_F(ProgramOutput, AsksWhetherNumberedPartsAreASequence) {
   EXPECT_THAT(warned("rank*.ply"), testing::Not(HasSubstr("did you mean")));
 }
 
+TEST_F(ProgramOutput, TellsAMeshFromParticles) {
+  write_particles("in.ply", block(5));
+  const std::vector<std::string> more{"--size", "64x48", "-o", "a.png", "-q"};
+  const auto warned = [&](const std::string& input) {
+    std::vector<std::string> words{"extract", input};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words).err;
+  };
+  EXPECT_EQ(run({"mesh", "in.ply", "-o", "mesh.ply"}).exit_code, 0);
+  EXPECT_THAT(warned("mesh.ply"), HasSubstr("mesh.ply: has faces: a mesh, not particles"));
+  EXPECT_THAT(warned("in.ply"), testing::Not(HasSubstr("faces")));
+}
+
 TEST_F(ProgramOutput, FindsFaultsOfCameraAndDeviceBeforeItReadsParticles) {
   write("bad.ply", "no particles");
   write("camera.json", "{}");
