@@ -2,6 +2,7 @@
 #include "meniscus/closed.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "api/host_threads.hpp"
@@ -13,11 +14,13 @@
 #include "meniscus/device.hpp"
 #include "methods/closed.hpp"
 #include "methods/closed_parts.hpp"
+#include "methods/closed_steps.hpp"
 #include "output/simplify.hpp"
 #include "output/straighten.hpp"
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
 #include "prepare/parts.hpp"
+#include "stages/space_grid.hpp"
 
 namespace meniscus {
 namespace {
@@ -46,6 +49,22 @@ Parameters of_meshes(const Parameters& parameters) {
   return params;
 }
 
+// A stray particle may lie where no cell is.
+void check_reach(const View& view, const WorldParticles& particles, double cell) {
+  const double farthest = farthest_point(band_of(cell), cell);
+  for (std::size_t i = 0; i < particles.x.size(); ++i) {
+    const Vec3d at = eye_from_world(view, {particles.x[i], particles.y[i], particles.z[i]});
+    const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+    if (away > farthest)
+      throw InputError(
+          printed("a particle at (%g, %g, %g) lies %.3g particle radii from the middle "
+                  "of the others, where a mesh of this cell reaches %.3g (leave it "
+                  "out, or give a larger ",
+                  particles.x[i], particles.y[i], particles.z[i], away, farthest) +
+          setting("cell") + ")");
+  }
+}
+
 // A frame that streams, in parts where it is large or several processes share it.
 Surface mesh_parts(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
                    std::vector<StageTime>* timings) {
@@ -59,6 +78,7 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
                             const SpaceBox& own) {
     PartTally tally;
     WorldParticles particles = fill_part(filling, source, frame, boxes, own, tally);
+    check_reach(frame.view, particles, closed.cell);
     if (part < parts.size()) tallies[part] = tally;
     return particles;
   };
@@ -98,6 +118,7 @@ Surface mesh_frame(const Filling& filling, const ParticleSource& source, const C
   surface.particle_radius = frame.radius;
   surface.notices = std::move(filling.notices);
   if (!source.team().leads()) return surface;
+  check_reach(frame.view, frame.particles, closed.cell);
   return to_world(
       filling.device, frame.view,
       run_closed(filling.device, frame.view, frame.particles, closed, filling.params, timings),

@@ -61,8 +61,8 @@ class BlockIndex {
                         " particle radii: " + what + " (use a larger " + setting("cell") + ")");
 }
 
-// Finds who is around the blocks from the first one on, which are new. Of two new blocks the one that
-// comes behind the other, z, y, x, looks for it, and both learn of each other.
+// Finds who is around the blocks from the first one on, which are new. Of two new blocks the one
+// that comes behind the other, z, y, x, looks for it, and both learn of each other.
 void find_around(SpaceGrid& grid, std::size_t first) {
   constexpr int kSelf = 13;
   const BlockIndex index(grid.blocks);
@@ -176,6 +176,10 @@ std::uint64_t CornerBox::mask_of(const Place& at) const {
     mask &= here;
   }
   return mask;
+}
+
+double farthest_point(double reach, double cell) {
+  return static_cast<double>(kFarthestBlock) * kBlockSide * cell - reach;
 }
 
 SpaceGrid grid_around(const Points& points, double reach, double cell, const CornerBox& within) {

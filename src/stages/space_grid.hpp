@@ -77,6 +77,10 @@ inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, 
 ///   gradients  [4][n] of measure_gradients over these cells
 Points near_air(const Cells& cells, const float* gradients);
 
+/// How far from the origin a point may lie along an axis so that there are corners within `reach`
+/// of it; particle radii, as its arguments.
+double farthest_point(double reach, double cell);
+
 /// A grid whose corners within `reach` of one of the points (particle radii) are wanted, of those
 /// in `within`. Throws InvalidArgument where that is more than the program can hold.
 SpaceGrid grid_around(const Points& points, double reach, double cell,

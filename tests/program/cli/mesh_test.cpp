@@ -39,6 +39,18 @@ TEST_F(ProgramMesh, OfAFrameIsWrittenInEveryFormat) {
   EXPECT_EQ(run({"mesh", "in.ply", "-o", "e.ply", "--adaptive", "2"}).exit_code, 2);
 }
 
+TEST_F(ProgramMesh, SaysWhichParticleLiesWhereNoCellIs) {
+  auto points = block(5);
+  points.push_back({0, 1e8, 0});
+  write_particles("in.ply", points, 0.5);
+  const Outcome outcome = run({"mesh", "in.ply", "-o", "a.ply"});
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err,
+              HasSubstr("in.ply: a particle at (0, 1e+08, 0) lies 2e+08 particle radii "
+                        "from the middle of the others"));
+  EXPECT_THAT(outcome.err, HasSubstr("(leave it out, or give a larger --cell)"));
+}
+
 TEST_F(ProgramMesh, OfASequenceGoesOnWhereItWasLeft) {
   for (int frame = 0; frame < 3; ++frame)
     write_particles("d." + std::to_string(frame) + ".ply", block(3 + frame));
