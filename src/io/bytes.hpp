@@ -22,6 +22,9 @@ class Bytes {
   /// Copies `size` bytes from `at` on; several threads may do so at once. Throws InputError where
   /// there are not so many.
   virtual void read(std::uint64_t at, char* to, std::size_t size) const = 0;
+  /// How many bytes, counted from the first on, are unpacked together: who reads a part of them has
+  /// all of these unpacked. 1 where nothing is packed.
+  virtual std::uint64_t block() const { return 1; }
   /// All of them where they are in memory anyway, else null.
   virtual const char* in_memory() const { return nullptr; }
   /// What an error in them is named after.

@@ -49,6 +49,7 @@ class Chunks : public Bytes {
   void index(std::uint64_t address) { walk(address, 0, UINT64_MAX); }
 
   std::uint64_t size() const override { return size_; }
+  std::uint64_t block() const override { return rows_ * row_; }
   const std::string& name() const override { return file_->name(); }
 
   void read(std::uint64_t at, char* to, std::size_t size) const override {

@@ -76,15 +76,19 @@ template <class Work>
 void for_each_block(const Rows& rows, std::uint64_t first, std::size_t count, std::string& buffer,
                     const Work& work) {
   const std::size_t stride = static_cast<std::size_t>(rows.stride);
-  const std::size_t step = std::max<std::size_t>(1, kBlock / stride);
-  if (!rows.bytes->in_memory()) buffer.resize(std::min(step, count) * stride);
-  for (std::size_t done = 0; done < count; done += step) {
-    const std::size_t now = std::min(step, count - done);
+  const std::uint64_t packed = rows.bytes->block();
+  for (std::size_t done = 0, now = 0; done < count; done += now) {
     const std::uint64_t at = rows.first + (first + done) * rows.stride;
+    // All rows that begin in a large packed block, which each read would unpack again.
+    const std::uint64_t wanted =
+        packed > kBlock ? (packed - at % packed + stride - 1) / stride : kBlock / stride;
+    now =
+        static_cast<std::size_t>(std::clamp<std::uint64_t>(wanted, 1, std::uint64_t{count - done}));
     const std::size_t size = (now - 1) * stride + rows.width;
     if (rows.bytes->in_memory()) {
       work(rows.bytes->in_memory() + at, done, now);
     } else {
+      buffer.resize(std::max(buffer.size(), size));
       rows.bytes->read(at, buffer.data(), size);
       work(buffer.data(), done, now);
     }

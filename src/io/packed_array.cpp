@@ -23,6 +23,7 @@ class ZlibBlocks : public Bytes {
         size_(size),
         starts_(std::move(starts)) {}
   std::uint64_t size() const override { return size_; }
+  std::uint64_t block() const override { return block_; }
   const std::string& name() const override { return packed_->name(); }
   void read(std::uint64_t at, char* to, std::size_t size) const override {
     if (at > size_ || size > size_ - at) fail(*this, place_, "ends here (truncated?)");

@@ -201,5 +201,39 @@ TEST_F(Source, NeedsARadiusOrNone) {
   EXPECT_EQ(read_particles(path, 2).particle_radius, 2);
 }
 
+// Bytes that unpack a large block for each read.
+class PackedBytes : public Bytes {
+ public:
+  explicit PackedBytes(std::uint64_t size) : size_(size) {}
+  std::uint64_t size() const override { return size_; }
+  std::uint64_t block() const override { return kBlock; }
+  const std::string& name() const override { return name_; }
+  void read(std::uint64_t at, char* to, std::size_t size) const override {
+    unpacked += (at + size - 1) / kBlock - at / kBlock + 1;
+    std::memset(to, 0, size);
+  }
+  mutable std::uint64_t unpacked = 0;  // blocks
+  static constexpr std::uint64_t kBlock = 4000000;
+
+ private:
+  std::uint64_t size_;
+  std::string name_ = "packed";
+};
+
+TEST(LayoutSource, UnpacksEachBlockOnce) {
+  const std::int64_t count = 2000000;
+  const auto bytes = std::make_shared<PackedBytes>(12 * count);
+  Layout layout;
+  layout.count = count;
+  for (const Field field : {Field::x, Field::y, Field::z})
+    layout.columns.push_back({field, 0, "", Scalar::float32, std::endian::little, bytes,
+                              4 * static_cast<std::uint64_t>(field), 12});
+  std::vector<float> x(count), y(count), z(count);
+  source_of(bytes, layout)->read(0, x.size(), {.x = x.data(), .y = y.data(), .z = z.data()});
+  const std::uint64_t blocks = bytes->size() / PackedBytes::kBlock;
+  // A row that lies in two blocks needs both.
+  EXPECT_LE(bytes->unpacked, 2 * blocks);
+}
+
 }  // namespace
 }  // namespace meniscus
