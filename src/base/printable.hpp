@@ -26,4 +26,7 @@ std::string printable(std::string_view text, std::size_t most);
 /// U+FFFD. Markup is left as it is.
 std::string well_formed(std::string_view text);
 
+/// For text between tags of XML and HTML and in their attributes: well-formed, without markup.
+std::string escaped(std::string_view text);
+
 }  // namespace meniscus

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "base/printable.hpp"
 #include "io/seal.hpp"
 #include "meniscus/error.hpp"
 
@@ -17,24 +18,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are in the machine's order");
 static_assert(sizeof(Vec3) == 3 * sizeof(float));
-
-// Of a name within quotes of XML.
-std::string escaped(const std::string& name) {
-  std::string result;
-  for (const char c : name) {
-    if (c == '&')
-      result += "&amp;";
-    else if (c == '<')
-      result += "&lt;";
-    else if (c == '>')
-      result += "&gt;";
-    else if (c == '"')
-      result += "&quot;";
-    else
-      result += static_cast<unsigned char>(c) < ' ' ? '_' : c;
-  }
-  return result;
-}
 
 // A name as JSON takes it: UTF-8.
 std::string as_utf8(const std::string& name) {

@@ -44,5 +44,10 @@ TEST(WellFormed, ReplacesWhatXmlDoesNotAllow) {
             "a\ufffd\ufffdb\ufffd\ufffd");
 }
 
+TEST(Escaped, HoldsNoMarkupAndIsWellFormed) {
+  EXPECT_EQ(escaped("<a href=\"b\"> & ü"), "&lt;a href=&quot;b&quot;&gt; &amp; ü");
+  EXPECT_EQ(escaped("a\xff<"), "a\ufffd&lt;");
+}
+
 }  // namespace
 }  // namespace meniscus

@@ -161,6 +161,15 @@ TEST(MeshFile, VtpReadsBackWithAllThatItCarries) {
   }
 }
 
+TEST(MeshFile, VtpIsUtf8WhateverNamesAre) {
+  const TemporaryFolder folder;
+  Mesh mesh = carrying_mesh();
+  mesh.attributes[0].name = "caf\xe9\x01";  // Latin-1, and a control character
+  write_mesh(folder / "a.vtp", mesh);
+  const std::string bytes = file_bytes(folder / "a.vtp");
+  EXPECT_NE(bytes.find("Name=\"caf\ufffd\ufffd\""), std::string::npos);
+}
+
 TEST(MeshFile, PlyReadsBackWithAllThatItCarries) {
   const TemporaryFolder folder;
   const Mesh mesh = carrying_mesh();

@@ -5,13 +5,12 @@
 #include <span>
 #include <string>
 
+#include "base/printable.hpp"
+
 namespace meniscus {
 
 /// A whole page: `style` is CSS after the house's own, `body` the HTML between <main> and </main>.
 std::string html_page(const std::string& title, const std::string& style, const std::string& body);
-
-/// For text between tags and in attributes, also of XML: see well_formed().
-std::string escaped(const std::string& text);
 
 std::string base64(std::span<const std::uint8_t> bytes);
 
