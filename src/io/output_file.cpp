@@ -177,6 +177,9 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(behind_li
   }
   if (target_.empty() || target_.back() == '/') fail(target_.empty() ? ENOENT : EISDIR);
   const std::string folder = folder_of(target_);
+  // Before there is a file: where memory ends, no destructor removes it.
+  buffer_.resize(kBufferSize);
+  room_ = kBufferSize;
   for (int attempt = 0; descriptor_ < 0; ++attempt) {
     char number[64];
     std::snprintf(number, sizeof number, "%ld-%016llx.tmp", static_cast<long>(getpid()),
@@ -197,8 +200,6 @@ OutputFile::OutputFile(const std::string& path) : path_(path), target_(behind_li
     if (error != EEXIST || attempt == 16) fail(error);
   }
   if (kept) fchmod(descriptor_, *kept);  // what umask took; not all file systems have modes
-  buffer_.resize(kBufferSize);
-  room_ = kBufferSize;
 }
 
 OutputFile::~OutputFile() {
