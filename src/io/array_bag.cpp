@@ -45,13 +45,16 @@ void refuse_transposed(const Bytes& file, const std::string& place, const std::s
              "), wanted (n, 3): transposed?");
 }
 
+bool may_unpack_to(std::uint64_t packed, std::uint64_t unpacked) {
+  constexpr std::uint64_t kAlways = std::uint64_t{16} << 20;
+  return unpacked <= kAlways || unpacked / kMostUnpacked <= packed;
+}
+
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place) {
-  // Particles become a tenth or a third, not a hundredth, of their size.
-  constexpr std::uint64_t kMostRatio = 100, kAlways = std::uint64_t{16} << 20;
-  if (unpacked > kAlways && unpacked / kMostRatio > file.size())
+  if (!may_unpack_to(file.size(), unpacked))
     fail(file, place,
          "states that it has " + std::to_string(unpacked) + " bytes, more than " +
-             std::to_string(kMostRatio) + " times the file's size, wanted particles");
+             std::to_string(kMostUnpacked) + " times the file's size, wanted particles");
 }
 
 Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,

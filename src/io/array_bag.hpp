@@ -15,8 +15,8 @@ struct BagArray {
 
 /// The layout of the particles among some arrays. Positions are the array that `dataset` names,
 /// else one of two or three components with a name for positions, else x, y and z, else the only
-/// array of three components. Arrays with another number of rows are of something else. Throws
-/// InputError.
+/// array of three components or more. Arrays with another number of rows are of something else.
+/// Throws InputError.
 Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
                      const ReadOptions& options);
 
@@ -30,6 +30,11 @@ bool has_use(const std::string& name);
 /// two or three rows of more numbers than particles have. Other names are not looked at.
 void refuse_transposed(const Bytes& file, const std::string& place, const std::string& name,
                        std::uint64_t rows, std::uint64_t across);
+
+/// Whether so many packed bytes of particles may unpack to so many: they become a tenth or a third,
+/// not a hundredth, of their size. Up to 16 MiB are always believed.
+bool may_unpack_to(std::uint64_t packed, std::uint64_t unpacked);
+inline constexpr std::uint64_t kMostUnpacked = 100;  // bytes that one becomes
 
 /// Throws InputError where `unpacked` bytes are not to be believed of a file.
 void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string& place);

@@ -5,13 +5,6 @@
 namespace meniscus {
 namespace {
 
-std::string without_unit(const std::string& given) {
-  std::string name = lower_case(given.substr(0, given.find('[')));
-  const std::size_t last = name.find_last_not_of(" \t");
-  name.erase(last == std::string::npos ? 0 : last + 1);
-  return name;
-}
-
 std::string listed(const std::vector<NamedArray>& arrays) {
   constexpr std::size_t kLongest = 300;  // characters
   std::string names;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "io/array_bag.hpp"
 #include "io/attribute_names.hpp"
 #include "io/bgeo_json.hpp"
 #include "io/fields.hpp"
@@ -27,8 +28,6 @@ InputFile unpacked(const InputFile& file) {
   if (!stream.ready) fail(file, "", "cannot be unpacked: no memory for zlib");
 
   constexpr std::size_t kLargestStep = 1 << 30;  // zlib counts in 32 bits
-  // Particles of a simulation become a third or a tenth of their size, not a thousandth.
-  constexpr std::size_t kMostRatio = 100, kAlways = std::size_t{16} << 20;
   InputFile result{file.name, std::string(std::max<std::size_t>(4 * file.size(), 1024), '\0')};
   std::size_t taken = 0, made = 0;
   for (bool at_end = false; !at_end || taken < file.size();) {
@@ -46,9 +45,9 @@ InputFile unpacked(const InputFile& file) {
     at_end = status == Z_STREAM_END;
     if (status == Z_BUF_ERROR)
       fail(file, byte_place(taken), "the file ends inside its gzip data (truncated?)");
-    if (made > kAlways && made / kMostRatio > taken)
+    if (!may_unpack_to(taken, made))
       fail(file, byte_place(taken),
-           "its gzip data unpacks to more than " + std::to_string(kMostRatio) +
+           "its gzip data unpacks to more than " + std::to_string(kMostUnpacked) +
                " times its size, wanted particles (unpack it with gunzip if they are)");
     if (status != Z_OK && !at_end)
       fail(file, byte_place(taken),

@@ -29,9 +29,7 @@ Field component(Field first, std::size_t k) {
 }
 
 Field field_of_column(std::string_view given) {
-  std::string name = lower_case(given.substr(0, given.find('[')));
-  const std::size_t last = name.find_last_not_of(" \t");
-  name.erase(last == std::string::npos ? 0 : last + 1);
+  const std::string name = without_unit(given);
   if (name.empty()) return Field::none;
 
   const std::size_t letter = std::string_view("xyz").find(name.back());
@@ -52,6 +50,13 @@ Field field_of_column(std::string_view given) {
 }
 
 }  // namespace
+
+std::string without_unit(std::string_view given) {
+  std::string name = lower_case(given.substr(0, given.find('[')));
+  const std::size_t last = name.find_last_not_of(" \t");
+  name.erase(last == std::string::npos ? 0 : last + 1);
+  return name;
+}
 
 std::vector<Field> fields_of_columns(const std::vector<std::string>& names) {
   std::vector<Field> fields;

@@ -11,6 +11,9 @@ namespace meniscus {
 
 enum class Field { x, y, z, vx, vy, vz, density, radius, id, none };
 
+/// A column's name in lower case, without a unit in [] behind it.
+std::string without_unit(std::string_view given);
+
 /// The field of each column of a table. Names match in any case: x, pos.x or Points:0, vx or
 /// velocity_x, density or rho, radius or pscale, id; a unit in [] is left out. Where two columns
 /// name one field, the first has it; a velocity without all three components is left out.

@@ -3,7 +3,6 @@
 // numbers in contiguous, compact and chunked data sets, and the filters deflate, shuffle and
 // fletcher32.
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <set>

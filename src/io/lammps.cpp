@@ -2,7 +2,6 @@
 // table of atoms. Written from the manual's page on the command dump.
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,18 +13,6 @@
 
 namespace meniscus {
 namespace {
-
-using Words = std::vector<std::string_view>;
-
-Words words_of(std::string_view line) {
-  Words words;
-  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = end;
-  }
-  return words;
-}
 
 struct Box {
   std::array<double, 3> low{}, high{};
@@ -86,7 +73,8 @@ class Reader {
     return *line;
   }
   std::string_view only_word(const char* what) {
-    const Words words = words_of(needed(what));
+    Words words;
+    split_at_blanks(needed(what), words);
     return words.empty() ? std::string_view() : words[0];
   }
   double real(std::string_view word, const char* what) {
@@ -127,8 +115,9 @@ class Reader {
 
   void read_box(Box& box) {
     double tilt[3] = {0, 0, 0};
+    Words words;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Words words = words_of(needed("the bounds of the box"));
+      split_at_blanks(needed("the bounds of the box"), words);
       if (words.size() < 2) fail(file_, cursor_.place(), "wanted two bounds of the box");
       box.low[k] = real(words[0], "a bound");
       box.high[k] = real(words[1], "a bound");
@@ -154,8 +143,9 @@ class Reader {
   }
 
   Particles read_atoms(std::string_view header, std::uint64_t count, const Box& box, bool take) {
-    std::vector<std::string> names;
-    for (const std::string_view word : words_of(header)) names.emplace_back(word);
+    Words words;
+    split_at_blanks(header, words);
+    const std::vector<std::string> names(words.begin(), words.end());
     if (names.empty()) fail(file_, cursor_.place(), "names no column of its atoms");
     if (count > cursor_.remaining() / (2 * names.size()))
       fail(file_, cursor_.place(),
@@ -182,7 +172,7 @@ class Reader {
     for (const AttributePick& pick : picks)
       particles.attributes.push_back({pick.name, std::vector<float>(count)});
     for (std::size_t i = 0; i < count; ++i) {
-      const Words words = words_of(needed("an atom"));
+      split_at_blanks(needed("an atom"), words);
       if (words.size() != names.size())
         fail(file_, cursor_.place(),
              "found " + std::to_string(words.size()) + " columns, wanted " +

@@ -12,8 +12,6 @@
 namespace meniscus {
 namespace {
 
-using Words = std::vector<std::string_view>;
-
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
@@ -33,17 +31,6 @@ double real_at(const InputFile& file, const TextCursor& cursor, std::string_view
     fail(file, cursor.place(),
          "found " + in_quotes(word) + ", wanted a number for " + shown(column));
   return *value;
-}
-
-// .xyz
-
-void split_at_blanks(std::string_view line, Words& words) {
-  words.clear();
-  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = end;
-  }
 }
 
 // .csv

@@ -1,5 +1,6 @@
 #include "io/text_cursor.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -16,6 +17,15 @@ std::string_view without_plus(std::string_view text) {
 }
 
 }  // namespace
+
+void split_at_blanks(std::string_view line, Words& words) {
+  words.clear();
+  for (std::size_t at = 0; (at = line.find_first_not_of(" \t", at)) != std::string_view::npos;) {
+    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
+    words.push_back(line.substr(at, end - at));
+    at = end;
+  }
+}
 
 std::optional<double> parse_real(std::string_view text) {
   text = without_plus(text);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/input_file.hpp"
 
@@ -19,6 +20,11 @@ bool exceeds_double(std::string_view text);
 
 /// The whole of `text` as a whole number of 64 bits; also written as 12.0 or 1e3.
 std::optional<std::int64_t> parse_integer(std::string_view text);
+
+using Words = std::vector<std::string_view>;
+
+/// The words of a line between blanks and tabs, in place of what `words` held.
+void split_at_blanks(std::string_view line, Words& words);
 
 class TextCursor {
  public:

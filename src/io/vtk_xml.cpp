@@ -1,9 +1,6 @@
 // VTK's XML files: the points of PolyData (.vtp) and of an UnstructuredGrid (.vtu), and the list of
 // a time series (.pvd). Written from VTK's description of its file formats.
 #include <algorithm>
-#include <charconv>
-#include <cstring>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
