@@ -6,6 +6,10 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <string>
+
+#include "meniscus/source.hpp"
+#include "prepare/choose_radius.hpp"
 
 namespace meniscus {
 namespace {
@@ -61,6 +65,20 @@ TEST(RadiusEstimate, OfRainTellsNoFluid) {
     p.z.push_back(place(random));
   }
   EXPECT_FALSE(estimate(p).is_dense);
+}
+
+// Particles that a solver has compressed, of radius .025.
+TEST(RadiusEstimate, OfARealFrameIsAsNearAsItSays) {
+  std::vector<Notice> notices;
+  const double found =
+      choose_radius(*open_particles(std::string(MENISCUS_TEST_DATA) +
+                                    "/splashsurf/dam_break_frame_9_6859_particles.bgeo"),
+                    {}, notices);
+  ASSERT_EQ(notices.size(), 1u);
+  const std::string words = "to within ", text = to_string(notices[0]);
+  ASSERT_NE(text.find(words), std::string::npos) << text;
+  const double percent = std::stod(text.substr(text.find(words) + words.size()));
+  EXPECT_NEAR(found, 0.025, percent / 100 * found);
 }
 
 TEST(RadiusEstimate, OfOnePlaceIsNone) {
