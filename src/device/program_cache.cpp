@@ -1,5 +1,8 @@
 #include "device/program_cache.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -20,6 +23,15 @@ namespace fs = std::filesystem;
 
 constexpr const char* kEnding = ".program";
 constexpr std::uint64_t kMost = std::uint64_t{256} << 20;  // bytes of all entries
+
+// Whether a folder is this user's or the administrator's, and nobody else may write into it: what
+// is found there runs.
+bool is_trusted(const std::string& folder) {
+  struct stat status {};
+  return stat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
+         (status.st_uid == geteuid() || status.st_uid == 0) &&
+         (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
 
 std::string path_of(const std::string& key) {
   const std::string folder = program_cache_folder();
@@ -81,7 +93,7 @@ std::string program_cache_folder() {
 
 std::string find_program(const std::string& key) {
   const std::string path = path_of(key);
-  if (path.empty()) return "";
+  if (path.empty() || !is_trusted(program_cache_folder())) return "";
   std::ifstream file(path, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(file), {});
   const std::size_t head = head_of(key, "").size();
@@ -98,7 +110,9 @@ void keep_program(const std::string& key, const std::string& binary) noexcept {
     const std::string path = path_of(key);
     if (path.empty() || binary.empty()) return;
     const std::string folder = program_cache_folder();
-    fs::create_directories(folder);
+    fs::create_directories(fs::path(folder).parent_path());
+    mkdir(folder.c_str(), S_IRWXU);
+    if (!is_trusted(folder)) return;
     remove_abandoned_outputs(path);
     make_room(folder);
     const std::string content = key + binary;

@@ -61,6 +61,19 @@ TEST_F(ProgramCache, FindsWhatWasKeptUnderTheSameKeyAlone) {
   EXPECT_TRUE(entries().empty());
 }
 
+TEST_F(ProgramCache, IsThisUsersAlone) {
+  keep_program("key\n", "binary");
+  EXPECT_EQ(fs::status(folder()).permissions(), fs::perms::owner_all);
+  for (const fs::perms others : {fs::perms::group_write, fs::perms::others_write}) {
+    fs::permissions(folder(), others, fs::perm_options::add);
+    EXPECT_EQ(find_program("key\n"), "");
+    keep_program("other\n", "binary");
+    EXPECT_EQ(entries().size(), 1u);
+    fs::permissions(folder(), others, fs::perm_options::remove);
+    EXPECT_EQ(find_program("key\n"), "binary");
+  }
+}
+
 TEST_F(ProgramCache, TakesNoEntryThatIsCutOffOrDamagedAnywhere) {
   keep_program("key\n", "binary");
   ASSERT_EQ(entries().size(), 1u);
