@@ -95,7 +95,7 @@ Shard parse_shard(const std::string& text) {
   std::int64_t index = 0, count = 0;
   if (!cursor.number(index) || !cursor.take('/') || !cursor.number(count) ||
       cursor.at != cursor.end || index < 1 || index > count || count > 1'000'000)
-    throw InvalidArgument("shard " + text + ": must be k/N with k from 1 to N, e.g. 2/8");
+    throw InvalidArgument("shard " + text + ": must be k/N with k from 1 to N, e.g. 2/8, or slurm");
   return {static_cast<int>(index), static_cast<int>(count)};
 }
 

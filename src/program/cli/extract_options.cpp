@@ -155,8 +155,8 @@ void add_sequence_options(CLI::App& command, ExtractOptions& o) {
       ->group(sequence);
   command
       .add_option("--shard", o.shard,
-                  "do only part k of N of the frames (default: SLURM_ARRAY_TASK_ID of "
-                  "SLURM_ARRAY_TASK_COUNT where they are set; 1/1: all)")
+                  "do only part k of N of the frames; 1/1: all; slurm: the part of this task of a "
+                  "Slurm array (default in such a task, but with --frames say 1/1 or slurm)")
       ->type_name("k/N")
       ->group(sequence);
   command

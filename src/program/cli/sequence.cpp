@@ -50,11 +50,23 @@ struct ShardChoice {
 
 /// --shard, else the task of a Slurm array.
 ShardChoice choose_shard(const ExtractOptions& options) {
-  if (!options.shard.empty())
+  const bool from_slurm = options.shard == "slurm";
+  if (!options.shard.empty() && !from_slurm)
     return {as_usage([&] { return parse_shard(options.shard); }), "from --shard"};
   const char* const id = std::getenv("SLURM_ARRAY_TASK_ID");
   const char* const count = std::getenv("SLURM_ARRAY_TASK_COUNT");
-  if (!id || !count) return {};
+  if (!id || !count) {
+    if (from_slurm)
+      throw usage_error(
+          "--shard slurm: SLURM_ARRAY_TASK_ID and SLURM_ARRAY_TASK_COUNT are not set, must be a "
+          "task of a Slurm array (or give --shard k/N)");
+    return {};
+  }
+  // They may be this task's own, made from its number, or those of all tasks together.
+  if (!from_slurm && !options.frames.empty())
+    throw usage_error("--frames " + options.frames + " in task " + id +
+                      " of a Slurm array: give --shard 1/1 if these frames are this task's own, or "
+                      "--shard slurm to split them among the tasks of the array");
   const char* const first = std::getenv("SLURM_ARRAY_TASK_MIN");
   const char* const step = std::getenv("SLURM_ARRAY_TASK_STEP");
   const auto number = [](const char* text, long otherwise) {

@@ -240,6 +240,25 @@ TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   EXPECT_EQ(outputs(), whole);
 }
 
+TEST_F(Sequence, FramesInATaskOfAnArrayAreSplitOnlyWhereThatIsSaid) {
+  write_sequence(4);
+  const Conditions task{{{"SLURM_ARRAY_TASK_ID", "2"},
+                         {"SLURM_ARRAY_TASK_COUNT", "4"},
+                         {"SLURM_ARRAY_TASK_MIN", "0"}}};
+  expect_error(run(words({"--frames", "2"}), task), 2,
+               {"--frames 2 in task 2", "--shard 1/1", "--shard slurm"});
+  EXPECT_THAT(outputs(), IsEmpty());
+  ASSERT_EQ(run(words({"--frames", "2", "--shard", "1/1"}), task).exit_code, 0);
+  EXPECT_TRUE(exists("o.0002.exr"));
+  EXPECT_EQ(outputs().size(), 3u);
+  ASSERT_EQ(run(words({"--frames", "1-3", "--shard", "slurm"}), task).exit_code, 0);
+  EXPECT_TRUE(exists("o.0003.exr"));  // the third of them
+  EXPECT_EQ(outputs().size(), 6u);
+  expect_error(run(words({"--shard", "slurm"}),
+                   {{{"SLURM_ARRAY_TASK_ID", ""}, {"SLURM_ARRAY_TASK_COUNT", ""}}}),
+               2, {"--shard slurm: SLURM_ARRAY_TASK_ID"});
+}
+
 TEST_F(Sequence, TwoDevicesGiveTheSameBytes) {
   write_sequence(5);
   ASSERT_EQ(run(words({"-q"})).exit_code, 0);
