@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <numeric>
 #include <unordered_set>
 
 #include "meniscus/error.hpp"
@@ -88,6 +89,18 @@ std::string frame_list(std::vector<std::int64_t> frames) {
     k = last + 1;
   }
   return text;
+}
+
+std::vector<std::int64_t> whole_range(const std::vector<std::int64_t>& frames) {
+  constexpr std::int64_t kMostInRange = 1'000'000;
+  std::vector<std::int64_t> range;
+  if (frames.size() < 2) return range;
+  const std::int64_t first = frames.front(), last = frames.back();
+  std::int64_t step = 0;
+  for (const std::int64_t frame : frames) step = std::gcd(step, frame - first);
+  if ((last - first) / step < kMostInRange)
+    for (std::int64_t frame = first; frame <= last; frame += step) range.push_back(frame);
+  return range;
 }
 
 Shard parse_shard(const std::string& text) {

@@ -15,6 +15,11 @@ std::vector<std::int64_t> parse_frames(const std::string& list);
 /// The shortest such list of these frames, ascending: "1-3,7,10-20x2". For messages.
 std::string frame_list(std::vector<std::int64_t> frames);
 
+/// All frames from the first to the last one, by the step that all of these keep, which ascend: 0,
+/// 10, 30 are of 0, 10, 20, 30. Empty where they are less than two, or where that makes more than a
+/// million frames: a stray number is no range.
+std::vector<std::int64_t> whole_range(const std::vector<std::int64_t>& frames);
+
 /// Part `index` of `count` of a sequence, counted from 1.
 struct Shard {
   int index = 1, count = 1;

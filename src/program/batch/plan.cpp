@@ -2,25 +2,32 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 
 #include "meniscus/error.hpp"
 
 namespace meniscus {
 namespace {
 
-// Two frames that would write one file.
+// The pattern of an output, which has a place for the frame's number, or every frame and every
+// process that does a part of the sequence would write the same file.
+FramePattern pattern_of_output(const std::string& output) {
+  if (const auto pattern = FramePattern::in(output)) return *pattern;
+  const std::size_t ending = std::min(output.rfind('.'), output.size());
+  throw InvalidArgument("output " + output +
+                        " has no place for the frame's number, but the input is a sequence: name "
+                        "it " +
+                        output.substr(0, ending) + ".####" + output.substr(ending));
+}
+
+// Two outputs that would write one file, in the same frame or in two.
 void check_outputs(const std::vector<FrameJob>& jobs, const std::vector<std::string>& asked) {
-  std::map<std::string, const FrameJob*> writer;
+  std::map<std::string, std::size_t> writer;
   for (const FrameJob& job : jobs)
     for (std::size_t k = 0; k < job.outputs.size(); ++k) {
-      const auto [place, is_new] = writer.try_emplace(job.outputs[k], &job);
-      if (is_new) continue;
-      throw InvalidArgument("output " + asked[k] + ": frames " +
-                            std::to_string(place->second->frame) + " and " +
-                            std::to_string(job.frame) + " would both write " + job.outputs[k] +
-                            "; give it a place for the frame's number, e.g. " + "name.####" +
-                            asked[k].substr(std::min(asked[k].rfind('.'), asked[k].size())));
+      const auto [place, is_new] = writer.try_emplace(job.outputs[k], k);
+      if (!is_new)
+        throw InvalidArgument("outputs " + asked[place->second] + " and " + asked[k] +
+                              " both name " + job.outputs[k] + ", give each output its own name");
     }
 }
 
@@ -99,14 +106,14 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
     plan.missing.insert(plan.missing.end(), blind.begin(), blind.end());
   }
 
-  std::vector<std::optional<FramePattern>> outputs;
-  for (const std::string& output : request.outputs) outputs.push_back(FramePattern::in(output));
+  std::vector<FramePattern> outputs;
+  for (const std::string& output : request.outputs) outputs.push_back(pattern_of_output(output));
   std::vector<FrameJob> jobs;
   for (const std::int64_t frame : wanted) {
     const FramePattern::Found& file = existing.at(frame);
     FrameJob job{frame, file.path, {}, {}};
-    for (std::size_t k = 0; k < outputs.size(); ++k)
-      job.outputs.push_back(outputs[k] ? outputs[k]->name(frame, file.digits) : request.outputs[k]);
+    for (const FramePattern& output : outputs)
+      job.outputs.push_back(output.name(frame, file.digits));
     jobs.push_back(std::move(job));
   }
   check_outputs(jobs, request.outputs);

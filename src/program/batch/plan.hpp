@@ -23,7 +23,7 @@ struct FrameJob {
 /// What the user asks for.
 struct SequenceRequest {
   FramePattern input;
-  std::vector<std::string> outputs;  // with places for the number when there are several frames
+  std::vector<std::string> outputs;  // with places for the number
   std::string frames;                // parse_frames; empty: all there are
   bool skip_missing = false;         // else a missing frame is an error
   Shard shard;
@@ -49,8 +49,8 @@ std::string named_frames(const std::vector<std::int64_t>& frames);
 /// skipped.
 ///
 /// Throws InputError when there are no files at all, or missing frames unless they are to be
-/// skipped, naming them; InvalidArgument when the list of frames is wrong or two frames would write
-/// one output.
+/// skipped, naming them; InvalidArgument when the list of frames is wrong, an output has no place
+/// for the number, or two outputs would be one file.
 Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras = nullptr);
 
 }  // namespace meniscus

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <iterator>
-#include <numeric>
+
+#include "program/batch/frames.hpp"
 
 namespace meniscus {
 namespace {
@@ -18,20 +19,6 @@ std::vector<const FrameRecord*> in_order(const std::vector<FrameRecord>& records
   const auto same = [](const FrameRecord* a, const FrameRecord* b) { return *a == *b; };
   order.erase(std::unique(order.begin(), order.end(), same), order.end());
   return order;
-}
-
-constexpr std::int64_t kMostExpected = 1'000'000;  // a stray number is no range
-
-// What there is between the first and the last frame, by the step that all keep.
-std::vector<std::int64_t> range_of(const std::vector<FrameHistory>& frames) {
-  std::vector<std::int64_t> range;
-  if (frames.size() < 2) return range;
-  const std::int64_t first = frames.front().last.frame, last = frames.back().last.frame;
-  std::int64_t step = 0;
-  for (const FrameHistory& f : frames) step = std::gcd(step, f.last.frame - first);
-  if ((last - first) / step < kMostExpected)
-    for (std::int64_t frame = first; frame <= last; frame += step) range.push_back(frame);
-  return range;
 }
 
 double busy_seconds(const std::vector<FrameRecord>& records) {
@@ -66,10 +53,10 @@ BatchReport merge_records(const std::vector<FrameRecord>& records,
       frame.last = *record;
     frame.attempts += record->status != FrameStatus::skipped;
   }
-  if (expected.empty()) expected = range_of(report.frames);
-  std::sort(expected.begin(), expected.end());
   std::vector<std::int64_t> known;
   for (const FrameHistory& f : report.frames) known.push_back(f.last.frame);
+  if (expected.empty()) expected = whole_range(known);
+  std::sort(expected.begin(), expected.end());
   std::set_difference(expected.begin(), expected.end(), known.begin(), known.end(),
                       std::back_inserter(report.missing));
   report.seconds = busy_seconds(records);

@@ -94,15 +94,27 @@ TEST_F(PlanTest, NoFilesAtAll) {
   EXPECT_THAT(error_of<InputError>(asked), HasSubstr("there is no folder " + path("nowhere/")));
 }
 
-TEST_F(PlanTest, TwoFramesThatWriteOneOutput) {
+TEST_F(PlanTest, EveryOutputHasAPlaceForTheNumber) {
   SequenceRequest asked = request();
   asked.outputs = {path("o.####.exr"), path("o.png")};
-  const std::string error = error_of<InvalidArgument>(asked);
-  EXPECT_THAT(error, HasSubstr("frames 1 and 2 would both write"));
-  EXPECT_THAT(error, HasSubstr("name.####.png"));
-  asked.frames = "7";  // one frame needs no place
-  EXPECT_THAT(plan_sequence(asked).jobs.at(0).outputs,
-              ElementsAre(path("o.0007.exr"), path("o.png")));
+  for (const char* frames : {"", "7"}) {  // of one frame, too: others do the next
+    asked.frames = frames;
+    EXPECT_EQ(error_of<InvalidArgument>(asked),
+              "output " + path("o.png") +
+                  " has no place for the frame's number, but the input is a sequence: name it " +
+                  path("o.####.png"));
+  }
+}
+
+TEST_F(PlanTest, TwoOutputsOfOneName) {
+  SequenceRequest asked = request("8");
+  asked.outputs = {path("o.####.exr"), path("o.%04d.exr")};
+  EXPECT_EQ(error_of<InvalidArgument>(asked),
+            "outputs " + path("o.####.exr") + " and " + path("o.%04d.exr") + " both name " +
+                path("o.0008.exr") + ", give each output its own name");
+  asked.frames = "1,2,10";
+  asked.outputs = {path("o#.exr"), path("o#0.exr")};  // frame 10 of the first, 1 of the second
+  EXPECT_THAT(error_of<InvalidArgument>(asked), HasSubstr("both name " + path("o10.exr")));
 }
 
 TEST_F(PlanTest, ShardsTakeEveryNth) {

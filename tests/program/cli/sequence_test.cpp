@@ -169,7 +169,10 @@ TEST_F(Sequence, WrongUseIsNamed) {
   write_sequence(2);
   expect_error(run(words({"--frames", ""})), 2, {"--frames: is empty"});
   expect_error(run({"extract", "d.####.ply", "-o", "o.exr"}), 2,
-               {"frames 0 and 1 would both write o.exr", "o.exr: "});
+               {"output o.exr has no place for the frame's number", "name it o.####.exr"});
+  expect_error(run({"extract", "d.####.ply", "-o", "o.exr", "--frames", "1"}), 2,
+               {"output o.exr has no place for the frame's number"});
+  EXPECT_FALSE(exists("o.exr"));
   expect_error(run({"extract", "d.####.ply", "-o", "d.####.ply"}), 2, {"is the input"});
   std::filesystem::copy_file(MENISCUS_EXAMPLE_DATA "/dam/camera.json", path("c.png"));
   expect_error(run({"extract", "d.####.ply", "--camera", "c.png", "-o", "o.####.exr", "--report",
@@ -479,7 +482,7 @@ TEST_F(Sequence, NoInputIsOverwrittenWhetherAskedForOrNot) {
   expect_error(with({"-o", "o.####.exr", "--report", "./d.0002.ply"}), 2,
                {"output ./d.0002.ply: is the input, give another name"});
   expect_error(with({"-o", "o.####.exr", "--log", "./d.0002.ply"}), 2, {"is the input"});
-  expect_error(run({"extract", "d.####.ply", "--frames", "0", "-o", "./d.0002.ply"}), 2,
+  expect_error(run({"extract", "d.####.ply", "--frames", "0", "-o", "./d.000#.ply"}), 2,
                {"is the input"});
   expect_error(with({"-o", "o.####.exr", "--report", "./c.0001.json"}), 2,
                {"output ./c.0001.json: is the camera's file"});
