@@ -1,6 +1,7 @@
 #include "program/batch/plan.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 
 #include "meniscus/error.hpp"
@@ -78,17 +79,27 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
   Plan plan;
   for (const auto& [frame, file] : existing) plan.inputs.push_back(file.path);
 
-  std::vector<std::int64_t> wanted;
+  std::vector<std::int64_t> wanted, gaps;
   if (request.frames.empty()) {
     for (const auto& [frame, file] : existing) wanted.push_back(frame);
+    const std::vector<std::int64_t> all = whole_range(wanted);
+    std::set_difference(all.begin(), all.end(), wanted.begin(), wanted.end(),
+                        std::back_inserter(gaps));
+    if (!gaps.empty())
+      plan.warnings.push_back(request.input.text() + ": " + named_frames(gaps) +
+                              (gaps.size() == 1 ? " is" : " are") + " missing");
   } else {
     const std::int64_t last = existing.rbegin()->first;
     std::vector<std::int64_t> beyond;
     for (const std::int64_t frame : parse_frames(request.frames))
       (existing.contains(frame) ? wanted : frame > last ? beyond : plan.missing).push_back(frame);
+    const std::string end = "the sequence ends with frame " + std::to_string(last);
+    if (wanted.empty() && plan.missing.empty() && !request.skip_missing)
+      throw InputError(request.input.text() + ": none of " + named_frames(beyond) + " is there, " +
+                       end + " (give --missing skip to do nothing then)");
     if (!beyond.empty())
       plan.warnings.push_back(request.input.text() + ": " + named_frames(beyond) +
-                              " left out: the sequence ends with frame " + std::to_string(last));
+                              " left out: " + end);
   }
   const auto miss = [&](const std::string& where, const std::vector<std::int64_t>& frames) {
     if (frames.empty()) return;
@@ -97,6 +108,7 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
     plan.warnings.push_back(what + " and skipped");
   };
   miss(request.input.text(), plan.missing);
+  plan.missing.insert(plan.missing.end(), gaps.begin(), gaps.end());
   if (cameras) {
     std::vector<std::int64_t> blind;
     for (const std::int64_t frame : wanted)

@@ -32,7 +32,7 @@ struct SequenceRequest {
 
 struct Plan {
   std::vector<FrameJob> jobs;         // this shard's, in the order asked for
-  std::vector<std::int64_t> missing;  // of all shards' frames, that are skipped
+  std::vector<std::int64_t> missing;  // of all shards' frames, and done by none
   std::vector<std::string> warnings;
   std::size_t all_shards = 0;       // frames of all shards
   std::vector<std::string> inputs;  // of all frames there are, asked for or not
@@ -44,7 +44,9 @@ struct Plan {
 std::string named_frames(const std::vector<std::int64_t>& frames);
 
 /// Resolves the frames to files. Frames beyond the last one there is are left out with a warning,
-/// as farms hand in chunks that end past the sequence. `cameras`, when given, must have one for
+/// as farms hand in chunks that end past the sequence; where that leaves none, they are missing.
+/// Where no frames are asked for, those that a sequence of its step lacks are named in a warning.
+/// `cameras`, when given, must have one for
 /// each. A frame whose whitewater is missing is made without it where missing frames are to be
 /// skipped.
 ///

@@ -150,8 +150,10 @@ void add_sequence_options(CLI::App& command, ExtractOptions& o) {
         return text.empty() ? "is empty, must name frames, e.g. 1-240" : std::string();
       })
       ->group(sequence);
-  add_choice<bool>(command, "--missing", o.skip_missing, {{"fail", false}, {"skip", true}},
-                   "what to do when frames of --frames are missing: fail (default) or skip")
+  add_choice<bool>(
+      command, "--missing", o.skip_missing, {{"fail", false}, {"skip", true}},
+      "what to do when frames of --frames, or their cameras, are missing: fail (default) or "
+      "skip")
       ->group(sequence);
   command
       .add_option("--shard", o.shard,

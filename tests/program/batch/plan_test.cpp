@@ -56,8 +56,21 @@ TEST_F(PlanTest, AllThatExistWithoutAList) {
   EXPECT_THAT(plan.frames(), ElementsAre(1, 2, 3, 5, 6, 7, 8, 9, 10));
   EXPECT_EQ(plan.jobs[3].input, path("d.0005.ply"));
   EXPECT_THAT(plan.jobs[3].outputs, ElementsAre(path("o.0005.exr")));
-  EXPECT_THAT(plan.missing, IsEmpty());
-  EXPECT_THAT(plan.warnings, IsEmpty());
+  EXPECT_THAT(plan.missing, ElementsAre(4));
+  EXPECT_THAT(plan.warnings, ElementsAre(path("d.####.ply: frame 4 is missing")));
+}
+
+TEST_F(PlanTest, GapsAreNamedByTheStepOfTheSequence) {
+  const auto plan_of = [&](const std::string& stem, std::initializer_list<int> frames) {
+    for (const int frame : frames) std::ofstream(path(stem + std::to_string(frame) + ".ply"));
+    return plan_sequence(
+        {*FramePattern::in(path(stem + "#.ply")), {path("o#.exr")}, "", false, {}});
+  };
+  EXPECT_THAT(plan_of("a.", {1, 2, 5, 8}).warnings,
+              ElementsAre(path("a.#.ply: 4 frames 3,4,6,7 are missing")));
+  EXPECT_THAT(plan_of("b.", {0, 10, 20}).warnings, IsEmpty());
+  EXPECT_THAT(plan_of("c.", {0, 10, 20, 40}).missing, ElementsAre(30));
+  EXPECT_THAT(plan_of("d.", {7}).warnings, IsEmpty());
 }
 
 TEST_F(PlanTest, TheListsOrderIsKept) {
@@ -82,7 +95,13 @@ TEST_F(PlanTest, ChunksPastTheEndAreClipped) {
   ASSERT_EQ(plan.warnings.size(), 1u);
   EXPECT_THAT(plan.warnings[0],
               HasSubstr("4 frames 11-14 left out: the sequence ends with frame 10"));
-  EXPECT_THAT(plan_sequence(request("100-110")).frames(), IsEmpty());
+  SequenceRequest past = request("100-110");
+  EXPECT_EQ(error_of<InputError>(past),
+            path("d.####.ply: none of 11 frames 100-110 is there, the sequence ends with frame 10 "
+                 "(give --missing skip to do nothing then)"));
+  past.skip_missing = true;
+  EXPECT_THAT(plan_sequence(past).frames(), IsEmpty());
+  EXPECT_THAT(plan_sequence(past).warnings.at(0), HasSubstr("11 frames 100-110 left out"));
 }
 
 TEST_F(PlanTest, NoFilesAtAll) {

@@ -117,7 +117,10 @@ TEST_F(Sequence, FramesAndCamerasAreChosen) {
   EXPECT_EQ(skipped.exit_code, 0) << skipped.err;
   EXPECT_THAT(skipped.err, HasSubstr("frame 4 missing and skipped"));
   EXPECT_THAT(skipped.err, HasSubstr("4 frames 6-9 left out: the sequence ends with frame 5"));
-  const Outcome beyond = run(words({"--frames", "100-110"}));
+  EXPECT_THAT(run(words({"-q"})).err, HasSubstr("d.####.ply: frame 4 is missing"));
+  expect_error(run(words({"--frames", "100-110"})), 1,
+               {"d.####.ply: none of 11 frames 100-110 is there", "--missing skip"});
+  const Outcome beyond = run(words({"--frames", "100-110", "--missing", "skip"}));
   EXPECT_EQ(beyond.exit_code, 0) << beyond.err;
   EXPECT_THAT(beyond.err, HasSubstr("11 frames 100-110 left out"));
 }
