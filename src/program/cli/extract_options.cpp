@@ -179,7 +179,7 @@ void add_sequence_options(CLI::App& command, ExtractOptions& o) {
       ->group(sequence);
   command
       .add_option("--report", o.report,
-                  "an HTML page about the frames, with pictures and plots (see meniscus report)")
+                  "a page (.html) about the frames, with pictures and plots (see meniscus report)")
       ->type_name("FILE")
       ->group(sequence);
 }

@@ -10,6 +10,7 @@
 
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
+#include "io/input_file.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/cli/terminal.hpp"
 #include "program/dam_break.hpp"
@@ -102,6 +103,11 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
       throw usage_error(option + " has an empty name, must be parts of names, of " + all);
     if (!found) throw usage_error(option + " is " + part + ", must be a part of one of " + all);
   }
+}
+
+void check_page_name(const std::string& option, const std::string& path) {
+  if (!lower_case(path).ends_with(".html"))
+    throw usage_error(option + " is " + path + ", must end in .html: it is a page");
 }
 
 CLI::Option* add_positive_option(CLI::App& command, const std::string& name,

@@ -45,6 +45,10 @@ std::vector<DeviceInfo> chosen_devices(const std::string& selector, std::string*
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
                           const std::vector<std::string>& names);
 
+/// Throws usage_error unless the name given with `option` is a page's: it ends in .html. So no log,
+/// camera or image is replaced by a page.
+void check_page_name(const std::string& option, const std::string& path);
+
 /// What a number must be: "--in-flight: is 0, must be 1 to 64".
 CLI::Validator from_to(int least, int most);
 CLI::Validator from_to(double least, double most);

@@ -34,6 +34,7 @@ void run_report(const ReportOptions& options) {
       throw usage_error(words_of(error));
     }
   as_usage([&] { check_outputs({options.logs, {}}, {}, {options.output}); });
+  check_page_name("--output", options.output);
   OutputFile page(options.output);  // better now than later
   std::vector<FrameRecord> records;
   std::vector<std::string> notes;
@@ -68,7 +69,7 @@ void add_report_command(CLI::App& program) {
   command.add_option("LOG", o.logs, "what extract --log wrote; of all shards and runs together")
       ->required()
       ->type_name("FILE");
-  command.add_option("-o,--output", o.output, "the page, an HTML file that needs nothing else")
+  command.add_option("-o,--output", o.output, "the page, an .html file that needs nothing else")
       ->required()
       ->type_name("FILE");
   command

@@ -132,6 +132,7 @@ void prepare_folders(const Plan& plan, const CameraTrack* cameras, const Extract
     check_outputs({inputs, cameras ? cameras->files() : std::vector<std::string>()}, outputs,
                   {options.log, options.report, options.written_camera});
   });
+  if (!options.report.empty()) check_page_name("--report", options.report);
   std::set<std::string> folders;
   for (const std::string& path : outputs)
     if (folders.insert(path.substr(0, path.rfind('/') + 1)).second) {

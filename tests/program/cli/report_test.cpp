@@ -139,6 +139,19 @@ TEST_F(ProgramReport, BadUseIsAnErrorAndLeavesNoPage) {
   EXPECT_EQ(run({"report", "empty.jsonl", "-o", "a.html"}).exit_code, 0) << "no frame is over";
 }
 
+TEST_F(ProgramReport, NothingButAPageIsReplacedByAPage) {
+  write("a.jsonl", "");
+  write("b.jsonl", "another log");
+  write("f.1.ply", "");
+  expect_error(run({"report", "a.jsonl", "-o", "b.jsonl"}), 2,
+               {"--output is b.jsonl, must end in .html"});
+  EXPECT_EQ(read("b.jsonl"), "another log");
+  for (const char* name : {"page", "camera.json"})
+    expect_error(run({"extract", "f.#.ply", "-o", "o.#.png", "--report", name}), 2,
+                 {"--report is ", name, "must end in .html"});
+  EXPECT_EQ(run({"report", "a.jsonl", "-o", "page.HTML"}).exit_code, 0);
+}
+
 TEST_F(ProgramReport, DamagedPicturesDoNotLoseThePage) {
   ASSERT_EQ(extract({"--log", "a.jsonl"}).exit_code, 0);
   const std::string whole = read("o.1.png");
