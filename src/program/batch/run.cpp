@@ -224,47 +224,77 @@ class Batch {
     }
   }
 
-  void add_whitewater(Device& device, const Frame& frame, Surface& surface,
-                      std::vector<StageTime>* times) const {
+  // The surface of a frame, made on a device; after it had no memory, with as little as can be.
+  Surface extract_on(Device& device, Frame& frame, std::vector<StageTime>& stages,
+                     const OutOfDeviceMemory* no_memory = nullptr) const {
+    stages.clear();  // of an attempt before
+    std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
+    frame.record.device = device.info().name;
+    Surface surface = with_name(frame, [&] {
+      if (settings_.closed)
+        return extract_closed(device, *frame.particles, *settings_.closed, settings_.parameters,
+                              times);
+      if (no_memory)
+        return extract_sparingly(device, *frame.particles, frame.camera, settings_.parameters,
+                                 times, settings_.memory, *no_memory);
+      return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
+                     settings_.memory);
+    });
     if (!frame.whitewater.empty())
       draw_whitewater(device, frame.whitewater.sources(), settings_.parameters, surface, times,
                       settings_.memory);
+    return surface;
+  }
+
+  // While other threads extract frames, too.
+  Surface try_beside_others(Worker& worker, Frame& frame, std::vector<StageTime>& stages) {
+    { const std::lock_guard turn(gate_); }  // behind one that wants to be alone
+    const std::shared_lock with_others(extracting_);
+    Surface surface = extract_on(worker.device, frame, stages);
+    worker.failures = 0;
+    return surface;
+  }
+
+  // With all memory that the other threads can spare.
+  Surface try_sparingly(Worker& worker, Frame& frame, std::vector<StageTime>& stages,
+                        const OutOfDeviceMemory& no_memory) {
+    for (Worker& other : workers_) other.device.state().pool->drop_idle();
+    Surface surface = extract_on(worker.device, frame, stages, &no_memory);
+    worker.failures = 0;
+    return surface;
+  }
+
+  // On the next device, which the thread keeps where its own has failed too often.
+  Surface try_elsewhere(Worker& worker, Frame& frame, std::vector<StageTime>& stages,
+                        const std::string& failure) {
+    if (settings_.devices.size() == 1) throw DeviceError(failure);
+    ++worker.failures;
+    const std::size_t which = (worker.which + 1) % settings_.devices.size();
+    std::optional<Worker> other;
+    Surface surface;
+    try {
+      other = Worker{Device(settings_.devices[which]), which};
+      surface = extract_on(other->device, frame, stages);
+    } catch (const DeviceError& error) {
+      throw DeviceError(failure + "; then " + words_of(error));
+    }
+    surface.notices.push_back({.text = "extracted on another device after: " + failure});
+    if (worker.failures >= kPatience) {
+      surface.notices.push_back({.text = "a device that failed " + std::to_string(worker.failures) +
+                                         " frames in a row gets no more: \"" +
+                                         worker.device.info().name + '"'});
+      worker = std::move(*other);
+    }
+    return surface;
   }
 
   // What did not work is tried again while all other threads wait: where memory ran out with as
   // little of it as can be, and then, or where the device failed, on another one.
   Surface extract_somehow(Worker& worker, Frame& frame, std::vector<StageTime>& stages) {
-    std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
     std::optional<OutOfDeviceMemory> no_memory;
-    const auto extract_on = [&](Device& device) {
-      frame.record.device = device.info().name;
-      if (settings_.closed)
-        return with_name(frame, [&] {
-          return extract_closed(device, *frame.particles, *settings_.closed, settings_.parameters,
-                                times);
-        });
-      Surface surface = with_name(frame, [&] {
-        return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
-                       settings_.memory);
-      });
-      add_whitewater(device, frame, surface, times);
-      return surface;
-    };
-    const auto extract_with_little = [&](Device& device) {
-      Surface surface = with_name(frame, [&] {
-        return extract_sparingly(device, *frame.particles, frame.camera, settings_.parameters,
-                                 times, settings_.memory, *no_memory);
-      });
-      add_whitewater(device, frame, surface, times);
-      return surface;
-    };
     std::string failure;
     try {
-      { const std::lock_guard turn(gate_); }  // behind one that wants to be alone
-      const std::shared_lock with_others(extracting_);
-      Surface surface = extract_on(worker.device);
-      worker.failures = 0;
-      return surface;
+      return try_beside_others(worker, frame, stages);
     } catch (const OutOfDeviceMemory& error) {
       no_memory = error;
     } catch (const DeviceError& error) {
@@ -272,35 +302,14 @@ class Batch {
     }
     const std::lock_guard turn(gate_);
     const std::unique_lock alone(extracting_);
-    if (no_memory) try {
-        for (Worker& other : workers_) other.device.state().pool->drop_idle();
-        Surface surface =
-            settings_.closed ? extract_on(worker.device) : extract_with_little(worker.device);
-        worker.failures = 0;
-        return surface;
+    if (no_memory) {
+      try {
+        return try_sparingly(worker, frame, stages, *no_memory);
       } catch (const DeviceError& error) {
         failure = words_of(error);
       }
-    if (settings_.devices.size() == 1) throw DeviceError(failure);
-    ++worker.failures;
-    stages.clear();
-    const std::size_t which = (worker.which + 1) % settings_.devices.size();
-    std::optional<Worker> other;
-    Surface surface;
-    try {
-      other = Worker{Device(settings_.devices[which]), which};
-      surface = extract_on(other->device);
-    } catch (const DeviceError& error) {
-      throw DeviceError(failure + "; then " + words_of(error));
     }
-    surface.notices.push_back({.text = "extracted on another device after: " + failure});
-    if (worker.failures == kPatience) {
-      surface.notices.push_back({.text = "a device that failed " + std::to_string(kPatience) +
-                                         " frames in a row gets no more: \"" +
-                                         worker.device.info().name + '"'});
-      worker = std::move(*other);
-    }
-    return surface;
+    return try_elsewhere(worker, frame, stages, failure);
   }
 
   void write_all() {

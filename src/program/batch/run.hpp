@@ -46,7 +46,7 @@ struct BatchOutcome {
   std::string broken;  // the error that ended the batch, e.g. a full disk; empty: none did
 };
 
-/// Extracts all jobs. At most devices * in_flight * 2 + writers * 2 + 1 frames are in memory.
+/// Extracts all jobs. At most devices * in_flight * 2 + writers * 3 frames are in memory.
 ///
 ///   stop      becomes non-zero when no more frames are to be begun; those under way are finished
 ///   finished  called once for each frame that is over, in the order in which they are, by one
@@ -62,8 +62,8 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
 
 /// What a frame's outputs depend on, as the 16 hex digits that they carry: the program, parameters,
 /// its camera and the next frame's, how they are written, and of each file of the input and of its
-/// whitewater the name, size, time and content, of which 16 MiB are looked at. Throws InputError where one cannot be
-/// read.
+/// whitewater the name, size, time and content, of which 16 MiB are looked at. Throws InputError
+/// where one cannot be read.
 std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
                    const BatchSettings& settings);
 
