@@ -45,7 +45,7 @@ OutputKind kind_of(const std::string& path) {
                             fs::path(path).replace_extension(".png").string() + "), maps as .exr");
   throw InvalidArgument(
       "output " + path +
-      ": its ending says nothing, must be .exr (maps), .deep.exr (layers), .ply, .vtp, .glb, "
+      ": unknown file ending, must be .exr (maps), .deep.exr (layers), .ply, .vtp, .glb, "
       ".obj or .stl (mesh) or .png (picture)");
 }
 

@@ -304,13 +304,13 @@ std::string FramePattern::absence() const {
   if (!folder.empty() && folder.find('*') == std::string::npos &&
       !fs::is_directory(folder, ignored))
     return text_ + ": there is no folder " + folder;
-  std::string line = text_ + ": there is no file of such a name";
+  std::string line = text_ + ": no file matches";
   FramePattern loose = *this;
   for (Piece& piece : loose.pieces_) piece.width = -1;
   try {
     const auto found = loose.existing();
     if (!found.empty())
-      line += ", but " + found.begin()->second.path +
+      line += "; the nearest is " + found.begin()->second.path +
               " (write {} for numbers however they are padded, or as many # as they have digits)";
   } catch (const InputError&) {  // several files of one frame, none of which was asked for
   }

@@ -60,11 +60,15 @@ void add_whitewater(const WhitewaterInput& asked, bool skip_missing, std::vector
 
 }  // namespace
 
-std::string named_frames(const std::vector<std::int64_t>& frames) {
+std::string listed_frames(const std::vector<std::int64_t>& frames) {
   constexpr std::size_t kLongest = 200;  // characters
-  std::string list = frame_list(frames);
-  if (list.size() > kLongest) list = list.substr(0, list.rfind(',', kLongest)) + ",...";
-  return (frames.size() == 1 ? "frame " : std::to_string(frames.size()) + " frames ") + list;
+  const std::string list = frame_list(frames);
+  return list.size() > kLongest ? list.substr(0, list.rfind(',', kLongest)) + ",..." : list;
+}
+
+std::string named_frames(const std::vector<std::int64_t>& frames) {
+  return (frames.size() == 1 ? "frame " : std::to_string(frames.size()) + " frames ") +
+         listed_frames(frames);
 }
 
 std::vector<std::int64_t> Plan::frames() const {

@@ -40,7 +40,10 @@ struct Plan {
   std::vector<std::int64_t> frames() const;  // of the jobs
 };
 
-/// "frame 7" or "24 frames 0-23", cut where it gets long: for messages.
+/// "7,8" or "0-23", cut where it gets long: for messages.
+std::string listed_frames(const std::vector<std::int64_t>& frames);
+
+/// The same with how many they are: "frame 7" or "24 frames 0-23".
 std::string named_frames(const std::vector<std::int64_t>& frames);
 
 /// Resolves the frames to files. Frames beyond the last one there is are left out with a warning,

@@ -92,6 +92,7 @@ void for_each_entry(Record& r, const Visit& visit) {
   visit("device", r.device);
   visit("host", r.host);
   visit("shard", r.shard);
+  visit("again", r.again);
   visit("start", r.start);
   visit("end", r.end);
   visit("read_ms", r.read_ms);
@@ -162,6 +163,7 @@ std::string to_json(const FrameRecord& record) {
   Json root = Json::object();
   for_each_entry(record, [&](const char* key, const auto& value) { root[key] = json_of(value); });
   if (record.status != FrameStatus::failed) root.erase("error");
+  if (record.again.empty()) root.erase("again");
   return root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -23,6 +23,7 @@ struct FrameRecord {
   std::vector<std::string> outputs;
   std::string method, device, host;
   std::string shard;  // "1/2"; empty: all frames
+  std::string again;  // what was wrong with outputs that were there; empty: nothing, or none were
   double start = 0;   // seconds since 1970
   double end = 0;     // the same, when it was over; between its steps it may have waited
   double read_ms = 0, extract_ms = 0, write_ms = 0;

@@ -166,7 +166,7 @@ class Batch {
     frame.camera = cameras_.at(frame.job->frame);
     frame.next_camera = cameras_.after(frame.job->frame);
     frame.seal = job_of(*frame.job, frame.camera, frame.next_camera, settings_);
-    if (settings_.resume && whole(frame)) {
+    if (settings_.resume && look_at_outputs(frame)) {
       frame.record.status = FrameStatus::skipped;
       return;
     }
@@ -177,11 +177,20 @@ class Batch {
       frame.whitewater = Whitewater(frame.job->whitewater, settings_.parameters.whitewater.radius);
   }
 
-  // Whether all outputs are there, complete and of the same job.
-  static bool whole(const Frame& frame) {
+  // Whether all outputs are there, complete and of the same job. If some are there and one is not
+  // so, the frame's record says what is wrong with it.
+  static bool look_at_outputs(Frame& frame) {
     const std::vector<std::string>& outputs = frame.job->outputs;
-    return std::all_of(outputs.begin(), outputs.end(),
-                       [&](const std::string& path) { return flaw_of(path, frame.seal).empty(); });
+    for (const std::string& path : outputs) {
+      const std::string flaw = flaw_of(path, frame.seal);
+      if (flaw.empty()) continue;
+      std::error_code ignored;
+      if (std::any_of(outputs.begin(), outputs.end(),
+                      [&](const std::string& other) { return fs::exists(other, ignored); }))
+        frame.record.again = path + " " + flaw;
+      return false;
+    }
+    return true;
   }
 
   void extract_all(Worker& worker) {

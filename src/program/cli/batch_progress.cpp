@@ -15,7 +15,8 @@ namespace meniscus::cli {
 namespace {
 
 constexpr std::size_t kShortBar = 8, kLongBar = 24;  // characters
-constexpr std::size_t kNarrow = 96;  // terminals below it have the short one, columns
+constexpr std::size_t kMostRepeated = 20;  // kinds of warnings that are printed again at the end
+constexpr std::size_t kNarrow = 96;        // terminals below it have the short one, columns
 
 }  // namespace
 
@@ -26,10 +27,14 @@ BatchProgress::BatchProgress(std::size_t frames, bool quiet)
 
 BatchProgress::~BatchProgress() {
   clear();
-  for (const FrameWarning& warning : warnings_.kinds())
-    if (warning.frames.size() > 1)
-      print_line(stderr,
-                 "meniscus: warning: " + named_frames(warning.frames) + ": " + warning.message());
+  if (frames_ < 2) return;  // a single frame's have just been printed
+  const std::vector<FrameWarning>& kinds = warnings_.kinds();
+  for (std::size_t k = 0; k < std::min(kMostRepeated, kinds.size()); ++k)
+    print_line(stderr,
+               "meniscus: warning: " + named_frames(kinds[k].frames) + ": " + kinds[k].message());
+  if (kinds.size() > kMostRepeated)
+    print_line(stderr, "meniscus: warning: " + std::to_string(kinds.size() - kMostRepeated) +
+                           " more kinds of warnings, see above");
 }
 
 double BatchProgress::seconds() const {
@@ -47,7 +52,7 @@ void BatchProgress::over(const FrameRecord& record) {
   }
   if (record.status == FrameStatus::failed) {
     clear();
-    print_line(stderr, printed("meniscus: frame %lld failed: %s", frame, record.error.c_str()));
+    print_line(stderr, printed("meniscus: error: frame %lld: %s", frame, record.error.c_str()));
   }
   const std::array<double, 3> ms{record.read_ms, record.extract_ms, record.write_ms};
   if (record.status != FrameStatus::skipped) {
@@ -57,7 +62,8 @@ void BatchProgress::over(const FrameRecord& record) {
   if (!quiet_ && !bar_ && record.status == FrameStatus::done)
     print_line(stderr,
                printed("frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write",
-                       frame, over_, frames_, ms[0], ms[1], ms[2]));
+                       frame, over_, frames_, ms[0], ms[1], ms[2]) +
+                   (record.again.empty() ? "" : "; again, since " + record.again));
   if (bar_ && (over_ == frames_ || Clock::now() >= next_)) draw();
 }
 

@@ -163,8 +163,8 @@ void add_sequence_options(CLI::App& command, ExtractOptions& o) {
       ->group(sequence);
   command
       .add_flag("--resume", o.resume,
-                "skip frames whose outputs are whole, made with the same parameters, and newer "
-                "than the input")
+                "skip frames whose outputs are whole and come from the same program, parameters, "
+                "camera and inputs")
       ->group(sequence);
   command.add_flag("--fail-fast", o.fail_fast, "stop at the first frame that fails")
       ->group(sequence);

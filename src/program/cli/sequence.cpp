@@ -153,8 +153,11 @@ void warn_of_cameras(const Plan& plan, const CameraTrack& cameras, const Extract
 
 // What must be the same for all frames: the camera where none is given, and the particle radius
 // where no file states one. One frame settles it for all shards.
+//
+//   whole  this command does the whole sequence, and no other does a part of it
 std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& options,
-                                            std::unique_ptr<CameraTrack> cameras, const Talk& say) {
+                                            std::unique_ptr<CameraTrack> cameras, bool whole,
+                                            const Talk& say) {
   if (options.closed) {
     if (options.particle_radius) return cameras;
   } else if (cameras) {
@@ -179,6 +182,9 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
     const auto [camera, origin] = aimed_camera(options, seen);
     cameras = std::make_unique<CameraTrack>(camera);
     keep_camera(options, camera);
+    if (!whole && !options.eye && options.written_camera.empty())
+      warn("the camera was chosen from the frames that are there now (" + names +
+           "): keep it with --write-camera FILE and give it to the other parts with --camera FILE");
     say("camera", origin + (options.eye ? "" : " of " + names) + ", " +
                       std::to_string(camera.width) + "x" + std::to_string(camera.height));
   }
@@ -286,7 +292,7 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
   if (failed.empty()) return 0;
   const std::string not_begun = left > 0 ? ", and " + std::to_string(left) + " were not begun" : "";
   print_line(stderr, printed("meniscus: error: %zu of %s failed: %s%s", failed.size(),
-                             counted(frames, "frame").c_str(), named_frames(failed).c_str(),
+                             counted(frames, "frame").c_str(), listed_frames(failed).c_str(),
                              not_begun.c_str()));
   return kSomeFailed;
 }
@@ -336,7 +342,8 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   const bool framed = !cameras && !options.eye;
   if (cameras && !options.closed && team.leads()) warn_of_cameras(plan, *cameras, options);
   BatchSettings settings = settings_of(options, shard, say);
-  cameras = settle_for_all(plan, options, std::move(cameras), say);
+  const bool is_whole = whole.count == 1 && options.frames.empty();
+  cameras = settle_for_all(plan, options, std::move(cameras), is_whole || !team.leads(), say);
   settings.parameters = options.parameters;  // now with a radius
   fit_into_memory(settings, plan, *cameras);
   if (!options.closed) say("method", to_string(options.parameters.method));
@@ -366,10 +373,10 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
       working.built();  // the line is the batch's from now on
       if (!options.closed && leaves_image(record))
         record.warnings.push_back(
-            std::string("more than a twentieth of the particles is outside the image") +
+            std::string("more than 5 % of the particles are outside the image") +
             (framed ? ", whose camera was framed around the first, middle and last frame (give "
                       "--camera or --eye)"
-                    : " of the camera that was given (as it should be where that shows a part)"));
+                    : " (expected for a close-up)"));
       progress.over(record);
       if (record.status == FrameStatus::failed) failed.push_back(record.frame);
       if (log) log->add(record);

@@ -286,7 +286,7 @@ TEST_F(UnderMpi, SharesASequenceOutByFrames) {
   write("in.2.ply", "nonsense");
   const Outcome bad = run(words, ranks("2"));
   EXPECT_EQ(bad.exit_code, 3) << bad.err;
-  EXPECT_THAT(bad.err, HasSubstr("error: 1 of 1 frame failed: frame 2"));
+  EXPECT_THAT(bad.err, HasSubstr("error: 1 of 1 frame failed: 2"));
 }
 
 // Without its module beside it the program is what a build without MPI makes.

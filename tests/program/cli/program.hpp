@@ -66,8 +66,8 @@ std::vector<std::array<double, 3>> block(int n);
 /// The bars that a terminal showed, without what erases the rest of their lines.
 std::vector<std::string> bars_in(const std::string& shown);
 
-/// Expects exit code `code` and one line on standard error that begins as all errors do and
-/// contains each of `parts`.
+/// Expects exit code `code` and, beside those of a batch's frames, one line on standard error that
+/// begins as all errors do and contains each of `parts`; it is the last one.
 void expect_error(const Outcome& outcome, int code, const std::vector<std::string>& parts);
 
 }  // namespace meniscus::test

@@ -106,9 +106,9 @@ TEST_F(Sequence, FramesAndCamerasAreChosen) {
   EXPECT_THAT(pictures, ElementsAre("o.0000.png", "o.0001.png", "o.0003.png", "o.0005.png"));
 
   expect_error(run({"extract", "d.####.ply", "-o", "o.####.exr", "--camera", "c.{}.json"}), 1,
-               {"c.{}.json: there is no file of such a name"});
+               {"c.{}.json: no file matches"});
   expect_error(run({"extract", "d.###.ply", "-o", "o.####.exr"}), 1,
-               {"d.###.ply: there is no file of such a name, but d.0000.ply (write {} "});
+               {"d.###.ply: no file matches; the nearest is d.0000.ply (write {} "});
   expect_error(run(words({"--log", "nowhere/log.jsonl"})), 1, {"make the folder nowhere first"});
   fs::remove(path("d.0004.ply"));
   expect_error(run(words({"--frames", "3-5"})), 1,
@@ -186,7 +186,7 @@ TEST_F(Sequence, WrongUseIsNamed) {
   expect_error(run({"extract", "d.0000.ply", "-o", "o.exr", "--frames", "1-2"}), 2,
                {"--frames is for sequences", "d.0000.ply has no place"});
   expect_error(run({"extract", "e.####.ply", "-o", "o.####.exr"}), 1,
-               {"e.####.ply: there is no file of such a name"});
+               {"e.####.ply: no file matches"});
   expect_error(run(words({"--timings"})), 2, {"--timings of a sequence", "--log"});
   expect_error(run(words({"--frames", "1-"})), 2, {"frames 1-: \"1-\" is no frame"});
   expect_error(run(words({"--shard", "3/2"})), 2, {"shard 3/2"});
@@ -292,9 +292,9 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float "
         "y\nproperty float z\nend_header\nnan 0 0\n");
   const Outcome outcome = run(words({"--log", "log.jsonl", "--strict"}));
-  expect_error(outcome, 3, {"3 of 7 frames failed: 3 frames 1,3,4"});
-  for (const char* part : {"frame 1 failed: d.0001.ply: ", "frame 3 failed: d.0003.ply: is empty",
-                           "frame 4 failed: d.0004.ply: "})
+  expect_error(outcome, 3, {"3 of 7 frames failed: 1,3,4"});
+  for (const char* part : {"meniscus: error: frame 1: d.0001.ply: ",
+                           "error: frame 3: d.0003.ply: is empty", "error: frame 4: d.0004.ply: "})
     EXPECT_THAT(outcome.err, HasSubstr(part));
   EXPECT_EQ(outputs().size(), 12u);
   EXPECT_THAT(temporary_files(), IsEmpty());
@@ -310,7 +310,7 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
 
   // Without --strict the NaN is dropped, which must leave some particles.
   const Outcome lenient = run(words({"--frames", "4"}));
-  expect_error(lenient, 3, {"1 of 1 frame failed: frame 4"});
+  expect_error(lenient, 3, {"1 of 1 frame failed: 4"});
   EXPECT_THAT(lenient.err, HasSubstr("d.0004.ply: 1 of 1 particles have NaN"));
 
   // What several frames warn of is said once, and of which at the end.
@@ -320,6 +320,10 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   EXPECT_EQ(several.exit_code, 0) << several.err;
   EXPECT_THAT(several.err, HasSubstr("meniscus: warning: 2 frames 3,4: 1 of "));
   EXPECT_THAT(several.err, HasSubstr("the others differ in their numbers"));
+  // What a single one of many warns of is said again, too.
+  const Outcome single = run(words({"--frames", "2-3"}));
+  EXPECT_THAT(single.err, HasSubstr("meniscus: warning: frame 3: d.0003.ply: 1 of "));
+  EXPECT_THAT(single.err, HasSubstr("meniscus: warning: frame 3: 1 of "));
 
   for (const auto& [file, bytes] : outputs()) fs::remove(path(file));
   const Outcome fast = run(words({"--fail-fast", "--in-flight", "1", "--threads", "1"}));
@@ -350,7 +354,7 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   for (std::size_t k = 0; k < 10; ++k) gone[k][0] -= 100;
   write_particles("d.0001.ply", gone);  // neither the first nor the middle nor the last
   const Outcome outcome = run(words({"--log", "log.jsonl", "--report", "page.html"}));
-  const std::string what = "more than a twentieth of the particles is outside the image";
+  const std::string what = "more than 5 % of the particles are outside the image";
   EXPECT_THAT(outcome.err, HasSubstr("frame 1: d.0001.ply: " + what));
   EXPECT_THAT(read("page.html"), HasSubstr(what));
   for (const nlohmann::json& record : log("log.jsonl"))
@@ -359,11 +363,22 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   const std::vector<std::string> eye = {"--eye", "1.5,1.5,30", "--target", "1.5,1.5,0"};
   const Outcome given = run(words(eye));
   ASSERT_EQ(given.exit_code, 0) << given.err;
-  EXPECT_THAT(given.err,
-              HasSubstr("frame 1: d.0001.ply: " + what + " of the camera that was given"));
+  EXPECT_THAT(given.err, HasSubstr("frame 1: d.0001.ply: " + what + " (expected for a close-up)"));
   const Outcome others = run(words({eye[0], eye[1], eye[2], eye[3], "--frames", "2-4"}));
   ASSERT_EQ(others.exit_code, 0) << others.err;
   EXPECT_THAT(others.err, Not(HasSubstr("outside the image")));
+}
+
+TEST_F(Sequence, APartWarnsOfACameraThatOtherPartsMayNotHave) {
+  write_sequence(3);
+  const std::string what =
+      "the camera was chosen from the frames that are there now (d.0002.ply, d.0000.ply, "
+      "d.0001.ply): keep it with --write-camera FILE";
+  EXPECT_THAT(run(words()).err, Not(HasSubstr("chosen from the frames")));
+  EXPECT_THAT(run(words({"--frames", "0-1"})).err, HasSubstr(what));
+  EXPECT_THAT(run(words({"--shard", "1/2"})).err, HasSubstr(what));
+  EXPECT_THAT(run(words({"--frames", "0-1", "--write-camera", "c.json"})).err,
+              Not(HasSubstr("chosen from the frames")));
 }
 
 TEST_F(Sequence, LargeFramesHaveOneRadius) {
@@ -414,6 +429,14 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   EXPECT_THAT(outcome.err, HasSubstr("2 were there already"));
   EXPECT_EQ(outputs(), before);
   EXPECT_EQ(log("log.jsonl").size(), 12u);
+  for (const char* why :
+       {"; again, since o.0001.png is missing", "; again, since o.0002.exr is cut off or damaged",
+        "; again, since o.0003.ply is cut off or damaged",
+        "; again, since o.0004.png was made from another input or with other"})
+    EXPECT_THAT(outcome.err, HasSubstr(why));
+  for (const nlohmann::json& record : log("log.jsonl"))
+    if (record.contains("again"))
+      EXPECT_THAT(record["again"].get<std::string>(), HasSubstr("o.000"));
 
   const Outcome again = run(words({"--resume"}));
   EXPECT_THAT(again.err, HasSubstr("6 were there already"));
@@ -523,7 +546,7 @@ TEST_F(Sequence, NobodyWaitsForAPipe) {
   ASSERT_EQ(mkfifo(path("d.0002.ply").c_str(), 0600), 0);
   ASSERT_EQ(mkfifo(path("camera.json").c_str(), 0600), 0);
   const Outcome frames = run(words(), in_time(60));
-  expect_error(frames, 3, {"1 of 3 frames failed: frame 2"});
+  expect_error(frames, 3, {"1 of 3 frames failed: 2"});
   EXPECT_THAT(frames.err, HasSubstr("d.0002.ply: is a pipe or a device, wanted a file"));
   expect_error(
       run({"extract", "d.####.ply", "--frames", "0", "--camera", "camera.json", "-o", "o.####.png"},
