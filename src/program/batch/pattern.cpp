@@ -195,6 +195,13 @@ std::string FramePattern::spell(const std::vector<Piece>& pieces, std::int64_t f
   return name;
 }
 
+int FramePattern::last_width() const {
+  int width = 0;
+  for (const Piece& piece : pieces_)
+    if (piece.place) width = piece.width;
+  return width;
+}
+
 void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::size_t depth,
                         const std::string& folder, const Match& before,
                         std::map<std::int64_t, Found>& found) const {
@@ -203,7 +210,8 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
   const auto matched = [&](const std::string& entry, const Match& match) {
     const std::string path = folder + entry;
     if (!last) return walk(folders, depth + 1, path + "/", match, found);
-    const Found file{match.path, match.digits};
+    const Found file{match.path,
+                     match.digits.empty() ? padded(match.frame, last_width()) : match.digits};
     const auto [place, is_new] = found.try_emplace(match.frame, file);
     if (!is_new && place->second.path != file.path)
       throw InputError(place->second.path + " and " + file.path + " are both frame " +

@@ -38,7 +38,7 @@ class FramePattern {
 
   struct Found {
     std::string path;
-    std::string digits;  // of the number as {} found it, else empty
+    std::string digits;  // of the number in the file's name; empty of a .pvd
   };
 
   /// The files there are, by frame. A * in the pattern stands for any characters of a file's or
@@ -56,6 +56,7 @@ class FramePattern {
     bool place = false;   // whether a place follows
   };
   struct Match;
+  int last_width() const;  // of the last place
   static std::string spell(const std::vector<Piece>& pieces, std::int64_t frame,
                            const std::string& digits);
   void walk(const std::vector<std::vector<Piece>>& folders, std::size_t depth,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "io/readers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 #include "meniscus/source.hpp"
@@ -26,8 +27,11 @@ void take_attribute(WhitewaterInput& input) {
   const std::string condition = input.path.substr(at + 1);
   const std::size_t sign = condition.rfind('=');
   if (sign == std::string::npos || sign == 0) return;
+  if (is_particle_file(condition)) return;  // a name with an @ and an = of its own
   const auto value = number_in(condition.substr(sign + 1));
-  if (!value) return;
+  if (!value)
+    throw InvalidArgument("whitewater " + input.path +
+                          ": wanted a number behind the =, e.g. @type=1");
   input.attribute = condition.substr(0, sign);
   input.value = *value;
   input.path.resize(at);

@@ -139,12 +139,14 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
   bool maps = false;  // are written
   as_usage([&] {
     check(options.parameters);
-    int layers = 0;  // that the outputs want
+    int layers = 0;       // that the outputs want
+    std::string layered;  // the one that wants them
     for (const std::string& path : options.outputs) {
       const OutputKind kind = kind_of(path);
       const bool glass = kind == OutputKind::png && options.writing.preview == Preview::glass;
       if (kind == OutputKind::deep) layers = kMostLayers;
       if (glass) layers = std::max(layers, 1);
+      if (kind == OutputKind::deep || glass) layered = glass ? "--preview glass" : path;
       (kind == OutputKind::mesh ? options.parameters.mesh : options.parameters.image) = true;
       maps |= kind == OutputKind::exr;
       if (kind != OutputKind::png) continue;
@@ -154,6 +156,10 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
     }
     if (options.parameters.layers == 0 || (!maps && layers == 0))
       options.parameters.layers = layers;
+    const Method method = options.parameters.method;
+    if (!layered.empty() && method != Method::fit && method != Method::groups)
+      throw usage_error(layered + " needs layers, which method " + to_string(method) +
+                        " has not: use --method fit or groups");
     check(options.parameters);  // the method may have the front alone
   });
   use_threads(options.threads);
@@ -162,7 +168,7 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
   if (launch().rank == 0)
     for (const std::string& warning : without_effect(command, options, is_sequence)) warn(warning);
   if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
-  refuse_sequences(options);
+  check_one_frame(options);
   // A picture alone needs no more maps than it shows. (Those of a sequence have figures in its
   // log.)
   Aovs& aovs = options.parameters.aovs;

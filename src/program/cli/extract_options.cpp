@@ -221,7 +221,7 @@ void keep_camera(const ExtractOptions& options, const Camera& camera) {
   file.commit();
 }
 
-const char* sequence_option(const ExtractOptions& options) {
+std::string sequence_option(const ExtractOptions& options) {
   return !options.frames.empty()   ? "--frames"
          : !options.shard.empty()  ? "--shard"
          : options.skip_missing    ? "--missing"
@@ -229,7 +229,8 @@ const char* sequence_option(const ExtractOptions& options) {
          : options.fail_fast       ? "--fail-fast"
          : !options.log.empty()    ? "--log"
          : !options.report.empty() ? "--report"
-                                   : nullptr;
+         : options.device == "all" ? "--device all"
+                                   : "";
 }
 
 void add_extract_options(CLI::App& command, ExtractOptions& o) {

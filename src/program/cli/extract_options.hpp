@@ -64,8 +64,8 @@ void check_aim(const ExtractOptions& options);
 /// Writes the camera as the JSON that --camera takes, where --write-camera names a file.
 void keep_camera(const ExtractOptions& options, const Camera& camera);
 
-/// The first option that is set though it has a meaning for sequences alone, else null.
-const char* sequence_option(const ExtractOptions& options);
+/// The first option that is set though it has a meaning for sequences alone, else empty.
+std::string sequence_option(const ExtractOptions& options);
 
 /// Adds all options of `extract`; they are parsed into `options`.
 void add_extract_options(CLI::App& command, ExtractOptions& options);
@@ -73,8 +73,8 @@ void add_extract_options(CLI::App& command, ExtractOptions& options);
 /// Adds all options of `mesh`; they are parsed into `options`, whose `closed` is set.
 void add_mesh_options(CLI::App& command, ExtractOptions& options);
 
-/// Adds the numbers of --adaptive that were left out to what was typed behind `meniscus mesh`; CLI11
-/// would take INPUT for them.
+/// Adds the numbers of --adaptive that were left out to what was typed behind `meniscus mesh`;
+/// CLI11 would take INPUT for them.
 void fill_in_numbers(std::vector<std::string>& typed);
 
 /// The radius that was used and where it is from, in the order in which extract() chooses.

@@ -6,6 +6,7 @@
 
 #include "api/parameter_list.hpp"
 #include "base/printed.hpp"
+#include "io/input_file.hpp"
 #include "io/parts.hpp"
 #include "io/rows.hpp"
 #include "program/batch/outputs.hpp"
@@ -19,6 +20,12 @@ bool is_of(std::string methods, const std::string& method) {
   return (" " + methods + " ").find(" " + method + " ") != std::string::npos;
 }
 
+bool ends_in(const std::string& path, std::initializer_list<const char*> endings) {
+  const std::string name = lower_case(path);
+  return std::any_of(endings.begin(), endings.end(),
+                     [&](const char* ending) { return name.ends_with(ending); });
+}
+
 bool is_one(const std::string& methods) { return methods.find(' ') == std::string::npos; }
 
 }  // namespace
@@ -26,12 +33,15 @@ bool is_one(const std::string& methods) { return methods.find(' ') == std::strin
 std::vector<std::string> without_effect(const CLI::App& command, const ExtractOptions& options,
                                         bool is_sequence) {
   bool exr = false, deep = false, mesh = false, png = false;
+  bool carries = false;  // what the particles carry
   for (const std::string& path : options.outputs) {
     const OutputKind kind = kind_of(path);
     exr |= kind == OutputKind::exr;
     deep |= kind == OutputKind::deep;
     mesh |= kind == OutputKind::mesh;
     png |= kind == OutputKind::png;
+    carries |=
+        kind == OutputKind::exr || (kind == OutputKind::mesh && !ends_in(path, {".obj", ".stl"}));
   }
   std::vector<std::string> warnings;
   const auto tell = [&](const std::string& name, bool has_effect, const std::string& why) {
@@ -47,6 +57,10 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
   tell("whitewater", exr || png, "no output is an .exr or a .png");
   for (const char* name : {"whitewater-radius", "whitewater-tolerance"})
     tell(name, !options.whitewater.empty(), "no --whitewater is given");
+  tell("attribute", carries, "no output is an .exr, .ply, .vtp or .glb");
+  tell("dataset", ends_in(options.input, {".h5", ".hdf5", ".npy", ".npz", ".vdb"}),
+       "the input is no HDF5 file, .npy, .npz or .vdb");
+  tell("timestep", ends_in(options.input, {".lammpstrj", ".dump"}), "the input is no LAMMPS dump");
   tell("in-flight", is_sequence, "the input is one frame");
   Parameters parameters = options.parameters;
   const std::string method = to_string(parameters.method);

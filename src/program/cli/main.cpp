@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
@@ -38,6 +39,33 @@ int fail(ExitCode code, const std::string& what) {
   }
   meniscus::cli::print_line(stderr, "meniscus: error: " + line);
   return code;
+}
+
+/// CLI11's error in the words of all others: what was found, and what is wanted.
+std::string in_own_words(const CLI::ParseError& error) {
+  const std::string what = error.what();
+  const std::string unread = "Could not convert: ", repeated = ": At Most 1 required but received ",
+                    excluding = " excludes ";
+  if (const std::size_t at = what.find(" = ");
+      what.starts_with(unread) && at != std::string::npos) {
+    const std::string text = what.substr(at + 3);
+    double number = 0;
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool is_number = code == std::errc() && end == text.data() + text.size();
+    return what.substr(unread.size(), at - unread.size()) + " is " + text + ", must be a " +
+           (is_number ? "whole number" : "number");
+  }
+  if (const std::size_t at = what.find(repeated); at != std::string::npos)
+    return what.substr(0, at) + " is given " + what.substr(at + repeated.size()) +
+           " times, must be given once";
+  if (const std::size_t at = what.find(excluding); at != std::string::npos) {
+    const std::string one = what.substr(0, at), other = what.substr(at + excluding.size());
+    const bool is_size =
+        (one == "--size" && other == "--camera") || (one == "--camera" && other == "--size");
+    return one + " and " + other + " are both given, must be one of them" +
+           (is_size ? " (the camera's file has the size: change width and height there)" : "");
+  }
+  return what;
 }
 
 /// The end of work that succeeded here; other processes may have failed.
@@ -117,7 +145,7 @@ int run(int argc, char** argv) {
                                  " (of a sequence give one name in quotes, e.g. "
                                  "'dam.####.ply', see " +
                                  command + " --help)");
-    return fail(kBadUsage, error.what() + see);
+    return fail(kBadUsage, in_own_words(error) + see);
   }
 }
 

@@ -79,7 +79,7 @@ void mesh_one(const ExtractOptions& options) {
   }
 }
 
-int run_mesh(ExtractOptions options) {
+int run_mesh(ExtractOptions options, const CLI::App& command) {
   if (options.particle_radius) options.parameters.particle_radius = *options.particle_radius;
   options.parameters.image = false;
   as_usage([&] {
@@ -93,8 +93,13 @@ int run_mesh(ExtractOptions options) {
   });
   use_threads(options.threads);
   options.input = sequence_in_folder(options.input);
-  if (const auto pattern = FramePattern::in(options.input)) return run_sequence(options, *pattern);
-  refuse_sequences(options);
+  const auto pattern = FramePattern::in(options.input);
+  const std::vector<std::string> warnings =
+      as_usage([&] { return without_effect(command, options, pattern.has_value()); });
+  if (launch().rank == 0)
+    for (const std::string& warning : warnings) warn(warning);
+  if (pattern) return run_sequence(options, *pattern);
+  check_one_frame(options);
   mesh_one(options);
   return 0;
 }
@@ -106,7 +111,7 @@ void add_mesh_command(CLI::App& program, int& exit_code) {
       *program.add_subcommand("mesh", "Make a closed mesh of all of the fluid, without a camera");
   const auto options = std::make_shared<ExtractOptions>();
   add_mesh_options(command, *options);
-  command.callback([options, &exit_code] { exit_code = run_mesh(*options); });
+  command.callback([options, &exit_code, &command] { exit_code = run_mesh(*options, command); });
 }
 
 }  // namespace meniscus::cli

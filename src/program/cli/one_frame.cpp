@@ -1,6 +1,7 @@
 #include "program/cli/one_frame.hpp"
 
 #include <chrono>
+#include <filesystem>
 
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
@@ -14,9 +15,13 @@ namespace meniscus::cli {
 
 void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
 
-void refuse_sequences(const ExtractOptions& options) {
-  if (const char* const option = sequence_option(options))
-    throw usage_error(std::string(option) + " is for sequences, but " + options.input +
+void check_one_frame(const ExtractOptions& options) {
+  std::error_code ignored;
+  if (options.input.find('*') == std::string::npos &&
+      !std::filesystem::exists(options.input, ignored))
+    throw InputError(options.input + ": no such file or folder");
+  if (const std::string option = sequence_option(options); !option.empty())
+    throw usage_error(option + " is for sequences, but " + options.input +
                       " has no place for the frame's number, e.g. name.####.ply");
   for (const WhitewaterInput& one : options.whitewater)
     if (FramePattern::in(sequence_in_folder(one.path)))

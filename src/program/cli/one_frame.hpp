@@ -14,8 +14,9 @@ namespace meniscus::cli {
 
 void warn(const std::string& what);
 
-/// Throws where options or outputs are those of a sequence; `options.input` is one frame.
-void refuse_sequences(const ExtractOptions& options);
+/// Throws where `options.input`, which is one frame, is not there, or where options or outputs are
+/// those of a sequence.
+void check_one_frame(const ExtractOptions& options);
 
 /// How many particles there are, and in how many files.
 void say_particles(const Talk& say, const ExtractOptions& options, const ParticleSource& particles);

@@ -117,7 +117,8 @@ CLI::Option* add_positive_option(CLI::App& command, const std::string& name,
       name,
       [name, unit, take = std::move(take)](double value) {
         if (!(value > 0) || !std::isfinite(value))
-          throw usage_error(name.substr(name.find("--")) + " must be a number > 0, in " + unit);
+          throw usage_error(name.substr(name.find("--")) +
+                            printed(" is %g, must be a number > 0, in ", value) + unit);
         take(value);
       },
       help);

@@ -107,6 +107,11 @@ TEST_F(Pattern, BracesTakeAnyPaddingAndKeepIt) {
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found.at(7).path, "d.007.ply");
   EXPECT_EQ(FramePattern::in("out{}.exr")->name(7, found.at(7).digits), "out007.exr");
+  // An output does so whatever the input's place is.
+  for (const char* const input : {"d.###.ply", "d.%03d.ply"})
+    EXPECT_EQ(
+        FramePattern::in("out{}.exr")->name(7, FramePattern::in(input)->existing().at(7).digits),
+        "out007.exr");
   touch({"d.7.ply"});
   try {
     FramePattern::in("d.{}.ply")->existing();

@@ -118,6 +118,30 @@ TEST_F(ProgramOutput, WarnsOfOptionsWithoutEffect) {
                 .err,
             "meniscus: warning: --support has no effect: it is of methods fit, groups and stable, "
             "and this is spheres\n");
+  write("pairs.ply",
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property float z\nproperty float temp\nend_header\n0 0 0 1\n");
+  const std::string carried =
+      "meniscus: warning: --attribute has no effect: no output is an .exr, ";
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"extract", "-o", "a.png", "-o", "a.obj", "--size", "64x48"},
+        {"mesh", "-o", "a.stl"}}) {
+    std::vector<std::string> all{words};
+    all.insert(all.end(), {"pairs.ply", "-r", "0.1", "-q", "--attribute", "temp", "--dataset",
+                           "foo", "--timestep", "3"});
+    EXPECT_EQ(
+        run(all).err,
+        carried +
+            ".ply, .vtp or .glb\n"
+            "meniscus: warning: --dataset has no effect: the input is no HDF5 file, .npy, .npz or "
+            ".vdb\n"
+            "meniscus: warning: --timestep has no effect: the input is no LAMMPS dump\n");
+  }
+  for (const char* output : {"a.ply", "a.vtp", "a.glb", "a.exr"})
+    EXPECT_EQ(run({"extract", "pairs.ply", "-r", "0.1", "-q", "--attribute", "temp", "--size",
+                   "64x48", "-o", output})
+                  .err,
+              "");
   // Of a parameter of several methods each counts.
   for (const char* method : {"fit", "groups", "stable"})
     EXPECT_EQ(run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-q", "--method", method,
@@ -154,14 +178,15 @@ TEST_F(ProgramOutput, LayersAreAddedToTheFront) {
       extracted({"--layers", "2", "-o", "c.png"}),
       "meniscus: warning: --layers has no effect: no output is an .exr, a .deep.exr or a .png "
       "of --preview glass\n");
-  for (const std::vector<std::string>& asked :
-       {std::vector<std::string>{"--layers", "1", "-o", "d.exr"},
-        {"-o", "d.deep.exr"},
-        {"-o", "d.png", "--preview", "glass"}}) {
+  const auto refused = [&](const std::vector<std::string>& asked, const std::string& what) {
     std::vector<std::string> words{"extract", "in.ply", "--method", "ssm"};
     words.insert(words.end(), asked.begin(), asked.end());
-    expect_error(run(words), 2, {"method ssm has one layer", "fit and groups", "--layers"});
-  }
+    expect_error(run(words), 2, {what});
+  };
+  refused({"--layers", "1", "-o", "d.exr"}, "leave --layers out");
+  const std::string why = " needs layers, which method ssm has not: use --method fit or groups";
+  refused({"-o", "d.deep.exr"}, "d.deep.exr" + why);
+  refused({"-o", "d.png", "--preview", "glass"}, "--preview glass" + why);
 }
 
 TEST_F(ProgramOutput, LayersOfASequenceAreResumedAsOtherOutputs) {

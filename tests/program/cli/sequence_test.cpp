@@ -187,6 +187,10 @@ TEST_F(Sequence, WrongUseIsNamed) {
                {"--frames is for sequences", "d.0000.ply has no place"});
   expect_error(run({"extract", "e.####.ply", "-o", "o.####.exr"}), 1,
                {"e.####.ply: no file matches"});
+  for (const char* absent : {"in/nofolder", "nofolder/frames/", "nofile.ply"})
+    for (const char* command : {"extract", "mesh"})
+      expect_error(run({command, absent, "-o", "o.####.ply"}), 1,
+                   {std::string(absent) + ": no such file or folder"});
   expect_error(run(words({"--timings"})), 2, {"--timings of a sequence", "--log"});
   expect_error(run(words({"--frames", "1-"})), 2, {"frames 1-: \"1-\" is no frame"});
   expect_error(run(words({"--shard", "3/2"})), 2, {"shard 3/2"});

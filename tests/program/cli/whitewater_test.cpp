@@ -148,6 +148,7 @@ TEST_F(ProgramWhitewater, SaysWhatIsWrong) {
   expect_error(outcome({"foam=white.ply", "foam=water.ply"}), 2, {"foam is given twice"});
   expect_error(outcome({"foam=none.ply"}), 1, {"none.ply"});
   expect_error(outcome({"foam=white.ply@kind=1"}), 1, {"white.ply", "kind"});
+  expect_error(outcome({"foam=white.ply@id=x"}), 2, {"whitewater white.ply@id=x: wanted a number"});
   expect_error(outcome({"foam=f.####.ply"}), 2, {"foam=f.####.ply is a sequence", "one frame"});
   expect_error(outcome({"foam=white.ply"}, "white.ply"), 2, {"white.ply", "is the input"});
   write("flat.ply", header(1) + "0 0 1 0 0 0 0 0\n");
