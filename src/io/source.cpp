@@ -24,11 +24,15 @@ constexpr std::size_t kHead = std::size_t{1} << 16;  // a longer header is read 
 class MemorySource : public ParticleSource {
  public:
   explicit MemorySource(const BorrowedParticles& particles) : particles_(particles) {}
-  explicit MemorySource(Particles&& particles) : own_(std::move(particles)), particles_(own_) {}
+  /// `moving`: whether they would have velocities where there are none.
+  MemorySource(Particles&& particles, bool moving)
+      : own_(std::move(particles)), particles_(own_), moving_(moving) {}
 
   std::int64_t size() const override { return static_cast<std::int64_t>(particles_.size()); }
   bool has_radius() const override { return !particles_.radius.empty(); }
-  bool has_velocity() const override { return !particles_.vx.empty(); }
+  bool has_velocity() const override {
+    return particles_.size() == 0 ? moving_ : !particles_.vx.empty();
+  }
   double particle_radius() const override { return particles_.particle_radius; }
   std::string name(std::int64_t particle) const override {
     return "particle " + std::to_string(particle);
@@ -62,6 +66,7 @@ class MemorySource : public ParticleSource {
  private:
   Particles own_;
   BorrowedParticles particles_;
+  bool moving_ = false;
 };
 
 void check_scalar(const char* name, std::size_t size, std::size_t particles) {
@@ -146,10 +151,14 @@ std::unique_ptr<ParticleSource> open_file(const std::string& path, const ReadOpt
     if (bytes->size() == 0) throw InputError(path + ": is empty (0 bytes)");
     Layout layout = read(bytes, options);
     if (layout.count >= kLarge && is_on_disk(layout)) return source_of(bytes, std::move(layout));
-    return std::make_unique<MemorySource>(checked_particles(*bytes, layout));
+    const bool moving = std::any_of(layout.columns.begin(), layout.columns.end(),
+                                    [](const auto& column) { return column.field == Field::vx; });
+    return std::make_unique<MemorySource>(checked_particles(*bytes, layout), moving);
   }
-  if (auto rows = open_rows(path, options); rows && rows->size() >= kLarge) return rows;
-  return std::make_unique<MemorySource>(read_particles(path, options));
+  auto rows = open_rows(path, options);
+  if (rows && rows->size() >= kLarge) return rows;
+  const bool moving = rows && rows->has_velocity();
+  return std::make_unique<MemorySource>(read_particles(path, options), moving);
 }
 
 std::unique_ptr<ParticleSource> open_particles(const std::string& path,

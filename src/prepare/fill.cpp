@@ -155,8 +155,12 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
 template <class MakeView>
 FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
                            const MakeView& view) {
-  if (const BorrowedParticles* const all = source.in_memory())
-    return fill_whole(filling, *all, view);
+  if (const BorrowedParticles* const all = source.in_memory()) {
+    FilledFrame frame = fill_whole(filling, *all, view);
+    // Without particles the source alone tells whether they would have velocities.
+    if (all->size() == 0) frame.particles.moving = filling.params.motion && source.has_velocity();
+    return frame;
+  }
   survey_of(source);  // throws as for a larger frame
   const Particles all = read_all(source);
   if (!source.team().leads()) return {};

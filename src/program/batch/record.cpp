@@ -44,6 +44,11 @@ void take(const std::string& key, const Json& value, double& number) {
   number = value.get<double>();
 }
 
+void take(const std::string& key, const Json& value, bool& yes) {
+  if (!value.is_boolean()) wanted(key, value, "true or false");
+  yes = value.get<bool>();
+}
+
 template <std::integral Integer>
 void take(const std::string& key, const Json& value, Integer& number) {
   const auto whole = whole_number<Integer>(value);
@@ -51,9 +56,9 @@ void take(const std::string& key, const Json& value, Integer& number) {
   number = *whole;
 }
 
-template <class Number>
-void take(const std::string& key, const Json& value, std::optional<Number>& number) {
-  if (!value.is_null()) take(key, value, number.emplace());
+template <class Value>
+void take(const std::string& key, const Json& value, std::optional<Value>& known) {
+  if (!value.is_null()) take(key, value, known.emplace());
 }
 
 template <class Value>
@@ -98,6 +103,7 @@ void for_each_entry(Record& r, const Visit& visit) {
   visit("read_ms", r.read_ms);
   visit("extract_ms", r.extract_ms);
   visit("write_ms", r.write_ms);
+  visit("velocities", r.velocities);
   visit("stages", r.stages);
   visit("counts", r.counts);
   visit("residual", r.residual);
@@ -115,8 +121,9 @@ Json json_of(double number) {
   // Whole microseconds are more than enough, and keep the lines short.
   return std::round(number * 1e6) / 1e6;
 }
-Json json_of(const std::optional<double>& number) {
-  return number ? json_of(*number) : Json(nullptr);
+template <class Value>
+Json json_of(const std::optional<Value>& known) {
+  return known ? json_of(*known) : Json(nullptr);
 }
 template <class Value>
 Json json_of(const std::vector<std::pair<std::string, Value>>& table) {
@@ -164,6 +171,7 @@ std::string to_json(const FrameRecord& record) {
   for_each_entry(record, [&](const char* key, const auto& value) { root[key] = json_of(value); });
   if (record.status != FrameStatus::failed) root.erase("error");
   if (record.again.empty()) root.erase("again");
+  if (!record.velocities) root.erase("velocities");
   return root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

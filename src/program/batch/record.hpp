@@ -27,6 +27,7 @@ struct FrameRecord {
   double start = 0;   // seconds since 1970
   double end = 0;     // the same, when it was over; between its steps it may have waited
   double read_ms = 0, extract_ms = 0, write_ms = 0;
+  std::optional<bool> velocities;                            // whether the particles carry them
   std::vector<std::pair<std::string, double>> stages;        // host time, ms, in order
   std::vector<std::pair<std::string, std::int64_t>> counts;  // particles, visible ...
   std::optional<double> residual;  // mean over the pixels with surface, particle radii

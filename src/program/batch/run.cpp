@@ -40,6 +40,7 @@ struct Frame {
   FrameRecord record;
   std::string seal;  // the job that its outputs carry
   Camera camera, next_camera;
+  Parameters parameters;
   std::unique_ptr<ParticleSource> particles;
   Whitewater whitewater;
   Surface surface;
@@ -173,8 +174,24 @@ class Batch {
     ReadOptions reading = settings_.reading;
     reading.particle_radius = settings_.particle_radius;
     frame.particles = open_particles(frame.job->input, reading);
+    frame.record.velocities = frame.particles->has_velocity();
+    frame.parameters = settings_.parameters;
+    take_radius_of_others(frame);
     if (settings_.parameters.image)
       frame.whitewater = Whitewater(frame.job->whitewater, settings_.parameters.whitewater.radius);
+  }
+
+  // A drop that states no radius is as large as the particles of the other frames.
+  void take_radius_of_others(Frame& frame) const {
+    const ParticleSource& particles = *frame.particles;
+    if (!(settings_.others_radius > 0) || frame.parameters.particle_radius > 0 ||
+        particles.has_radius() || particles.particle_radius() > 0)
+      return;
+    frame.parameters.particle_radius = settings_.others_radius;
+    if (particles.size() > 0)
+      frame.record.warnings.push_back(
+          printed("no particle radius in the file: %.6g of ", settings_.others_radius) +
+          settings_.others_file + " is used");
   }
 
   // Whether all outputs are there, complete and of the same job. If some are there and one is not
@@ -241,16 +258,15 @@ class Batch {
     frame.record.device = device.info().name;
     Surface surface = with_name(frame, [&] {
       if (settings_.closed)
-        return extract_closed(device, *frame.particles, *settings_.closed, settings_.parameters,
-                              times);
+        return extract_closed(device, *frame.particles, *settings_.closed, frame.parameters, times);
       if (no_memory)
-        return extract_sparingly(device, *frame.particles, frame.camera, settings_.parameters,
-                                 times, settings_.memory, *no_memory);
-      return extract(device, *frame.particles, frame.camera, settings_.parameters, times,
+        return extract_sparingly(device, *frame.particles, frame.camera, frame.parameters, times,
+                                 settings_.memory, *no_memory);
+      return extract(device, *frame.particles, frame.camera, frame.parameters, times,
                      settings_.memory);
     });
     if (!frame.whitewater.empty())
-      draw_whitewater(device, frame.whitewater.sources(), settings_.parameters, surface, times,
+      draw_whitewater(device, frame.whitewater.sources(), frame.parameters, surface, times,
                       settings_.memory);
     return surface;
   }
@@ -329,7 +345,7 @@ class Batch {
       options.job = frame->seal;
       if (attempt(*frame, record.write_ms, [&] {
             record.bytes =
-                write_outputs(frame->job->outputs, frame->surface, settings_.parameters, options);
+                write_outputs(frame->job->outputs, frame->surface, frame->parameters, options);
           }))
         over(record);
     }
@@ -427,6 +443,7 @@ std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next
   };
   add(settings.particle_radius);
   add(settings.parameters.particle_radius);
+  add(settings.others_radius);
   for (const double value : camera.view) add(value);
   for (const double value : camera.projection) add(value);
   add(settings.parameters.motion);

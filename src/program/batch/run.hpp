@@ -25,6 +25,8 @@ struct BatchSettings {
   std::optional<ClosedParams> closed;  // closed meshes are wanted, and no camera is looked at
   WriteOptions writing;                // its job is made for each frame
   double particle_radius = 0;          // world units; 0: the files'
+  double others_radius = 0;            // of frames whose files state none; 0: it is estimated
+  std::string others_file;             // which states it
   ReadOptions reading{};               // of the files, but for the radius
   double frames_per_second = 24;       // of the sequence
   std::vector<DeviceInfo> devices;     // at least one

@@ -92,6 +92,8 @@ void run_frame(const ExtractOptions& options) {
   const double read_ms = milliseconds_since(start);
   working.phase("");
   say_particles(say, options, particles);
+  if (options.asks_for_velocity && team.leads() && !particles.has_velocity())
+    warn(options.input + ": --aov V: the particles carry no velocities");
   for (const WhitewaterSource& source : whitewater.sources())
     say(to_string(source.type).c_str(), source.name + ": " + grouped(source.particles->size()));
   const auto [camera, origin] =
@@ -156,6 +158,7 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
     }
     if (options.parameters.layers == 0 || (!maps && layers == 0))
       options.parameters.layers = layers;
+    options.asks_for_velocity = options.asks_for_velocity && maps;
     const Method method = options.parameters.method;
     if (!layered.empty() && method != Method::fit && method != Method::groups)
       throw usage_error(layered + " needs layers, which method " + to_string(method) +

@@ -265,6 +265,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
           "--aov",
           [&o](const std::string& list) {
             o.parameters.aovs = as_usage([&] { return aovs_named(list); });
+            o.asks_for_velocity = o.parameters.aovs.velocity;
           },
           "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
           "forward comes with (default: all); what a PNG shows is made, too")

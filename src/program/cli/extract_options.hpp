@@ -29,6 +29,7 @@ struct ExtractOptions {
   ReadOptions reading;                    // of the input, but for the radius
   double frames_per_second = 24;
   Parameters parameters;
+  bool asks_for_velocity = false;  // by --aov
   std::vector<WhitewaterInput> whitewater;
   std::optional<ClosedParams> closed;  // of `mesh`; else a camera's surface is wanted
   std::string device;

@@ -30,18 +30,21 @@ bool is_one(const std::string& methods) { return methods.find(' ') == std::strin
 
 }  // namespace
 
+bool has_carried_values(const std::vector<std::string>& outputs) {
+  return std::any_of(outputs.begin(), outputs.end(), [](const std::string& path) {
+    return ends_in(path, {".exr", ".ply", ".vtp", ".glb"}) && kind_of(path) != OutputKind::deep;
+  });
+}
+
 std::vector<std::string> without_effect(const CLI::App& command, const ExtractOptions& options,
                                         bool is_sequence) {
   bool exr = false, deep = false, mesh = false, png = false;
-  bool carries = false;  // what the particles carry
   for (const std::string& path : options.outputs) {
     const OutputKind kind = kind_of(path);
     exr |= kind == OutputKind::exr;
     deep |= kind == OutputKind::deep;
     mesh |= kind == OutputKind::mesh;
     png |= kind == OutputKind::png;
-    carries |=
-        kind == OutputKind::exr || (kind == OutputKind::mesh && !ends_in(path, {".obj", ".stl"}));
   }
   std::vector<std::string> warnings;
   const auto tell = [&](const std::string& name, bool has_effect, const std::string& why) {
@@ -57,7 +60,8 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
   tell("whitewater", exr || png, "no output is an .exr or a .png");
   for (const char* name : {"whitewater-radius", "whitewater-tolerance"})
     tell(name, !options.whitewater.empty(), "no --whitewater is given");
-  tell("attribute", carries, "no output is an .exr, .ply, .vtp or .glb");
+  tell("attribute", has_carried_values(options.outputs),
+       "no output is an .exr, .ply, .vtp or .glb");
   tell("dataset", ends_in(options.input, {".h5", ".hdf5", ".npy", ".npz", ".vdb"}),
        "the input is no HDF5 file, .npy, .npz or .vdb");
   tell("timestep", ends_in(options.input, {".lammpstrj", ".dump"}), "the input is no LAMMPS dump");

@@ -9,6 +9,9 @@
 
 namespace meniscus::cli {
 
+/// Whether one of the outputs can hold velocities and attributes of the particles.
+bool has_carried_values(const std::vector<std::string>& outputs);
+
 /// Options that were given and change nothing, each with why.
 std::vector<std::string> without_effect(const CLI::App& command, const ExtractOptions& options,
                                         bool is_sequence);

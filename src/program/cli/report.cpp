@@ -5,12 +5,28 @@
 
 #include "base/stage_clock.hpp"
 #include "frame/process.hpp"
+#include "prepare/fill.hpp"
 
 namespace meniscus::cli {
 
+namespace {
+
+using NamedCounts = std::vector<std::pair<std::string, std::int64_t>>;
+
+// Of a frame that streams "in view" counts no more than what its front is made of.
+NamedCounts shown(NamedCounts counts) {
+  const bool streams =
+      !counts.empty() && counts.front().first == "particles" && counts.front().second >= kStreamed;
+  for (auto& [name, count] : counts)
+    if (streams && name == "in view") name = "used";
+  return counts;
+}
+
+}  // namespace
+
 std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
   std::string line;
-  for (const auto& [name, count] : counts) {
+  for (const auto& [name, count] : shown(counts)) {
     const bool is_plural = name.ends_with('s');  // "1 triangle", but "1 in view"
     line += (line.empty() ? "" : ", ") + grouped(count) + " " +
             (count == 1 && is_plural ? name.substr(0, name.size() - 1) : name);
@@ -39,7 +55,7 @@ void print_timings(const std::vector<StageTime>& stages,
   for (const StageTime& row : rows)
     std::printf("%-16s %12.2f %12.2f\n", row.stage.c_str(), row.host_ms, row.device_ms);
   std::printf("\n%-16s %12s\n", "what", "count");
-  for (const auto& [name, count] : counts)
+  for (const auto& [name, count] : shown(counts))
     std::printf("%-16s %12s\n", name.c_str(), grouped(count).c_str());
 }
 

@@ -151,13 +151,14 @@ void warn_of_cameras(const Plan& plan, const CameraTrack& cameras, const Extract
     }
 }
 
-// What must be the same for all frames: the camera where none is given, and the particle radius
-// where no file states one. One frame settles it for all shards.
+// What must be the same for all frames: the camera where none is given, and into `settings` the
+// particle radius where no file states one, or of those files that do not. One frame settles it for
+// all shards.
 //
 //   whole  this command does the whole sequence, and no other does a part of it
-std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& options,
+std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, const ExtractOptions& options,
                                             std::unique_ptr<CameraTrack> cameras, bool whole,
-                                            const Talk& say) {
+                                            BatchSettings& settings, const Talk& say) {
   if (options.closed) {
     if (options.particle_radius) return cameras;
   } else if (cameras) {
@@ -188,10 +189,15 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, ExtractOptions& op
     say("camera", origin + (options.eye ? "" : " of " + names) + ", " +
                       std::to_string(camera.width) + "x" + std::to_string(camera.height));
   }
-  if (!options.particle_radius && !particles->has_radius() && !(particles->particle_radius() > 0)) {
+  if (options.particle_radius) return cameras;
+  if (particles->particle_radius() > 0 || (particles->has_radius() && particles->in_memory())) {
+    settings.others_file = path;
+    settings.others_radius = particles->has_radius() ? survey_of(*particles).middle_radius
+                                                     : particles->particle_radius();
+  } else if (!particles->has_radius()) {
     std::vector<Notice> notices;
     try {
-      options.parameters.particle_radius = choose_radius(*particles, options.parameters, notices);
+      settings.parameters.particle_radius = choose_radius(*particles, options.parameters, notices);
     } catch (const InputError& error) {
       throw InputError(path + ": " + words_of(error));
     }
@@ -262,6 +268,17 @@ bool leaves_image(const FrameRecord& record) {
   };
   const std::int64_t all = counted("particles");
   return all < kStreamed && counted("in view") < all - all / 20;
+}
+
+// Where some frames have velocities and others have none.
+void warn_of_velocities(const std::vector<std::int64_t>& moving,
+                        const std::vector<std::int64_t>& still, const ExtractOptions& options) {
+  if (!options.parameters.motion || !has_carried_values(options.outputs) || still.empty() ||
+      (moving.empty() && !options.asks_for_velocity))
+    return;
+  warn((options.asks_for_velocity ? "--aov V: " : "") + named_frames(still) +
+       ": the particles carry no velocities, so that V, forward and vx vy vz are missing" +
+       (moving.empty() ? "" : ", which other frames have"));
 }
 
 std::string done_line(const BatchOutcome& outcome, double seconds, double processors_percent) {
@@ -343,11 +360,11 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   if (cameras && !options.closed && team.leads()) warn_of_cameras(plan, *cameras, options);
   BatchSettings settings = settings_of(options, shard, say);
   const bool is_whole = whole.count == 1 && options.frames.empty();
-  cameras = settle_for_all(plan, options, std::move(cameras), is_whole || !team.leads(), say);
-  settings.parameters = options.parameters;  // now with a radius
+  cameras =
+      settle_for_all(plan, options, std::move(cameras), is_whole || !team.leads(), settings, say);
   fit_into_memory(settings, plan, *cameras);
   if (!options.closed) say("method", to_string(options.parameters.method));
-  if (options.verbose && team.leads()) print_lines(stderr, describe(options.parameters));
+  if (options.verbose && team.leads()) print_lines(stderr, describe(settings.parameters));
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
 
   std::unique_ptr<BatchLog> log;
@@ -357,7 +374,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   std::vector<FrameRecord> records;  // for the page: of earlier runs, too, where the log has them
   std::string note;
   if (page && log) records = read_log(options.log, &note);
-  std::vector<std::int64_t> failed;
+  std::vector<std::int64_t> failed, moving, still;
   const GentleStop stop;
   const double cpu_before = processor_ms();
   BatchOutcome outcome;
@@ -379,6 +396,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
                     : " (expected for a close-up)"));
       progress.over(record);
       if (record.status == FrameStatus::failed) failed.push_back(record.frame);
+      if (record.velocities) (*record.velocities ? moving : still).push_back(record.frame);
       if (log) log->add(record);
       if (page) records.push_back(record);
     };
@@ -387,6 +405,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   }
   const double busy = (processor_ms() - cpu_before) /
                       (10 * seconds * std::max(1u, std::thread::hardware_concurrency()));
+  warn_of_velocities(moving, still, options);
   say("done", done_line(outcome, seconds, busy));
   if (page) {
     std::vector<std::int64_t> frames = plan.frames();

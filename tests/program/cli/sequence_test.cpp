@@ -168,6 +168,34 @@ TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
   EXPECT_EQ(read_exr(path("o.0000.exr")).forward.frames_per_second, 24);
 }
 
+TEST_F(Sequence, SaysWhichFramesHaveNoVelocities) {
+  std::string declared = "ply\nformat binary_little_endian 1.0\nelement vertex 0\n";
+  for (const char* property : {"x", "y", "z", "vx", "vy", "vz"})
+    declared.append("property float ").append(property).append("\n");
+  write("d.0000.ply", declared + "end_header\n");
+  write_particles("d.0001.ply", block(4), 0.1, "0 1 0");
+  const std::string what = "the particles carry no velocities";
+  const Outcome same = run(words());
+  ASSERT_EQ(same.exit_code, 0) << same.err;
+  EXPECT_THAT(same.err, Not(HasSubstr(what)));
+  const Surface empty = read_exr(path("o.0000.exr"));
+  EXPECT_EQ(empty.velocity, std::vector<Vec3>(64 * 48));
+  EXPECT_EQ(empty.forward.pixels.size(), 64u * 48u);
+
+  write_particles("d.0002.ply", block(4));
+  write_particles("d.0003.ply", block(4));
+  const Outcome mixed = run(words({"--log", "log.jsonl"}));
+  EXPECT_THAT(mixed.err, HasSubstr("meniscus: warning: 2 frames 2,3: " + what));
+  EXPECT_THAT(mixed.err, HasSubstr("which other frames have"));
+  for (const nlohmann::json& record : log("log.jsonl"))
+    EXPECT_EQ(record["velocities"], record["frame"] < 2) << record;
+  EXPECT_THAT(run(words({"--frames", "2-3"})).err, Not(HasSubstr(what)));
+  EXPECT_THAT(run(words({"--frames", "2-3", "--aov", "V"})).err,
+              HasSubstr("--aov V: 2 frames 2,3: " + what));
+  EXPECT_THAT(run({"extract", "d.0002.ply", "--size", "64x48", "-o", "a.exr", "--aov", "V"}).err,
+              HasSubstr("meniscus: warning: d.0002.ply: --aov V: " + what));
+}
+
 TEST_F(Sequence, WrongUseIsNamed) {
   write_sequence(2);
   expect_error(run(words({"--frames", ""})), 2, {"--frames: is empty"});
@@ -350,6 +378,23 @@ TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.1, 0.02);
 }
 
+TEST_F(Sequence, AFrameWithoutARadiusHasThatOfTheOthers) {
+  write_sequence(3);
+  write_particles("d.0003.ply", {{0, 0, 0}}, 0);  // a drop
+  const std::vector<std::string> all = words({"--resume"});
+  const Outcome outcome = run(all);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("frame 3: d.0003.ply: no particle radius in the file: 0.1 of "
+                                     "d.0002.ply is used"));
+  EXPECT_EQ(read_exr(path("o.0003.exr")).particle_radius,
+            read_exr(path("o.0002.exr")).particle_radius);
+  EXPECT_THAT(run(all).err, HasSubstr("4 were there already"));
+  for (int frame = 0; frame < 3; ++frame)
+    write_particles(name("d.", frame, ".ply"), block(3 + frame % 3), 0.2);
+  EXPECT_EQ(run(all).exit_code, 0);
+  EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.2, 1e-6);
+}
+
 TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
   write_sequence(2);
   EXPECT_THAT(run(words()).err, Not(HasSubstr("outside the image")));
@@ -402,6 +447,13 @@ TEST_F(Sequence, LargeFramesHaveOneRadius) {
   EXPECT_THAT(outcome.err, HasSubstr("d.0000.ply, for all frames: no particle radius"));
   EXPECT_EQ(read_exr(path("o.0000.exr")).particle_radius,
             read_exr(path("o.0001.exr")).particle_radius);
+  // Such a frame keeps what its front is made of.
+  const Outcome one = run({"extract", "d.0000.ply", "--size", "64x48", "-o", "a.png", "--timings"});
+  EXPECT_THAT(one.err, HasSubstr("262,144 particles, "));
+  for (const std::string& counts : {one.err, one.out}) {
+    EXPECT_THAT(counts, HasSubstr("used"));
+    EXPECT_THAT(counts, Not(HasSubstr("in view")));
+  }
 }
 
 TEST_F(Sequence, TheBarFitsTheTerminal) {
