@@ -97,7 +97,7 @@ Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std:
         if (arrays[k].data.components >= 3) wide.push_back(k);
       if (wide.size() != 1)
         fail(file, "",
-             "says of no array that it holds positions (give " + setting("dataset") + "), it has " +
+             "no array is named as positions (give " + setting("dataset") + "), it has " +
                  list_of(arrays));
       positions = wide[0];
       rows = arrays[positions].rows;
