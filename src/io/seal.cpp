@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -191,6 +192,19 @@ std::string flaw_of(const std::string& path, const std::string& job) {
   if (!job.empty() && seal.head.find(statement(*format, kJob, job)) == std::string::npos)
     return "was made from another input or with other settings";
   return "";
+}
+
+std::string stated_job(const std::string& path, std::size_t length) {
+  const std::optional<OutputFormat> format = format_of(path);
+  if (!format || *format == OutputFormat::stl) return "";
+  std::string head(kHead, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), static_cast<std::streamsize>(kHead));
+  const std::string any(length, '0');
+  const std::string whole = statement(*format, kJob, any);
+  const std::string mark = whole.substr(0, whole.find(any));
+  const std::size_t found = head.find(mark);
+  return found == std::string::npos ? "" : head.substr(found + mark.size(), length);
 }
 
 }  // namespace meniscus

@@ -12,6 +12,7 @@
 // PNG their checksum, which follows from them: no bit of the file can change unseen.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "io/output_file.hpp"
@@ -43,5 +44,9 @@ void seal(OutputFile& file, OutputFormat format);
 /// file's name: "is missing", "is cut off or damaged ..."; empty: it is. An empty job is any job.
 /// Its ending says what it must be. Never throws for what it finds.
 std::string flaw_of(const std::string& path, const std::string& job);
+
+/// The job of `length` letters that an output states; empty: it states none, as an STL, which has
+/// but a hash of it. Never throws for what it finds.
+std::string stated_job(const std::string& path, std::size_t length);
 
 }  // namespace meniscus

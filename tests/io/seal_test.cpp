@@ -44,6 +44,8 @@ TEST_P(Seal, AWholeFileOfTheSameJobHasNoFlaw) {
   EXPECT_EQ(flaw_of(path, kJobOfTest), "");
   EXPECT_EQ(flaw_of(path, ""), "");
   EXPECT_THAT(file_bytes(path), HasSubstr("meniscus.job"));
+  const std::string job = kJobOfTest;
+  EXPECT_EQ(stated_job(path, job.size()), path.ends_with(".stl") ? "" : job);
   EXPECT_THAT(file_bytes(path), testing::Not(HasSubstr(kNoHash)));
 }
 

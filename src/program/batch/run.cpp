@@ -3,6 +3,7 @@
 #include <tbb/concurrent_queue.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -77,6 +78,21 @@ std::string trace_of(const std::string& path) {
     trace += ' ' + hex_digits(content_hash(piece.data(), count));
   }
   return trace + '\n';
+}
+
+// How an output was made where each 16 digits of its job differ.
+constexpr std::array kOtherJobs{"by another program", "with other parameters",
+                                "with another camera", "from another input"};
+
+// What is wrong with an output, as flaw_of(); of another job also what of it differs.
+std::string flaw_in_detail(const std::string& path, const std::string& job) {
+  const std::string flaw = flaw_of(path, job), made = stated_job(path, job.size());
+  if (flaw.empty() || made.size() != job.size() || !flaw_of(path, "").empty()) return flaw;
+  std::string differs;
+  for (std::size_t k = 0; k < kOtherJobs.size(); ++k)
+    if (const std::size_t at = 16 * k; made.compare(at, 16, job, at, 16) != 0)
+      differs.append(differs.empty() ? "was made " : ", ").append(kOtherJobs[k]);
+  return differs;
 }
 
 // Frames waiting for the next step. The end is a null pointer for each thread that waits. The
@@ -199,7 +215,7 @@ class Batch {
   static bool look_at_outputs(Frame& frame) {
     const std::vector<std::string>& outputs = frame.job->outputs;
     for (const std::string& path : outputs) {
-      const std::string flaw = flaw_of(path, frame.seal);
+      const std::string flaw = flaw_in_detail(path, frame.seal);
       if (flaw.empty()) continue;
       std::error_code ignored;
       if (std::any_of(outputs.begin(), outputs.end(),
@@ -428,39 +444,37 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
 
 std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
                    const BatchSettings& settings) {
-  std::string text = settings.program + "\n" + describe(settings.parameters);
-  for (const std::string& part : part_files(job.input)) text += trace_of(part);
+  const auto exactly = [](double value) { return printed("%a ", value); };
+
+  std::string parameters = describe(settings.parameters);
+  for (const double value :
+       {settings.particle_radius, settings.parameters.particle_radius, settings.others_radius,
+        static_cast<double>(settings.parameters.motion), settings.frames_per_second,
+        static_cast<double>(settings.writing.compression),
+        static_cast<double>(settings.writing.half), static_cast<double>(settings.writing.preview)})
+    parameters += exactly(value);
+  for (const std::string& name : settings.reading.attributes) parameters += name + '\n';
+  if (settings.closed)
+    parameters += "closed " + exactly(settings.closed->cell) + exactly(settings.closed->adaptive);
+  parameters += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
+
+  std::string cameras = std::to_string(camera.width) + " " + std::to_string(camera.height) + "\n";
+  for (const auto* matrix :
+       {&camera.view, &camera.projection, &next_camera.view, &next_camera.projection})
+    for (const double value : *matrix) cameras += exactly(value);
+
+  std::string inputs;
+  for (const std::string& part : part_files(job.input)) inputs += trace_of(part);
   for (const WhitewaterInput& input : job.whitewater) {
-    text += to_string(input.type) + " " + input.attribute + printed(" %.17g\n", input.value);
+    inputs += to_string(input.type) + " " + input.attribute + printed(" %.17g\n", input.value);
     if (!input.path.empty())
-      for (const std::string& part : part_files(input.path)) text += trace_of(part);
+      for (const std::string& part : part_files(input.path)) inputs += trace_of(part);
   }
-  text += std::to_string(camera.width) + " " + std::to_string(camera.height) + "\n";
-  const auto add = [&](double value) {
-    char number[32];
-    std::snprintf(number, sizeof number, "%a ", value);
-    text += number;
-  };
-  add(settings.particle_radius);
-  add(settings.parameters.particle_radius);
-  add(settings.others_radius);
-  for (const double value : camera.view) add(value);
-  for (const double value : camera.projection) add(value);
-  add(settings.parameters.motion);
-  add(settings.frames_per_second);
-  for (const double value : next_camera.view) add(value);
-  for (const double value : next_camera.projection) add(value);
-  add(static_cast<double>(settings.writing.compression));
-  add(settings.writing.half);
-  add(static_cast<double>(settings.writing.preview));
-  for (const std::string& name : settings.reading.attributes) text += name + '\n';
-  if (settings.closed) {
-    text += "closed ";
-    add(settings.closed->cell);
-    add(settings.closed->adaptive);
-  }
-  text += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
-  return hex_digits(content_hash(text));
+
+  std::string digits;  // in the order of kOtherJobs
+  for (const std::string& part : {settings.program, parameters, cameras, inputs})
+    digits += hex_digits(content_hash(part));
+  return digits;
 }
 
 }  // namespace meniscus

@@ -154,8 +154,10 @@ void expect_error(const Outcome& outcome, int code, const std::vector<std::strin
   std::string line, last;
   int errors = 0;
   while (std::getline(lines, line)) {
-    const bool of_a_frame = line.starts_with("meniscus: error: frame ");  // the batch has its own
-    if (line.starts_with("meniscus: error: ") && !of_a_frame) ++errors;
+    const std::string error = "meniscus: error: ", of_a_frame = error + "frame ";
+    const bool is_frames = line.starts_with(of_a_frame) && line.size() > of_a_frame.size() &&
+                           line[of_a_frame.size()] >= '0' && line[of_a_frame.size()] <= '9';
+    if (line.starts_with(error) && !is_frames) ++errors;  // the batch has one of its own, too
     last = line;
   }
   EXPECT_EQ(errors, 1) << outcome.err;

@@ -161,7 +161,9 @@ TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
   EXPECT_THAT(run(all).err, HasSubstr("3 were there already"));
   list[2]["view"][0][3] = 0.5;
   write("c.json", list.dump());
-  EXPECT_THAT(run(all).err, HasSubstr("1 was there already"));
+  const Outcome moved = run(all);
+  EXPECT_THAT(moved.err, HasSubstr("1 was there already"));
+  EXPECT_THAT(moved.err, HasSubstr("; again, since o.0001.exr was made with another camera\n"));
   std::vector<std::string> other = all;
   other[7] = "24";
   EXPECT_THAT(run(other).err, HasSubstr("3 frames"));
@@ -488,7 +490,7 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   for (const char* why :
        {"; again, since o.0001.png is missing", "; again, since o.0002.exr is cut off or damaged",
         "; again, since o.0003.ply is cut off or damaged",
-        "; again, since o.0004.png was made from another input or with other"})
+        "; again, since o.0004.png was made from another input\n"})
     EXPECT_THAT(outcome.err, HasSubstr(why));
   for (const nlohmann::json& record : log("log.jsonl"))
     if (record.contains("again"))
@@ -498,6 +500,7 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   EXPECT_THAT(again.err, HasSubstr("6 were there already"));
   const Outcome other = run(words({"--resume", "--support", "9"}));  // other parameters
   EXPECT_THAT(other.err, HasSubstr("6 frames in")) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("; again, since o.0000.exr was made with other parameters\n"));
   EXPECT_EQ(run(words({"--resume", "-q"})).exit_code, 0);
   EXPECT_EQ(outputs(), before);
 
@@ -532,7 +535,9 @@ TEST_F(Sequence, ResumeRedoesWhatAnotherProgramMade) {
   fs::copy_file(MENISCUS_PROGRAM, other.program);
   EXPECT_THAT(run(words({"--resume"}), other).err, HasSubstr("2 were there already"));
   std::ofstream(other.program, std::ios::binary | std::ios::app) << "another build";
-  EXPECT_THAT(run(words({"--resume"}), other).err, HasSubstr("2 frames in"));
+  const Outcome redone = run(words({"--resume"}), other);
+  EXPECT_THAT(redone.err, HasSubstr("2 frames in"));
+  EXPECT_THAT(redone.err, HasSubstr("; again, since o.0000.exr was made by another program\n"));
 }
 
 TEST_F(Sequence, ResumeSkipsFramesInParts) {

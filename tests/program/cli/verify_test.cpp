@@ -322,7 +322,7 @@ TEST_F(ProgramVerify, KernelsOfOthersThatDoNotRunAreFailures) {
   EXPECT_THAT(none.out, HasSubstr("k.cl:2:9: use of undeclared identifier 'missing'"));
 
   expect_error(verify({"--device", "no such"}), 1, {"no usable OpenCL device matches"});
-  expect_error(verify({"--repeat", "2"}), 2, {"--repeat excludes --program"});
+  expect_error(verify({"--repeat", "2"}), 2, {"--repeat and --program are both given"});
   expect_error(verify({"--json", "m.json"}), 2, {"m.json", "is the input"});
   expect_error(run({"verify", "--program", "k.cl"}), 2, {"--program requires --manifest"});
   write("m.json", "{");
