@@ -110,8 +110,9 @@ void keep_program(const std::string& key, const std::string& binary) noexcept {
     const std::string path = path_of(key);
     if (path.empty() || binary.empty()) return;
     const std::string folder = program_cache_folder();
-    fs::create_directories(fs::path(folder).parent_path());
-    mkdir(folder.c_str(), S_IRWXU);
+    const fs::path bare = (fs::absolute(folder) / "").parent_path();  // without a / at its end
+    fs::create_directories(bare.parent_path());
+    mkdir(bare.c_str(), S_IRWXU);
     if (!is_trusted(folder)) return;
     remove_abandoned_outputs(path);
     make_room(folder);

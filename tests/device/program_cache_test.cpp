@@ -62,6 +62,7 @@ TEST_F(ProgramCache, FindsWhatWasKeptUnderTheSameKeyAlone) {
 }
 
 TEST_F(ProgramCache, IsThisUsersAlone) {
+  setenv("MENISCUS_CACHE_DIR", (folder() + "/").c_str(), 1);
   keep_program("key\n", "binary");
   EXPECT_EQ(fs::status(folder()).permissions(), fs::perms::owner_all);
   for (const fs::perms others : {fs::perms::group_write, fs::perms::others_write}) {
