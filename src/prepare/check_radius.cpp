@@ -17,10 +17,9 @@ namespace {
 
 constexpr double kFits = 1.6;  // by a radius so many times too small the field falls apart
 
-RadiusEstimate estimate_of(const Particles& particles) {
-  constexpr std::size_t kSamples = 64;
+RadiusEstimate estimate_of(const Particles& particles, std::size_t samples) {
   std::vector<Notice> told_before;
-  return estimate_radius(particles, canonical_order(particles, {}, told_before), kSamples);
+  return estimate_radius(particles, canonical_order(particles, {}, told_before), samples);
 }
 
 void add(const std::array<float, 3>& at, Particles& to) {
@@ -34,7 +33,8 @@ void add(const std::array<float, 3>& at, Particles& to) {
 double rough_radius(const Survey& survey) {
   Particles some;
   for (const std::array<float, 3>& at : survey.sample) add(at, some);
-  return estimate_of(some).radius *
+  constexpr std::size_t kFew = 16;  // every thinned frame pays for them
+  return estimate_of(some, kFew).radius *
          cube_root(static_cast<double>(survey.sample.size()) / static_cast<double>(survey.finite));
 }
 
@@ -75,7 +75,9 @@ void check_radius(const ParticleSource& source, const Survey& survey, double rad
   if (survey.sample.size() < kTelling) return;
   const double rough = rough_radius(survey);
   if (fits(radius, rough)) return;
-  const RadiusEstimate estimate = estimate_of(some_places(source, survey, kSpacings * 2 * rough));
+  constexpr std::size_t kMany = 64;
+  const RadiusEstimate estimate =
+      estimate_of(some_places(source, survey, kSpacings * 2 * rough), kMany);
   if (estimate.is_dense && !fits(radius, estimate.radius))
     notices.push_back(radius_misfit(radius, estimate.radius));
 }
