@@ -106,8 +106,8 @@ std::uint64_t write_outputs(const std::vector<std::string>& paths, const Surface
   }
   for (const auto& file : files) {
     file->publish();
-    std::error_code
-        gone;  // where someone else has taken it away since, its frame is done all the same
+    // Where someone else has taken it away since, its frame is done all the same.
+    std::error_code gone;
     const std::uintmax_t size = fs::file_size(file->path(), gone);
     if (!gone) bytes += size;
   }
