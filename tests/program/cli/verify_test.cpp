@@ -59,7 +59,7 @@ TEST_F(ProgramVerify, ListsItsKernels) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("\nfit_particles\n"), HasSubstr("\nbound_bins\n")));
   EXPECT_THAT(outcome.out, Not(HasSubstr(" ")));
-  expect_error(run({"verify", "--list", "--kernel", "fit"}), 2, {"--kernel excludes --list"});
+  expect_error(run({"verify", "--list", "--kernel", "fit"}), 2, {"--kernel and --list are both given"});
 }
 
 TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
