@@ -51,7 +51,7 @@ Halo halo_of(const Parameters& params) {
   // Their roundness is a mean over bent places of means over what trial fits around say.
   const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
-  const double relaxed = params.disorder > 0 ? (kRelaxRounds + 1) * kRelaxReach : 0;
+  const double relaxed = params.disorder > 0 ? relax_influence() : 0;
   return {fitted, tried, surface + kField + relaxed + kRounding};
 }
 

@@ -210,6 +210,11 @@ void relax(Projected& particles, double spacing, double disorder) {
   }
 }
 
+double relax_influence() {
+  // Each round looks at who was in the list, and so does what is taken back.
+  return (kRelaxRounds + 1) * kWider * kRelaxReach;
+}
+
 double even_out(Projected& particles, Cells& cells, const Parameters& params) {
   double disorder = params.disorder, spacing = 2;
   if (disorder < 0) {

@@ -45,6 +45,10 @@ double disorder_of(const ParticleOrder& order);
 /// particles were, see project_again().
 void relax(Projected& particles, double spacing, double disorder);
 
+/// Particle radii: who lies farther away has no say in where relax() puts a particle, with a
+/// spacing of two radii.
+double relax_influence();
+
 /// Relaxes particles as far as params.disorder says, which takes them to be two particle radii
 /// apart; or as they themselves say where it is below 0. Returns how far that is.
 ///
