@@ -165,6 +165,7 @@ void bind_surface(nb::module_& module) {
                    })
       .def_prop_ro("camera", [](const Made& made) { return made.surface.camera; })
       .def_prop_ro("particle_radius", [](const Made& made) { return made.surface.particle_radius; })
+      .def_prop_ro("disorder", [](const Made& made) { return made.surface.disorder; })
       .def_prop_ro("counts", [](const Made& made) { return named(made.surface.counts); })
       .def_prop_ro("notices",
                    [](const Made& made) {

@@ -1,4 +1,4 @@
-// Particles that lie in memory of somebody else, laid out as he likes.
+// Particles in the caller's memory, at any stride.
 #pragma once
 
 #include <cstddef>

@@ -59,10 +59,12 @@ enum class Preview { lit, normal, depth, groups, glass };
 
 /// Writes Z, A, N.X N.Y N.Z, P.X P.Y P.Z, id, kind and residual as scan lines, row 0 on top; V.X
 /// V.Y V.Z and forward.u forward.v where the surface has them; of its layers Z.back (the first
-/// exit), N.back.X N.back.Y N.back.Z there, thickness, and layers (their number). Maps that are
-/// empty are left out, but for Z. `half`: N, residual, V and forward as 16-bit floats, which keep
-/// 11 bits, fewer below 6e-5; but for a map with values beyond their range, 65,504. Throws
-/// OutputError, InvalidArgument for maps that are not of the camera's size.
+/// exit), N.back.X N.back.Y N.back.Z there, thickness, and layers (their number); of each type of
+/// its whitewater, e.g. foam, foam.coverage, foam.density, foam.Z and foam.V.X foam.V.Y foam.V.Z
+/// where it moves, of bubbles bubble.behind (WhitewaterMaps has their units); attributes by their
+/// names. Maps that are empty are left out, but for Z. `half`: N, residual, V and forward as 16-bit
+/// floats, which keep 11 bits, fewer below 6e-5; but for a map with values beyond their range,
+/// 65,504. Throws OutputError, InvalidArgument for maps that are not of the camera's size.
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,
                Compression compression = Compression::zip, bool half = false);
 

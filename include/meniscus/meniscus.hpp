@@ -50,8 +50,8 @@ Surface extract(Device& device, const BorrowedParticles& particles, const Camera
 
 /// The same for particles that need not fit into memory. Frames of 2^18 particles and more stream:
 /// they pass through the device in parts, and only what bears on the image is kept. Where three
-/// quarters of the particles in view lie closer than half of params.thin, methods fit and stable
-/// work on fewer that stand for them, about params.thin pixels apart.
+/// quarters of the particles in view lie closer than half of params.thin, methods fit, groups and
+/// stable work on fewer that stand for them, about params.thin pixels apart.
 ///
 ///   memory  of the device that the passes over the particles may take, bytes; never changes the
 ///           result
@@ -60,7 +60,8 @@ Surface extract(Device& device, const BorrowedParticles& particles, const Camera
 /// others one without maps and mesh.
 ///
 /// Throws as for particles in memory, InvalidArgument when `memory` is too little, and InputError
-/// when the source cannot be read or, where it is not in memory, one of its radii is none.
+/// when the source cannot be read or, where it is not in memory, one of its radii is not a
+/// positive, finite number.
 Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
                 const Parameters& parameters = {}, std::vector<StageTime>* timings = nullptr,
                 std::size_t memory = kStreamMemory);

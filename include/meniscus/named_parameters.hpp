@@ -24,8 +24,8 @@ struct NamedParameter {
 /// All of them, in the order of --help.
 std::vector<NamedParameter> named_parameters();
 
-/// Sets the one of that name. Throws InvalidArgument for a name that there is none of, with the
-/// nearest one, a value out of its range, or a fraction where whole numbers are wanted.
+/// Sets the one of that name. Throws InvalidArgument for an unknown name, with the nearest
+/// one, a value out of its range, or a fraction where whole numbers are wanted.
 void set_parameter(Parameters& parameters, const std::string& name, double value);
 
 }  // namespace MENISCUS_API

@@ -37,9 +37,9 @@ enum class Code {
   // Of what the caller gives:
   parameter_out_of_range,  // `subject` is `found`; `wanted`: the end of its range that is nearer
   not_whole,               // `subject` is `found`, must be a whole number
-  unknown_parameter,       // `subject` is none; the text names the nearest
-  unknown_map,             // `subject` is none
-  unknown_method,          // `subject` is none
+  unknown_parameter,       // `subject` is not the name of one; the text names the nearest
+  unknown_map,             // `subject` is not the name of one
+  unknown_method,          // `subject` is not the name of one
   memory_too_small,        // `found` bytes, must be at least `wanted`
 
   extracted_again,  // in smaller parts, after the device ran out of memory

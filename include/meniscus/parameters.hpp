@@ -76,7 +76,7 @@ struct RegionParams {
 
 /// The intersection and the blend of the groups a ray meets (paper 2.4.2, Eqs. 6 and 7).
 struct BlendParams {
-  double radius = 5;       // of a fit's weight; method fit: ends at .84 of it
+  double radius = 5;       // of a fit's weight; methods fit and groups: ends at .84
   double reach = 3;        // method paper: a billboard reaches this far beyond its group's radius
   double d_max = 6;        // hits farther than this from the reference depth do not count
   double same_low = 0.7;   // normals whose dot product is below this are another sheet
@@ -233,7 +233,9 @@ std::string to_string(Method method);
 /// The method of that name. Throws InvalidArgument, with the names there are.
 Method method_named(const std::string& name);
 
-/// All parameters as "name=value" lines in a fixed order: what the EXR header carries.
+/// Parameters as "name=value" lines in a fixed order: what the EXR header carries. Without the
+/// particle radius, which the surface has, and without what outputs show: image, mesh and motion;
+/// `strict` changes no result; maps and layers only where they are not the default.
 std::string describe(const Parameters& parameters);
 
 /// Throws InvalidArgument, naming the parameter, its value and its range; also for a method that

@@ -95,27 +95,29 @@ struct Layers {
   std::vector<std::uint32_t> count;  // [pixels] of all bodies along the ray, kept or not; 0 where
                                      // there is no surface
   std::vector<float> thickness;      // [pixels] fluid along the ray, of all bodies, world units; 0
+                                     // where there is no surface
   std::vector<float> entry, exit;    // [most][pixels] planar distance along the camera axis, world
                                      // units; +infinity where there are fewer. The first entry is
                                      // the surface's depth, bit for bit
   std::vector<Vec3> back_normal;     // [pixels] at the first exit: unit, outward, world axes; 0
+                                     // where there is no surface
 };
 
 /// Particles that water carries: foam on it, spray above it, bubbles in it.
 enum class WhitewaterType : std::uint8_t { foam = 0, spray = 1, bubble = 2 };
 // All types, in order. Not inline: a shared library would show its name.
-[[maybe_unused]] constexpr std::array kWhitewaterTypes{
-    WhitewaterType::foam, WhitewaterType::spray, WhitewaterType::bubble};
+[[maybe_unused]] constexpr std::array kWhitewaterTypes{WhitewaterType::foam, WhitewaterType::spray,
+                                                       WhitewaterType::bubble};
 
-/// What pixels show of one type of whitewater, front of all else of the same type or not: see
-/// draw_whitewater() (whitewater.hpp).
+/// What pixels show of one type of whitewater. Water hides it, other whitewater does not: each type
+/// is drawn by itself. See draw_whitewater() (whitewater.hpp).
 struct WhitewaterMaps {
   WhitewaterType type = WhitewaterType::foam;
   std::vector<float> coverage{};  // [pixels] share of the pixel that is covered, 0 to 1, where
                                   // discs lie over each other by chance: 1 less the product of what
                                   // each leaves free
-  std::vector<float> density{};  // [pixels] sum of the shares that discs cover
-  std::vector<float> depth{};    // [pixels] of the nearest disc, as Surface::depth; +infinity: none
+  std::vector<float> density{};   // [pixels] sum of the shares that discs cover
+  std::vector<float> depth{};  // [pixels] of the nearest disc, as Surface::depth; +infinity: none
   std::vector<Vec3>
       velocity{};  // [pixels] mean over the discs, weighed by their shares, world axes,
                    // world units per second; 0: none; empty where they carry none
@@ -147,6 +149,8 @@ struct Surface {
   std::vector<Attribute> attributes{};  // [pixels] those of the particles; zero where there is no
                                         // surface
   std::vector<WhitewaterMaps> whitewater{};  // by type; empty unless asked for (whitewater.hpp)
+  double disorder = 0;  // how irregularly the particles lay, as Parameters::disorder; 0 where the
+                        // method does not even them out
 };
 
 }  // namespace MENISCUS_API

@@ -43,7 +43,8 @@ WhitewaterType whitewater_named(const std::string& name);
 /// finite count as none. All particles without velocity: there is no map of it.
 ///
 /// Throws InvalidArgument for a bad surface, parameters, or two sources of a type, InputError when
-/// a source cannot be read, has no such attribute, or a radius that is none, DeviceError.
+/// a source cannot be read, has no such attribute, or has a radius that is not a positive, finite
+/// number, DeviceError.
 void draw_whitewater(Device& device, const std::vector<WhitewaterSource>& sources,
                      const Parameters& parameters, Surface& surface,
                      std::vector<StageTime>* timings = nullptr, std::size_t memory = kStreamMemory);

@@ -119,6 +119,8 @@ class Surface:
         The Camera.
     particle_radius
         World units, as it was used.
+    disorder
+        How irregularly the particles lay, 0 to 1 (docs/method.md).
     counts
         How many particles, how many of them in view, visible, ...
     notices
@@ -147,6 +149,7 @@ class Surface:
     forward: NDArray[np.float32] | None
     attributes: dict[str, NDArray[np.float32]]
     particle_radius: float
+    disorder: float
     notices: list[Notice]
     parameters: str
     timings: list[tuple[str, float, float]]
@@ -158,7 +161,8 @@ class Surface:
 
     def __getattr__(self, name: str) -> Any:
         if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
-                    "layers", "thickness", "entry", "exit", "back_normal", "forward", "attributes", "particle_radius", "notices", "parameters", "timings"):
+                    "layers", "thickness", "entry", "exit", "back_normal", "forward", "attributes", "particle_radius", "disorder", "notices",
+                    "parameters", "timings"):
             return getattr(self._bare, name)
         raise AttributeError(f"Surface has no attribute {name}")
 

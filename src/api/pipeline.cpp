@@ -1,7 +1,7 @@
 // The way into the methods; each is a table of contents of its own in methods/.
 #include "api/pipeline.hpp"
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
 #include "prepare/attributes.hpp"
 #include "stages/motion.hpp"

@@ -18,6 +18,7 @@ struct Extraction {
   Mesh mesh;                          // world space; empty unless params.mesh
   std::vector<float> residual;        // [groups] RMS fit residual, particle radii
   Counts counts;                      // of the method
+  double disorder = 0;                // of the particles (relax.hpp)
 };
 
 /// Runs the method of `params` on particles in canonical order.

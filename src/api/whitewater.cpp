@@ -10,7 +10,7 @@
 #include "api/host_threads.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
 #include "prepare/canonical_order.hpp"
 #include "prepare/survey.hpp"

@@ -22,7 +22,7 @@ void reserve_in_large_pages(std::vector<T>& values, std::size_t n) {
   const auto begin = std::bit_cast<std::uintptr_t>(values.data());
   const std::uintptr_t first = (begin + kPage - 1) / kPage * kPage,
                        last = (begin + n * sizeof(T)) / kPage * kPage;
-  // Advice: where it is not taken, all is as without it.
+  // Only a hint: results do not depend on it.
   madvise(std::bit_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
 }

@@ -410,7 +410,7 @@ Memory Device::State::filled_bytes(const void* pattern, std::size_t pattern_byte
 }
 
 Memory Device::State::constant_bytes(cl_uint pattern, std::size_t bytes) {
-  // Whoever watches launches may do as he likes with their buffers.
+  // An observer may write to a launch's buffers, so that none is shared.
   if (observer) return filled_bytes(&pattern, sizeof pattern, bytes);
   Constant& kept = constants_[pattern];
   if (kept.bytes < bytes) kept = {filled_bytes(&pattern, sizeof pattern, bytes), bytes};

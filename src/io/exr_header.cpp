@@ -62,6 +62,8 @@ Imf::Header make_exr_header(const Surface& surface, const Parameters& parameters
   header.insert("meniscus.method", Imf::StringAttribute(to_string(parameters.method)));
   header.insert("meniscus.parameters", Imf::StringAttribute(describe(parameters)));
   header.insert("meniscus.particleRadius", Imf::DoubleAttribute(surface.particle_radius));
+  if (surface.disorder > 0)
+    header.insert("meniscus.disorder", Imf::DoubleAttribute(surface.disorder));
   header.insert("meniscus.view", Imf::M44dAttribute(as_given(camera.view)));
   header.insert("meniscus.projection", Imf::M44dAttribute(as_given(camera.projection)));
   return header;

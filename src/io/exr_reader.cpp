@@ -196,6 +196,8 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
 
   surface.particle_radius =
       attribute<Imf::DoubleAttribute>(file, header, "meniscus.particleRadius").value();
+  if (const auto* disorder = header.findTypedAttribute<Imf::DoubleAttribute>("meniscus.disorder"))
+    surface.disorder = disorder->value();
   const auto width = static_cast<std::size_t>(surface.camera.width);
   const std::size_t pixels = width * static_cast<std::size_t>(surface.camera.height);
   std::vector<std::uint32_t> kind;

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
 #include "stages/mesh.hpp"
 #include "stages/silhouettes.hpp"

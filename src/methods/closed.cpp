@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
 #include "methods/methods.hpp"
 #include "stages/dual_mesh.hpp"
@@ -55,6 +55,7 @@ std::vector<float> values_of(const Visible& some, const Visible& more,
 struct Closed {
   DualMesh mesh;  // in their eye space
   ParticleFits fits;
+  double disorder = 0;
 };
 
 // Section 2 of the paper; cells of side `cell`, particle radii.
@@ -82,6 +83,7 @@ Closed close_surface(Device& device, Projected& placed, double cell, const Param
   join_vertices(grid, edges, made.mesh);
   drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
   made.fits = std::move(fluid.fits);
+  made.disorder = fluid.disorder;
   return made;
 }
 
@@ -107,6 +109,7 @@ FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& given
   clock.start("field");
   const auto [disorder, host_cells, cells, levelled, field] = measure_field(device, placed, given);
   const Parameters params = for_disorder(given, disorder);
+  fluid.disorder = disorder;
   clock.start("surface");
   FieldSurface found;
   {
@@ -173,6 +176,7 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   result.mesh = to_world(view, std::move(made.mesh));
   result.counts.fits = static_cast<std::int64_t>(made.fits.size());
   result.residual = std::move(made.fits.residual);
+  result.disorder = made.disorder;
 
   if (particles.moving || !particles.attributes.empty()) {
     clock.start("motion");

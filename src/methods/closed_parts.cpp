@@ -11,7 +11,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
@@ -314,6 +314,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   }
 
   Extraction result;
+  result.disorder = params.disorder;
   result.counts.particles = result.counts.fits = 0;
   for (const std::int64_t particles : team.joined<std::int64_t>({whole.particles}))
     result.counts.particles += particles;

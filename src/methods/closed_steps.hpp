@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "base/stage_clock.hpp"
 #include "device/device.hpp"
+#include "device/stage_clock.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 #include "stages/cells.hpp"
@@ -51,6 +51,7 @@ struct FitScope {
 
 /// The fluid as a function of space.
 struct FittedFluid {
+  double disorder = 0;  // of the particles
   ImplicitFunction function;
   Points seeds;  // particles that see air
   ParticleFits fits;

@@ -6,7 +6,7 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "device/together.hpp"
 #include "methods/layers.hpp"
 #include "methods/methods.hpp"
@@ -266,6 +266,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);
   result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
   result.residual = fits.residual;
+  result.disorder = fluid.disorder;
   if (params.image && params.layers > 0)
     result.layers = find_layers(device, view,
                                 {fluid.particles, fluid.host_cells, fluid.cells, fluid.levelled,

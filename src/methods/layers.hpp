@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "api/pipeline.hpp"
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "stages/density.hpp"
 #include "stages/layers.hpp"
 #include "stages/particle_fit.hpp"

@@ -1,5 +1,5 @@
 // What every method shares that smooths the depth map of the particles' spheres.
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
 #include "stages/mesh.hpp"
 #include "stages/ssm.hpp"

@@ -1,7 +1,7 @@
 // Method paper: the paper as printed, to reproduce its figures.
 #include "stages/paper.hpp"
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
 #include "stages/group.hpp"
 #include "stages/mesh.hpp"

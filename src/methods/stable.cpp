@@ -2,7 +2,7 @@
 // abruptly from frame to frame.
 #include "stages/stable.hpp"
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"

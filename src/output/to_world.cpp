@@ -8,7 +8,7 @@
 #include "base/large_pages.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 
 namespace meniscus {
 
@@ -78,8 +78,8 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
 // Coordinates are floats: far from the world's origin they are too coarse for small particles, or
 // for representatives, which are larger.
 void warn_of_coarse_positions(const View& view, Surface& surface) {
-  constexpr double kCoarse =
-      0.1;  // particle radii; half of it is lost, which is the error of `fit`
+  // Particle radii; rounding loses up to half of it, as much as the error of `fit`.
+  constexpr double kCoarse = 0.1;
   double farthest = 0;
   for (const double x : {view.origin.x, view.origin.y, view.origin.z})
     farthest = std::max(farthest, std::abs(x));
@@ -108,6 +108,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   surface.attributes = std::move(extraction.attributes);
   surface.layers = std::move(extraction.layers);
   surface.mesh = std::move(extraction.mesh);
+  surface.disorder = extraction.disorder;
   Counts& counts = surface.counts;
   counts = extraction.counts;
   if (params.image) counts.pixels = covered;

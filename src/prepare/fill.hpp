@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"

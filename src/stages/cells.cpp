@@ -19,7 +19,7 @@ std::size_t find_near(const Cells& cells, std::int32_t first, std::int32_t last,
   std::size_t count = 0;
   for (; first < last; first += kAtOnce) {
     const std::int32_t number = std::min(kAtOnce, last - first);
-    // A loop that becomes vectors, and one without branches, which would be foretold badly.
+    // A loop that becomes vectors, and one without branches, which would be mispredicted.
     for (std::int32_t k = 0; k < number; ++k) {
       const std::int32_t p = first + k;
       const float dx = cells.x[p] - at[0], dy = cells.y[p] - at[1], dz = cells.z[p] - at[2];

@@ -179,7 +179,7 @@ float squared_distance(const Member& a, const Member& b) {
 }
 
 // Those of a list whose normals are like those of the member at `place`. No branches: they would be
-// foretold badly.
+// mispredicted.
 void find_alike(const std::vector<Member>& members, cl_int place, std::span<const cl_int> list,
                 Alike& found) {
   found.make_room(list.size());

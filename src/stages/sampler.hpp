@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/blend.hpp"
 #include "stages/density.hpp"

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "base/key_table.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
@@ -27,34 +28,17 @@ Place place_of(std::uint64_t key) {
   return {part(0), part(21), part(42)};
 }
 
-// Finds blocks by their keys.
-class BlockIndex {
- public:
-  explicit BlockIndex(const std::vector<CornerBlock>& blocks)
-      : slots_(std::bit_ceil(2 * blocks.size() + 1), kNoBlock), keys_(slots_.size()) {
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      const std::uint64_t key = key_of(blocks[b].at);
-      std::size_t slot = slot_of(key);
-      while (slots_[slot] != kNoBlock) slot = (slot + 1) & (slots_.size() - 1);
-      slots_[slot] = static_cast<std::int32_t>(b);
-      keys_[slot] = key;
-    }
-  }
-  std::int32_t find(std::uint64_t key) const {
-    for (std::size_t slot = slot_of(key); slots_[slot] != kNoBlock;
-         slot = (slot + 1) & (slots_.size() - 1))
-      if (keys_[slot] == key) return slots_[slot];
-    return kNoBlock;
-  }
+// The numbers of blocks by their keys.
+KeyTable numbers_of(const std::vector<CornerBlock>& blocks) {
+  KeyTable numbers;
+  for (const CornerBlock& block : blocks) numbers.add(key_of(block.at));
+  return numbers;
+}
 
- private:
-  std::size_t slot_of(std::uint64_t key) const {
-    key *= 0x9e3779b97f4a7c15ull;
-    return static_cast<std::size_t>(key >> 20) & (slots_.size() - 1);
-  }
-  std::vector<std::int32_t> slots_;
-  std::vector<std::uint64_t> keys_;
-};
+static_assert(static_cast<std::int32_t>(KeyTable::kNone) == kNoBlock);
+std::int32_t find_block(const KeyTable& numbers, std::uint64_t key) {
+  return static_cast<std::int32_t>(numbers.find(key));
+}
 
 [[noreturn]] void refuse(double cell, const std::string& what) {
   throw InvalidArgument(setting("cell") + " is " + printed("%g", cell) +
@@ -65,7 +49,7 @@ class BlockIndex {
 // that comes behind the other, z, y, x, looks for it, and both learn of each other.
 void find_around(SpaceGrid& grid, std::size_t first) {
   constexpr int kSelf = 13;
-  const BlockIndex index(grid.blocks);
+  const KeyTable numbers = numbers_of(grid.blocks);
   std::array<std::int32_t, 27> nobody;
   nobody.fill(kNoBlock);
   grid.around.resize(grid.blocks.size(), nobody);
@@ -75,8 +59,8 @@ void find_around(SpaceGrid& grid, std::size_t first) {
       grid.around[b][kSelf] = static_cast<std::int32_t>(b);
       for (int n = 0; n < (first > 0 ? 27 : kSelf); ++n) {
         if (n == kSelf) continue;
-        const std::int32_t other =
-            index.find(key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+        const std::int32_t other = find_block(
+            numbers, key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
         if (other == kNoBlock || (n > kSelf && static_cast<std::size_t>(other) >= first)) continue;
         grid.around[b][static_cast<std::size_t>(n)] = other;
         grid.around[static_cast<std::size_t>(other)][static_cast<std::size_t>(26 - n)] =
@@ -224,7 +208,7 @@ SpaceGrid grid_around(const Points& points, double reach, double cell, const Cor
     refuse(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
   add_blocks(grid, std::move(keys));
 
-  const BlockIndex index(grid.blocks);
+  const KeyTable numbers = numbers_of(grid.blocks);
   const double squared = reach * reach;
   parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
@@ -232,9 +216,9 @@ SpaceGrid grid_around(const Points& points, double reach, double cell, const Cor
       for (std::int64_t k = z[0]; k <= z[1]; ++k)
         for (std::int64_t j = y[0]; j <= y[1]; ++j)
           for (std::int64_t i = x[0]; i <= x[1]; ++i) {
-            CornerBlock& block = grid.blocks[static_cast<std::size_t>(
-                index.find(key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
-                                   static_cast<std::int32_t>(k)})))];
+            CornerBlock& block = grid.blocks[static_cast<std::size_t>(find_block(
+                numbers, key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
+                                 static_cast<std::int32_t>(k)})))];
             // Squared distances along each axis of the block's four planes.
             double apart[3][kBlockSide];
             for (int c = 0; c < kBlockSide; ++c) {
@@ -325,9 +309,9 @@ bool want_closed(SpaceGrid& grid) {
   if (later.empty()) return any;
   for (const auto& [key, mask] : later) keys.push_back(key);
   add_blocks(grid, std::move(keys));
-  const BlockIndex index(grid.blocks);
+  const KeyTable numbers = numbers_of(grid.blocks);
   for (const auto& [key, mask] : later)
-    grid.blocks[static_cast<std::size_t>(index.find(key))].wanted |= mask;
+    grid.blocks[static_cast<std::size_t>(find_block(numbers, key))].wanted |= mask;
   return true;
 }
 

@@ -135,7 +135,7 @@ FieldSurface find_surface(const Visible& seen, const Cells& cells, std::span<con
   for (const std::int32_t i : seen.index) position[i] = kSeen;
   constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-    // Those that may be taken, without branches, which would be foretold badly.
+    // Those that may be taken, without branches, which would be mispredicted.
     std::vector<std::uint32_t> maybe(end - begin);
     std::size_t number = 0;
     for (std::size_t p = begin; p < end; ++p) {

@@ -244,7 +244,7 @@ Visible visible_among(const Projected& projected, const std::vector<std::int32_t
   std::vector<Visible> parts((candidates.size() + kGrain - 1) / kGrain);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t part = begin; part < end; ++part) {
-      // Without branches, which would be foretold badly: few own anything.
+      // Without branches, which would be mispredicted: few own anything.
       std::array<std::size_t, kGrain> owners;
       std::size_t number = 0;
       for (std::size_t k = part * kGrain; k < std::min(candidates.size(), (part + 1) * kGrain);

@@ -10,7 +10,7 @@
 
 #include "accuracy/closed.hpp"
 #include "accuracy/particles.hpp"
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
 #include "methods/closed.hpp"
 #include "prepare/fill.hpp"

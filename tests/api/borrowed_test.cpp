@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "meniscus/named_parameters.hpp"

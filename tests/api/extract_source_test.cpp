@@ -7,7 +7,9 @@
 #include <random>
 
 #include "base/printed.hpp"
+#include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
+#include "meniscus/io.hpp"
 #include "meniscus/meniscus.hpp"
 #include "own_source.hpp"
 #include "prepare/choose_radius.hpp"
@@ -146,6 +148,22 @@ TEST_F(ExtractSource, ARadiusThatIsGivenEndsWhatIsSaidOfTheOthers) {
   parameters.method = Method::spheres;  // of their own sizes
   EXPECT_GT(extract(device_, particles, small_camera(), parameters).counts.pixels,
             mixed.counts.pixels);
+}
+
+TEST_F(ExtractSource, TellsHowIrregularlyTheParticlesLay) {
+  Parameters parameters;
+  const auto disorder_of = [&](const Particles& particles) {
+    return extract(device_, particles, small_camera(), parameters).disorder;
+  };
+  const Particles sph = read_particles(std::string(MENISCUS_EXAMPLE_DATA) + "/dam/frame_015.ply"),
+                  flip = dam_particles(DamBreak(20000, 1, 0.29));
+  EXPECT_EQ(disorder_of(sph), 0);
+  EXPECT_EQ(disorder_of(flip), 1);
+  EXPECT_EQ(extract_closed(device_, flip).disorder, 1);
+  parameters.disorder = 0.25;
+  EXPECT_EQ(disorder_of(sph), 0.25);
+  parameters.method = Method::ssm;  // which takes particles as they are
+  EXPECT_EQ(disorder_of(flip), 0);
 }
 
 // Where particles are thinned.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "device/device.hpp"
+#include "device/stage_clock.hpp"
 #include "device/together.hpp"
 
 namespace meniscus {
@@ -227,6 +228,22 @@ TEST_F(DeviceBuffer, LaunchesAreTimedOrNot) {
     EXPECT_EQ(launched(), 1u);
   }
   EXPECT_EQ(launched(), 1u);
+}
+
+TEST_F(DeviceBuffer, AStageThatFailedLeavesNoTimesToTheNextFrame) {
+  const auto words = filled<cl_uint>(device_, 64, 7u);
+  std::vector<StageTime> times;
+  EXPECT_THROW(
+      {
+        StageClock clock(device_, &times);
+        clock.start("fit");
+        launch(device_, "probe.cl", "lower_words", {64}, "", words, cl_uint{63});
+        throw DeviceError("stopped");
+      },
+      DeviceError);
+  EXPECT_TRUE(times.empty());
+  EXPECT_TRUE(device_.state().take_times().empty());
+  EXPECT_EQ(device_.state().stage, "");
 }
 
 TEST_F(DeviceBuffer, AreFilledToTheLastValue) {

@@ -363,7 +363,8 @@ TEST(Exr, RefusesMapsOfAnotherSize) {
 
 TEST(ExrReader, ReturnsEveryMapTheCameraAndTheTexts) {
   const TemporaryFolder folder;
-  const Surface surface = sample_surface(sample_camera());
+  Surface surface = sample_surface(sample_camera());
+  surface.disorder = 0.25;
   Parameters parameters;
   parameters.fit.tau = 0.5;
   for (const auto compression : {Compression::none, Compression::rle, Compression::zips,
@@ -382,6 +383,7 @@ TEST(ExrReader, ReturnsEveryMapTheCameraAndTheTexts) {
     EXPECT_EQ(back.camera.view, surface.camera.view);
     EXPECT_EQ(back.camera.projection, surface.camera.projection);
     EXPECT_EQ(back.particle_radius, surface.particle_radius);
+    EXPECT_EQ(back.disorder, surface.disorder);
     EXPECT_EQ(texts["software"], "Meniscus " + version());
     EXPECT_EQ(texts["meniscus.parameters"], describe(parameters));
   }

@@ -104,6 +104,7 @@ void for_each_entry(Record& r, const Visit& visit) {
   visit("extract_ms", r.extract_ms);
   visit("write_ms", r.write_ms);
   visit("velocities", r.velocities);
+  visit("disorder", r.disorder);
   visit("stages", r.stages);
   visit("counts", r.counts);
   visit("residual", r.residual);
@@ -172,6 +173,7 @@ std::string to_json(const FrameRecord& record) {
   if (record.status != FrameStatus::failed) root.erase("error");
   if (record.again.empty()) root.erase("again");
   if (!record.velocities) root.erase("velocities");
+  if (record.disorder == 0) root.erase("disorder");
   return root.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -28,6 +28,7 @@ struct FrameRecord {
   double end = 0;     // the same, when it was over; between its steps it may have waited
   double read_ms = 0, extract_ms = 0, write_ms = 0;
   std::optional<bool> velocities;                            // whether the particles carry them
+  double disorder = 0;                                       // of the particles, 0 .. 1
   std::vector<std::pair<std::string, double>> stages;        // host time, ms, in order
   std::vector<std::pair<std::string, std::int64_t>> counts;  // particles, visible ...
   std::optional<double> residual;  // mean over the pixels with surface, particle radii
@@ -64,8 +65,8 @@ class BatchLog {
   int descriptor_ = -1;
 };
 
-/// Reads a log. A bad last line without an end is left out and `note` says so; keys that it does
-/// not know are, too. Throws InputError that names the line (from 1).
+/// Reads a log. A bad last line without an end is left out and `note` says so. Unknown keys are
+/// left out, too. Throws InputError that names the line (from 1).
 std::vector<FrameRecord> read_log(const std::string& path, std::string* note);
 
 }  // namespace meniscus

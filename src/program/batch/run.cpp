@@ -253,6 +253,7 @@ class Batch {
     record.counts = named(frame.surface.counts);
     for (const Notice& notice : frame.surface.notices) record.warnings.push_back(words_of(notice));
     record.residual = mean_residual(frame.surface);
+    record.disorder = frame.surface.disorder;
     record.hash = hex_digits(content_hash(frame.surface));
   }
 

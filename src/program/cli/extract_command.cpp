@@ -122,6 +122,7 @@ void run_frame(const ExtractOptions& options) {
     surface.forward = screen_motion(surface, camera, options.frames_per_second);
   for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, particles, surface.particle_radius));
+  if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
   say("method", to_string(options.parameters.method));
   say("found", counts_line(named(surface.counts)));
 

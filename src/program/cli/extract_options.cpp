@@ -411,4 +411,9 @@ std::string radius_line(const ExtractOptions& options, const ParticleSource& par
   return std::string(text) + ", " + origin;
 }
 
+std::string disorder_line(const ExtractOptions& options, double used) {
+  const char* origin = options.parameters.disorder < 0 ? "found" : "given";
+  return printed("%.2f of 1, %s: particles are evened out", used, origin);
+}
+
 }  // namespace meniscus::cli

@@ -82,4 +82,7 @@ void fill_in_numbers(std::vector<std::string>& typed);
 std::string radius_line(const ExtractOptions& options, const ParticleSource& particles,
                         double used);
 
+/// How irregularly particles lay, where that is above 0, and who said so.
+std::string disorder_line(const ExtractOptions& options, double used);
+
 }  // namespace meniscus::cli

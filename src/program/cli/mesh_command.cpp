@@ -65,6 +65,7 @@ void mesh_one(const ExtractOptions& options) {
   if (!team.leads()) return;
   for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, *source, surface.particle_radius));
+  if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
   say("found", counts_line(named(surface.counts)));
   say("mesh", counted(surface.mesh.position.size(), "vert",
                       surface.mesh.position.size() == 1 ? "ex" : "ices") +

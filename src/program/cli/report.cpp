@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "base/stage_clock.hpp"
+#include "device/stage_clock.hpp"
 #include "frame/process.hpp"
 #include "prepare/fill.hpp"
 

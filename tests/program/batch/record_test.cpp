@@ -42,6 +42,7 @@ FrameRecord full_record() {
   r.stages = {{"zebra", 1.25}, {"antelope", 2}};
   r.counts = {{"particles", 1'000'000'000'000}, {"fits", 7}};
   r.residual = 0.03125;
+  r.disorder = 0.25;
   r.hash = "0123456789abcdef";
   r.bytes = std::numeric_limits<std::uint64_t>::max();
   r.warnings = {"one", "two"};
@@ -85,8 +86,9 @@ TEST(Record, IsOneLineOfJsonWithTheKeysOfTheDocumentation) {
   EXPECT_THAT(keys, testing::UnorderedElementsAre(
                         "frame", "status", "input", "outputs", "method", "device", "host", "shard",
                         "start", "end", "read_ms", "extract_ms", "write_ms", "stages", "counts",
-                        "residual", "hash", "bytes", "warnings", "error"));
-  EXPECT_FALSE(nlohmann::json::parse(to_json(FrameRecord{})).contains("error"));
+                        "residual", "disorder", "hash", "bytes", "warnings", "error"));
+  for (const char* key : {"error", "disorder"})
+    EXPECT_FALSE(nlohmann::json::parse(to_json(FrameRecord{})).contains(key));
 }
 
 TEST(Record, AnyBytesOfAPathGiveValidJson) {

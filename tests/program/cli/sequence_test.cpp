@@ -492,9 +492,10 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
         "; again, since o.0003.ply is cut off or damaged",
         "; again, since o.0004.png was made from another input\n"})
     EXPECT_THAT(outcome.err, HasSubstr(why));
-  for (const nlohmann::json& record : log("log.jsonl"))
-    if (record.contains("again"))
-      EXPECT_THAT(record["again"].get<std::string>(), HasSubstr("o.000"));
+  for (const nlohmann::json& record : log("log.jsonl")) {
+    if (!record.contains("again")) continue;
+    EXPECT_THAT(record["again"].get<std::string>(), HasSubstr("o.000"));
+  }
 
   const Outcome again = run(words({"--resume"}));
   EXPECT_THAT(again.err, HasSubstr("6 were there already"));

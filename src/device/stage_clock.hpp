@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/elapsed.hpp"
 #include "device/device.hpp"
 #include "meniscus/meniscus.hpp"
 
@@ -18,7 +19,12 @@ inline constexpr const char* kBuilding = "build kernels";
 class StageClock {
  public:
   StageClock(Device& device, std::vector<StageTime>* timings) : device_(device), times_(timings) {}
-  ~StageClock() { device_.state().stage.clear(); }
+  /// What a stage that failed has left is no time of the next frame's.
+  ~StageClock() {
+    device_.state().events.clear();
+    device_.state().take_building_ms();
+    device_.state().stage.clear();
+  }
 
   void start(const std::string& stage) {
     stop();
@@ -32,9 +38,7 @@ class StageClock {
     if (times_) {
       StageTime time{device_.state().stage, 0, 0, device_.state().take_times()};
       for (const auto& [kernel, ms] : time.kernels) time.device_ms += ms;
-      time.host_ms =
-          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
-              .count();
+      time.host_ms = milliseconds_since(begin_);
       if (const double building_ms = device_.state().take_building_ms(); building_ms > 0) {
         times_->push_back({kBuilding, building_ms, 0, {}});
         time.host_ms = std::max(0.0, time.host_ms - building_ms);
