@@ -173,8 +173,8 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
       "farthest come first. A kernel is near when it reaches %.0f %% of the roofline that was "
       "measured in the same run, or %.1f of the speed of a native C++ version of the same "
       "algorithm on one thread and on all, as far as both were measured. It is open where it is "
-      "far from the roofline and there "
-      "is no native version to tell whether more is possible.</p>\n",
+      "far from the roofline and there is no native version to tell whether more is "
+      "possible.</p>\n",
       escaped(run.version).c_str(), count("far").c_str(),
       counted(verdicts.size(), "kernel").c_str(), count("open").c_str(), 100 * kGoodShare,
       kGoodAgainstNative);
@@ -183,16 +183,13 @@ std::string to_html(const BenchRun& run, const std::vector<SessionPair>& pairs) 
   for (const SessionPair& pair : pairs) text += comparison_rows(pair);
   text +=
       "<h2>How to read this</h2>\n<p>A time is that of the fastest launch, and its noise is how "
-      "far "
-      "the fastest quarter of the launches reaches above it. Times of kernels are from the "
-      "device's "
-      "events; rows marked <em>stage, wall time</em> are wall times of whole stages with the "
-      "host's "
-      "part, which have no share of the roofline. Bytes and operations are counted by hand from "
-      "the algorithm, each array once; a kernel's share of the roofline is the largest of its "
-      "shares of the bandwidth of a copy of as many bytes, of the arithmetic, of the atomic minima "
-      "and of an empty kernel's speed. Where operations are not counted, there is no share. Small "
-      "dots are smaller frames. A "
+      "far the fastest quarter of the launches reaches above it. Times of kernels are from the "
+      "device's events; rows marked <em>stage, wall time</em> are wall times of whole stages with "
+      "the host's part, which have no share of the roofline. Bytes and operations are counted by "
+      "hand from the algorithm, each array once; a kernel's share of the roofline is the largest "
+      "of its shares of the bandwidth of a copy of as many bytes, of the arithmetic, of the atomic "
+      "minima and of an empty kernel's speed. Where operations are not counted, there is no share. "
+      "Small dots are smaller frames. A "
       "difference exceeds the noise when it is larger than both noises together, and than 2 "
       "%.</p>\n";
   return html_page("Meniscus: how fast its kernels are", kStyle, text);

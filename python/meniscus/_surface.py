@@ -161,8 +161,8 @@ class Surface:
 
     def __getattr__(self, name: str) -> Any:
         if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
-                    "layers", "thickness", "entry", "exit", "back_normal", "forward", "attributes", "particle_radius", "disorder", "notices",
-                    "parameters", "timings"):
+                    "layers", "thickness", "entry", "exit", "back_normal", "forward", "attributes",
+                    "particle_radius", "disorder", "notices", "parameters", "timings"):
             return getattr(self._bare, name)
         raise AttributeError(f"Surface has no attribute {name}")
 

@@ -19,7 +19,7 @@ inline constexpr const char* kBuilding = "build kernels";
 class StageClock {
  public:
   StageClock(Device& device, std::vector<StageTime>* timings) : device_(device), times_(timings) {}
-  /// What a stage that failed has left is no time of the next frame's.
+  /// What is left, of a stage that failed or without timings, is no time of the next frame's.
   ~StageClock() {
     device_.state().events.clear();
     device_.state().take_building_ms();
@@ -44,9 +44,6 @@ class StageClock {
         time.host_ms = std::max(0.0, time.host_ms - building_ms);
       }
       times_->push_back(time);
-    } else {
-      device_.state().events.clear();
-      device_.state().take_building_ms();  // so that no later frame counts it
     }
     device_.state().stage.clear();
   }

@@ -15,8 +15,6 @@
 namespace meniscus {
 namespace {
 
-constexpr double kFits = 1.6;  // by a radius so many times too small the field falls apart
-
 RadiusEstimate estimate_of(const Particles& particles, std::size_t samples) {
   std::vector<Notice> told_before;
   return estimate_radius(particles, canonical_order(particles, {}, told_before), samples);
@@ -64,7 +62,7 @@ Particles some_places(const ParticleSource& source, const Survey& survey, double
 }
 
 bool fits(double radius, double fitting) {
-  return !(fitting > 0) || (radius < kFits * fitting && fitting < kFits * radius);
+  return !(fitting > 0) || (radius < kTooSmall * fitting && fitting < kTooSmall * radius);
 }
 
 }  // namespace

@@ -261,7 +261,6 @@ Notice crowded(std::size_t largest, std::size_t dropped, std::size_t had, double
 
 std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
                                         double radius, std::vector<Notice>& notices) {
-  constexpr double kTooSmall = 1.6;  // by this factor the field falls apart
   if (is_ordinary(p, 2 * radius)) {
     const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
                               ? 1 / times_too_large(p, order, radius)

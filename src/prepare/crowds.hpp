@@ -28,6 +28,9 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& particles,
 Notice crowded(std::size_t largest, std::size_t dropped, std::size_t had, double radius);
 Notice radius_misfit(double radius, double fitting);
 
+/// With a radius so many times too small the density field falls apart.
+inline constexpr double kTooSmall = 1.6;
+
 /// Fewer particles than that may be one drop, and do not tell whether the radius is right.
 inline constexpr std::size_t kTelling = 256;
 

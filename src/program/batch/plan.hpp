@@ -49,9 +49,8 @@ std::string named_frames(const std::vector<std::int64_t>& frames);
 /// Resolves the frames to files. Frames beyond the last one there is are left out with a warning,
 /// as farms hand in chunks that end past the sequence; where that leaves none, they are missing.
 /// Where no frames are asked for, those that a sequence of its step lacks are named in a warning.
-/// `cameras`, when given, must have one for
-/// each. A frame whose whitewater is missing is made without it where missing frames are to be
-/// skipped.
+/// `cameras`, when given, must have one for each. A frame whose whitewater is missing is made
+/// without it where missing frames are to be skipped.
 ///
 /// Throws InputError when there are no files at all, or missing frames unless they are to be
 /// skipped, naming them; InvalidArgument when the list of frames is wrong, an output has no place

@@ -86,8 +86,10 @@ constexpr std::array kOtherJobs{"by another program", "with other parameters",
 
 // What is wrong with an output, as flaw_of(); of another job also what of it differs.
 std::string flaw_in_detail(const std::string& path, const std::string& job) {
-  const std::string flaw = flaw_of(path, job), made = stated_job(path, job.size());
-  if (flaw.empty() || made.size() != job.size() || !flaw_of(path, "").empty()) return flaw;
+  const std::string flaw = flaw_of(path, job);
+  if (flaw.empty()) return flaw;
+  const std::string made = stated_job(path, job.size());
+  if (made.size() != job.size() || !flaw_of(path, "").empty()) return flaw;
   std::string differs;
   for (std::size_t k = 0; k < kOtherJobs.size(); ++k)
     if (const std::size_t at = 16 * k; made.compare(at, 16, job, at, 16) != 0)
