@@ -217,11 +217,13 @@ Aovs aovs_named(const std::string& list);
 /// The list of the maps that are made, as aovs_named() takes it.
 std::string to_string(const Aovs& aovs);
 
-/// A method's name on the command line, and what it is in one line.
+/// A method's name on the command line, what it is in one line, and what it can do.
 struct MethodEntry {
   Method method;
   std::string name;
   std::string what;
+  bool layers = false;   // finds the bodies of fluid behind the front (Parameters::layers)
+  bool spheres = false;  // draws every particle as a sphere, and so in its own size
 };
 
 /// Every method once, the default first: the one list behind --method, its help and the studies.
@@ -229,6 +231,12 @@ const std::vector<MethodEntry>& method_list();
 
 /// The method's name in method_list().
 std::string to_string(Method method);
+
+/// Whether the method finds the bodies of fluid behind the front: fit and groups do.
+bool has_layers(Method method);
+
+/// Whether the method draws every particle as a sphere, whose radius may be the particle's own.
+bool draws_spheres(Method method);
 
 /// The method of that name. Throws InvalidArgument, with the names there are.
 Method method_named(const std::string& name);

@@ -21,6 +21,13 @@ constexpr AovEntry kAovs[] = {{"N", &Aovs::normal},          {"P", &Aovs::positi
                               {"id", &Aovs::group},          {"kind", &Aovs::kind},
                               {"residual", &Aovs::residual}, {"V", &Aovs::velocity}};
 
+// The method's entry; none: method_list() lacks it.
+const MethodEntry* find(Method method) {
+  for (const MethodEntry& entry : method_list())
+    if (entry.method == method) return &entry;
+  return nullptr;
+}
+
 void check_layers(const Parameters& parameters) {
   const int layers = parameters.layers;
   if (layers < 0 || layers > kMostLayers)
@@ -31,7 +38,7 @@ void check_layers(const Parameters& parameters) {
         .subject = "layers",
         .found = static_cast<double>(layers),
         .wanted = layers < 0 ? 0.0 : kMostLayers});
-  if (layers > 0 && parameters.method != Method::fit && parameters.method != Method::groups)
+  if (layers > 0 && !has_layers(parameters.method))
     throw InvalidArgument("method " + to_string(parameters.method) +
                           " has one layer, the front: layers are found by methods fit and groups "
                           "(leave " +
@@ -42,25 +49,53 @@ void check_layers(const Parameters& parameters) {
 
 const std::vector<MethodEntry>& method_list() {
   static const std::vector<MethodEntry> all{
-      {Method::fit, "fit", "a fit around every particle of the surface, sharp creases"},
-      {Method::groups, "groups",
-       "a fit around each group of particles, merged by normals and places"},
-      {Method::stable, "stable", "fits of the seen particles alone"},
-      {Method::paper, "paper", "the paper as printed"},
-      {Method::ssm, "ssm", "Screen Space Meshes"},
-      {Method::spheres, "spheres", "the particles as spheres"},
-      {Method::bilateral, "bilateral", "bilateral filter on the spheres' depth"},
-      {Method::narrow_range, "narrow-range", "narrow-range filter on the spheres' depth"},
-      {Method::curvature_flow, "curvature-flow", "mean curvature flow of the spheres' depth"},
-      {Method::anisotropic, "anisotropic", "level set of anisotropic kernels"},
+      {.method = Method::fit,
+       .name = "fit",
+       .what = "a fit around every particle of the surface, sharp creases",
+       .layers = true},
+      {.method = Method::groups,
+       .name = "groups",
+       .what = "a fit around each group of particles, merged by normals and places",
+       .layers = true},
+      {.method = Method::stable, .name = "stable", .what = "fits of the seen particles alone"},
+      {.method = Method::paper, .name = "paper", .what = "the paper as printed"},
+      {.method = Method::ssm, .name = "ssm", .what = "Screen Space Meshes", .spheres = true},
+      {.method = Method::spheres,
+       .name = "spheres",
+       .what = "the particles as spheres",
+       .spheres = true},
+      {.method = Method::bilateral,
+       .name = "bilateral",
+       .what = "bilateral filter on the spheres' depth",
+       .spheres = true},
+      {.method = Method::narrow_range,
+       .name = "narrow-range",
+       .what = "narrow-range filter on the spheres' depth",
+       .spheres = true},
+      {.method = Method::curvature_flow,
+       .name = "curvature-flow",
+       .what = "mean curvature flow of the spheres' depth",
+       .spheres = true},
+      {.method = Method::anisotropic,
+       .name = "anisotropic",
+       .what = "level set of anisotropic kernels"},
   };
   return all;
 }
 
 std::string to_string(Method method) {
-  for (const MethodEntry& entry : method_list())
-    if (entry.method == method) return entry.name;
-  return "unknown";
+  const MethodEntry* const entry = find(method);
+  return entry ? entry->name : "unknown";
+}
+
+bool has_layers(Method method) {
+  const MethodEntry* const entry = find(method);
+  return entry && entry->layers;
+}
+
+bool draws_spheres(Method method) {
+  const MethodEntry* const entry = find(method);
+  return entry && entry->spheres;
 }
 
 Method method_named(const std::string& name) {
@@ -122,11 +157,9 @@ std::string describe(const Parameters& parameters) {
 }
 
 void check(const Parameters& parameters) {
-  const auto& methods = method_list();
-  require(std::any_of(methods.begin(), methods.end(),
-                      [&](const MethodEntry& entry) { return entry.method == parameters.method; }),
+  require(find(parameters.method) != nullptr,
           setting("method") + " is number " + std::to_string(static_cast<int>(parameters.method)) +
-              ", must be one of the " + std::to_string(methods.size()) + " of method_list()");
+              ", must be one of the " + std::to_string(method_list().size()) + " of method_list()");
   Parameters copy = parameters;
   for (const ParameterEntry& entry : parameter_list(copy)) {
     const double value = entry.get();

@@ -16,19 +16,6 @@ namespace {
 // Frames of more particles must say how large they are: an estimate looks at each many times.
 constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 
-bool draws_spheres(Method method) {
-  switch (method) {
-    case Method::ssm:
-    case Method::spheres:
-    case Method::bilateral:
-    case Method::narrow_range:
-    case Method::curvature_flow:
-      return true;
-    default:
-      return false;
-  }
-}
-
 Notice radii_differ(const RadiusClues& clues) {
   return {.code = Code::other,
           .text = printed("the particles' radii run from %.6g to %.6g, but a surface is made of "

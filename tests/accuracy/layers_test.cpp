@@ -140,7 +140,9 @@ TEST(ExtractLayers, AreRefusedOfMethodsWithAFrontAlone) {
   for (const MethodEntry& entry : method_list()) {
     Parameters parameters = with_layers(1);
     parameters.method = entry.method;
-    if (entry.method == Method::fit || entry.method == Method::groups) {
+    const bool layered = entry.method == Method::fit || entry.method == Method::groups;
+    EXPECT_EQ(has_layers(entry.method), layered) << entry.name;
+    if (layered) {
       EXPECT_NO_THROW(check(parameters));
       continue;
     }

@@ -90,7 +90,8 @@ int main() try {
         by_minima[method] =
             extract(device, scene.particles, scene.camera, verify::parameters_of(scene, method));
     device.state().discs = DiscForm::bins;
-    for (const auto& [method, name, what] : method_list()) {
+    for (const MethodEntry& entry : method_list()) {
+      const Method method = entry.method;
       // Groups have the kernels of fit, which is compared at the other width.
       if (slow && method == Method::groups) continue;
       const bool known = slow && width == 1 && method == Method::fit;
@@ -99,16 +100,17 @@ int main() try {
                                               verify::parameters_of(scene, method));
       std::size_t covered = 0;
       for (const float depth : surface.depth) covered += std::isfinite(depth);
-      std::printf("%s, width %d: %zu pixels, %zu triangles\n", name.c_str(), width, covered,
+      std::printf("%s, width %d: %zu pixels, %zu triangles\n", entry.name.c_str(), width, covered,
                   surface.mesh.triangle.size());
       good = good && covered > 0 && !surface.mesh.triangle.empty();
       if (!first.count(method)) first[method] = surface;
       if (!same_bits(first[method], surface)) {
-        std::printf("%s: the result depends on the width or on unwritten memory\n", name.c_str());
+        std::printf("%s: the result depends on the width or on unwritten memory\n",
+                    entry.name.c_str());
         good = false;
       }
       if (by_minima.count(method) && !same_bits(by_minima[method], surface)) {
-        std::printf("%s: the result depends on how discs are drawn\n", name.c_str());
+        std::printf("%s: the result depends on how discs are drawn\n", entry.name.c_str());
         good = false;
       }
     }

@@ -62,8 +62,7 @@ std::vector<int> parse_layers(const std::string& list) {
   }
   if (numbers.empty() || std::ranges::min(numbers) < 0)
     throw usage_error("--layers is " + (list.empty() ? "empty" : list) +
-                      ", must be numbers from 0 to " + std::to_string(kMostLayers) +
-                      ", e.g. 0,2");
+                      ", must be numbers from 0 to " + std::to_string(kMostLayers) + ", e.g. 0,2");
   return numbers;
 }
 
@@ -111,10 +110,10 @@ void run_bench_frame(BenchFrameOptions options) {
   const bool to_output = options.json == "-";
   std::unique_ptr<OutputFile> json;  // better now than later
   if (!options.json.empty() && !to_output) json = std::make_unique<OutputFile>(options.json);
-  if (options.methods.empty() && *std::ranges::max_element(options.layers) > 0)
-    options.methods = {Method::fit, Method::groups};  // that have layers
+  const bool layered = *std::ranges::max_element(options.layers) > 0;
   if (options.methods.empty())
-    for (const MethodEntry& entry : method_list()) options.methods.push_back(entry.method);
+    for (const MethodEntry& entry : method_list())
+      if (entry.layers || !layered) options.methods.push_back(entry.method);
 
   std::string why;
   const DeviceInfo device = select_device(options.device, &why);
@@ -134,8 +133,8 @@ void run_bench_frame(BenchFrameOptions options) {
         results.push_back(measure_frame(device, frame, parameters, options.measure));
         const FrameFigures& f = results.back();
         print_line(stderr, printed("%-10s %s, %s particles, %dx%d: %.2f ms", f.method.c_str(),
-                                   f.frame.c_str(), grouped(f.particles).c_str(), f.width,
-                                   f.height, f.median_ms));
+                                   f.frame.c_str(), grouped(f.particles).c_str(), f.width, f.height,
+                                   f.median_ms));
       }
   });
   const int processors = static_cast<int>(std::thread::hardware_concurrency());
@@ -220,7 +219,8 @@ void add_bench_frame_command(CLI::App& bench) {
   command
       .add_option_function<std::string>(
           "--layers", [&o](const std::string& list) { o.layers = parse_layers(list); },
-          "layers along rays that are kept, as for extract, one measurement each, e.g. 0,2 (default "
+          "layers along rays that are kept, as for extract, one measurement each, e.g. 0,2 "
+          "(default "
           "0: the front alone)")
       ->type_name("LIST");
   command.add_flag("--motion", o.motion,

@@ -161,7 +161,7 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
       options.parameters.layers = layers;
     options.asks_for_velocity = options.asks_for_velocity && maps;
     const Method method = options.parameters.method;
-    if (!layered.empty() && method != Method::fit && method != Method::groups)
+    if (!layered.empty() && !has_layers(method))
       throw usage_error(layered + " needs layers, which method " + to_string(method) +
                         " has not: use --method fit or groups");
     check(options.parameters);  // the method may have the front alone
