@@ -22,8 +22,8 @@ Character character_at(std::string_view text, std::size_t at);
 /// "...".
 std::string printable(std::string_view text, std::size_t most);
 
-/// For XML and HTML: what they do not allow (most control characters, what is no UTF-8) becomes
-/// U+FFFD. Markup is left as it is.
+/// For XML, HTML and JSON: what one of them does not allow (most control characters, what is no
+/// UTF-8) becomes U+FFFD. Markup is left as it is.
 std::string well_formed(std::string_view text);
 
 /// For text between tags of XML and HTML and in their attributes: well-formed, without markup.

@@ -19,12 +19,6 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "files are in the machine's order");
 static_assert(sizeof(Vec3) == 3 * sizeof(float));
 
-// A name as JSON takes it: UTF-8.
-std::string as_utf8(const std::string& name) {
-  return nlohmann::json::parse(
-      nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
-}
-
 struct Array {
   std::string name;
   const char* type;  // of VTK
@@ -149,8 +143,9 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
     attributes["NORMAL"] = vectors(mesh.normal);
     if (!mesh.velocity.empty()) attributes["_velocity"] = vectors(mesh.velocity);
     for (const Attribute& attribute : mesh.attributes)
-      attributes[std::string("_").append(as_utf8(free_name(attribute.name, {"velocity"})))] = add(
-          attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR", kVertices);
+      attributes[std::string("_").append(well_formed(free_name(attribute.name, {"velocity"})))] =
+          add(attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR",
+              kVertices);
     Json primitive{{"attributes", attributes}, {"mode", 4}};
     if (!mesh.triangle.empty())
       primitive["indices"] =

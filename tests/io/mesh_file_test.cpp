@@ -161,13 +161,14 @@ TEST(MeshFile, VtpReadsBackWithAllThatItCarries) {
   }
 }
 
-TEST(MeshFile, VtpIsUtf8WhateverNamesAre) {
+TEST(MeshFile, VtpAndGlbAreUtf8WhateverNamesAre) {
   const TemporaryFolder folder;
   Mesh mesh = carrying_mesh();
   mesh.attributes[0].name = "caf\xe9\x01";  // Latin-1, and a control character
   write_mesh(folder / "a.vtp", mesh);
-  const std::string bytes = file_bytes(folder / "a.vtp");
-  EXPECT_NE(bytes.find("Name=\"caf\ufffd\ufffd\""), std::string::npos);
+  EXPECT_THAT(file_bytes(folder / "a.vtp"), HasSubstr("Name=\"caf\ufffd\ufffd\""));
+  write_mesh(folder / "a.glb", mesh);
+  EXPECT_THAT(file_bytes(folder / "a.glb"), HasSubstr("\"_caf\ufffd\ufffd\":"));
 }
 
 TEST(MeshFile, PlyReadsBackWithAllThatItCarries) {
