@@ -68,8 +68,8 @@ struct ScreenMotion {
 
 /// How many there were of what; -1: the method has none of these.
 struct Counts {
-  std::int64_t particles = -1;  // with finite coordinates; of frames that stream: all
-  std::int64_t in_view = -1;
+  std::int64_t particles = -1;        // with finite coordinates; of frames that stream: all
+  std::int64_t in_view = -1;          // where `streamed`: those that the front is made of
   std::int64_t splash = -1;           // particles that no sheet holds
   std::int64_t visible = -1;          // particles that own a share of the image
   std::int64_t triangles = -1;        // between visible particles, on the screen
@@ -79,6 +79,7 @@ struct Counts {
   std::int64_t spray = -1;            // drops of a thinned frame that are too small for its surface
   std::int64_t pixels = -1;           // that show something
   std::int64_t whitewater = -1;       // particles of foam, spray and bubbles, seen or not
+  bool streamed = false;              // extract() was given 2^18 particles or more
   bool operator==(const Counts&) const = default;
 };
 

@@ -61,7 +61,10 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   Parameters of_front = params;
   if (layers_apart) of_front.layers = 0;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, of_front, timings);
-  if (frame.all >= 0) extraction.counts.particles = frame.all;
+  if (frame.all >= 0) {
+    extraction.counts.particles = frame.all;
+    extraction.counts.streamed = true;
+  }
   if (frame.factor > 1) {
     filling.clock.start("spray");
     if (params.image) add_spray(device, frame, extraction);

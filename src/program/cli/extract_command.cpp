@@ -124,13 +124,13 @@ void run_frame(const ExtractOptions& options) {
   say("radius", radius_line(options, particles, surface.particle_radius));
   if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
   say("method", to_string(options.parameters.method));
-  say("found", counts_line(named(surface.counts)));
+  say("found", counts_line(surface.counts));
 
   write_frame(options, surface, working, say, stages);
   if (!options.written_camera.empty()) say("wrote", options.written_camera);
   say("total", printed("%.0f ms", milliseconds_since(start)));
   if (options.timings) {
-    print_timings(stages, named(surface.counts));
+    print_timings(stages, surface.counts);
     print_memory(device.state().memory->peak(), peak_memory());
     if (team.size() > 1) print_ranks(ranks);
   }

@@ -66,7 +66,7 @@ void mesh_one(const ExtractOptions& options) {
   for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, *source, surface.particle_radius));
   if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
-  say("found", counts_line(named(surface.counts)));
+  say("found", counts_line(surface.counts));
   say("mesh", counted(surface.mesh.position.size(), "vert",
                       surface.mesh.position.size() == 1 ? "ex" : "ices") +
                   ", " + counted(surface.mesh.triangle.size(), "triangle"));
@@ -74,7 +74,7 @@ void mesh_one(const ExtractOptions& options) {
   write_frame(options, surface, working, say, stages);
   say("total", printed("%.0f ms", milliseconds_since(start)));
   if (options.timings) {
-    print_timings(stages, named(surface.counts));
+    print_timings(stages, surface.counts);
     print_memory(device.state().memory->peak(), peak_memory());
     if (team.size() > 1) print_ranks(ranks);
   }

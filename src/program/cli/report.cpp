@@ -2,29 +2,26 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "device/stage_clock.hpp"
 #include "frame/process.hpp"
-#include "prepare/fill.hpp"
 
 namespace meniscus::cli {
 
 namespace {
 
-using NamedCounts = std::vector<std::pair<std::string, std::int64_t>>;
-
-// Of a frame that streams "in view" counts no more than what its front is made of.
-NamedCounts shown(NamedCounts counts) {
-  const bool streams =
-      !counts.empty() && counts.front().first == "particles" && counts.front().second >= kStreamed;
-  for (auto& [name, count] : counts)
-    if (streams && name == "in view") name = "used";
-  return counts;
+// The counts by the names that people read.
+std::vector<std::pair<std::string, std::int64_t>> shown(const Counts& counts) {
+  auto all = named(counts);
+  for (auto& [name, count] : all)
+    if (counts.streamed && name == "in view") name = "used";
+  return all;
 }
 
 }  // namespace
 
-std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts) {
+std::string counts_line(const Counts& counts) {
   std::string line;
   for (const auto& [name, count] : shown(counts)) {
     const bool is_plural = name.ends_with('s');  // "1 triangle", but "1 in view"
@@ -34,8 +31,7 @@ std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>&
   return line;
 }
 
-void print_timings(const std::vector<StageTime>& stages,
-                   const std::vector<std::pair<std::string, std::int64_t>>& counts) {
+void print_timings(const std::vector<StageTime>& stages, const Counts& counts) {
   std::vector<StageTime> rows;  // one a stage, though some run several times
   StageTime all{"all stages", 0, 0, {}};
   for (const StageTime& stage : stages) {

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/printed.hpp"
@@ -29,11 +28,10 @@ class Talk {
 };
 
 /// "35,937 particles, 3,125 visible, ...": all counts in one line.
-std::string counts_line(const std::vector<std::pair<std::string, std::int64_t>>& counts);
+std::string counts_line(const Counts& counts);
 
 /// The stages with their times and sums, then the counts, as a table on standard output.
-void print_timings(const std::vector<StageTime>& stages,
-                   const std::vector<std::pair<std::string, std::int64_t>>& counts);
+void print_timings(const std::vector<StageTime>& stages, const Counts& counts);
 
 /// The most that the device's buffers and the program took at a time so far, on standard output.
 void print_memory(std::uint64_t device_bytes, std::uint64_t host_bytes);
