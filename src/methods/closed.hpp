@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "api/pipeline.hpp"
 #include "meniscus/closed.hpp"
+#include "methods/extraction.hpp"
 
 namespace meniscus {
 

@@ -6,9 +6,9 @@
 #include <functional>
 #include <vector>
 
-#include "api/pipeline.hpp"
 #include "base/team.hpp"
 #include "meniscus/closed.hpp"
+#include "methods/extraction.hpp"
 #include "stages/mesh_parts.hpp"
 #include "stages/space_box.hpp"
 

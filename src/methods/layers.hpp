@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "api/pipeline.hpp"
 #include "device/stage_clock.hpp"
+#include "methods/extraction.hpp"
 #include "stages/density.hpp"
 #include "stages/layers.hpp"
 #include "stages/particle_fit.hpp"

@@ -3,11 +3,9 @@
 
 #include <functional>
 
-#include "api/pipeline.hpp"
 #include "device/device.hpp"
+#include "methods/extraction.hpp"
 #include "stages/spheres.hpp"
-#include "stages/splash.hpp"
-#include "stages/triangulate.hpp"
 
 namespace meniscus {
 
@@ -45,11 +43,5 @@ using SphereFilter =
 Extraction run_on_spheres(Device& device, const View& view, const WorldParticles& particles,
                           const Parameters& params, std::vector<StageTime>* timings,
                           double footprint, double z_max, const SphereFilter& filter);
-
-/// How many particles there are and how many of them are in view; with more, how many of them are
-/// where, and the triangles between them.
-Counts count_particles(const WorldParticles& particles, const Projected& projected);
-Counts count_particles(const WorldParticles& particles, const Projected& projected,
-                       const SplashSplit& split, const Visible& visible, const Triangulation& mesh);
 
 }  // namespace meniscus

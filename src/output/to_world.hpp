@@ -1,7 +1,7 @@
 // The way back to world space.
 #pragma once
 
-#include "api/pipeline.hpp"
+#include "methods/extraction.hpp"
 
 namespace meniscus {
 
