@@ -168,44 +168,38 @@ void read_rows(const InputFile& file, Imf::InputFile& image, const Imf::FrameBuf
     }
 }
 
-}  // namespace
+// What OpenEXR says is wrong with the file, as our error.
+template <class Work>
+auto by_openexr(const InputFile& file, const Work& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const std::exception& error) {
+    fail(file, "", std::string("is cut off, damaged or no EXR: ") + error.what());
+  }
+}
 
-Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
-  const InputFile file = read_file(path);
-  check_attributes(file);
-  const auto as_input = [&](const auto& work) {
-    try {
-      work();
-    } catch (const std::exception& error) {
-      fail(file, "", std::string("is cut off, damaged or no EXR: ") + error.what());
-    }
-  };
-  Imf::Header header;
-  as_input([&] {
+Imf::Header header_of(const InputFile& file) {
+  return by_openexr(file, [&] {
     Stream head(file);
     head.seekg(kHeaderAt);
     int version = Imf::EXR_VERSION;
+    Imf::Header header;
     header.readFrom(head, version);
+    return header;
   });
-  Surface surface;
-  surface.camera = camera_of(file, header);
-  check_room(file, header, surface.camera);
-  Stream stream(file);
-  std::optional<Imf::InputFile> image;
-  as_input([&] { image.emplace(stream); });
+}
 
-  surface.particle_radius =
-      attribute<Imf::DoubleAttribute>(file, header, "meniscus.particleRadius").value();
-  if (const auto* disorder = header.findTypedAttribute<Imf::DoubleAttribute>("meniscus.disorder"))
-    surface.disorder = disorder->value();
-  const auto width = static_cast<std::size_t>(surface.camera.width);
-  const std::size_t pixels = width * static_cast<std::size_t>(surface.camera.height);
-  std::vector<std::uint32_t> kind;
-  surface.depth.resize(pixels);
-  // Not all maps need have been asked for.
-  const auto make_if = [&](const char* channel, auto& map) {
-    if (header.channels().findChannel(channel) != nullptr) map.resize(pixels);
+bool has_channel(const Imf::Header& header, const std::string& name) {
+  return header.channels().findChannel(name) != nullptr;
+}
+
+// Makes room for the maps that the file has: not all need have been asked for.
+void make_maps(const Imf::Header& header, std::size_t pixels, Surface& surface,
+               std::vector<std::uint32_t>& kind) {
+  const auto make_if = [&](const std::string& channel, auto& map) {
+    if (has_channel(header, channel)) map.resize(pixels);
   };
+  surface.depth.resize(pixels);
   make_if("N.X", surface.normal);
   make_if("P.X", surface.position);
   make_if("id", surface.group);
@@ -214,7 +208,7 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
   make_if("residual", surface.residual);
   make_if("V.X", surface.velocity);
   make_if("forward.u", surface.forward.pixels);
-  if (header.channels().findChannel("Z.back") != nullptr) {
+  if (has_channel(header, "Z.back")) {
     Layers& layers = surface.layers;
     layers.most = 1;
     layers.count.resize(pixels);
@@ -222,25 +216,28 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
     layers.exit.resize(pixels);
     layers.back_normal.resize(pixels);
   }
-
   for (const WhitewaterType type : kWhitewaterTypes) {
     const std::string name = to_string(type);
-    if (header.channels().findChannel(name + ".coverage") == nullptr) continue;
+    if (!has_channel(header, name + ".coverage")) continue;
     WhitewaterMaps& maps = surface.whitewater.emplace_back(WhitewaterMaps{.type = type});
     for (std::vector<float>* map : {&maps.coverage, &maps.density, &maps.depth})
       map->resize(pixels);
-    make_if((name + ".V.X").c_str(), maps.velocity);
-    make_if((name + ".behind").c_str(), maps.behind);
+    make_if(name + ".V.X", maps.velocity);
+    make_if(name + ".behind", maps.behind);
   }
-
   if (const auto* names = header.findTypedAttribute<Imf::StringAttribute>("meniscus.attributes")) {
     std::istringstream lines(names->value());
     for (std::string name; std::getline(lines, name);)
-      if (header.channels().findChannel(channel_of(name)) != nullptr)
+      if (has_channel(header, channel_of(name)))
         surface.attributes.push_back({name, std::vector<float>(pixels)});
   }
+}
 
+// Where OpenEXR is to put the pixels of all maps.
+Imf::FrameBuffer frame_of(const InputFile& file, const Imf::Header& header, Surface& surface,
+                          std::vector<std::uint32_t>& kind) {
   Imf::FrameBuffer frame;
+  const auto width = static_cast<std::size_t>(surface.camera.width);
   const auto slice = [&](const char* name, Imf::PixelType type, auto* first, std::size_t stride) {
     const Imf::Channel* channel = header.channels().findChannel(name);
     const bool half = channel != nullptr && type == Imf::FLOAT && channel->type == Imf::HALF;
@@ -252,23 +249,57 @@ Surface read_exr(const std::string& path, std::map<std::string, std::string>* at
                " in all pixels, wanted an EXR of Meniscus");
     frame.insert(name, Imf::Slice(type, reinterpret_cast<char*>(first), stride, stride * width));
   };
-  if (!surface.forward.pixels.empty())
-    surface.forward.frames_per_second =
-        attribute<Imf::RationalAttribute>(file, header, "framesPerSecond").value();
   for_each_channel(surface, kind, slice);
-  read_rows(file, *image, frame, surface.camera.height);
+  return frame;
+}
 
+void take_kinds(const InputFile& file, const std::vector<std::uint32_t>& kind, Surface& surface) {
+  const auto width = static_cast<std::size_t>(surface.camera.width);
   for (std::size_t k = 0; k < kind.size(); ++k) {
     if (kind[k] > static_cast<std::uint32_t>(Kind::splash))
       fail(file, "row " + std::to_string(k / width) + ", column " + std::to_string(k % width),
            "kind is " + std::to_string(kind[k]) + ", wanted 0, 1 or 2");
     surface.kind[k] = static_cast<Kind>(kind[k]);
   }
+}
+
+std::map<std::string, std::string> texts_of(const Imf::Header& header) {
+  std::map<std::string, std::string> texts;
+  for (auto a = header.begin(); a != header.end(); ++a)
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))
+      texts.emplace(a.name(), text->value());
+  return texts;
+}
+
+}  // namespace
+
+Surface read_exr(const std::string& path, std::map<std::string, std::string>* attributes) {
+  const InputFile file = read_file(path);
+  check_attributes(file);
+  const Imf::Header header = header_of(file);
+  Surface surface;
+  surface.camera = camera_of(file, header);
+  check_room(file, header, surface.camera);
+  Stream stream(file);
+  std::optional<Imf::InputFile> image;
+  by_openexr(file, [&] { image.emplace(stream); });
+
+  surface.particle_radius =
+      attribute<Imf::DoubleAttribute>(file, header, "meniscus.particleRadius").value();
+  if (const auto* disorder = header.findTypedAttribute<Imf::DoubleAttribute>("meniscus.disorder"))
+    surface.disorder = disorder->value();
+  std::vector<std::uint32_t> kind;  // as the file has it
+  make_maps(header,
+            static_cast<std::size_t>(surface.camera.width) *
+                static_cast<std::size_t>(surface.camera.height),
+            surface, kind);
+  if (!surface.forward.pixels.empty())
+    surface.forward.frames_per_second =
+        attribute<Imf::RationalAttribute>(file, header, "framesPerSecond").value();
+  read_rows(file, *image, frame_of(file, header, surface, kind), surface.camera.height);
+  take_kinds(file, kind, surface);
   if (surface.layers.most > 0) surface.layers.entry = surface.depth;
-  if (attributes != nullptr)
-    for (auto a = header.begin(); a != header.end(); ++a)
-      if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))
-        attributes->emplace(a.name(), text->value());
+  if (attributes != nullptr) attributes->merge(texts_of(header));
   return surface;
 }
 

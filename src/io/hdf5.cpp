@@ -399,6 +399,11 @@ std::string folder_of(const std::string& path) {
   return slash == std::string::npos ? "" : path.substr(0, slash);
 }
 
+std::string name_in_folder(const std::string& path) {
+  const std::size_t folder = folder_of(path).size();
+  return path.substr(folder == 0 ? 0 : folder + 1);
+}
+
 // The values of a data set.
 BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader,
                   const Reader::Found& found) {
@@ -414,15 +419,14 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   if (across > kMostAcross) fail(*file, place, "has rows that are too long");
   BagArray array;
   array.rows = data.shape.empty() ? 1 : data.shape[0];
-  array.data = {
-      found.path.substr(folder_of(found.path).empty() ? 0 : folder_of(found.path).size() + 1),
-      static_cast<std::size_t>(across) * data.components,
-      *data.type,
-      data.order,
-      nullptr,
-      0,
-      across * data.element,
-      size_of(*data.type)};
+  array.data = {name_in_folder(found.path),
+                static_cast<std::size_t>(across) * data.components,
+                *data.type,
+                data.order,
+                nullptr,
+                0,
+                across * data.element,
+                size_of(*data.type)};
   std::uint64_t bytes = 0;
   if (__builtin_mul_overflow(array.rows, array.data.stride, &bytes))
     fail(*file, place, "is too large");
@@ -448,6 +452,97 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   return array;
 }
 
+// The data sets of each group.
+using Groups = std::map<std::string, std::vector<const Reader::Found*>>;
+
+Groups groups_of(const Reader& reader) {
+  Groups groups;
+  for (const Reader::Found& found : reader.sets) groups[folder_of(found.path)].push_back(&found);
+  return groups;
+}
+
+bool holds_positions(const std::vector<const Reader::Found*>& sets) {
+  return std::any_of(sets.begin(), sets.end(), [](const Reader::Found* found) {
+    const std::string name = name_in_folder(found->path);
+    const bool of_vectors = found->data.shape.size() == 2 || found->data.components == 3;
+    return of_vectors ? is_position(name) : lower_case(name) == "x";
+  });
+}
+
+// Where nothing is asked for. Of what a simulation holds, the fluid is meant.
+std::vector<std::string> groups_with_positions(const Groups& groups) {
+  std::vector<std::string> candidates, fluid;
+  for (const auto& [group, sets] : groups)
+    if (holds_positions(sets)) candidates.push_back(group);
+  if (candidates.empty() && groups.size() == 1) return {groups.begin()->first};
+  for (const std::string& group : candidates)
+    if (group == "fluid" || group.ends_with("/fluid") || group.ends_with("fluid/arrays"))
+      fluid.push_back(group);
+  return fluid.size() == 1 ? fluid : candidates;
+}
+
+// A group named by --dataset stands for itself, or for what is in it under "arrays", as PySPH has
+// it; the name of a group alone will do where it is the only one.
+std::vector<std::string> groups_named(const Groups& groups, const std::string& name) {
+  std::vector<std::string> candidates;
+  for (const auto& [group, sets] : groups)
+    if (group == name || group == name + "/arrays" || group.ends_with("/" + name) ||
+        group.ends_with("/" + name + "/arrays"))
+      candidates.push_back(group);
+  return candidates;
+}
+
+// Says why none of `candidates`, which are not one, is read.
+[[noreturn]] void refuse(const Bytes& file, const Reader& reader, const Groups& groups,
+                         const std::vector<std::string>& candidates, const std::string& asked) {
+  std::string list;
+  for (const std::string& group : candidates) list += (list.empty() ? "/" : ", /") + group;
+  if (candidates.empty())
+    for (const auto& [group, sets] : groups)
+      if (list.size() < 300) list += (list.empty() ? "/" : ", /") + group;
+  fail(file, "",
+       (candidates.empty()
+            ? (asked.empty() ? "has no group with positions"
+                             : "has no group or data set " + in_quotes(asked))
+            : "holds particles in several groups, say which by " + setting("dataset")) +
+           (list.empty() ? "" : ", it has " + shown(list)) +
+           (reader.unknown.empty() ? "" : "; " + shown(reader.unknown)));
+}
+
+// What is read.
+struct Choice {
+  std::string group;
+  std::string dataset;  // the one of its data sets that was asked for; empty: none was
+};
+
+Choice choose(const Bytes& file, const Reader& reader, const Groups& groups,
+              const std::string& asked) {
+  for (const Reader::Found& found : reader.sets)
+    if (!asked.empty() && found.path == asked) return {folder_of(asked), name_in_folder(asked)};
+  const std::vector<std::string> candidates =
+      asked.empty() ? groups_with_positions(groups) : groups_named(groups, asked);
+  if (candidates.size() != 1) refuse(file, reader, groups, candidates, asked);
+  return {candidates[0], ""};
+}
+
+// The data sets of a group that hold numbers. `flaw` gets why one that is not needed cannot be
+// read.
+std::vector<BagArray> arrays_of(const std::shared_ptr<const Bytes>& file, const Reader& reader,
+                                const std::vector<const Reader::Found*>& sets, std::string& flaw) {
+  std::vector<BagArray> arrays;
+  for (const Reader::Found* found : sets) {
+    const DataSet& data = found->data;
+    if (!data.unknown.empty()) {
+      flaw = shown(found->path) + " " + data.unknown;
+      if (has_use(name_in_folder(found->path))) fail(*file, "", flaw);
+      continue;
+    }
+    if (!data.type || !data.has_space || data.shape.empty()) continue;
+    arrays.push_back(array_of(file, reader, *found));
+  }
+  return arrays;
+}
+
 }  // namespace
 
 Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options) {
@@ -455,73 +550,12 @@ Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& 
   std::string asked = options.dataset;
   while (asked.starts_with("/")) asked.erase(0, 1);
   while (asked.ends_with("/")) asked.pop_back();
-  // Data sets of each group. A group named by --dataset stands for itself, or for what is in it
-  // under "arrays", as PySPH has it; the name of a group alone will do where it is the only one.
-  std::map<std::string, std::vector<const Reader::Found*>> groups;
-  for (const Reader::Found& found : reader.sets) groups[folder_of(found.path)].push_back(&found);
-  std::vector<std::string> candidates;
-  std::string dataset;
-  for (const auto& entry : groups) {
-    const std::string& group = entry.first;
-    const std::vector<const Reader::Found*>& sets = entry.second;
-    const auto is_in = [&](const std::string& wanted) {
-      return group == wanted || group == wanted + "/arrays" || group.ends_with("/" + wanted) ||
-             group.ends_with("/" + wanted + "/arrays");
-    };
-    const bool named = !asked.empty() && is_in(asked);
-    bool holds = false;
-    for (const Reader::Found* found : sets) {
-      const std::string name = found->path.substr(group.empty() ? 0 : group.size() + 1);
-      if (!asked.empty() && found->path == asked) {
-        dataset = name;
-        candidates = {group};
-      }
-      const std::size_t rank = found->data.shape.size();
-      holds |=
-          (rank == 2 || found->data.components == 3) ? is_position(name) : lower_case(name) == "x";
-    }
-    if (!dataset.empty()) break;
-    if (asked.empty() ? holds : named) candidates.push_back(group);
-  }
-  // Of what a simulation holds, the fluid is meant.
-  if (asked.empty() && candidates.size() > 1) {
-    std::vector<std::string> fluid;
-    for (const std::string& group : candidates)
-      if (group == "fluid" || group.ends_with("/fluid") || group.ends_with("fluid/arrays"))
-        fluid.push_back(group);
-    if (fluid.size() == 1) candidates = fluid;
-  }
-  if (candidates.empty() && asked.empty() && groups.size() == 1)
-    candidates.push_back(groups.begin()->first);
-  if (candidates.size() != 1) {
-    std::string list;
-    for (const std::string& group : candidates) list += (list.empty() ? "/" : ", /") + group;
-    if (candidates.empty())
-      for (const auto& [group, sets] : groups)
-        if (list.size() < 300) list += (list.empty() ? "/" : ", /") + group;
-    fail(*file, "",
-         (candidates.empty()
-              ? (asked.empty() ? "has no group with positions"
-                               : "has no group or data set " + in_quotes(asked))
-              : "holds particles in several groups, say which by " + setting("dataset")) +
-             (list.empty() ? "" : ", it has " + shown(list)) +
-             (reader.unknown.empty() ? "" : "; " + shown(reader.unknown)));
-  }
-  std::vector<BagArray> arrays;
+  const Groups groups = groups_of(reader);
+  const Choice choice = choose(*file, reader, groups, asked);
   std::string flaw;
-  for (const Reader::Found* found : groups[candidates[0]]) {
-    const DataSet& data = found->data;
-    if (!data.unknown.empty()) {
-      if (has_use(found->path.substr(candidates[0].empty() ? 0 : candidates[0].size() + 1)))
-        fail(*file, "", shown(found->path) + " " + data.unknown);
-      flaw = shown(found->path) + " " + data.unknown;
-      continue;
-    }
-    if (!data.type || !data.has_space || data.shape.empty()) continue;
-    arrays.push_back(array_of(file, reader, *found));
-  }
+  std::vector<BagArray> arrays = arrays_of(file, reader, groups.at(choice.group), flaw);
   try {
-    return layout_of_bag(*file, std::move(arrays), dataset, options);
+    return layout_of_bag(*file, std::move(arrays), choice.dataset, options);
   } catch (const InputError& error) {
     if (flaw.empty()) throw;
     throw InputError(error.notice.text + "; " + flaw);

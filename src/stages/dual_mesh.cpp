@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "base/parallel.hpp"
 
@@ -269,6 +270,130 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
   mesh.sharp[vertex] = rank > 1;
 }
 
+// The vertices between doubled neighbours, each made when it is first asked for.
+class VerticesBetween {
+ public:
+  VerticesBetween(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh)
+      : grid_(grid), edges_(edges), mesh_(mesh) {}
+
+  /// The vertex in the second edge through a doubled face of `cell`, if `edge` belongs to that one.
+  std::optional<std::uint32_t> at(std::uint32_t cell, int face, int edge, std::int32_t block) {
+    const SurfaceCell& of = mesh_.cells[cell];
+    Values value;
+    values_of(grid_, static_cast<std::size_t>(of.block), of.bit, value);
+    const std::array<int, 4> to = partners(value, face);
+    const auto& around = kTables.edges[face];
+    // The second one is the one without the face's first edge.
+    if (edge == around[0] || edge == around[to[0]]) return std::nullopt;
+    const std::uint64_t key = std::uint64_t{cell} * 6 + static_cast<std::uint64_t>(face);
+    const auto [entry, is_new] =
+        made_.try_emplace(key, static_cast<std::uint32_t>(mesh_.position.size()));
+    if (!is_new) return entry->second;
+    Vec3d middle, normal;
+    for (int q = 1; q < 4; ++q) {
+      if (q == to[0]) continue;
+      const std::uint32_t e = crossing_of(grid_, edges_, of, around[q]);
+      middle += edges_.position[e] * 0.5;
+      normal += edges_.normal[e];
+    }
+    mesh_.position.push_back(middle);
+    mesh_.normal.push_back(normalized(normal));
+    mesh_.sharp.push_back(0);
+    mesh_.between.push_back({cell, face / 2, block});
+    return entry->second;
+  }
+
+ private:
+  const SpaceGrid& grid_;
+  const CrossedEdges& edges_;
+  DualMesh& mesh_;
+  std::map<std::uint64_t, std::uint32_t> made_;  // by cell and face
+};
+
+// The corner at the lower end of a crossed edge, from its block's first one.
+std::array<int, 3> lower_end(const CrossedEdges& edges, std::size_t e) {
+  return {edges.bit[e] & 3, edges.bit[e] >> 2 & 3, edges.bit[e] >> 4};
+}
+
+bool begins_in(const CornerBox& box, const SpaceGrid& grid, const CrossedEdges& edges,
+               std::size_t e) {
+  const std::array<int, 3> at = lower_end(edges, e);
+  const std::array<std::int32_t, 3>& of = grid.blocks[static_cast<std::size_t>(edges.block[e])].at;
+  return box.holds(std::int64_t{kBlockSide} * of[0] + at[0],
+                   std::int64_t{kBlockSide} * of[1] + at[1],
+                   std::int64_t{kBlockSide} * of[2] + at[2]);
+}
+
+// The vertices around a crossed edge.
+struct Ring {
+  std::array<std::uint32_t, 8> vertex;
+  std::size_t count = 0;
+  int first_between = -1;  // the first one between doubled neighbours; -1: there is none
+};
+
+// Counter-clockwise, seen from the edge's upper end.
+Ring ring_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
+                 const DualMesh& mesh, VerticesBetween& between) {
+  const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
+  const std::array<int, 3> at = lower_end(edges, e);
+  // The cells around the edge: how far each lies back along b and c, which is where the edge lies
+  // in it.
+  constexpr std::array<std::array<int, 2>, 4> kAround{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  std::array<std::uint32_t, 4> cell;
+  std::array<int, 4> edge;
+  for (std::size_t q = 0; q < 4; ++q) {
+    std::array<int, 3> corner = at;
+    corner[b] -= kAround[q][0];
+    corner[c] -= kAround[q][1];
+    cell[q] = cell_at(mesh, corner_at(grid, static_cast<std::size_t>(edges.block[e]), corner[0],
+                                      corner[1], corner[2]));
+    edge[q] = edge_of(axis, kAround[q][0], kAround[q][1]);
+  }
+  Ring ring;
+  for (std::size_t q = 0; q < 4; ++q) {
+    const SurfaceCell& own = mesh.cells[cell[q]];
+    ring.vertex[ring.count++] = own.first + (own.piece >> 2 * edge[q] & 3);
+    // To the next cell across a face along b (q even) or c: from whose low side?
+    const std::size_t to = (q + 1) % 4;
+    const int across = q % 2 == 0 ? b : c;
+    const std::size_t coordinate = q % 2 == 0 ? 0 : 1;
+    const bool from_low = kAround[q][coordinate] == 0;
+    const int face = 2 * across + (from_low ? 0 : 1), opposite = face ^ 1;
+    if ((own.doubled >> face & 1) == 0 || (mesh.cells[cell[to]].doubled >> opposite & 1) == 0)
+      continue;
+    // Named by the cell of which it is the low face.
+    const std::size_t owner = from_low ? q : to;
+    const auto vertex = between.at(cell[owner], 2 * across, edge[owner], edges.block[e]);
+    if (!vertex) continue;
+    if (ring.first_between < 0) ring.first_between = static_cast<int>(ring.count);
+    ring.vertex[ring.count++] = *vertex;
+  }
+  return ring;
+}
+
+void turn_round(Ring& ring) {
+  std::reverse(ring.vertex.begin(), ring.vertex.begin() + static_cast<std::ptrdiff_t>(ring.count));
+  if (ring.first_between >= 0)
+    ring.first_between = static_cast<int>(ring.count) - 1 - ring.first_between;
+}
+
+// The vertex that all triangles of a ring have: one between doubled neighbours, else the one on the
+// better diagonal of the four.
+std::size_t middle_of_fan(const Ring& ring, const DualMesh& mesh, const Vec3d& crossing,
+                          const Vec3d& normal, double cell) {
+  if (ring.first_between >= 0) return static_cast<std::size_t>(ring.first_between);
+  // How far a diagonal's middle is from the surface, and how far its triangles turn back.
+  const auto badness = [&](std::size_t k) {
+    const auto at = [&](std::size_t q) { return mesh.position[ring.vertex[(k + q) % 4]]; };
+    const std::array<Vec3d, 4> p{at(0), at(1), at(2), at(3)};
+    const Vec3d one = cross(p[1] - p[0], p[2] - p[0]), two = cross(p[2] - p[0], p[3] - p[0]);
+    const double turned = std::max(0.0, -dot(normal, one)) + std::max(0.0, -dot(normal, two));
+    return std::abs(dot(normal, (p[0] + p[2]) * 0.5 - crossing)) + 0.02 * length(p[2] - p[0]) +
+           4 * turned / cell;
+  };
+  return badness(1) < badness(0) ? 1 : 0;
+}
+
 }  // namespace
 
 DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing) {
@@ -339,106 +464,22 @@ void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh&
 
 void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh,
                    const CornerBox& within) {
-  std::map<std::uint64_t, std::uint32_t> between;  // vertices between doubled neighbours
+  VerticesBetween between(grid, edges, mesh);
   mesh.triangle.reserve(2 * edges.size());
   mesh.triangles_of.assign(grid.blocks.size(), 0);
-  // The vertex in the second edge through a doubled face of `cell`, if `edge` belongs to that one.
-  const auto vertex_between = [&](std::uint32_t cell, int face, int edge, std::int32_t block,
-                                  std::uint32_t& vertex) {
-    const SurfaceCell& of = mesh.cells[cell];
-    Values value;
-    values_of(grid, static_cast<std::size_t>(of.block), of.bit, value);
-    const std::array<int, 4> to = partners(value, face);
-    const auto& around = kTables.edges[face];
-    // The second one is the one without the face's first edge.
-    if (edge == around[0] || edge == around[to[0]]) return false;
-    const std::uint64_t key = std::uint64_t{cell} * 6 + static_cast<std::uint64_t>(face);
-    const auto [entry, is_new] =
-        between.try_emplace(key, static_cast<std::uint32_t>(mesh.position.size()));
-    vertex = entry->second;
-    if (!is_new) return true;
-    Vec3d middle, normal;
-    for (int q = 1; q < 4; ++q) {
-      if (q == to[0]) continue;
-      const std::uint32_t e = crossing_of(grid, edges, of, around[q]);
-      middle += edges.position[e] * 0.5;
-      normal += edges.normal[e];
-    }
-    mesh.position.push_back(middle);
-    mesh.normal.push_back(normalized(normal));
-    mesh.sharp.push_back(0);
-    mesh.between.push_back({cell, face / 2, block});
-    return true;
-  };
-
   for (std::size_t e = 0; e < edges.size(); ++e) {
-    const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const std::size_t block = static_cast<std::size_t>(edges.block[e]);
-    const int at[3] = {edges.bit[e] & 3, edges.bit[e] >> 2 & 3, edges.bit[e] >> 4};
-    const std::array<std::int32_t, 3>& of = grid.blocks[block].at;
-    if (!within.holds(std::int64_t{kBlockSide} * of[0] + at[0],
-                      std::int64_t{kBlockSide} * of[1] + at[1],
-                      std::int64_t{kBlockSide} * of[2] + at[2]))
-      continue;
-    // The cells around the edge, counter-clockwise seen from its upper end: how far each lies back
-    // along b and c, which is where the edge lies in it.
-    constexpr std::array<std::array<int, 2>, 4> kAround{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-    std::array<std::uint32_t, 4> cell;
-    std::array<int, 4> edge;
-    std::array<std::uint32_t, 8> ring;
-    std::size_t count = 0;
-    int first_between = -1;
-    for (std::size_t q = 0; q < 4; ++q) {
-      int corner[3] = {at[0], at[1], at[2]};
-      corner[b] -= kAround[q][0];
-      corner[c] -= kAround[q][1];
-      cell[q] = cell_at(mesh, corner_at(grid, block, corner[0], corner[1], corner[2]));
-      edge[q] = edge_of(axis, kAround[q][0], kAround[q][1]);
-    }
-    for (std::size_t q = 0; q < 4; ++q) {
-      const SurfaceCell& own = mesh.cells[cell[q]];
-      ring[count++] = own.first + (own.piece >> 2 * edge[q] & 3);
-      // To the next cell across a face along b (q even) or c: from whose low side?
-      const std::size_t to = (q + 1) % 4;
-      const int across = q % 2 == 0 ? b : c;
-      const std::size_t coordinate = q % 2 == 0 ? 0 : 1;
-      const bool from_low = kAround[q][coordinate] == 0;
-      const int face = 2 * across + (from_low ? 0 : 1), opposite = face ^ 1;
-      if ((own.doubled >> face & 1) == 0 || (mesh.cells[cell[to]].doubled >> opposite & 1) == 0)
-        continue;
-      // Named by the cell of which it is the low face.
-      const std::size_t owner = from_low ? q : to;
-      std::uint32_t vertex = 0;
-      if (!vertex_between(cell[owner], 2 * across, edge[owner], edges.block[e], vertex)) continue;
-      if (first_between < 0) first_between = static_cast<int>(count);
-      ring[count++] = vertex;
-    }
-    const Vec3d& normal = edges.normal[e];
-    const Corner low{edges.block[e], edges.bit[e]};
-    const bool outward_up = inside(grid.blocks[block].value[static_cast<std::size_t>(low.bit)]);
-    if (!outward_up) {
-      std::reverse(ring.begin(), ring.begin() + static_cast<std::ptrdiff_t>(count));
-      if (first_between >= 0) first_between = static_cast<int>(count) - 1 - first_between;
-    }
-    std::size_t from = 0;
-    if (first_between >= 0) {
-      from = static_cast<std::size_t>(first_between);
-    } else {
-      // How far a diagonal's middle is from the surface, and how far its triangles turn back.
-      const auto badness = [&](std::size_t k) {
-        const std::array<Vec3d, 4> p{mesh.position[ring[k]], mesh.position[ring[(k + 1) % 4]],
-                                     mesh.position[ring[(k + 2) % 4]],
-                                     mesh.position[ring[(k + 3) % 4]]};
-        const Vec3d one = cross(p[1] - p[0], p[2] - p[0]), two = cross(p[2] - p[0], p[3] - p[0]);
-        const double turned = std::max(0.0, -dot(normal, one)) + std::max(0.0, -dot(normal, two));
-        return std::abs(dot(normal, (p[0] + p[2]) * 0.5 - edges.position[e])) +
-               0.02 * length(p[2] - p[0]) + 4 * turned / grid.cell;
-      };
-      from = badness(1) < badness(0) ? 1 : 0;
-    }
-    for (std::size_t k = 1; k + 1 < count; ++k)
-      mesh.triangle.push_back({ring[from], ring[(from + k) % count], ring[(from + k + 1) % count]});
-    mesh.triangles_of[block] += static_cast<std::uint32_t>(count) - 2;
+    if (!begins_in(within, grid, edges, e)) continue;
+    Ring ring = ring_around(grid, edges, e, mesh, between);
+    const CornerBlock& block = grid.blocks[static_cast<std::size_t>(edges.block[e])];
+    const bool outward_up = inside(block.value[static_cast<std::size_t>(edges.bit[e])]);
+    if (!outward_up) turn_round(ring);
+    const std::size_t from =
+        middle_of_fan(ring, mesh, edges.position[e], edges.normal[e], grid.cell);
+    for (std::size_t k = 1; k + 1 < ring.count; ++k)
+      mesh.triangle.push_back({ring.vertex[from], ring.vertex[(from + k) % ring.count],
+                               ring.vertex[(from + k + 1) % ring.count]});
+    mesh.triangles_of[static_cast<std::size_t>(edges.block[e])] +=
+        static_cast<std::uint32_t>(ring.count) - 2;
   }
 }
 
