@@ -14,4 +14,14 @@ std::string words_of(const Notice& notice);
 /// The line of an error, of the library or not.
 std::string words_of(const std::exception& error);
 
+/// What `work` returns, with the file's name before what it finds wrong with the particles in it.
+template <class Work>
+auto naming(const std::string& file, const Work& work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const InputError& error) {
+    throw InputError(file + ": " + words_of(error));
+  }
+}
+
 }  // namespace meniscus

@@ -259,23 +259,13 @@ class Batch {
     record.hash = hex_digits(content_hash(frame.surface));
   }
 
-  // What `work` says is wrong with the frame's particles, with their file's name.
-  template <class Work>
-  static Surface with_name(const Frame& frame, const Work& work) {
-    try {
-      return work();
-    } catch (const InputError& error) {
-      throw InputError(frame.job->input + ": " + words_of(error));
-    }
-  }
-
   // The surface of a frame, made on a device; after it had no memory, with as little as can be.
   Surface extract_on(Device& device, Frame& frame, std::vector<StageTime>& stages,
                      const OutOfDeviceMemory* no_memory = nullptr) const {
     stages.clear();  // of an attempt before
     std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
     frame.record.device = device.info().name;
-    Surface surface = with_name(frame, [&] {
+    Surface surface = naming(frame.job->input, [&] {
       if (settings_.closed)
         return extract_closed(device, *frame.particles, *settings_.closed, frame.parameters, times);
       if (no_memory)

@@ -30,18 +30,18 @@
 namespace meniscus::cli {
 namespace {
 
-/// extract(), with the file's name before what it finds wrong with the particles.
+// extract(); after the device had no memory, with as little as can be.
 Surface extract_from(const ExtractOptions& options, Device& device, const ParticleSource& particles,
                      const Camera& camera, std::vector<StageTime>& stages) {
-  try {
-    return extract(device, particles, camera, options.parameters, &stages, options.memory);
-  } catch (const OutOfDeviceMemory& error) {
-    if (launched_team().size() > 1) throw;  // the others go on without this process
-    return extract_sparingly(device, particles, camera, options.parameters, &stages, options.memory,
-                             error);
-  } catch (const InputError& error) {
-    throw InputError(options.input + ": " + words_of(error));
-  }
+  return naming(options.input, [&] {
+    try {
+      return extract(device, particles, camera, options.parameters, &stages, options.memory);
+    } catch (const OutOfDeviceMemory& error) {
+      if (launched_team().size() > 1) throw;  // the others go on without this process
+      return extract_sparingly(device, particles, camera, options.parameters, &stages,
+                               options.memory, error);
+    }
+  });
 }
 
 // All files of particles that are read.

@@ -50,12 +50,9 @@ void mesh_one(const ExtractOptions& options) {
   say_particles(say, options, *source);
   if (team.leads()) say_device(say, options, info, why);
   working.phase("meshing " + options.input);
-  Surface surface;
-  try {
-    surface = extract_closed(device, *source, *options.closed, options.parameters, &stages);
-  } catch (const InputError& error) {
-    throw InputError(options.input + ": " + words_of(error));
-  }
+  const Surface surface = naming(options.input, [&] {
+    return extract_closed(device, *source, *options.closed, options.parameters, &stages);
+  });
   working.built();
   working.phase("");
   std::vector<RankReport> ranks;

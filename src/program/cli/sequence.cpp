@@ -196,11 +196,8 @@ std::unique_ptr<CameraTrack> settle_for_all(const Plan& plan, const ExtractOptio
                                                      : particles->particle_radius();
   } else if (!particles->has_radius()) {
     std::vector<Notice> notices;
-    try {
-      settings.parameters.particle_radius = choose_radius(*particles, options.parameters, notices);
-    } catch (const InputError& error) {
-      throw InputError(path + ": " + words_of(error));
-    }
+    settings.parameters.particle_radius =
+        naming(path, [&] { return choose_radius(*particles, options.parameters, notices); });
     for (const Notice& notice : notices) warn(path + ", for all frames: " + words_of(notice));
   }
   return cameras;
