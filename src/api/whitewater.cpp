@@ -27,11 +27,6 @@ constexpr std::array kTypes{std::pair{WhitewaterType::foam, "foam"},
 constexpr double kShareOfWater = 0.25;  // the radius where nobody states one, of the water's
 
 constexpr std::size_t kBytesPerParticle = 28;  // position, radius and velocity
-constexpr std::size_t kLeastChunk = 64, kMostChunk = std::size_t{1} << 20;
-
-std::size_t chunk_of(std::size_t memory) {
-  return std::clamp(memory / kBytesPerParticle / 64 * 64, kLeastChunk, kMostChunk);
-}
 
 std::string name_of(const WhitewaterSource& source) {
   return source.name.empty() ? to_string(source.type) : source.name;
@@ -196,7 +191,7 @@ WhitewaterMaps draw_type(Device& device, const View& view, const WhitewaterSourc
     exit.assign(surface.layers.exit.begin(),
                 surface.layers.exit.begin() + static_cast<std::ptrdiff_t>(surface.depth.size()));
   const std::size_t chunk = std::min(
-      chunk_of(memory),
+      chunk_within(memory, kBytesPerParticle),
       std::max<std::size_t>(64, static_cast<std::size_t>(source.particles->size() + 63) / 64 * 64));
   Drawing drawing(device, view, source, params, chunk);
   const WhitewaterSums sums = no_whitewater(device, view, drawing.moves(), bubbles);

@@ -38,7 +38,7 @@ double rough_radius(const Survey& survey) {
 
 // All particles in cubes around some of the sample.
 Particles some_places(const ParticleSource& source, const Survey& survey, double side) {
-  constexpr std::size_t kPlaces = 8, kChunk = std::size_t{1} << 20;
+  constexpr std::size_t kPlaces = 8;
   std::vector<std::array<float, 3>> sample = survey.sample;
   std::sort(sample.begin(), sample.end());
   std::vector<std::array<float, 3>> centres;
@@ -46,7 +46,7 @@ Particles some_places(const ParticleSource& source, const Survey& survey, double
     centres.push_back(sample[(2 * k + 1) * sample.size() / (2 * kPlaces)]);
   const auto half = static_cast<float>(side / 2);
   Particles found;
-  for_each_chunk(source, kChunk, {}, [&](const ParticleChunk& chunk) {
+  for_each_chunk(source, kMostChunk, {}, [&](const ParticleChunk& chunk) {
     for (std::size_t i = 0; i < chunk.count; ++i) {
       const auto is_near = [&](const std::array<float, 3>& centre) {
         return std::abs(chunk.x[i] - centre[0]) < half && std::abs(chunk.y[i] - centre[1]) < half &&

@@ -16,7 +16,6 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kBytesPerParticle = 16;  // x, y, z and a place in the list
-constexpr std::size_t kLeastChunk = 64, kMostChunk = std::size_t{1} << 20;
 
 records::FrontCells cells_of(const FrontMap& map) {
   return {map.nx,    map.ny,      static_cast<float>(1 / map.cell), static_cast<float>(map.border),
@@ -164,7 +163,7 @@ std::size_t map_size(const View& view, double cell, double border) {
 }
 
 std::size_t chunk_size(std::size_t memory, std::size_t map_bytes) {
-  const std::size_t least = map_bytes + kLeastChunk * kBytesPerParticle;
+  const std::size_t least = map_bytes + chunk_within(0, kBytesPerParticle) * kBytesPerParticle;
   if (memory < least)
     throw InvalidArgument(Notice{.code = Code::memory_too_small,
                                  .text = setting("memory") + " is " + std::to_string(memory) +
@@ -173,8 +172,7 @@ std::size_t chunk_size(std::size_t memory, std::size_t map_bytes) {
                                  .subject = "memory",
                                  .found = static_cast<double>(memory),
                                  .wanted = static_cast<double>(least)});
-  const std::size_t chunk = (memory - map_bytes) / kBytesPerParticle / 64 * 64;
-  return std::clamp(chunk, kLeastChunk, kMostChunk);
+  return chunk_within(memory - map_bytes, kBytesPerParticle);
 }
 
 FrontMap empty_map(Device& device, const View& view, double margin) {

@@ -14,10 +14,9 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kChunk = std::size_t{1} << 20;  // particles
-constexpr std::size_t kPart = std::size_t{1} << 15;   // particles that are worth a thread
-constexpr std::size_t kRun = 1024;                    // particles that are looked at together
-constexpr std::size_t kFew = 64;                      // of which hardly one is of a large sample
+constexpr std::size_t kPart = std::size_t{1} << 15;  // particles that are worth a thread
+constexpr std::size_t kRun = 1024;                   // particles that are looked at together
+constexpr std::size_t kFew = 64;                     // of which hardly one is of a large sample
 constexpr std::int64_t kNoParticle = std::numeric_limits<std::int64_t>::max();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -180,6 +179,11 @@ RunsFound look_at(const ParticleChunk& chunk, std::size_t first, std::size_t las
 
 }  // namespace
 
+std::size_t chunk_within(std::size_t memory, std::size_t bytes_per_particle) {
+  constexpr std::size_t kGroup = 64;  // work-items
+  return std::clamp(memory / bytes_per_particle / kGroup * kGroup, kGroup, kMostChunk);
+}
+
 void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
                     const std::function<void(ParticleChunk&)>& work) {
   const bool radius = also.radius && source.has_radius();
@@ -259,7 +263,7 @@ Survey survey_particles(const ParticleSource& source) {
     for (std::size_t i = 0; i < chunk.count; ++i)
       if (finite(chunk.x[i], chunk.y[i], chunk.z[i])) middle.add(chunk.radius[i]);
   };
-  for_each_chunk(source, kChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
+  for_each_chunk(source, kMostChunk, {.radius = true}, [&](const ParticleChunk& chunk) {
     std::vector<RunsFound> parts((chunk.count + kPart - 1) / kPart);
     parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k)
@@ -292,7 +296,7 @@ Survey survey_particles(const ParticleSource& source) {
     survey.least_radius = found.least_radius;
     survey.largest_radius = found.largest_radius;
     middle.narrow(team, survey.finite);
-    for_each_chunk(source, kChunk, {.radius = true}, add_radii);
+    for_each_chunk(source, kMostChunk, {.radius = true}, add_radii);
     survey.middle_radius = middle.value(team);
   }
   return survey;

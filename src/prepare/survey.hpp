@@ -30,6 +30,13 @@ struct ChunkValues {
   bool radius = false, velocity = false, attributes = false;
 };
 
+/// Particles of a chunk, at most: so many that what is done once for each chunk takes no time.
+inline constexpr std::size_t kMostChunk = std::size_t{1} << 20;
+
+/// How many particles a chunk has whose buffers take so many bytes for each: as many as fit into
+/// `memory` bytes of the device, in whole work-groups of 64; one of these at least.
+std::size_t chunk_within(std::size_t memory, std::size_t bytes_per_particle);
+
 /// Calls work(chunk) for all particles of this process's share, at most `size` at a time, in order;
 /// the next chunk is read by another thread meanwhile. `work` may keep the chunk by swapping it for
 /// another one, whose memory is then used again. Throws what reading or `work` throws.
