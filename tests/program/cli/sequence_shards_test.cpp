@@ -1,0 +1,72 @@
+// Sequences that are shared out: shards, tasks of Slurm arrays, and several devices.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "program/cli/sequence_frames.hpp"
+
+namespace meniscus::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST_F(Sequence, ShardsTogetherAreTheWhole) {
+  write_sequence(5);
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  const auto whole = outputs();
+  for (const auto& [file, bytes] : whole) fs::remove(path(file));
+  ASSERT_EQ(run(words({"-q", "--shard", "1/2"})).exit_code, 0);
+  EXPECT_EQ(outputs().size(), 9u);
+  const Conditions task{{{"SLURM_ARRAY_TASK_ID", "7"},
+                         {"SLURM_ARRAY_TASK_COUNT", "2"},
+                         {"SLURM_ARRAY_TASK_MIN", "6"}}};
+  const Outcome second = run(words(), task);
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_THAT(second.err, HasSubstr("2 of 2 of 5 frames, from SLURM_ARRAY_TASK_ID"));
+  Conditions sparse = task;
+  sparse.environment[0].second = "9";
+  expect_error(run(words(), sparse), 2, {"SLURM_ARRAY_TASK_ID is 9", "gaps", "--shard k/N"});
+  EXPECT_EQ(outputs(), whole);
+}
+
+TEST_F(Sequence, FramesInATaskOfAnArrayAreSplitOnlyWhereThatIsSaid) {
+  write_sequence(4);
+  const Conditions task{{{"SLURM_ARRAY_TASK_ID", "2"},
+                         {"SLURM_ARRAY_TASK_COUNT", "4"},
+                         {"SLURM_ARRAY_TASK_MIN", "0"}}};
+  expect_error(run(words({"--frames", "2"}), task), 2,
+               {"--frames 2 in task 2", "--shard 1/1", "--shard slurm"});
+  EXPECT_THAT(outputs(), IsEmpty());
+  ASSERT_EQ(run(words({"--frames", "2", "--shard", "1/1"}), task).exit_code, 0);
+  EXPECT_TRUE(exists("o.0002.exr"));
+  EXPECT_EQ(outputs().size(), 3u);
+  ASSERT_EQ(run(words({"--frames", "1-3", "--shard", "slurm"}), task).exit_code, 0);
+  EXPECT_TRUE(exists("o.0003.exr"));  // the third of them
+  EXPECT_EQ(outputs().size(), 6u);
+  expect_error(run(words({"--shard", "slurm"}),
+                   {{{"SLURM_ARRAY_TASK_ID", ""}, {"SLURM_ARRAY_TASK_COUNT", ""}}}),
+               2, {"--shard slurm: SLURM_ARRAY_TASK_ID"});
+}
+
+TEST_F(Sequence, TwoDevicesGiveTheSameBytes) {
+  write_sequence(5);
+  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  const auto one = outputs();
+  for (const auto& [file, bytes] : one) fs::remove(path(file));
+  const Conditions two{{{"POCL_DEVICES", "pthread pthread"}}};
+  // PoCL 3.1 may abort when two of its devices build the same kernel at once for the first time
+  // (docs/portability.md), so that each has built all by itself before.
+  for (const char* device : {"0", "1"}) {
+    ASSERT_EQ(run(words({"-q", "--device", device, "--in-flight", "1"}), two).exit_code, 0);
+    EXPECT_EQ(outputs(), one);
+    for (const auto& [file, bytes] : one) fs::remove(path(file));
+  }
+  const Outcome outcome = run(words({"--device", "all", "--log", "log.jsonl"}), two);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outputs(), one);
+}
+
+}  // namespace
+}  // namespace meniscus::test
