@@ -36,19 +36,10 @@ FrameInput file_frame(const std::string& path, double particle_radius) {
 FrameInput synthetic_frame(std::int64_t particles, int width, int height) {
   const DamBreak dam(particles, 1);
   FrameInput frame;
-  Particles& p = frame.particles;
-  p.particle_radius = dam.particle_radius();
-  for (auto* values : {&p.x, &p.y, &p.z}) values->reserve(static_cast<std::size_t>(dam.size()));
-  dam.emit([&](std::span<const float> block) {
-    for (std::size_t k = 0; k < block.size(); k += 3) {
-      p.x.push_back(block[k]);
-      p.y.push_back(block[k + 1]);
-      p.z.push_back(block[k + 2]);
-    }
-  });
+  frame.particles = dam.particles();
   frame.name = "synthetic";
   frame.count = dam.size();
-  frame.camera = frame_particles(p, width, height);
+  frame.camera = frame_particles(frame.particles, width, height);
   return frame;
 }
 

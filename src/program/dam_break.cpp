@@ -274,4 +274,19 @@ void DamBreak::emit(const std::function<void(std::span<const float>)>& take) con
   if (!block.empty()) take(block);
 }
 
+Particles DamBreak::particles() const {
+  Particles particles;
+  particles.particle_radius = particle_radius();
+  for (std::vector<float>* axis : {&particles.x, &particles.y, &particles.z})
+    axis->reserve(static_cast<std::size_t>(size_));
+  emit([&](std::span<const float> block) {
+    for (std::size_t k = 0; k < block.size(); k += 3) {
+      particles.x.push_back(block[k]);
+      particles.y.push_back(block[k + 1]);
+      particles.z.push_back(block[k + 2]);
+    }
+  });
+  return particles;
+}
+
 }  // namespace meniscus

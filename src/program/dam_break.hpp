@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "meniscus/types.hpp"
+
 namespace meniscus {
 
 /// A column of water that has collapsed in a tank of 3 x 1.5 units (x, z; y is up): waves, a tongue
@@ -46,6 +48,8 @@ class DamBreak {
   /// Hands out all particles in order, x y z of at most kBlock at a time, and keeps none.
   static constexpr std::size_t kBlock = std::size_t{1} << 14;
   void emit(const std::function<void(std::span<const float>)>& take) const;
+  /// All of them in memory, in order, with the dam's particle radius.
+  Particles particles() const;
 
  private:
   struct Wave {

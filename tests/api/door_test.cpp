@@ -8,7 +8,6 @@
 #include <map>
 #include <memory>
 #include <set>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -24,16 +23,7 @@ namespace meniscus {
 namespace {
 
 Particles small_dam() {
-  const DamBreak dam(6000, 1);
-  Particles particles;
-  particles.particle_radius = dam.particle_radius();
-  dam.emit([&](std::span<const float> block) {
-    for (std::size_t k = 0; k < block.size(); k += 3) {
-      particles.x.push_back(block[k]);
-      particles.y.push_back(block[k + 1]);
-      particles.z.push_back(block[k + 2]);
-    }
-  });
+  Particles particles = DamBreak(6000, 1).particles();
   for (std::vector<float>* v : {&particles.vx, &particles.vy, &particles.vz})
     v->assign(particles.size(), 1);
   particles.radius.assign(particles.size(), static_cast<float>(particles.particle_radius));

@@ -27,19 +27,13 @@ const Vec3d kSpin{0.5, -2, 1};
 Vec3d moves_at(const Vec3d& p) { return cross(kSpin, p) + Vec3d{3, 0, -1}; }
 
 Particles dam_particles(const DamBreak& dam) {
-  Particles particles;
-  particles.particle_radius = dam.particle_radius();
-  dam.emit([&](std::span<const float> block) {
-    for (std::size_t k = 0; k < block.size(); k += 3) {
-      particles.x.push_back(block[k]);
-      particles.y.push_back(block[k + 1]);
-      particles.z.push_back(block[k + 2]);
-      const Vec3 v = static_cast<Vec3>(moves_at({block[k], block[k + 1], block[k + 2]}));
-      particles.vx.push_back(v.x);
-      particles.vy.push_back(v.y);
-      particles.vz.push_back(v.z);
-    }
-  });
+  Particles particles = dam.particles();
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const Vec3 v = static_cast<Vec3>(moves_at({particles.x[i], particles.y[i], particles.z[i]}));
+    particles.vx.push_back(v.x);
+    particles.vy.push_back(v.y);
+    particles.vz.push_back(v.z);
+  }
   return particles;
 }
 

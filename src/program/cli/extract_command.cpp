@@ -11,8 +11,6 @@
 #include "base/grouped.hpp"
 #include "device/building.hpp"
 #include "device/device.hpp"
-#include "frame/process.hpp"
-#include "io/output_file.hpp"
 #include "io/parts.hpp"
 #include "methods/programs.hpp"
 #include "program/batch/room.hpp"
@@ -59,11 +57,7 @@ void run_frame(const ExtractOptions& options) {
   });
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
-  if (team.leads()) {
-    for (const std::string& path : options.outputs)
-      OutputFile probe(path);  // better now than later
-    for (const std::string& warning : warnings_of_input(options.input)) warn(warning);
-  }
+  if (team.leads()) probe_files(options);
 
   // Camera and device before the particles, which may take long to read.
   std::optional<Camera> given;
@@ -113,10 +107,7 @@ void run_frame(const ExtractOptions& options) {
                     options.memory);
   working.built();
   working.phase("");
-  std::vector<RankReport> ranks;
-  if (options.timings)
-    ranks = team.joined<RankReport>(
-        {report_of(stages, team.waited_ms(), device.state().memory->peak())});
+  const std::vector<RankReport> ranks = reports_of(options, team, device.state(), stages);
   if (!team.leads()) return;
   if (!surface.velocity.empty())
     surface.forward = screen_motion(surface, camera, options.frames_per_second);
@@ -129,11 +120,7 @@ void run_frame(const ExtractOptions& options) {
   write_frame(options, surface, working, say, stages);
   if (!options.written_camera.empty()) say("wrote", options.written_camera);
   say("total", printed("%.0f ms", milliseconds_since(start)));
-  if (options.timings) {
-    print_timings(stages, surface.counts);
-    print_memory(device.state().memory->peak(), peak_memory());
-    if (team.size() > 1) print_ranks(ranks);
-  }
+  if (options.timings) print_run(stages, surface.counts, device.state(), ranks);
 }
 
 int run_extract(ExtractOptions options, const CLI::App& command) {

@@ -6,8 +6,6 @@
 #include "base/elapsed.hpp"
 #include "device/building.hpp"
 #include "device/device.hpp"
-#include "frame/process.hpp"
-#include "io/output_file.hpp"
 #include "io/parts.hpp"
 #include "methods/programs.hpp"
 #include "program/cli/commands.hpp"
@@ -29,11 +27,7 @@ void mesh_one(const ExtractOptions& options) {
   as_usage([&] { check_outputs({{options.input}, {}}, options.outputs); });
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
-  if (team.leads()) {
-    for (const std::string& path : options.outputs)
-      OutputFile probe(path);  // better now than later
-    for (const std::string& warning : warnings_of_input(options.input)) warn(warning);
-  }
+  if (team.leads()) probe_files(options);
   std::string why;
   const DeviceInfo info = select_device(options.device, &why);
   Device device(info);
@@ -55,10 +49,7 @@ void mesh_one(const ExtractOptions& options) {
   });
   working.built();
   working.phase("");
-  std::vector<RankReport> ranks;
-  if (options.timings)
-    ranks = team.joined<RankReport>(
-        {report_of(stages, team.waited_ms(), device.state().memory->peak())});
+  const std::vector<RankReport> ranks = reports_of(options, team, device.state(), stages);
   if (!team.leads()) return;
   for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   say("radius", radius_line(options, *source, surface.particle_radius));
@@ -70,11 +61,7 @@ void mesh_one(const ExtractOptions& options) {
 
   write_frame(options, surface, working, say, stages);
   say("total", printed("%.0f ms", milliseconds_since(start)));
-  if (options.timings) {
-    print_timings(stages, surface.counts);
-    print_memory(device.state().memory->peak(), peak_memory());
-    if (team.size() > 1) print_ranks(ranks);
-  }
+  if (options.timings) print_run(stages, surface.counts, device.state(), ranks);
 }
 
 int run_mesh(ExtractOptions options, const CLI::App& command) {

@@ -5,9 +5,12 @@
 
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
+#include "frame/process.hpp"
+#include "io/output_file.hpp"
 #include "io/parts.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/batch/pattern.hpp"
+#include "program/cli/extract_warnings.hpp"
 #include "program/cli/options.hpp"
 #include "program/cli/terminal.hpp"
 
@@ -34,6 +37,11 @@ void check_one_frame(const ExtractOptions& options) {
           " is one frame" +
           (options.input.find('*') == std::string::npos ? "" : " (* stands for its parts)") +
           "; the name of a sequence has a place, too, e.g. name.####.ply");
+}
+
+void probe_files(const ExtractOptions& options) {
+  for (const std::string& path : options.outputs) OutputFile probe(path);
+  for (const std::string& warning : warnings_of_input(options.input)) warn(warning);
 }
 
 void say_particles(const Talk& say, const ExtractOptions& options,
@@ -65,6 +73,20 @@ void write_frame(const ExtractOptions& options, const Surface& surface, Working&
   working.phase("");
   stages.push_back({kWriting, milliseconds_since(start), 0, {}});
   for (const std::string& path : options.outputs) say("wrote", path);
+}
+
+std::vector<RankReport> reports_of(const ExtractOptions& options, Team& team,
+                                   const Device::State& device,
+                                   const std::vector<StageTime>& stages) {
+  if (!options.timings) return {};
+  return team.joined<RankReport>({report_of(stages, team.waited_ms(), device.memory->peak())});
+}
+
+void print_run(const std::vector<StageTime>& stages, const Counts& counts,
+               const Device::State& device, const std::vector<RankReport>& ranks) {
+  print_timings(stages, counts);
+  print_memory(device.memory->peak(), peak_memory());
+  if (ranks.size() > 1) print_ranks(ranks);
 }
 
 }  // namespace meniscus::cli

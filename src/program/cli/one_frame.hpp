@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "meniscus/device.hpp"
+#include "base/team.hpp"
+#include "device/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/cli/extract_options.hpp"
 #include "program/cli/progress.hpp"
@@ -18,6 +19,10 @@ void warn(const std::string& what);
 /// those of a sequence.
 void check_one_frame(const ExtractOptions& options);
 
+/// Throws where an output cannot be made, before there is work to lose; warns of an input that may
+/// be another than it was taken for.
+void probe_files(const ExtractOptions& options);
+
 /// How many particles there are, and in how many files.
 void say_particles(const Talk& say, const ExtractOptions& options, const ParticleSource& particles);
 
@@ -28,5 +33,14 @@ void say_device(const Talk& say, const ExtractOptions& options, const DeviceInfo
 /// Writes all outputs, and adds a row for it to `stages`.
 void write_frame(const ExtractOptions& options, const Surface& surface, Working& working,
                  const Talk& say, std::vector<StageTime>& stages);
+
+/// With --timings what each process of the team took, in the first one; else nothing.
+std::vector<RankReport> reports_of(const ExtractOptions& options, Team& team,
+                                   const Device::State& device,
+                                   const std::vector<StageTime>& stages);
+
+/// What --timings shows: times, counts, memory, and the processes where there are several.
+void print_run(const std::vector<StageTime>& stages, const Counts& counts,
+               const Device::State& device, const std::vector<RankReport>& ranks);
 
 }  // namespace meniscus::cli
