@@ -14,6 +14,7 @@
 #include "accuracy/truth.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -103,12 +104,7 @@ TEST(ReadMesh, ReadsWhatWriteMeshWrites) {
 }
 
 std::string error_of(const std::string& path) {
-  try {
-    read_mesh(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return text_of_thrown<InputError>([&] { read_mesh(path); });
 }
 
 TEST(ReadMesh, SaysWhatIsWrong) {

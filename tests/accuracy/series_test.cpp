@@ -10,21 +10,13 @@
 #include <set>
 
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus::accuracy {
 namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "nothing was thrown";
-}
 
 Setup changed(const std::string& series, std::size_t setting, Setup setup = {}) {
   series_named({series}).at(0).settings.at(setting).change(setup);
@@ -65,7 +57,7 @@ TEST(AccuracySeries, AllIsEverySeriesAndNamesAreTheirOwn) {
       EXPECT_TRUE(settings.insert(setting.name).second) << series.name << ": " << setting.name;
   }
   EXPECT_EQ(names.size(), 8);
-  EXPECT_THAT(message_of([] {
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([] {
                 series_named({"main", "colour"});
               }),
               AllOf(HasSubstr("'colour'"), HasSubstr("main, noise")));
@@ -75,10 +67,17 @@ TEST(AccuracySeeds, TuningAndReportingAreKeptApart) {
   EXPECT_THAT(seeds_named({"tuning"}), ElementsAre(1, 2, 3));
   EXPECT_THAT(seeds_named({"reporting"}), ElementsAre(1001, 1002, 1003));
   EXPECT_THAT(seeds_named({"7", "99"}), ElementsAre(7, 99));
-  EXPECT_THAT(message_of([] { seeds_named({"1", "1001"}); }), HasSubstr("of one kind"));
-  EXPECT_THAT(message_of([] { seeds_named({"tuning", "reporting"}); }), HasSubstr("of one kind"));
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([] {
+                seeds_named({"1", "1001"});
+              }),
+              HasSubstr("of one kind"));
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([] {
+                seeds_named({"tuning", "reporting"});
+              }),
+              HasSubstr("of one kind"));
   for (const char* word : {"0", "100", "1000", "-1", "1x", ""})
-    EXPECT_THAT(message_of([&] { seeds_named({word}); }), HasSubstr(word)) << word;
+    EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { seeds_named({word}); }), HasSubstr(word))
+        << word;
 }
 
 TEST(AccuracyCamera, SeedTurnsItAboutTheTarget) {

@@ -15,6 +15,7 @@
 #include "meniscus/error.hpp"
 #include "meniscus/source.hpp"
 #include "stages/view.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -23,27 +24,18 @@ using testing::HasSubstr;
 
 Camera good_camera() { return look_at({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 60, 40, 30); }
 
-std::string error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "";
-}
-
 std::string check_after(const std::function<void(Camera&)>& spoil) {
   Camera camera = good_camera();
   spoil(camera);
-  return error_of([&] { check(camera); });
+  return text_of_thrown<InvalidArgument>([&] { check(camera); });
 }
 
 TEST(Check, AcceptsPerspectiveAndOrthographic) {
-  EXPECT_EQ(check_after([](Camera&) {}), "");
+  EXPECT_EQ(check_after([](Camera&) {}), "no error");
   EXPECT_EQ(check_after([](Camera& c) {
               c.projection = {1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, -0.1, 0, 0, 0, 0, 1};
             }),
-            "");
+            "no error");
 }
 
 TEST(Check, NamesWhatIsWrong) {
@@ -76,7 +68,7 @@ TEST(Check, TakesScenesOfAnySize) {
   EXPECT_EQ(check_after([](Camera& c) {
               c.projection = {1e-7, 0, 0, 0, 0, 1e-7, 0, 0, 0, 0, -1e-8, -1, 0, 0, 0, 1};
             }),
-            "");
+            "no error");
 }
 
 TEST(LookAt, PutsTheTargetInTheMiddleAndUpUpwards) {
@@ -104,7 +96,7 @@ TEST(LookAt, FieldOfViewSpansTheHeight) {
 TEST(LookAt, NamesWhatIsWrong) {
   const double nan = std::nan("");
   const auto error = [](std::array<double, 3> eye, std::array<double, 3> up, double fov, int w) {
-    return error_of([=] { look_at(eye, {0, 0, 0}, up, fov, w, 10); });
+    return text_of_thrown<InvalidArgument>([=] { look_at(eye, {0, 0, 0}, up, fov, w, 10); });
   };
   EXPECT_THAT(error({0, 0, 1}, {0, 1, 0}, 60, 0), HasSubstr("size is 0x10"));
   EXPECT_THAT(error({0, 0, 1}, {0, 1, 0}, 0, 10), HasSubstr("field of view is 0"));
@@ -241,11 +233,11 @@ TEST(Camera, FramesAllSourcesWithTheirUpAndFieldOfView) {
     }
     EXPECT_GT(std::abs(bottom.v - top.v), 40);
   }
-  EXPECT_THAT(error_of([&] {
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] {
                 frame_sources({low.get()}, {{0, 0, 0}, 40, 10, 10});
               }),
               HasSubstr("up must be"));
-  EXPECT_THAT(error_of([&] {
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] {
                 frame_sources({low.get()}, {{0, 1, 0}, 180, 10, 10});
               }),
               HasSubstr("field of view is 180"));

@@ -6,6 +6,7 @@
 #include <future>
 
 #include "device/device.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -14,12 +15,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 std::string error_of(const std::string& selector) {
-  try {
-    select_device(selector);
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return "";
+  return text_of_thrown<DeviceError>([&] { select_device(selector); });
 }
 
 TEST(ListDevices, NumbersThemInOrderAndSaysWhyOneIsUnusable) {

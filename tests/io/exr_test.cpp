@@ -18,6 +18,7 @@
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "same_bits.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -400,12 +401,7 @@ TEST(ExrReader, NoBeginningOfAFileIsRead) {
 }
 
 std::string reading_error(const std::string& path) {
-  try {
-    read_exr(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return text_of_thrown<InputError>([&] { read_exr(path); });
 }
 
 TEST(ExrReader, SaysWhereAFileIsCutOff) {

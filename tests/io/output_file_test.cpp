@@ -18,6 +18,7 @@
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -27,15 +28,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
-
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const OutputError& error) {
-    return error.what();
-  }
-  return "no OutputError";
-}
 
 TEST(OutputFile, AppearsOnCommitWithEverythingWritten) {
   const TemporaryFolder folder;
@@ -83,7 +75,7 @@ TEST(OutputFile, NamesTheFileTheReasonAndTheWayOut) {
   const TemporaryFolder folder;
   std::ofstream(folder / "plain") << "";
   const auto message = [](const std::string& path) {
-    return message_of([&] { OutputFile file(path); });
+    return text_of_thrown<OutputError>([&] { OutputFile file(path); });
   };
   EXPECT_EQ(message(folder / "no/where.exr"),
             (folder / "no/where.exr") +
@@ -122,14 +114,15 @@ bool in_child(const std::function<int()>& action) {
 }
 
 TEST(OutputFile, RefusesAFolderThatCannotBeWritten) {
-  EXPECT_THAT(message_of([] { OutputFile file("/proc/meniscus.exr"); }),
+  EXPECT_THAT(text_of_thrown<OutputError>([] { OutputFile file("/proc/meniscus.exr"); }),
               AllOf(StartsWith("/proc/meniscus.exr: cannot be written: "), HasSubstr("(")));
   const TemporaryFolder folder;
   ASSERT_EQ(chmod(folder.path().c_str(), 0555), 0);
   // Root may write anywhere: another user tries.
   EXPECT_TRUE(in_child([&] {
     if (geteuid() == 0 && setuid(65534) != 0) return 2;
-    const std::string message = message_of([&] { OutputFile file(folder / "a.exr"); });
+    const std::string message =
+        text_of_thrown<OutputError>([&] { OutputFile file(folder / "a.exr"); });
     return message.ends_with("Permission denied (choose a folder that you may write to)") ? 0 : 1;
   }));
   EXPECT_THAT(folder.entries(), IsEmpty());
@@ -143,7 +136,7 @@ TEST(OutputFile, ReportsALimitOnFileSizesAndLeavesNothing) {
         signal(SIGXFSZ, SIG_IGN);
         const rlimit size = {limit, limit};
         if (setrlimit(RLIMIT_FSIZE, &size) != 0) return 2;
-        const std::string message = message_of([&] { write_any(folder / name); });
+        const std::string message = text_of_thrown<OutputError>([&] { write_any(folder / name); });
         return message == (folder / name) +
                               ": cannot be written: File too large (raise the limit on the size of "
                               "files, ulimit -f)"
@@ -161,7 +154,7 @@ TEST(OutputFile, ReportsAFullDiskAndLeavesNothing) {
   if (mount("tmpfs", folder.path().c_str(), "tmpfs", 0, "size=16k") != 0)
     GTEST_SKIP() << "a small disk cannot be mounted here: " << strerror(errno);
   for (const std::string& name : kOutputs) {
-    EXPECT_THAT(message_of([&] { write_any(folder / name); }),
+    EXPECT_THAT(text_of_thrown<OutputError>([&] { write_any(folder / name); }),
                 AllOf(StartsWith(folder / name + ": cannot be written: No space left on device"),
                       HasSubstr("free some space")));
     EXPECT_THAT(folder.entries(), IsEmpty()) << name;
@@ -249,7 +242,7 @@ TEST(OutputFile, LinksInACircleAreAnError) {
   const TemporaryFolder folder;
   std::filesystem::create_symlink("b", folder / "a");
   std::filesystem::create_symlink("a", folder / "b");
-  EXPECT_THAT(message_of([&] { OutputFile file(folder / "a"); }),
+  EXPECT_THAT(text_of_thrown<OutputError>([&] { OutputFile file(folder / "a"); }),
               AllOf(StartsWith(folder / "a: cannot be written: "), HasSubstr("in a circle")));
   EXPECT_EQ(folder.entries().size(), 2u);
 }
@@ -264,7 +257,7 @@ TEST(OutputFile, ALinkOfAnotherUserInASharedFolderIsNotFollowed) {
   std::filesystem::create_symlink("../precious", folder / "shared/out");
   ASSERT_EQ(lchown((folder / "shared/out").c_str(), kOther, kOther), 0);
   const auto result = [&] {
-    return message_of([&] {
+    return text_of_thrown<OutputError>([&] {
       OutputFile file(folder / "shared/out");
       file.write("new");
       file.commit();
@@ -276,7 +269,7 @@ TEST(OutputFile, ALinkOfAnotherUserInASharedFolderIsNotFollowed) {
   EXPECT_EQ(file_bytes(folder / "precious"), "precious");
   // The folder's owner may leave links in it.
   ASSERT_EQ(chown((folder / "shared").c_str(), kOther, kOther), 0);
-  EXPECT_EQ(result(), "no OutputError");
+  EXPECT_EQ(result(), "no error");
   EXPECT_EQ(file_bytes(folder / "precious"), "new");
 }
 
@@ -297,7 +290,7 @@ TEST(OutputFile, LeavesAFileThatIsReadOnly) {
   const TemporaryFolder folder;
   std::ofstream(folder / "a") << "old";
   ASSERT_EQ(chmod((folder / "a").c_str(), 0444), 0);
-  EXPECT_THAT(message_of([&] { OutputFile(folder / "a").commit(); }),
+  EXPECT_THAT(text_of_thrown<OutputError>([&] { OutputFile(folder / "a").commit(); }),
               AllOf(StartsWith(folder / "a: cannot be written: "), HasSubstr("read-only (chmod")));
   EXPECT_EQ(file_bytes(folder / "a"), "old");
   EXPECT_THAT(folder.entries(), ElementsAre("a"));

@@ -17,6 +17,7 @@
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -269,12 +270,7 @@ TEST(Relief, TellsTheFootOfAStepFromItsTop) {
 }
 
 std::string reading_error(const std::string& path) {
-  try {
-    read_png(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return text_of_thrown<InputError>([&] { read_png(path); });
 }
 
 TEST(Png, RefusesAPictureThatItsFileCannotHold) {

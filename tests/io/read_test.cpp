@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "io/io_test_support.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -10,12 +11,7 @@ using testing::HasSubstr;
 class Read : public InputTest {};
 
 std::string error_of_path(const std::string& path) {
-  try {
-    read_particles(path);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return text_of_thrown<InputError>([&] { read_particles(path); });
 }
 
 TEST_F(Read, ListsTheEndingsItKnows) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "io/io_test_support.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -98,12 +99,7 @@ class Vdb : public InputTest {
     return path;
   }
   static std::string error(const std::string& path, const ReadOptions& options = {}) {
-    try {
-      read_particles(path, options);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no error";
+    return text_of_thrown<InputError>([&] { read_particles(path, options); });
   }
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/closed.hpp"
+#include "thrown.hpp"
 #include "verify/references/inputs.hpp"
 
 namespace meniscus {
@@ -174,13 +175,8 @@ TEST(SpaceGrid, RefusesCellsThatAreTooSmallForIt) {
   Points far;
   far.add({0, 0, 0});
   far.add({1e7, 0, 0});
-  try {
-    grid_around(far, 2, 0.1);
-    ADD_FAILURE() << "no error";
-  } catch (const InvalidArgument& error) {
-    EXPECT_NE(std::string(error.what()).find("cell is 0.1 particle radii"), std::string::npos)
-        << error.what();
-  }
+  const std::string text = text_of_thrown<InvalidArgument>([&] { grid_around(far, 2, 0.1); });
+  EXPECT_NE(text.find("cell is 0.1 particle radii"), std::string::npos) << text;
 }
 
 // A plane that lies beside the crossings, as F tells it: vertices go onto it where they may.

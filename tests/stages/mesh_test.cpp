@@ -12,22 +12,14 @@
 
 #include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
+#include "stages/orthographic_view.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
 
 constexpr double kZMax = 2;
 constexpr double kNone = std::numeric_limits<double>::infinity();
-
-// One pixel is one world unit is one radius; (u, v) = (x + width / 2, height / 2 - y).
-View orthographic_view(int width, int height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  camera.projection = {2.0 / width, 0, 0, 0, 0, 2.0 / height, 0, 0, 0, 0, -0.001, -1, 0, 0, 0, 1};
-  return make_view(camera, 1, {0, 0, 0});
-}
 
 View perspective_view(int width, int height) {
   return make_view(look_at({4, 3, 30}, {0, 0, 0}, {0, 1, 0}, 50, width, height), 0.5, {1, 2, 3});
@@ -390,12 +382,7 @@ TEST(Mesh, NamesWhatIsWrong) {
   const SurfaceMap map = node_map(3, 2, {4, kNone, kNone, 4, kNone, kNone});
   const auto edges = find_silhouette_edges(map, kZMax);
   const auto message = [&](const SurfaceMap& nodes, std::vector<SilhouetteEdge> given) {
-    try {
-      make_mesh(view, nodes, given, {});
-    } catch (const InvalidArgument& error) {
-      return std::string(error.what());
-    }
-    return std::string("no error");
+    return text_of_thrown<InvalidArgument>([&] { make_mesh(view, nodes, given, {}); });
   };
   EXPECT_EQ(message(map, edges), "no error");
   EXPECT_NE(message(map, {}).find("no silhouette edge lies between"), std::string::npos);

@@ -9,6 +9,7 @@
 
 #include "meniscus/camera.hpp"
 #include "stages/mesh.hpp"
+#include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/ssm.hpp"
 
@@ -17,16 +18,6 @@ namespace {
 
 View perspective_view(int width, int height) {
   return make_view(look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 50, width, height), 0.5, {0, 0, 0});
-}
-
-// One pixel is one radius.
-View orthographic_view(int width, int height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  camera.projection = {2.0 / width, 0, 0, 0, 0, 2.0 / height, 0, 0, 0, 0, -0.001, -1, 0, 0, 0, 1};
-  return make_view(camera, 1, {0, 0, 0});
 }
 
 // Noise on two layers, 20 and 38 radii away, in irregular patches, and none beside them. Depths

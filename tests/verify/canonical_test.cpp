@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus::verify {
 namespace {
@@ -53,13 +54,10 @@ TEST(CanonicalBits, OfDevicesThatAgreeNameThemAll) {
 }
 
 TEST(CanonicalBits, AreNoneWhereTwoDevicesDisagree) {
-  const auto refused = [](const Canonical& other) -> std::string {
-    try {
+  const auto refused = [](const Canonical& other) {
+    return text_of_thrown<InvalidArgument>([&] {
       agreed({computed_by("A"), computed_by("B"), other});
-    } catch (const InvalidArgument& error) {
-      return error.what();
-    }
-    return "";
+    });
   };
   Canonical c = computed_by("C");
   c.traces["case"][1].written[0].hash = 4;

@@ -11,6 +11,7 @@
 
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 #include "verify/flaws.hpp"
 
 namespace meniscus::verify {
@@ -45,12 +46,7 @@ std::vector<T> values_of(const Bytes& bytes) {
 }
 
 std::string error_of(const std::string& manifest) {
-  try {
-    program(manifest);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return text_of_thrown<InputError>([&] { program(manifest); });
 }
 
 std::string argument_error(const std::string& argument) {
@@ -181,13 +177,8 @@ TEST(Manifest, ReadsFilesBesideIt) {
     write("m.json", R"({"kernel": "twice", "range": [2], "arguments": [)" + argument + "]}");
     return read_program(folder / "k.cl", folder / "m.json");
   };
-  const auto error = [&](const std::string& argument) -> std::string {
-    try {
-      read(argument);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no error";
+  const auto error = [&](const std::string& argument) {
+    return text_of_thrown<InputError>([&] { read(argument); });
   };
   const Program program = read(R"({"type": "float", "file": "from.bin", "expected": "from.bin"})");
   EXPECT_EQ(program.source, std::string("#line 1 \"k.cl\"\n") + kDouble);
@@ -279,13 +270,8 @@ TEST(ProgramRun, TakesEveryKindOfArgument) {
 }
 
 TEST(ProgramRun, ErrorsNameTheKernel) {
-  const auto error = [](const std::string& manifest, const std::string& source) -> std::string {
-    try {
-      rows_of(program(manifest, source));
-    } catch (const DeviceError& error) {
-      return error.what();
-    }
-    return "no error";
+  const auto error = [](const std::string& manifest, const std::string& source) {
+    return text_of_thrown<DeviceError>([&] { rows_of(program(manifest, source)); });
   };
   EXPECT_THAT(error(kTwice, "kernel void twice("), HasSubstr("it did not build: "));
   EXPECT_THAT(error(kTwice, "kernel void other() {}"), HasSubstr("the source has no kernel twice"));

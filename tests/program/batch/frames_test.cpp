@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -11,12 +12,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 std::string error_of(const std::string& list) {
-  try {
-    parse_frames(list);
-  } catch (const InvalidArgument& error) {
-    return error.what();
-  }
-  return "";
+  return text_of_thrown<InvalidArgument>([&] { parse_frames(list); });
 }
 
 TEST(Frames, RangesAreInclusiveAndKeepTheirOrder) {

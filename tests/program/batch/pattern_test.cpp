@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "cost.hpp"
+#include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -21,15 +22,8 @@ using testing::Pair;
 /// Tests run in an empty folder of their own.
 class Pattern : public testing::Test {
  protected:
-  Pattern() : before_(fs::current_path()) {
-    std::string name = (fs::temp_directory_path() / "meniscus-pattern-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    fs::current_path(folder_);
-  }
-  ~Pattern() override {
-    fs::current_path(before_);
-    fs::remove_all(folder_);
-  }
+  Pattern() : before_(fs::current_path()) { fs::current_path(folder_.path()); }
+  ~Pattern() override { fs::current_path(before_); }
 
   static void touch(const std::vector<std::string>& paths) {
     for (const std::string& path : paths) {
@@ -47,7 +41,8 @@ class Pattern : public testing::Test {
   }
 
  private:
-  fs::path before_, folder_;
+  fs::path before_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(Pattern, EverySpellingOfAPlace) {

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "io/temporary_folder.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -20,17 +22,14 @@ using testing::IsEmpty;
 class PlanTest : public testing::Test {
  protected:
   PlanTest() {
-    std::string name = (fs::temp_directory_path() / "meniscus-plan-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
     for (const int frame : {1, 2, 3, 5, 6, 7, 8, 9, 10}) {
       char file[32];
       std::snprintf(file, sizeof file, "d.%04d.ply", frame);
       std::ofstream(folder_ / file) << frame;
     }
   }
-  ~PlanTest() override { fs::remove_all(folder_); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   SequenceRequest request(const std::string& frames = "") const {
     return {*FramePattern::in(path("d.####.ply")), {path("o.####.exr")}, frames, false, {}};
@@ -39,16 +38,11 @@ class PlanTest : public testing::Test {
   template <class Thrown>
   static std::string error_of(const SequenceRequest& request,
                               const CameraTrack* cameras = nullptr) {
-    try {
-      plan_sequence(request, cameras);
-    } catch (const Thrown& error) {
-      return error.what();
-    }
-    return "no error";
+    return text_of_thrown<Thrown>([&] { plan_sequence(request, cameras); });
   }
 
  private:
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 TEST_F(PlanTest, AllThatExistWithoutAList) {

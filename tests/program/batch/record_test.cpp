@@ -16,6 +16,7 @@
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -130,15 +131,12 @@ TEST(Record, ALastLineThatWasCutOffIsLeftOutWithANote) {
 TEST(Record, AnyOtherBadLineIsAnErrorWithItsNumber) {
   const TemporaryFolder folder;
   const std::string good = to_json(full_record());
-  const auto message = [&](const std::string& line) -> std::string {
+  const auto message = [&](const std::string& line) {
     put(folder / "a.jsonl", good + "\n\n" + line + "\n");
-    try {
+    return text_of_thrown<InputError>([&] {
       std::string note;
       read_log(folder / "a.jsonl", &note);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    });
   };
   const auto expect = [&](const std::string& line, const std::string& what) {
     EXPECT_THAT(
@@ -159,7 +157,7 @@ TEST(Record, AnyOtherBadLineIsAnErrorWithItsNumber) {
   expect("{\"frame\": 1, \"status\": \"done\", \"outputs\": \"a\"}", "wanted a list");
   expect("{\"frame\": 1, \"status\": \"done\", \"counts\": {\"a\": \"b\"}}", "\"counts\"");
   expect("{\"frame\": 1, \"status\": \"done\", \"stages\": [1]}", "\"stages\"");
-  EXPECT_EQ(message(good), "");
+  EXPECT_EQ(message(good), "no error");
 }
 
 TEST(Record, LinesOfManyThreadsStayWhole) {
@@ -176,12 +174,7 @@ TEST(Record, LinesOfManyThreadsStayWhole) {
 }
 
 std::string refused(const std::string& path) {
-  try {
-    BatchLog log(path);
-  } catch (const OutputError& error) {
-    return error.what();
-  }
-  return "no OutputError";
+  return text_of_thrown<OutputError>([&] { BatchLog log(path); });
 }
 
 // Nobody reads it; and what was written could not be read again.

@@ -20,14 +20,6 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-Program::Program() {
-  std::string name = (fs::temp_directory_path() / "meniscus-test-XXXXXX").string();
-  if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder can be made");
-  folder_ = name;
-}
-
-Program::~Program() { fs::remove_all(folder_); }
-
 int Program::start(const std::vector<std::string>& arguments, const Conditions& conditions) const {
   const std::string out = path("stdout.log"), err = path("stderr.log");
   std::vector<std::string> words = conditions.launcher;
@@ -48,7 +40,7 @@ int Program::start(const std::vector<std::string>& arguments, const Conditions& 
     const rlimit limit{bytes, bytes};
     setrlimit(RLIMIT_FSIZE, &limit);
   }
-  if (chdir(folder_.c_str()) == 0) execv(argv[0], argv.data());
+  if (chdir(folder_.path().c_str()) == 0) execv(argv[0], argv.data());
   _exit(127);
 }
 
@@ -107,7 +99,7 @@ void Program::write(const std::string& name, const std::string& bytes) const {
 
 std::vector<std::string> Program::files() const {
   std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder_)) {
+  for (const auto& entry : fs::directory_iterator(folder_.path())) {
     const std::string name = entry.path().filename().string();
     if (name != "stdout.log" && name != "stderr.log") names.push_back(name);
   }

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "io/temporary_folder.hpp"
+
 namespace meniscus::test {
 
 struct Outcome {
@@ -31,9 +33,6 @@ inline Conditions in_time(int seconds) {
 /// A test with a folder of its own, in which the program runs.
 class Program : public testing::Test {
  protected:
-  Program();
-  ~Program() override;
-
   Outcome run(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
 
   /// The same with standard error on a terminal of so many columns: `err` is what was shown there.
@@ -43,7 +42,7 @@ class Program : public testing::Test {
   int start(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
   Outcome wait_for(int process) const;
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_ / name; }
   bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
   std::string read(const std::string& name) const;
   void write(const std::string& name, const std::string& bytes) const;
@@ -57,7 +56,7 @@ class Program : public testing::Test {
                        double radius = 0.1, const std::string& velocity = "") const;
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 /// n x n x n particles, 0.2 apart, around the origin.
