@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "meniscus/error.hpp"
 
@@ -45,6 +46,120 @@ Starts starts_of(const MeshPart& part) {
   }
   return starts;
 }
+
+// Joins the parts of a mesh, step by step.
+class Joining {
+ public:
+  explicit Joining(std::vector<MeshPart> parts) : parts_(std::move(parts)) {
+    for (const MeshPart& part : parts_) starts_.push_back(starts_of(part));
+    order_blocks();
+  }
+
+  JoinedMesh joined() {
+    place_vertices();
+    take_vertices();
+    take_triangles(places_of_others());
+    return std::move(joined_);
+  }
+
+ private:
+  void order_blocks() {
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      for (std::size_t b = 0; b < parts_[p].blocks.size(); ++b)
+        rows_.push_back({parts_[p].blocks[b].round, parts_[p].blocks[b].key, p, b});
+    std::sort(rows_.begin(), rows_.end());
+    for (Row& row : rows_) {
+      const MeshPart::Block& block = parts_[row.part].blocks[row.place];
+      row.first = static_cast<std::uint32_t>(vertices_);
+      vertices_ += block.vertices;
+      triangles_ += block.triangles;
+      require(vertices_ < kNowhere && triangles_ < kNowhere,
+              "the mesh has more than 2^32 vertices or triangles (use a larger " + setting("cell") +
+                  ")");
+    }
+  }
+
+  // Vertices of cells go where their blocks are, those between behind them.
+  void place_vertices() {
+    for (const MeshPart& part : parts_) joined_.place.emplace_back(part.position.size(), kNowhere);
+    std::map<std::tuple<std::uint64_t, std::uint32_t, std::uint32_t>, std::uint32_t> between;
+    for (const Row& row : rows_) {
+      const Starts& start = starts_[row.part];
+      std::vector<std::uint32_t>& place = joined_.place[row.part];
+      for (std::size_t v = start.vertex[row.place]; v < start.vertex[row.place + 1]; ++v)
+        place[v] = row.first + static_cast<std::uint32_t>(v - start.vertex[row.place]);
+      for (std::size_t k = start.between[row.place]; k < start.between[row.place + 1]; ++k) {
+        const MeshPart::Name& name = parts_[row.part].between[k];
+        const auto next = static_cast<std::uint32_t>(vertices_ + between.size());
+        place[start.vertex.back() + k] =
+            between.try_emplace({name.block, name.vertex, name.axis}, next).first->second;
+      }
+    }
+    vertices_ += between.size();
+  }
+
+  void take_vertices() {
+    DualMesh& mesh = joined_.mesh;
+    mesh.position.resize(vertices_);
+    mesh.normal.resize(vertices_);
+    mesh.sharp.resize(vertices_);
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      for (std::size_t v = 0; v < parts_[p].position.size(); ++v) {
+        mesh.position[joined_.place[p][v]] = parts_[p].position[v];
+        mesh.normal[joined_.place[p][v]] = Vec3d(parts_[p].normal[v]);
+      }
+      parts_[p].position = {};
+      parts_[p].normal = {};
+    }
+  }
+
+  // [parts][others] where the vertices of other parts are.
+  std::vector<std::vector<std::uint32_t>> places_of_others() const {
+    std::vector<const Row*> by_key;
+    for (const Row& row : rows_) by_key.push_back(&row);
+    std::sort(by_key.begin(), by_key.end(),
+              [](const Row* a, const Row* b) { return a->key < b->key; });
+    const auto place_of = [&](const MeshPart::Name& name) {
+      const auto found =
+          std::lower_bound(by_key.begin(), by_key.end(), name.block,
+                           [](const Row* row, std::uint64_t key) { return row->key < key; });
+      require(found != by_key.end() && (*found)->key == name.block, kApart);
+      const Row& row = **found;
+      const auto first = parts_[row.part].vertex.begin() +
+                         static_cast<std::ptrdiff_t>(starts_[row.part].vertex[row.place]);
+      const auto last = first + parts_[row.part].blocks[row.place].vertices;
+      const auto vertex = std::lower_bound(first, last, name.vertex);
+      require(vertex != last && *vertex == name.vertex, kApart);
+      return row.first + static_cast<std::uint32_t>(vertex - first);
+    };
+    std::vector<std::vector<std::uint32_t>> others(parts_.size());
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      for (const MeshPart::Name& name : parts_[p].others) others[p].push_back(place_of(name));
+    return others;
+  }
+
+  void take_triangles(const std::vector<std::vector<std::uint32_t>>& others) {
+    joined_.mesh.triangle.resize(triangles_);
+    std::size_t next = 0;
+    for (const Row& row : rows_) {
+      const Starts& start = starts_[row.part];
+      const std::vector<std::uint32_t>& place = joined_.place[row.part];
+      for (std::size_t t = start.triangle[row.place]; t < start.triangle[row.place + 1]; ++t) {
+        auto& made = joined_.mesh.triangle[next++];
+        for (std::size_t c = 0; c < 3; ++c) {
+          const std::uint32_t v = parts_[row.part].triangle[t][c];
+          made[c] = v < place.size() ? place[v] : others[row.part][v - place.size()];
+        }
+      }
+    }
+  }
+
+  std::vector<MeshPart> parts_;
+  std::vector<Starts> starts_;  // [parts]
+  std::vector<Row> rows_;
+  std::uint64_t vertices_ = 0, triangles_ = 0;  // of the whole mesh
+  JoinedMesh joined_;
+};
 
 }  // namespace
 
@@ -112,91 +227,6 @@ MeshPart part_of(const SpaceGrid& grid, const DualMesh& mesh, const std::vector<
   return part;
 }
 
-JoinedMesh join_parts(std::vector<MeshPart> parts) {
-  std::vector<Row> rows;
-  std::vector<Starts> starts;
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    starts.push_back(starts_of(parts[p]));
-    for (std::size_t b = 0; b < parts[p].blocks.size(); ++b)
-      rows.push_back({parts[p].blocks[b].round, parts[p].blocks[b].key, p, b});
-  }
-  std::sort(rows.begin(), rows.end());
-  std::uint64_t vertices = 0, triangles = 0;
-  for (Row& row : rows) {
-    const MeshPart::Block& block = parts[row.part].blocks[row.place];
-    row.first = static_cast<std::uint32_t>(vertices);
-    vertices += block.vertices;
-    triangles += block.triangles;
-    require(
-        vertices < kNowhere && triangles < kNowhere,
-        "the mesh has more than 2^32 vertices or triangles (use a larger " + setting("cell") + ")");
-  }
-
-  // Vertices of cells go where their blocks are, those between behind them.
-  JoinedMesh joined;
-  for (const MeshPart& part : parts) joined.place.emplace_back(part.position.size(), kNowhere);
-  std::map<std::tuple<std::uint64_t, std::uint32_t, std::uint32_t>, std::uint32_t> between;
-  for (const Row& row : rows) {
-    const Starts& start = starts[row.part];
-    std::vector<std::uint32_t>& place = joined.place[row.part];
-    for (std::size_t v = start.vertex[row.place]; v < start.vertex[row.place + 1]; ++v)
-      place[v] = row.first + static_cast<std::uint32_t>(v - start.vertex[row.place]);
-    for (std::size_t k = start.between[row.place]; k < start.between[row.place + 1]; ++k) {
-      const MeshPart::Name& name = parts[row.part].between[k];
-      const auto next = static_cast<std::uint32_t>(vertices + between.size());
-      place[start.vertex.back() + k] =
-          between.try_emplace({name.block, name.vertex, name.axis}, next).first->second;
-    }
-  }
-  DualMesh& mesh = joined.mesh;
-  mesh.position.resize(vertices + between.size());
-  mesh.normal.resize(mesh.position.size());
-  mesh.sharp.resize(mesh.position.size());
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    for (std::size_t v = 0; v < parts[p].position.size(); ++v) {
-      mesh.position[joined.place[p][v]] = parts[p].position[v];
-      mesh.normal[joined.place[p][v]] = Vec3d(parts[p].normal[v]);
-    }
-    parts[p].position = {};
-    parts[p].normal = {};
-  }
-
-  // Where the vertices of other parts are.
-  std::vector<const Row*> by_key;
-  for (const Row& row : rows) by_key.push_back(&row);
-  std::sort(by_key.begin(), by_key.end(),
-            [](const Row* a, const Row* b) { return a->key < b->key; });
-  const auto place_of = [&](const MeshPart::Name& name) {
-    const auto found =
-        std::lower_bound(by_key.begin(), by_key.end(), name.block,
-                         [](const Row* row, std::uint64_t key) { return row->key < key; });
-    require(found != by_key.end() && (*found)->key == name.block, kApart);
-    const Row& row = **found;
-    const auto first = parts[row.part].vertex.begin() +
-                       static_cast<std::ptrdiff_t>(starts[row.part].vertex[row.place]);
-    const auto last = first + parts[row.part].blocks[row.place].vertices;
-    const auto vertex = std::lower_bound(first, last, name.vertex);
-    require(vertex != last && *vertex == name.vertex, kApart);
-    return row.first + static_cast<std::uint32_t>(vertex - first);
-  };
-  std::vector<std::vector<std::uint32_t>> others(parts.size());
-  for (std::size_t p = 0; p < parts.size(); ++p)
-    for (const MeshPart::Name& name : parts[p].others) others[p].push_back(place_of(name));
-
-  mesh.triangle.resize(triangles);
-  std::size_t next = 0;
-  for (const Row& row : rows) {
-    const Starts& start = starts[row.part];
-    const std::vector<std::uint32_t>& place = joined.place[row.part];
-    for (std::size_t t = start.triangle[row.place]; t < start.triangle[row.place + 1]; ++t) {
-      auto& made = mesh.triangle[next++];
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::uint32_t v = parts[row.part].triangle[t][c];
-        made[c] = v < place.size() ? place[v] : others[row.part][v - place.size()];
-      }
-    }
-  }
-  return joined;
-}
+JoinedMesh join_parts(std::vector<MeshPart> parts) { return Joining(std::move(parts)).joined(); }
 
 }  // namespace meniscus

@@ -239,6 +239,56 @@ std::vector<float> narrow_supports(Device& device, const Cells& cells, const Lan
   return rho;
 }
 
+// Room for the fits of the seen particles, with what is known of them without a fit.
+ParticleFits unfitted(const Projected& projected, const Visible& seen,
+                      const SurfaceParticles& around) {
+  const std::size_t count = seen.index.size();
+  const std::vector<std::int32_t> place = places_in(around.index, seen.index);
+  ParticleFits fits;
+  fits.position.reserve(count);
+  for (const std::int32_t i : seen.index)
+    fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
+  for (std::size_t k = 0; k < count; ++k) {
+    fits.visible.push_back(visibility(seen.owned[k]));
+    fits.surface.push_back(around.weight[static_cast<std::size_t>(place[k])]);
+  }
+  fits.foot = fits.position;
+  for (std::vector<double>* values : {&fits.edge, &fits.firmness, &fits.spread, &fits.supporters})
+    values->resize(count);
+  fits.residual.resize(count);
+  fits.normal.resize(count);
+  fits.quadric.resize(count);
+  return fits;
+}
+
+// Takes what the device found of the fits of a part. Waits.
+void take_fits(Device& device, const FitLanes& part, const FitParams& params, ParticleFits& fits) {
+  const std::size_t lanes = static_cast<std::size_t>(part.count());
+  const ViewTogether found(device, part.found);
+  const float *const c = found.data<0>(), *const residual = found.data<1>(),
+                     *const row = found.data<2>();
+  constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
+  parallel_for(lanes, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t l = begin; l < end; ++l) {
+      const std::int32_t fit = part.part->lists.fit[l];
+      if (fit < 0) continue;
+      const std::size_t k = static_cast<std::size_t>(fit);
+      fits.residual[k] = residual[l];
+      fits.edge[k] = row[l];
+      fits.firmness[k] = row[lanes + l];
+      fits.spread[k] = row[2 * lanes + l];
+      fits.supporters[k] = row[3 * lanes + l];
+      fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
+      std::array<float, 10>& quadric = fits.quadric[k];
+      for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
+      if (fits.residual[k] < 0) continue;
+      const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
+      fits.foot[k] += fits.normal[k] * (params.offset + behind);
+      quadric[0] -= static_cast<float>(params.offset);
+    }
+  });
+}
+
 }  // namespace
 
 double noise_of(std::vector<float> residual) {
@@ -445,9 +495,8 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
                            const SurfaceParticles& around, const FitNeighbours& neighbours,
                            const std::vector<float>& roundness, const FitParams& params,
                            const NoiseOf& noise) {
-  const std::size_t count = seen.index.size();
   ParticleFits fits;
-  if (count == 0) return fits;
+  if (seen.index.empty()) return fits;
   FitSurface surface = upload_surface(device, projected, around);
   Buffer<float>&normals = surface.normal, &turned = surface.turned;
   const std::vector<float> widest = widest_supports(roundness, params);
@@ -470,57 +519,17 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
     std::swap(normals, turned);
     if (pass > 0) continue;
     // While the device is at the first pass.
-    const std::vector<std::int32_t> place = places_in(around.index, seen.index);
-    fits.position.reserve(count);
-    for (const std::int32_t i : seen.index)
-      fits.position.push_back(projected.eye(static_cast<std::size_t>(i)));
-    for (std::size_t k = 0; k < count; ++k) {
-      fits.visible.push_back(visibility(seen.owned[k]));
-      fits.surface.push_back(around.weight[static_cast<std::size_t>(place[k])]);
-    }
-    fits.foot = fits.position;
+    fits = unfitted(projected, seen, around);
     if (!sheet)
       sheet = &(made = upload_lane_cells(device, projected, seen.index, neighbours, kSheet.reach));
-    fits.edge.resize(count);
-    fits.firmness.resize(count);
-    fits.spread.resize(count);
-    fits.supporters.resize(count);
-    fits.quadric.resize(count);
   }
   for (const FitLanes& lanes : parts)
     launch(device, kernels::measure_edges, device.state().wide_width(),
            range_of_lanes(device, lanes), surface.place, normals, *lanes.part, lanes,
            pass_of(surface, lanes, {params.passes, 0}, params), kEdgeReach);
-  fits.normal.resize(count);
   fits.support.assign(rho.begin(), rho.end());
   fits.roundness.assign(roundness.begin(), roundness.end());
-  fits.residual.resize(count);
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    const std::size_t lanes = static_cast<std::size_t>(parts[part].count());
-    const ViewTogether found(device, parts[part].found);
-    const float *const c = found.data<0>(), *const residual = found.data<1>(),
-                       *const row = found.data<2>();
-    constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
-    parallel_for(lanes, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t l = begin; l < end; ++l) {
-        const std::int32_t fit = parts[part].part->lists.fit[l];
-        if (fit < 0) continue;
-        const std::size_t k = static_cast<std::size_t>(fit);
-        fits.residual[k] = residual[l];
-        fits.edge[k] = row[l];
-        fits.firmness[k] = row[lanes + l];
-        fits.spread[k] = row[2 * lanes + l];
-        fits.supporters[k] = row[3 * lanes + l];
-        fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
-        std::array<float, 10>& quadric = fits.quadric[k];
-        for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
-        if (fits.residual[k] < 0) continue;
-        const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
-        fits.foot[k] += fits.normal[k] * (params.offset + behind);
-        quadric[0] -= static_cast<float>(params.offset);
-      }
-    });
-  }
+  for (const FitLanes& part : parts) take_fits(device, part, params, fits);
   return fits;
 }
 

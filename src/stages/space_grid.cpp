@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMostBlocks = std::size_t{1} << 24;  // 6 GiB
 constexpr std::int64_t kFarthestBlock = (1 << 20) - 2;     // in a key, to either side
-constexpr std::size_t kGrain = 64;                         // blocks that are worth a thread
+constexpr std::size_t kGrain = 64, kPointGrain = 1024;     // blocks, points that are worth a thread
 
 using Place = std::array<std::int32_t, 3>;
 
@@ -128,6 +128,105 @@ void each_corner_around(int bit, int axis, Visit&& visit) {
       }
 }
 
+// The blocks with a corner that may lie within `reach` of a point: from the first to the last one
+// along each axis. Block b has the corners side b .. side (b + 1) - cell.
+struct BlockRange {
+  std::array<std::int64_t, 3> first, last;
+};
+
+BlockRange blocks_around(const Points& points, std::size_t p, double reach, double cell) {
+  BlockRange range;
+  const std::array<float, 3> at{points.x[p], points.y[p], points.z[p]};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double first = std::ceil((at[axis] - reach) / cell);
+    const double last = std::floor((at[axis] + reach) / cell);
+    range.first[axis] = static_cast<std::int64_t>(std::floor(first / kBlockSide));
+    range.last[axis] = static_cast<std::int64_t>(std::floor(last / kBlockSide));
+  }
+  return range;
+}
+
+// Calls visit(i, j, k) for each of them.
+template <class Visit>
+void each_block(const BlockRange& range, Visit&& visit) {
+  for (std::int64_t k = range.first[2]; k <= range.last[2]; ++k)
+    for (std::int64_t j = range.first[1]; j <= range.last[1]; ++j)
+      for (std::int64_t i = range.first[0]; i <= range.last[0]; ++i) visit(i, j, k);
+}
+
+std::uint64_t key_at(std::int64_t i, std::int64_t j, std::int64_t k) {
+  return key_of(
+      {static_cast<std::int32_t>(i), static_cast<std::int32_t>(j), static_cast<std::int32_t>(k)});
+}
+
+// The keys of the blocks around all points, in no order, and some of them several times.
+std::vector<std::uint64_t> blocks_near(const Points& points, double reach, double cell) {
+  std::mutex joining;
+  std::vector<std::uint64_t> keys;
+  std::atomic<bool> too_far{false};
+  parallel_for(points.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint64_t> own;
+    std::uint64_t last = ~std::uint64_t{0};
+    for (std::size_t p = begin; p < end; ++p) {
+      const BlockRange range = blocks_around(points, p, reach, cell);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (range.first[axis] < -kFarthestBlock || range.last[axis] > kFarthestBlock)
+          too_far = true;
+      if (too_far) return;
+      each_block(range, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+        const std::uint64_t key = key_at(i, j, k);
+        if (key != last) own.push_back(key);
+        last = key;
+      });
+    }
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    const std::scoped_lock lock(joining);
+    keys.insert(keys.end(), own.begin(), own.end());
+  });
+  if (too_far)
+    refuse(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
+  return keys;
+}
+
+// The corners of block (i, j, k) within `reach` of a point.
+std::uint64_t corners_near(const Vec3d& point, double reach, double cell, std::int64_t i,
+                           std::int64_t j, std::int64_t k) {
+  // Squared distances along each axis of the block's four planes.
+  const double side = kBlockSide * cell, squared = reach * reach;
+  double apart[3][kBlockSide];
+  for (int c = 0; c < kBlockSide; ++c) {
+    const auto square = [](double v) { return v * v; };
+    apart[0][c] = square(side * static_cast<double>(i) + cell * c - point.x);
+    apart[1][c] = square(side * static_cast<double>(j) + cell * c - point.y);
+    apart[2][c] = square(side * static_cast<double>(k) + cell * c - point.z);
+  }
+  std::uint64_t near = 0;
+  for (int row = 0; row < kBlockSide * kBlockSide; ++row) {
+    const double y2 = apart[1][row & 3], z2 = apart[2][row >> 2];
+    if (y2 + z2 > squared) continue;
+    for (int c = 0; c < kBlockSide; ++c)
+      near |= std::uint64_t{apart[0][c] + y2 + z2 <= squared} << (kBlockSide * row + c);
+  }
+  return near;
+}
+
+// Wants the corners within `reach` of the points, whose blocks are all there.
+void want_near(SpaceGrid& grid, const Points& points, double reach) {
+  const KeyTable numbers = numbers_of(grid.blocks);
+  parallel_for(points.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+      each_block(blocks_around(points, p, reach, grid.cell), [&](std::int64_t i, std::int64_t j,
+                                                                 std::int64_t k) {
+        const auto block = static_cast<std::size_t>(find_block(numbers, key_at(i, j, k)));
+        const std::uint64_t near =
+            corners_near({points.x[p], points.y[p], points.z[p]}, reach, grid.cell, i, j, k);
+        std::atomic_ref<std::uint64_t>(grid.blocks[block].wanted)
+            .fetch_or(near, std::memory_order_relaxed);
+      });
+  });
+}
+
 }  // namespace
 
 Points near_air(const Cells& cells, const float* gradients) {
@@ -170,74 +269,8 @@ SpaceGrid grid_around(const Points& points, double reach, double cell, const Cor
   SpaceGrid grid;
   grid.cell = cell;
   grid.within = within;
-  const double side = kBlockSide * cell;
-  const std::size_t n = points.size();
-  // Block b has the corners side b .. side (b + 1) - cell.
-  const auto range_of = [&](float at) {
-    const double first = std::ceil((at - reach) / cell), last = std::floor((at + reach) / cell);
-    return std::array<std::int64_t, 2>{static_cast<std::int64_t>(std::floor(first / kBlockSide)),
-                                       static_cast<std::int64_t>(std::floor(last / kBlockSide))};
-  };
-  std::mutex joining;
-  std::vector<std::uint64_t> keys;
-  std::atomic<bool> too_far{false};
-  parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint64_t> own;
-    std::uint64_t last = ~std::uint64_t{0};
-    for (std::size_t p = begin; p < end; ++p) {
-      const auto x = range_of(points.x[p]), y = range_of(points.y[p]), z = range_of(points.z[p]);
-      for (const auto& range : {x, y, z})
-        if (range[0] < -kFarthestBlock || range[1] > kFarthestBlock) too_far = true;
-      if (too_far) return;
-      for (std::int64_t k = z[0]; k <= z[1]; ++k)
-        for (std::int64_t j = y[0]; j <= y[1]; ++j)
-          for (std::int64_t i = x[0]; i <= x[1]; ++i) {
-            const std::uint64_t key =
-                key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
-                        static_cast<std::int32_t>(k)});
-            if (key != last) own.push_back(key);
-            last = key;
-          }
-    }
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
-    const std::scoped_lock lock(joining);
-    keys.insert(keys.end(), own.begin(), own.end());
-  });
-  if (too_far)
-    refuse(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
-  add_blocks(grid, std::move(keys));
-
-  const KeyTable numbers = numbers_of(grid.blocks);
-  const double squared = reach * reach;
-  parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      const auto x = range_of(points.x[p]), y = range_of(points.y[p]), z = range_of(points.z[p]);
-      for (std::int64_t k = z[0]; k <= z[1]; ++k)
-        for (std::int64_t j = y[0]; j <= y[1]; ++j)
-          for (std::int64_t i = x[0]; i <= x[1]; ++i) {
-            CornerBlock& block = grid.blocks[static_cast<std::size_t>(find_block(
-                numbers, key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
-                                 static_cast<std::int32_t>(k)})))];
-            // Squared distances along each axis of the block's four planes.
-            double apart[3][kBlockSide];
-            for (int c = 0; c < kBlockSide; ++c) {
-              const auto square = [](double v) { return v * v; };
-              apart[0][c] = square(side * static_cast<double>(i) + cell * c - points.x[p]);
-              apart[1][c] = square(side * static_cast<double>(j) + cell * c - points.y[p]);
-              apart[2][c] = square(side * static_cast<double>(k) + cell * c - points.z[p]);
-            }
-            std::uint64_t near = 0;
-            for (int row = 0; row < kBlockSide * kBlockSide; ++row) {
-              const double y2 = apart[1][row & 3], z2 = apart[2][row >> 2];
-              if (y2 + z2 > squared) continue;
-              for (int c = 0; c < kBlockSide; ++c)
-                near |= std::uint64_t{apart[0][c] + y2 + z2 <= squared} << (kBlockSide * row + c);
-            }
-            std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(near, std::memory_order_relaxed);
-          }
-    }
-  });
+  add_blocks(grid, blocks_near(points, reach, cell));
+  want_near(grid, points, reach);
   for (CornerBlock& block : grid.blocks) block.wanted &= within.mask_of(block.at);
   return grid;
 }
