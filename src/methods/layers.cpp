@@ -137,18 +137,25 @@ std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float
   return hidden;
 }
 
+// The particles that see air, but for strays that lie so far away that no mesh reaches them.
+Points seeds_of(Device& device, const KnownFluid& known) {
+  const HostView gradients(device, known.field);
+  const Points all = near_air(known.host_cells, gradients.data());
+  const double farthest = farthest_point(kBand, kCell);
+  Points seeds;
+  for (std::size_t p = 0; p < all.size(); ++p)
+    if (std::max({std::abs(all.x[p]), std::abs(all.y[p]), std::abs(all.z[p])}) <= farthest)
+      seeds.add({all.x[p], all.y[p], all.z[p]});
+  return seeds;
+}
+
 // 2.4 and 2.5: the mesh that rays leave.
 DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>& front,
                      const KnownFluid& known, const ImplicitFunction& function, StageClock& clock) {
   clock.start("corners");
-  Points seeds;
-  {
-    const HostView gradients(device, known.field);
-    seeds = near_air(known.host_cells, gradients.data());
-  }
   ImplicitFunction field = function;
   field.alone = true;
-  SpaceGrid grid = grid_around(seeds, kBand, kCell);
+  SpaceGrid grid = grid_around(seeds_of(device, known), kBand, kCell);
   do {
     fill_corners(
         grid, [&](const Points& points) { return measure_implicit(device, field, points).value; });

@@ -12,6 +12,7 @@
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "same_bits.hpp"
+#include "stages/view.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -134,6 +135,28 @@ TEST(ExtractLayers, SeeThroughAFrameThatStreams) {
     EXPECT_NEAR(surface.layers.thickness[middle], 64, 0.5);
     EXPECT_EQ(surface.layers.count[middle], 1u);
   }
+}
+
+// Cells of the mesh that rays leave have places up to 8 million particle radii away.
+TEST(ExtractLayers, LeaveOutAStrayThatNoMeshReaches) {
+  const Scene scene = scaled(find_scene("sphere"), 4);
+  Particles particles = make_particles(scene, 0.05, 1);
+  const Camera camera = camera_of(lens_of(scene));
+  Device device;
+  const Surface expected = extract(device, particles, camera, with_layers(1));
+  const View view = make_view(camera, 1, {});
+  const Vec3d far = world_from_eye(view, {0, 0, -2e7 * kParticleRadius});
+  particles.x.push_back(static_cast<float>(far.x));
+  particles.y.push_back(static_cast<float>(far.y));
+  particles.z.push_back(static_cast<float>(far.z));
+  const Surface found = extract(device, particles, camera, with_layers(1));
+  EXPECT_EQ(found.counts.in_view, expected.counts.in_view + 1);
+  const std::size_t middle =
+      static_cast<std::size_t>(camera.height / 2) * static_cast<std::size_t>(camera.width) +
+      static_cast<std::size_t>(camera.width / 2);
+  EXPECT_EQ(found.layers.count[middle], 1u);
+  // The middle of the particles, around which the device has its coordinates, is another one.
+  EXPECT_NEAR(found.layers.thickness[middle], expected.layers.thickness[middle], 1e-3);
 }
 
 TEST(ExtractLayers, AreRefusedOfMethodsWithAFrontAlone) {
