@@ -5,7 +5,6 @@
 
 #include <bit>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <random>
@@ -13,6 +12,7 @@
 
 #include "cost.hpp"
 #include "io/readers.hpp"
+#include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
@@ -36,17 +36,8 @@ std::string stored(T value, std::endian order) {
 /// A folder of its own for each test, removed at its end.
 class InputTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              (std::string("meniscus_") + info->test_suite_name() + "_" + info->name() + "_" +
-               std::to_string(std::random_device()()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::string& bytes) const {
-    const std::string path = (folder_ / name).string();
+    const std::string path = folder_ / name;
     std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<long>(bytes.size()));
     return path;
   }
@@ -118,7 +109,7 @@ class InputTest : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 inline bool same(const Particles& a, const Particles& b) {
