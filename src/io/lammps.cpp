@@ -77,12 +77,6 @@ class Reader {
     split_at_blanks(needed(what), words);
     return words.empty() ? std::string_view() : words[0];
   }
-  double real(std::string_view word, const char* what) {
-    const auto value = parse_real(word);
-    if (!value)
-      fail(file_, cursor_.place(), "found " + in_quotes(word) + ", wanted a number for " + what);
-    return *value;
-  }
 
   std::optional<Particles> read_step(bool take) {
     std::uint64_t count = 0;
@@ -99,7 +93,7 @@ class Reader {
       } else if (line.starts_with("ITEM: BOX BOUNDS")) {
         read_box(box);
       } else if (line.starts_with("ITEM: TIME")) {
-        time = real(only_word("the time"), "the time");
+        time = cursor_.real_of(only_word("the time"), "the time");
       } else if (line.starts_with("ITEM: UNITS")) {
         needed("the units");
       } else if (line.starts_with("ITEM: ATOMS")) {
@@ -119,9 +113,9 @@ class Reader {
     for (std::size_t k = 0; k < 3; ++k) {
       split_at_blanks(needed("the bounds of the box"), words);
       if (words.size() < 2) fail(file_, cursor_.place(), "wanted two bounds of the box");
-      box.low[k] = real(words[0], "a bound");
-      box.high[k] = real(words[1], "a bound");
-      if (words.size() > 2) tilt[k] = real(words[2], "a tilt");
+      box.low[k] = cursor_.real_of(words[0], "a bound");
+      box.high[k] = cursor_.real_of(words[1], "a bound");
+      if (words.size() > 2) tilt[k] = cursor_.real_of(words[2], "a tilt");
     }
     box.xy = tilt[0], box.xz = tilt[1], box.yz = tilt[2];
     // Of a tilted box the bounds are those of what it covers.
@@ -181,7 +175,8 @@ class Reader {
         fail(file_, cursor_.place(),
              "the last line has no end (truncated? if it is complete, end it with a new line)");
       std::array<double, 3> p{};
-      for (std::size_t k = 0; k < 3; ++k) p[k] = real(words[axes[k].column], "a coordinate");
+      for (std::size_t k = 0; k < 3; ++k)
+        p[k] = cursor_.real_of(words[axes[k].column], "a coordinate");
       if (axes[0].scaled)
         p = {box.low[0] + p[0] * (box.high[0] - box.low[0]) + p[1] * box.xy + p[2] * box.xz,
              box.low[1] + p[1] * (box.high[1] - box.low[1]) + p[2] * box.yz,
@@ -192,18 +187,15 @@ class Reader {
       for (std::size_t k = 0; k < fields.size(); ++k) {
         if (fields[k] == Field::none) continue;
         if (fields[k] == Field::id) {
-          const auto id = parse_integer(words[k]);
-          if (!id)
-            fail(file_, cursor_.place(),
-                 "found " + in_quotes(words[k]) + ", wanted a whole number of 64 bits for id");
-          particles.id[i] = *id;
+          particles.id[i] = cursor_.integer_of(words[k], "id");
         } else {
-          array_of(particles, fields[k])[i] = static_cast<float>(real(words[k], names[k].c_str()));
+          array_of(particles, fields[k])[i] =
+              static_cast<float>(cursor_.real_of(words[k], names[k]));
         }
       }
       for (std::size_t k = 0; k < picks.size(); ++k)
         particles.attributes[k].values[i] =
-            static_cast<float>(real(words[picks[k].array], names[picks[k].array].c_str()));
+            static_cast<float>(cursor_.real_of(words[picks[k].array], names[picks[k].array]));
     }
     return particles;
   }

@@ -219,11 +219,7 @@ Particles read_csv(const InputFile& file, const ReadOptions& options) {
     for (std::size_t k = 0; k < cells.size(); ++k) {
       if (fields[k] == Field::none) continue;
       if (fields[k] == Field::id) {
-        const auto id = parse_integer(cells[k]);
-        if (!id)
-          fail(file, cursor.place(),
-               "found " + in_quotes(cells[k]) + ", wanted a whole number of 64 bits for id");
-        particles.id.push_back(*id);
+        particles.id.push_back(cursor.integer_of(cells[k], "id"));
       } else {
         array_of(particles, fields[k])
             .push_back(

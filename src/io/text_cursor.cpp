@@ -103,22 +103,25 @@ std::string_view TextCursor::number_token(std::string_view what) {
   return token;
 }
 
-double TextCursor::real(std::string_view what) {
-  const std::string_view token = number_token(what);
-  const std::optional<double> value = parse_real(token);
+double TextCursor::real(std::string_view what) { return real_of(number_token(what), what); }
+
+std::int64_t TextCursor::integer(std::string_view what) {
+  return integer_of(number_token(what), what);
+}
+
+double TextCursor::real_of(std::string_view word, std::string_view what) const {
+  const std::optional<double> value = parse_real(word);
   if (!value)
-    fail(file_, place(),
-         "found " + in_quotes(token) + ", wanted a number for " + std::string(what));
+    fail(file_, place(), "found " + in_quotes(word) + ", wanted a number for " + std::string(what));
   return *value;
 }
 
-std::int64_t TextCursor::integer(std::string_view what) {
-  const std::string_view token = number_token(what);
-  const std::optional<std::int64_t> value = parse_integer(token);
+std::int64_t TextCursor::integer_of(std::string_view word, std::string_view what) const {
+  const std::optional<std::int64_t> value = parse_integer(word);
   if (!value)
-    fail(file_, place(),
-         "found " + in_quotes(token) + ", wanted a whole number of 64 bits for " +
-             std::string(what));
+    fail(
+        file_, place(),
+        "found " + in_quotes(word) + ", wanted a whole number of 64 bits for " + std::string(what));
   return *value;
 }
 

@@ -48,6 +48,10 @@ class TextCursor {
   double real(std::string_view what);
   std::int64_t integer(std::string_view what);
 
+  /// A word of the token or line that was read last as a number. `what` names it in the message.
+  double real_of(std::string_view word, std::string_view what) const;
+  std::int64_t integer_of(std::string_view word, std::string_view what) const;
+
   /// The next token as a count >= 0.
   std::size_t count(std::string_view what);
 
