@@ -8,29 +8,30 @@
 namespace meniscus {
 namespace {
 
-Extraction run_method(Device& device, const View& view, const WorldParticles& particles,
-                      const Parameters& params, std::vector<StageTime>* timings) {
-  switch (params.method) {
+using RunMethod = decltype(run_fit);
+
+RunMethod* function_of(Method method) {
+  switch (method) {
     case Method::paper:
-      return run_paper(device, view, particles, params, timings);
+      return run_paper;
     case Method::ssm:
-      return run_ssm(device, view, particles, params, timings);
+      return run_ssm;
     case Method::spheres:
-      return run_spheres(device, view, particles, params, timings);
+      return run_spheres;
     case Method::bilateral:
-      return run_bilateral(device, view, particles, params, timings);
+      return run_bilateral;
     case Method::narrow_range:
-      return run_narrow_range(device, view, particles, params, timings);
+      return run_narrow_range;
     case Method::curvature_flow:
-      return run_curvature_flow(device, view, particles, params, timings);
+      return run_curvature_flow;
     case Method::anisotropic:
-      return run_anisotropic(device, view, particles, params, timings);
+      return run_anisotropic;
     case Method::groups:
-      return run_groups(device, view, particles, params, timings);
+      return run_groups;
     case Method::stable:
-      return run_stable(device, view, particles, params, timings);
+      return run_stable;
     default:
-      return run_fit(device, view, particles, params, timings);
+      return run_fit;
   }
 }
 
@@ -38,7 +39,7 @@ Extraction run_method(Device& device, const View& view, const WorldParticles& pa
 
 Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
                         const Parameters& params, std::vector<StageTime>* timings) {
-  Extraction made = run_method(device, view, particles, params, timings);
+  Extraction made = function_of(params.method)(device, view, particles, params, timings);
   const bool moves = particles.moving && ((params.image && params.aovs.velocity) || params.mesh);
   if (!moves && (particles.attributes.empty() || !(params.image || params.mesh))) return made;
   StageClock clock(device, timings);
