@@ -159,6 +159,18 @@ std::vector<Vec3d> lattice(const Scene& scene, double depth, std::uint64_t seed)
   return points;
 }
 
+std::vector<Vec3d> at_random(const Scene& scene, std::uint64_t seed) {
+  Random random(seed);
+  const Vec3d extent = scene.high - scene.low;
+  const auto tries = std::llround(extent.x * extent.y * extent.z);
+  std::vector<Vec3d> points;
+  for (long long k = 0; k < tries; ++k) {
+    const Vec3d p = random.in_box(scene.low, scene.high);
+    if (scene.distance(p) < 0) points.push_back(p);
+  }
+  return points;
+}
+
 void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed) {
   Random random(~seed);  // another stream than the filling's
   for (Vec3d& p : points) {
@@ -169,8 +181,9 @@ void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed) {
 }
 
 Particles make_particles(const Scene& scene, double noise, std::uint64_t seed, Filling filling) {
-  std::vector<Vec3d> points = filling == Filling::relaxed
-                                  ? fill(scene, seed)
+  std::vector<Vec3d> points = filling == Filling::relaxed ? fill(scene, seed)
+                              : filling == Filling::random
+                                  ? at_random(scene, seed)
                                   : lattice(scene, filling == Filling::lattice ? 0 : kDepth, seed);
   if (noise > 0) add_noise(points, noise, seed);
   for (const Piece& piece : scene.splash) points.insert(points.end(), piece.begin(), piece.end());

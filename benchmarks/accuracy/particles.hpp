@@ -19,11 +19,15 @@ enum class Filling {
   relaxed,       // fill
   lattice,       // the cells of a cubic lattice whose centres lie inside: the mass is right
   deep_lattice,  // those whose centres lie s/2 deep: the layer next to the surface is missing
+  random,        // at_random
 };
 
 /// Corners of a cubic lattice of spacing s that lie at least `depth` (s) inside, unrelaxed and
 /// without jitter. The seed decides where the lattice's origin lies; its axes are the world's.
 std::vector<Vec3d> lattice(const Scene& scene, double depth, std::uint64_t seed);
+
+/// One particle for each s^3 of the solid, anywhere in it: as FLIP and MPM fill it and keep it.
+std::vector<Vec3d> at_random(const Scene& scene, std::uint64_t seed);
 
 /// Adds a Gaussian of standard deviation `sigma` (s) to each coordinate.
 void add_noise(std::vector<Vec3d>& points, double sigma, std::uint64_t seed);

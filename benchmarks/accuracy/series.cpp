@@ -34,6 +34,13 @@ std::vector<Series> make_series() {
        "s/2 deep",
        {{"inside", [](Setup& s) { s.filling = Filling::lattice; }},
         {"deep", [](Setup& s) { s.filling = Filling::deep_lattice; }}}},
+      {"random",
+       "one particle for each s^3 anywhere in the solid, as FLIP and MPM leave them",
+       {{"random",
+         [](Setup& s) {
+           s.filling = Filling::random;
+           s.noise = 0;
+         }}}},
       {"spacing", "pixels per s at the target",
        each_of({"2", "3", "5", "8", "12", "20", "40"}, "pixels",
                [](Setup& s, double scale) { s.scale = scale; })},
