@@ -64,7 +64,8 @@ inline floatv level_weight(const floatv density, const float level) {
 }
 
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
-// order, and the weights of the levelled field. One work-item per BLOCK particles. Those inside the
+// order, and the weights of the levelled field, of particles of one weight. One work-item per BLOCK
+// particles. Those inside the
 // fluid are not measured: 0 and 1. There is fluid all around a cell where it and each of the 26 about it
 // hold `least` particles or more, and half of their mean number. Of the others up to WIDTH go together
 // that lie in SPAN cells of a row.
@@ -97,7 +98,8 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
       scatter_float(none, result + n, own.at, own.used);
       scatter_float(none, result + 2 * n, own.at, own.used);
       scatter_float((floatv)(1.0f), result + 3 * n, own.at, own.used);
-      scatter_float(level_weight((floatv)(1.0f), level), weight, own.at, own.used);
+      scatter_float(level_weight((floatv)(1.0f), level) * cell_weight[own.at[0]], weight, own.at,
+                    own.used);
     } else {
       STOREI(first + TO_INTV(LANES), place + count);
       count += own.count;
@@ -127,7 +129,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     scatter_float(gradient_of(f.gz), result + 2 * n, at, used);
     const floatv density = f.c * NORM;
     scatter_float(density, result + 3 * n, at, used);
-    scatter_float(level_weight(density, level), weight, at, used);
+    scatter_float(level_weight(density, level) * gather_float(cell_weight, at), weight, at, used);
     k += number;
   }
 }

@@ -88,7 +88,7 @@ RECORD(FieldLimits) {
   float vouching;  // a triangle this near to a sample vouches for it, particle radii
   float before;    // the field is sought so far before the blend or the reference, and
   float beyond;    // so far behind them, particle radii
-  float disorder;  // of the particles, 0 .. 1: the field of irregular ones tells less
+  float disorder;  // of the particles, 0 .. 2: the field of irregular ones tells less
 };
 
 RECORD(Settling) {

@@ -188,9 +188,10 @@ struct Parameters {
                                // than half of it are thinned to it. 0: never
   double fairing = 1.2;        // how far normals are evened out along a sheet, the sigma of a
                                // Gaussian, particle radii; 0: not at all. Methods fit and groups
-  double disorder = -1;  // how irregularly the particles lie, from 0, as SPH leaves them, to 1,
-                         // as FLIP and MPM do: by it they are evened out, and fitted more
-                         // widely. -1: told from the particles. Methods fit and groups
+  double disorder = -1;  // how irregularly the particles lie, from 0, as SPH leaves them, over 1,
+                         // one anywhere in each cube of a lattice, to 2, anywhere, as FLIP and MPM
+                         // leave them: by it they are evened out, and fitted more widely. -1: told
+                         // from the particles. Methods fit and groups
   VisibleParams visible;
   SplashParams splash;
   TriangleParams triangle;

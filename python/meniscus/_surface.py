@@ -120,7 +120,7 @@ class Surface:
     particle_radius
         World units, as it was used.
     disorder
-        How irregularly the particles lay, 0 to 1 (docs/method.md).
+        How irregularly the particles lay, 0 to 2 (docs/method.md).
     counts
         How many particles, how many of them in view, visible, ...
     notices

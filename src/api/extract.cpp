@@ -49,7 +49,7 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
                       std::vector<StageTime>* timings) {
   Device& device = filling.device;
   const Parameters& params = filling.params;
-  const FilledFrame frame = fill_frame(filling, source);
+  FilledFrame frame = fill_frame(filling, source);
   Surface surface;
   surface.camera = filling.camera;
   surface.particle_radius = frame.radius;
@@ -61,6 +61,7 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   Parameters of_front = params;
   if (layers_apart) of_front.layers = 0;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, of_front, timings);
+  frame.view = coarser(frame.view, extraction.disorder.unit());
   if (frame.all >= 0) {
     extraction.counts.particles = frame.all;
     extraction.counts.streamed = true;

@@ -7,9 +7,10 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
   const std::string fitting = "fit, groups and stable",
                     triangulating = "fit, groups, stable and paper";
   return {
-      {"Particles", "disorder", &p.disorder, none, -1, 1, false,
-       "how irregularly particles lie, from 0, as SPH leaves them, to 1, as FLIP and MPM do: by it "
-       "they are evened out, and fitted more widely; -1: told from the particles",
+      {"Particles", "disorder", &p.disorder, none, -1, 2, false,
+       "how irregularly particles lie, from 0, as SPH leaves them, over 1, one anywhere in each "
+       "cube of a lattice, to 2, anywhere, as FLIP and MPM leave them: by it they are evened out, "
+       "and fitted more widely; -1: told from the particles",
        "fit and groups"},
       {"Visible particles (paper 2.1)", "footprint", &p.visible.footprint, r, 0.1, 10, false,
        "sphere that hides what lies behind it; smaller finds more particles below the surface",

@@ -37,13 +37,14 @@ RunMethod* function_of(Method method) {
 
 }  // namespace
 
-Extraction run_pipeline(Device& device, const View& view, const WorldParticles& particles,
+Extraction run_pipeline(Device& device, const View& given, const WorldParticles& particles,
                         const Parameters& params, std::vector<StageTime>* timings) {
-  Extraction made = function_of(params.method)(device, view, particles, params, timings);
+  Extraction made = function_of(params.method)(device, given, particles, params, timings);
   const bool moves = particles.moving && ((params.image && params.aovs.velocity) || params.mesh);
   if (!moves && (particles.attributes.empty() || !(params.image || params.mesh))) return made;
   StageClock clock(device, timings);
   clock.start("motion");
+  const View view = coarser(given, made.disorder.unit());
   carry_values(device, view, project_particles(device, view, particles, kMotionMargin), particles,
                params, made);
   clock.stop();

@@ -55,12 +55,11 @@ std::vector<float> values_of(const Visible& some, const Visible& more,
 struct Closed {
   DualMesh mesh;  // in their eye space
   ParticleFits fits;
-  double disorder = 0;
 };
 
-// Section 2 of the paper; cells of side `cell`, particle radii.
-Closed close_surface(Device& device, Projected& placed, double cell, const Parameters& params,
-                     StageClock& clock) {
+// Section 2 of the paper; cells of side `cell`, in the fluid's unit of length.
+Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
+                     const Parameters& params, StageClock& clock) {
   FittedFluid fluid = fit_fluid(device, placed, params, clock);
 
   // 2.4: F at the corners of cells around the surface, and where their edges cross it.
@@ -83,7 +82,6 @@ Closed close_surface(Device& device, Projected& placed, double cell, const Param
   join_vertices(grid, edges, made.mesh);
   drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
   made.fits = std::move(fluid.fits);
-  made.disorder = fluid.disorder;
   return made;
 }
 
@@ -91,31 +89,48 @@ Closed close_surface(Device& device, Projected& placed, double cell, const Param
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
 
-FluidField measure_field(Device& device, Projected& placed, const Parameters& params) {
+PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles) {
+  PlacedFluid fluid{view, disorder, std::move(particles), {}};
+  Projected& placed = fluid.particles;
+  fluid.cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
+  even_out(placed, fluid.cells, disorder);
+  return fluid;
+}
+
+PlacedFluid place_fluid(const View& view, const Parameters& params,
+                        const std::function<Projected(const View& view)>& place) {
+  PlacedFluid fluid = even_fluid(view, {}, place(view));
+  fluid.disorder = find_disorder(fluid.particles, fluid.cells, params);
+  const double unit = fluid.disorder.unit();
+  if (unit > 1) return even_fluid(coarser(view, unit), fluid.disorder, place(coarser(view, unit)));
+  even_out(fluid.particles, fluid.cells, fluid.disorder);
+  return fluid;
+}
+
+FluidField measure_field(Device& device, const PlacedFluid& fluid, const Parameters& params) {
   FluidField field;
-  field.host_cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
-  field.disorder = even_out(placed, field.host_cells, params);
-  field.cells = upload_cells(device, field.host_cells);
+  field.cells = upload_cells(device, fluid.cells, fluid.disorder.mass());
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
-  field.levelled = level_cells(device, field.cells, Measured::near_air,
-                               for_disorder(params.region, field.disorder), field.gradients);
+  field.levelled =
+      level_cells(device, field.cells, Measured::near_air, params.region, field.gradients);
   return field;
 }
 
-FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& given, StageClock& clock,
-                      const FitScope& scope) {
+FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters& given,
+                      StageClock& clock, const FitScope& scope) {
   FittedFluid fluid;
+  const Projected& placed = even.particles;
+  const Parameters params = for_disorder(given, even.disorder);
+  const double disorder = params.disorder;
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");
-  const auto [disorder, host_cells, cells, levelled, field] = measure_field(device, placed, given);
-  const Parameters params = for_disorder(given, disorder);
-  fluid.disorder = disorder;
+  const auto [cells, levelled, field] = measure_field(device, even, params);
   clock.start("surface");
   FieldSurface found;
   {
     const HostView gradients(device, field);
-    found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, disorder);
-    fluid.seeds = near_air(host_cells, gradients.data());
+    found = find_surface({}, even.cells, {gradients.data(), gradients.size()}, disorder);
+    fluid.seeds = near_air(even.cells, gradients.data());
   }
   const Visible fitted = fitted_of(placed, found, scope.fitted);
 
@@ -165,22 +180,26 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   StageClock clock(device, timings);
   Extraction result;
   // Eye space is the world's axes: stages that need no pixels take it as any other.
-  Projected placed = place_particles(view, particles);
-  result.counts.particles = static_cast<std::int64_t>(placed.size());
-  if (placed.size() == 0) {
+  clock.start("relax");
+  const PlacedFluid fluid =
+      place_fluid(view, params, [&](const View& in) { return place_particles(in, particles); });
+  const double unit = fluid.disorder.unit();
+  result.counts.particles = static_cast<std::int64_t>(fluid.particles.size());
+  if (fluid.particles.size() == 0) {
     result.counts.in_view = 0;  // which to_world() warns of
     return result;
   }
 
-  Closed made = close_surface(device, placed, closed.cell, params, clock);
-  result.mesh = to_world(view, std::move(made.mesh));
+  Closed made = close_surface(device, fluid, closed.cell / unit, params, clock);
+  result.mesh = to_world(fluid.view, std::move(made.mesh));
   result.counts.fits = static_cast<std::int64_t>(made.fits.size());
   result.residual = std::move(made.fits.residual);
-  result.disorder = made.disorder;
+  for (float& residual : result.residual) residual *= static_cast<float>(unit);
+  result.disorder = fluid.disorder;
 
   if (particles.moving || !particles.attributes.empty()) {
     clock.start("motion");
-    carry_values(device, view, placed, particles, params, result);
+    carry_values(device, fluid.view, fluid.particles, particles, params, result);
   }
   clock.stop();
   return result;

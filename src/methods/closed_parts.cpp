@@ -26,13 +26,15 @@ constexpr int kRoundsAround = 8;
 // Corners of these that are needed to mesh the part's own cells: those of the cells around them.
 constexpr int kMeshed = 1;
 
-// How far around the corners that are asked particles bear on F, step by step backwards; particle
-// radii.
+// How far around the corners that are asked particles bear on F, step by step backwards; in the
+// unit of length of the particles' disorder (relax.hpp).
 struct Halo {
   double fitted;     // fits
   double tried;      // trial fits, which tell roundness
   double particles;  // all
 };
+
+double unit_of(const Parameters& params) { return Disorder{.amount = params.disorder}.unit(); }
 
 Halo halo_of(const Parameters& params) {
   constexpr double kRounding = 0.5;
@@ -51,7 +53,7 @@ Halo halo_of(const Parameters& params) {
   // Their roundness is a mean over bent places of means over what trial fits around say.
   const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
-  const double relaxed = params.disorder > 0 ? relax_influence() : 0;
+  const double relaxed = params.disorder > 0 ? relax_influence() / unit_of(params) : 0;
   return {fitted, tried, surface + kField + relaxed + kRounding};
 }
 
@@ -112,10 +114,12 @@ class PartMaker {
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.carried.attributes.push_back({attribute.name, {}});
-    Projected placed = place_particles(view_, particles);
-    if (placed.size() == 0) return made;
+    const PlacedFluid placed =
+        even_fluid(view_, {.amount = params_.disorder}, place_particles(view_, particles));
+    if (placed.particles.size() == 0) return made;
     const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
-    for (std::size_t i = 0; i < placed.size(); ++i) made.particles += inside.holds(placed.eye(i));
+    for (std::size_t i = 0; i < placed.particles.size(); ++i)
+      made.particles += inside.holds(placed.particles.eye(i));
     FittedFluid fluid = fit(placed, asked, known, made);
     for (std::size_t k = 0; k < fluid.fits.size(); ++k)
       if (inside.holds(fluid.fits.position[k])) {
@@ -126,13 +130,14 @@ class PartMaker {
     made.residual.resize(static_cast<std::size_t>(made.fits));
     fluid.fits = {};
     contour(fluid, own, known.rounds, made);
-    if (carry_) carry(placed, particles, made);
+    if (carry_) carry(placed.particles, particles, made);
     clock_.stop();
     return made;
   }
 
  private:
-  FittedFluid fit(Projected& placed, const SpaceBox& asked, const Known& known, Made& made) const {
+  FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known,
+                  Made& made) const {
     const Halo halo = halo_of(params_);
     FitScope scope;
     scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
@@ -289,7 +294,7 @@ std::vector<T> in_place(const JoinedMesh& joined, const std::vector<std::uint32_
 }  // namespace
 
 double halo_of_parts(double cell, const Parameters& params) {
-  return halo_of(params).particles + kRoundsAround * cell;
+  return halo_of(params).particles * unit_of(params) + kRoundsAround * cell;
 }
 
 Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
@@ -297,14 +302,17 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
                                const ClosedParams& closed, const Parameters& params, bool carry,
                                std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  const PartMaker maker(device, view, closed.cell, params, carry, clock);
+  const double unit = unit_of(params);
+  const View coarse = coarser(view, unit);
+  const PartMaker maker(device, coarse, closed.cell / unit, params, carry, clock);
   Known known;
   // Nearly always there is a fit that reaches as far as any can.
   known.reach = static_cast<float>(kBlendReach * params.blend.radius);
   Whole whole;
   for (bool again = true; again;) {
     whole = {};
-    whole = make_parts(maker, team, parts, fill, closed.cell, halo_of(params).particles, known);
+    whole =
+        make_parts(maker, team, parts, fill, closed.cell, halo_of(params).particles * unit, known);
     const Known found = found_by_all(team, whole);
     // One round in which nothing was wanted tells that none will, where corners that are meshed
     // know of it.
@@ -314,7 +322,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   }
 
   Extraction result;
-  result.disorder = params.disorder;
+  result.disorder.amount = params.disorder;
   result.counts.particles = result.counts.fits = 0;
   for (const std::int64_t particles : team.joined<std::int64_t>({whole.particles}))
     result.counts.particles += particles;
@@ -325,7 +333,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   JoinedMesh joined = join_parts(std::move(whole.mesh));
   const std::size_t vertices = joined.mesh.position.size();
   const std::vector<std::uint32_t> kept = drop_crumbs(joined.mesh, kLeastFluid, kLeastAir);
-  result.mesh = to_world(view, std::move(joined.mesh));
+  result.mesh = to_world(coarse, std::move(joined.mesh));
   if (carry && !whole.carried.empty()) {
     const std::vector<Mesh>& carried = whole.carried;
     if (std::any_of(carried.begin(), carried.end(),

@@ -15,6 +15,7 @@
 #include "stages/implicit.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/project.hpp"
+#include "stages/relax.hpp"
 
 namespace meniscus {
 
@@ -29,16 +30,29 @@ inline constexpr double kLeastFluid = 1, kLeastAir = 8;
 /// the surface is one radius outside them, and wherever else it goes more corners are asked for.
 double band_of(double cell);
 
-/// The density field of particles, and the cells that they lie in.
-struct FluidField {
-  double disorder = 0;          // of the particles
-  Cells host_cells;             // side kDensitySupport
-  DeviceCells cells, levelled;  // the same
-  Buffer<float> gradients;      // measure_gradients() over them, near air
+/// Particles that are evened out (relax.hpp), in cells.
+struct PlacedFluid {
+  View view;  // in the disorder's unit of length, as all that follows
+  Disorder disorder;
+  Projected particles;
+  Cells cells;  // side kDensitySupport
 };
 
-/// Evens particles out first (relax.hpp); does not wait.
-FluidField measure_field(Device& device, Projected& placed, const Parameters& params);
+/// Evens out particles that are placed by a view in their disorder's unit of length.
+PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles);
+
+/// The same of particles whose disorder is not known yet: `place` places them by a view.
+PlacedFluid place_fluid(const View& view, const Parameters& params,
+                        const std::function<Projected(const View& view)>& place);
+
+/// The density field of particles.
+struct FluidField {
+  DeviceCells cells, levelled;
+  Buffer<float> gradients;  // measure_gradients() over the cells, near air
+};
+
+/// Does not wait.
+FluidField measure_field(Device& device, const PlacedFluid& fluid, const Parameters& params);
 
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.
@@ -51,7 +65,6 @@ struct FitScope {
 
 /// The fluid as a function of space.
 struct FittedFluid {
-  double disorder = 0;  // of the particles
   ImplicitFunction function;
   Points seeds;  // particles that see air
   ParticleFits fits;
@@ -59,8 +72,8 @@ struct FittedFluid {
 };
 
 /// The first steps of a closed surface (section 2.1 to 2.3 of the paper): field, surface, fits and
-/// their trust. Evens `placed` out first (relax.hpp).
-FittedFluid fit_fluid(Device& device, Projected& placed, const Parameters& params,
+/// their trust.
+FittedFluid fit_fluid(Device& device, const PlacedFluid& placed, const Parameters& params,
                       StageClock& clock, const FitScope& scope = {});
 
 /// A mesh from eye space into the world, without what particles carry.

@@ -5,22 +5,24 @@
 
 #include "meniscus/meniscus.hpp"
 #include "stages/project.hpp"
+#include "stages/relax.hpp"
 #include "stages/splash.hpp"
 #include "stages/surface_buffers.hpp"
 #include "stages/triangulate.hpp"
 
 namespace meniscus {
 
-/// What a method makes of one frame, in eye space and particle radii.
+/// What a method makes of one frame.
 struct Extraction {
-  SurfaceBuffers image;               // at pixel centres, on the device; empty unless params.image
+  SurfaceBuffers image;               // at pixel centres, on the device, in eye space and the
+                                      // disorder's unit of length; empty unless params.image
   std::vector<Vec3> velocity;         // [pixels] world axes, world units per second; empty: unknown
   std::vector<Attribute> attributes;  // [pixels] each
   Layers layers;                      // empty unless params.layers
   Mesh mesh;                          // world space; empty unless params.mesh
   std::vector<float> residual;        // [groups] RMS fit residual, particle radii
   Counts counts;                      // of the method
-  double disorder = 0;                // of the particles (relax.hpp)
+  Disorder disorder;                  // of the particles
 };
 
 /// How many particles there are and how many of them are in view; with more, how many of them are

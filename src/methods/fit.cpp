@@ -33,8 +33,9 @@ struct Frame {
 
 // The particles in view, in cells; their density field; which of them are splash.
 struct Fluid {
+  View view;  // in the disorder's unit of length, as all that follows
+  Disorder disorder;
   Projected particles;  // where they lie irregularly, evened out
-  double disorder = 0;  // how far
   Cells host_cells;
   DeviceCells cells, levelled;
   // The field at the particles (level_cells()), and how many nodes each of the body owns
@@ -47,18 +48,27 @@ struct Fluid {
 Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   const auto& [device, view, params, clock] = frame;
   Fluid fluid;
-  clock.start("project");
+  fluid.view = view;
   const double margin =
       std::max(params.region.reference, params.visible.footprint) + kDensitySupport;
-  fluid.particles = project_particles(device, view, particles, margin);
-  clock.start("split");
-  fluid.host_cells =
-      make_cells(fluid.particles.x, fluid.particles.y, fluid.particles.z, kDensitySupport);
+  const auto place = [&] {
+    clock.start("project");
+    fluid.particles = project_particles(device, fluid.view, particles, margin);
+    clock.start("split");
+    fluid.host_cells =
+        make_cells(fluid.particles.x, fluid.particles.y, fluid.particles.z, kDensitySupport);
+  };
+  place();
   clock.start("relax");
-  fluid.disorder = even_out(fluid.particles, fluid.host_cells, params);
-  if (fluid.disorder > 0) project_again(view, fluid.particles);
+  fluid.disorder = find_disorder(fluid.particles, fluid.host_cells, params);
+  if (fluid.disorder.unit() > 1) {
+    fluid.view = coarser(view, fluid.disorder.unit());
+    place();
+  }
+  even_out(fluid.particles, fluid.host_cells, fluid.disorder);
+  if (fluid.disorder.amount > 0) project_again(fluid.view, fluid.particles);
   clock.start("split");
-  fluid.cells = upload_cells(device, fluid.host_cells);
+  fluid.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());
   clock.start("field");  // is measured while the host goes on
   const std::size_t n = fluid.particles.size();
   fluid.measured = {device, {4 * n, (n + 15) / 16 * 16}};  // whole vectors to fill
@@ -176,7 +186,7 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
       [&, &device = device, &params = params] {
         shell.found =
             find_surface(seen, fluid.host_cells, {measured->data<0>(), 4 * fluid.particles.size()},
-                         fluid.disorder);
+                         params.disorder);
         measured.reset();
         shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
@@ -207,13 +217,14 @@ SurfaceParticles orient(const Frame& frame, const Fluid& fluid, const Visible& s
 }
 
 // Both methods: only the places of the fits differ.
-Extraction run_on_fits(Device& device, const View& view, const WorldParticles& particles,
+Extraction run_on_fits(Device& device, const View& given_view, const WorldParticles& particles,
                        const Parameters& given, const Seeding& seeding,
                        std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
 
   // 2.1: the particles in view, and those of them that are seen.
-  const Fluid fluid = measure_fluid({device, view, given, clock}, particles);
+  const Fluid fluid = measure_fluid({device, given_view, given, clock}, particles);
+  const View& view = fluid.view;
   const Parameters params = for_disorder(given, fluid.disorder);
   const Frame frame{device, view, params, clock};
   std::optional<FluidView> measured;
@@ -241,7 +252,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
                                     seeds.roundness, params.fit);
   if (!seeds.extent.empty()) weigh_groups(fits, seeds.places.tells, seeds.extent);
   clock.start("trust");
-  const std::vector<double> trust = measure_trust(device, fits, fluid.cells, fluid.disorder);
+  const std::vector<double> trust = measure_trust(device, fits, fluid.cells, params.disorder);
 
   // 2.4: the surface at pixels and at the nodes of the mesh.
   BlendRecords records = make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
@@ -266,6 +277,7 @@ Extraction run_on_fits(Device& device, const View& view, const WorldParticles& p
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);
   result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
   result.residual = fits.residual;
+  for (float& residual : result.residual) residual *= static_cast<float>(fluid.disorder.unit());
   result.disorder = fluid.disorder;
   if (params.image && params.layers > 0)
     result.layers = find_layers(device, view,

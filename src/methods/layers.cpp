@@ -205,20 +205,23 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
                   std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
   clock.start("project");
-  Projected placed = project_particles(device, view, particles, kMargin);
+  PlacedFluid fluid = place_fluid(view, given, [&](const View& in) {
+    return project_particles(device, in, particles, kMargin);
+  });
+  const auto& [in, disorder, placed, host_cells] = fluid;
   if (placed.size() == 0) return trace_layers(view, {}, front, given.layers);
-  clock.start("field");
-  const auto [disorder, host_cells, cells, levelled, field] = measure_field(device, placed, given);
-  if (disorder > 0) project_again(view, placed);
+  if (disorder.amount > 0) project_again(in, fluid.particles);
   const Parameters params = for_disorder(given, disorder);
+  clock.start("field");
+  const auto [cells, levelled, field] = measure_field(device, fluid, params);
   clock.start("surface");
   FieldSurface found;
   {
     const HostView gradients(device, field);
-    found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, disorder);
+    found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, params.disorder);
   }
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
-  return find_layers(device, view, {placed, host_cells, cells, levelled, field, around, {}, {}},
+  return find_layers(device, in, {placed, host_cells, cells, levelled, field, around, {}, {}},
                      front, params, clock);
 }
 

@@ -108,7 +108,7 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   surface.attributes = std::move(extraction.attributes);
   surface.layers = std::move(extraction.layers);
   surface.mesh = std::move(extraction.mesh);
-  surface.disorder = extraction.disorder;
+  surface.disorder = extraction.disorder.amount;
   Counts& counts = surface.counts;
   counts = extraction.counts;
   if (params.image) counts.pixels = covered;

@@ -27,13 +27,13 @@ DevicePoints upload_points(Device& device, const Cells& cells) {
   return {x, y, z};
 }
 
-DeviceCells upload_cells(Device& device, const Cells& cells) {
+DeviceCells upload_cells(Device& device, const Cells& cells, float mass) {
   const auto [x, y, z, tag, start] =
       upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
   return {x,
           y,
           z,
-          constant(device, cells.x.size(), 1.0f),
+          constant(device, cells.x.size(), mass),
           tag,
           start,
           {cells.inverse_cell, cells.mask}};

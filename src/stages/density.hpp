@@ -45,8 +45,9 @@ DevicePoints upload_points(Device& device, const Cells& cells);
 /// Work-items for n particles of cells that are taken cell by cell.
 Range range_of_blocks(std::size_t n, int width);
 
-/// Uploads cells; every weight is 1.
-DeviceCells upload_cells(Device& device, const Cells& cells);
+/// Uploads cells; every weight is `mass`, with which the density of a fluid is 1 that has a
+/// particle in each 8 `mass` cubic particle radii.
+DeviceCells upload_cells(Device& device, const Cells& cells, float mass = 1);
 
 /// The density at eye-space points (particle radii). Waits.
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,

@@ -2,8 +2,8 @@
 // there to reproduce the paper's figures.
 //
 // It has no cap on a group's size, no smoothing of normals, no ring of neighbours, no robust
-// weights and, unless asked for, no offset: the surface passes through the particles' centres. Decided
-// where the text leaves it open (docs/method.md has all of it, with the paper's words):
+// weights and, unless asked for, no offset: the surface passes through the particles' centres.
+// Decided where the text leaves it open (docs/method.md has all of it, with the paper's words):
 // - Visible particles, the longest Delaunay edge and d_max are those of `fit`: the text gives no
 //   numbers, and without a longest edge the triangulation spans the background.
 // - A ghost particle (2.2, step 2) replaces a particle of the deleted triangle that lies more than

@@ -17,9 +17,14 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kSample = 1024, kFewest = 64;  // particles
-// Variations of the distances and of the density, from those of SPH to those of FLIP.
+// Variations of the distances and of the density, from those of SPH to those of one particle
+// anywhere in each cube of a lattice.
 constexpr double kEvenDistances = 0.065, kUnevenDistances = 0.265;
 constexpr double kEvenDensity = 0.085, kUnevenDensity = 0.195;
+// And from one particle anywhere in each cube of a lattice to particles anywhere.
+constexpr double kCubesDistances = 0.285, kAnywhereDistances = 0.315;
+constexpr double kCubesDensity = 0.215, kAnywhereDensity = 0.255;
+constexpr double kCoarsestUnit = 1.4;  // particle radii
 constexpr double kDensityReach = 1.5;  // spacings
 constexpr double kStep = 0.5;          // of relax()
 // Where forces vanish, spacings, from hardly irregular particles to those of FLIP.
@@ -156,9 +161,21 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   return order;
 }
 
+double Disorder::unit() const { return between(1, kCoarsestUnit, std::max(amount - 1, 0.0)); }
+
+float Disorder::mass() const { return static_cast<float>(1 / (unit() * unit() * unit())); }
+
 double disorder_of(const ParticleOrder& order) {
   return std::min(ramp(kEvenDistances, kUnevenDistances, order.distances),
-                  ramp(kEvenDensity, kUnevenDensity, order.density));
+                  ramp(kEvenDensity, kUnevenDensity, order.density)) +
+         std::min(ramp(kCubesDistances, kAnywhereDistances, order.distances),
+                  ramp(kCubesDensity, kAnywhereDensity, order.density));
+}
+
+Disorder find_disorder(const Projected& particles, const Cells& cells, const Parameters& params) {
+  if (params.disorder >= 0) return {.amount = params.disorder};
+  const ParticleOrder order = measure_order(particles, cells);
+  return {disorder_of(order), order.spacing};
 }
 
 void relax(Projected& particles, double spacing, double disorder) {
@@ -215,34 +232,29 @@ double relax_influence() {
   return (kRelaxRounds + 1) * kWider * kRelaxReach;
 }
 
-double even_out(Projected& particles, Cells& cells, const Parameters& params) {
-  double disorder = params.disorder, spacing = 2;
-  if (disorder < 0) {
-    const ParticleOrder order = measure_order(particles, cells);
-    disorder = disorder_of(order);
-    spacing = order.spacing;
-  }
-  if (disorder > 0) {
-    relax(particles, spacing, disorder);
-    cells = make_cells(particles.x, particles.y, particles.z, static_cast<float>(kRelaxReach));
-  }
-  return disorder;
+void even_out(Projected& particles, Cells& cells, const Disorder& disorder) {
+  if (disorder.amount == 0) return;
+  relax(particles, disorder.spacing / disorder.unit(), disorder.within_cubes());
+  cells = make_cells(particles.x, particles.y, particles.z, static_cast<float>(kRelaxReach));
 }
 
-RegionParams for_disorder(RegionParams params, double disorder) {
-  params.blob_density = std::max(params.blob_density, between(params.blob_density, 0.34, disorder));
+RegionParams for_disorder(RegionParams params, const Disorder& disorder) {
+  const double level = between(0.34, 0.29, std::max(disorder.amount - 1, 0.0));
+  params.blob_density =
+      std::max(params.blob_density, between(params.blob_density, level, disorder.within_cubes()));
   return params;
 }
 
-Parameters for_disorder(Parameters params, double disorder) {
-  params.disorder = disorder;
+Parameters for_disorder(Parameters params, const Disorder& disorder) {
+  const double within_cubes = disorder.within_cubes();
+  params.disorder = disorder.amount;
   FitParams& fit = params.fit;
   params.region = for_disorder(params.region, disorder);
-  fit.offset -= 0.04 * disorder;
-  fit.tau += 0.8 * disorder;
-  fit.normal_sigma += 0.25 * disorder;
-  fit.least_support = std::max(fit.least_support, between(fit.least_support, 0.8, disorder));
-  params.fairing *= between(1, 1.5, disorder);
+  fit.offset -= 0.04 * within_cubes + 0.55 * (disorder.unit() - 1);
+  fit.tau += 0.8 * within_cubes;
+  fit.normal_sigma += 0.25 * within_cubes;
+  fit.least_support = std::max(fit.least_support, between(fit.least_support, 0.8, within_cubes));
+  params.fairing *= between(1, 1.5, within_cubes);
   return params;
 }
 

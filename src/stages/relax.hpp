@@ -30,14 +30,37 @@ struct ParticleOrder {
 ///   cells  of them, of side kRelaxReach
 ParticleOrder measure_order(const Projected& particles, const Cells& cells);
 
-/// How irregularly particles lie, 0 .. 1: the distances' variation from .065 to .265, or that of
-/// the density from .085 to .195, linearly; the lower one. SPH leaves uneven distances, .07 to .12,
-/// but an even density, .02 to .08; thin water has an uneven density, but even distances. Gaussian
-/// noise of .1 s gives .10 and .11, one particle at random in each cube of a lattice .28 and .21.
+/// How irregularly particles lie, and what follows from it.
+struct Disorder {
+  /// 0: as SPH leaves them, 1: anywhere in their cubes of a lattice, 2: anywhere.
+  double amount = 0;
+  double spacing = 2;  // as in ParticleOrder
+
+  /// Of relax(): 0 .. 1.
+  double within_cubes() const { return amount < 1 ? amount : 1; }
+  /// What lies anywhere tells of no detail as small as a particle. The unit of length in which all
+  /// is made, particle radii (View::radius): 1, and up to 1.4 from an amount of 1 to 2.
+  double unit() const;
+  /// What a particle adds to the density field where lengths are in this unit.
+  float mass() const;
+};
+
+/// The amount from 0 to 1: the distances' variation from .065 to .265, or that of the density from
+/// .085 to .195, linearly; the lower one. From 1 to 2: alike from .285 to .315 and from .215 to
+/// .255. SPH leaves uneven distances, .07 to .12, but an even density, .02 to .08; thin water has
+/// an uneven density, but even distances. Gaussian noise of .1 s gives .10 and .11, one particle at
+/// random in each cube of a lattice .28 and .21, frames of FLIP .28 to .33 and .20 to .29, and
+/// particles anywhere (MPM) .36 and .30.
 double disorder_of(const ParticleOrder& order);
 
-/// Evens out particles that lie `spacing` apart, as far as `disorder` says. Each goes, kRelaxRounds
-/// times, by
+/// The disorder of particles: params.disorder, which takes them to be two particle radii apart, or
+/// what they themselves say where it is below 0.
+///
+///   cells  of the particles, of side kRelaxReach
+Disorder find_disorder(const Projected& particles, const Cells& cells, const Parameters& params);
+
+/// Evens out particles that lie `spacing` apart, as far as `disorder` (0 .. 1) says. Each goes,
+/// kRelaxRounds times, by
 ///   disorder / 2 sum_j (x - x_j) (1 - d^2 / q^2) (1 - d^2 / 4)^4,   lengths in spacings.
 /// The distance q, at which the force vanishes, is 1.161 to 1.153 by the disorder (docs/method.md).
 /// Then what it has moved in common with those near it is taken back: the value at it of the linear
@@ -49,18 +72,19 @@ void relax(Projected& particles, double spacing, double disorder);
 /// spacing of two radii.
 double relax_influence();
 
-/// Relaxes particles as far as params.disorder says, which takes them to be two particle radii
-/// apart; or as they themselves say where it is below 0. Returns how far that is.
+/// Relaxes particles as far as their disorder says, where there is any.
 ///
-///   cells  of the particles, of side kRelaxReach; made anew where they move
-double even_out(Projected& particles, Cells& cells, const Parameters& params);
+///   particles  in the disorder's unit of length
+///   cells      of the particles, of side kRelaxReach; made anew where they move
+void even_out(Projected& particles, Cells& cells, const Disorder& disorder);
 
 /// Parameters of the density field alone: its level is higher, because a particle that lies by
 /// itself is rather one that noise has moved than a drop.
-RegionParams for_disorder(RegionParams params, double disorder);
+RegionParams for_disorder(RegionParams params, const Disorder& disorder);
 
-/// Parameters for particles that were relaxed: supports, scales and normals as noise wants them, in
-/// between for a disorder in between; `disorder` is stored with them.
-Parameters for_disorder(Parameters params, double disorder);
+/// Parameters for particles that were relaxed, in the disorder's unit of length: supports, scales
+/// and normals as noise wants them, in between for a disorder in between; its amount is stored with
+/// them.
+Parameters for_disorder(Parameters params, const Disorder& disorder);
 
 }  // namespace meniscus

@@ -21,8 +21,8 @@ constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.
 // are none. So their noise is higher.
 constexpr double kNoise = 0.002, kNoiseOfTwo = 0.02;
 // No surface follows noise: it adds to both squares and would look like two sheets. Irregular
-// particles add this times d (1 - d / 2), d their disorder (the more there is, the more it was
-// evened out); it is taken from what lies above that of orderly ones (radii^2).
+// particles add this times d (1 - d / 2), d their disorder up to 1 (the more there is, the more
+// it was evened out); it is taken from what lies above that of orderly ones (radii^2).
 constexpr double kOfDisorder = 0.055, kOrderly = 0.011;
 // Where bends begin to tell, and which scores speak for one quadric. See docs/method.md for how
 // these were found.
@@ -128,7 +128,7 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
     const float *const toward = found.data<0>(), *const shares = found.data<1>(),
                        *const one = found.data<3>(), *const two = one + count,
                        *const bend = two + count;
-    const double noise = kOfDisorder * disorder * (1 - disorder / 2);
+    const double most = std::min(disorder, 1.0), noise = kOfDisorder * most * (1 - most / 2);
     const auto orderly = [&](double square) {
       return std::max(square - noise, std::min(square, kOrderly));
     };

@@ -85,11 +85,10 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 
 /// All particles on the surface: with the density C and its gradient at the particle, in s,
 ///   u = smoothstep(.22, .42, hypot(|grad C|, 1.5 max(0, .97 - C))),
-/// for a disorder of 1 (relax.hpp) smoothstep(.3, .5), because the field of irregular particles has
-/// steeper slopes inside,
-/// 0 inside the fluid, 1 on a face (|grad C| = .51, C = .85) and in a single layer (0, .70). Hidden
-/// particles with u below .01, or whose normal the field does not tell (|grad C| below .1), are
-/// left out.
+/// for a disorder of 1 (relax.hpp) smoothstep(.3, .5), for one of 2 smoothstep(.38, .58), because
+/// the field of irregular particles has steeper slopes inside, 0 inside the fluid, 1 on a face
+/// (|grad C| = .51, C = .85) and in a single layer (0, .70). Hidden particles with u below .01, or
+/// whose normal the field does not tell (|grad C| below .1), are left out.
 ///
 ///   cells      of all projected particles, side kDensitySupport
 ///   gradients  [4][n] of measure_gradients over these cells

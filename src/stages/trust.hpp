@@ -24,8 +24,9 @@ inline constexpr float kTrustSheet = 5;
 /// with C the density at the feet, B that three particle radii behind them, and the spread, in
 /// particle radii. These three are averaged over the fits k of the same sheet within five radii,
 /// with weights (1 - l/5) smoothstep(.4, .6, n.n_k) times k's firmness: on an edge of the fluid C
-/// is low, but its sheets go on. 0 where there is no fit. Irregular particles lie farther from their
-/// fits: for a disorder of 1 (relax.hpp) spreads are compared with .8, 1.2; .6, .8; .5, .8. Waits.
+/// is low, but its sheets go on. 0 where there is no fit. Irregular particles lie farther from
+/// their fits: for a disorder of 1 (relax.hpp) spreads are compared with .8, 1.2; .6, .8; .5, .8,
+/// for one of 2 with 1.15, 1.65; .9, 1.2; .75, 1.2. Waits.
 std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
                                   const DeviceCells& cells, double disorder = 0);
 

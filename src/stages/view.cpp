@@ -67,6 +67,18 @@ View make_world_view(double radius, const std::array<double, 3>& origin) {
   return view;
 }
 
+View coarser(View view, double factor) {
+  view.radius *= factor;
+  view.shift = view.shift / factor;
+  for (std::array<double, 4>* const row : {&view.u_row, &view.v_row, &view.w_row})
+    for (std::size_t k = 0; k < 3; ++k) (*row)[k] *= factor;
+  view.u_scale *= factor;
+  view.v_scale *= factor;
+  view.near_depth /= factor;
+  for (std::size_t k = 0; k < 6; ++k) view.ray[k] /= factor;
+  return view;
+}
+
 Vec3d eye_from_world(const View& view, const Vec3d& world) {
   const auto& m = view.rotation;
   const Vec3d x = (world - view.origin) / view.radius;

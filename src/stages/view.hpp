@@ -32,6 +32,9 @@ View make_view(const Camera& camera, double radius, const std::array<double, 3>&
 /// Without a camera: eye space is the world's axes around `origin`. Nothing is projected.
 View make_world_view(double radius, const std::array<double, 3>& origin);
 
+/// The same in a unit of length that is `factor` times as long.
+View coarser(View view, double factor);
+
 struct PixelPosition {
   double u, v;  // pixels
   double w;     // clip w; > 0 in front of a perspective camera, constant for an orthographic one

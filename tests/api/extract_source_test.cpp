@@ -153,8 +153,8 @@ TEST_F(ExtractSource, TellsHowIrregularlyTheParticlesLay) {
   const Particles sph = read_particles(std::string(MENISCUS_EXAMPLE_DATA) + "/dam/frame_015.ply"),
                   flip = dam_particles(DamBreak(20000, 1, 0.29));
   EXPECT_EQ(disorder_of(sph), 0);
-  EXPECT_EQ(disorder_of(flip), 1);
-  EXPECT_EQ(extract_closed(device_, flip).disorder, 1);
+  EXPECT_NEAR(disorder_of(flip), 1, 0.15);
+  EXPECT_NEAR(extract_closed(device_, flip).disorder, 1, 0.15);
   parameters.disorder = 0.25;
   EXPECT_EQ(disorder_of(sph), 0.25);
   parameters.method = Method::ssm;  // which takes particles as they are

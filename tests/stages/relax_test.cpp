@@ -81,14 +81,16 @@ TEST(Relax, TellsLatticesFromParticlesAtRandom) {
   const ParticleOrder flip = order_of(irregular_block());
   EXPECT_NEAR(flip.distances, 0.28, 0.03);
   EXPECT_NEAR(flip.spacing, 2, 0.1);
-  EXPECT_EQ(disorder_of(flip), 1);
+  EXPECT_NEAR(disorder_of(flip), 1, 0.1);
 
   // Anywhere, as dense: for a Poisson process sqrt(Gamma(5/3) / Gamma(4/3)^2 - 1) = .363, a little
   // less where those with the most others are looked at.
   Random random(3);
   std::vector<Vec3d> uvt;
   for (int k = 0; k < 8000; ++k) uvt.push_back({random(0, 40), random(0, 40), random(30, 70)});
-  EXPECT_NEAR(order_of(place(uvt)).distances, 0.36, 0.03);
+  const ParticleOrder anywhere = order_of(place(uvt));
+  EXPECT_NEAR(anywhere.distances, 0.36, 0.03);
+  EXPECT_EQ(disorder_of(anywhere), 2);
 }
 
 TEST(Relax, TakesUnevenDistancesOrAnUnevenDensityAloneForOrder) {
@@ -96,7 +98,10 @@ TEST(Relax, TakesUnevenDistancesOrAnUnevenDensityAloneForOrder) {
   EXPECT_EQ(disorder_of({.distances = 0.06, .density = 0.12}), 0) << "thin water";
   EXPECT_NEAR(disorder_of({.distances = 0.165, .density = 0.3}), 0.5, 1e-9);
   EXPECT_NEAR(disorder_of({.distances = 0.3, .density = 0.14}), 0.5, 1e-9);
-  EXPECT_EQ(disorder_of({.distances = 0.3, .density = 0.3}), 1);
+  EXPECT_EQ(disorder_of({.distances = 0.27, .density = 0.2}), 1);
+  EXPECT_NEAR(disorder_of({.distances = 0.3, .density = 0.3}), 1.5, 1e-9);
+  EXPECT_NEAR(disorder_of({.distances = 0.4, .density = 0.225}), 1.25, 1e-9);
+  EXPECT_EQ(disorder_of({.distances = 0.4, .density = 0.3}), 2);
 }
 
 TEST(Relax, TakesFramesOfSphForOrder) {
@@ -206,8 +211,9 @@ TEST(Relax, LeavesWhatIsRegularOrWhoSaysSo) {
     Cells cells = cells_of_all(p);
     Parameters params;
     params.disorder = asked;
-    const double disorder = even_out(p, cells, params);
-    return disorder == 0 && p.x == from.x && p.y == from.y && p.z == from.z;
+    const Disorder disorder = find_disorder(p, cells, params);
+    even_out(p, cells, disorder);
+    return disorder.amount == 0 && p.x == from.x && p.y == from.y && p.z == from.z;
   };
   EXPECT_TRUE(unmoved(block(12, 12, 12, 0.3), -1));
   EXPECT_FALSE(unmoved(irregular_block(), -1));
@@ -218,14 +224,15 @@ TEST(Relax, LeavesWhatIsRegularOrWhoSaysSo) {
 TEST(Relax, MakesTheCellsAnew) {
   Projected p = irregular_block();
   Cells cells = cells_of_all(p);
-  EXPECT_EQ(even_out(p, cells, {}), 1);
+  even_out(p, cells, {.amount = 1});
   const Cells expected = cells_of_all(p);
   EXPECT_EQ(cells.x, expected.x);
   EXPECT_EQ(cells.item, expected.item);
 }
 
 TEST(Relax, ParametersBelongToTheDisorder) {
-  const Parameters given, regular = for_disorder(given, 0), irregular = for_disorder(given, 1);
+  const Parameters given, regular = for_disorder(given, Disorder{}),
+                          irregular = for_disorder(given, Disorder{.amount = 1});
   EXPECT_EQ(regular.fit.tau, given.fit.tau);
   EXPECT_EQ(regular.fit.normal_sigma, given.fit.normal_sigma);
   EXPECT_EQ(regular.fit.least_support, given.fit.least_support);
@@ -240,6 +247,41 @@ TEST(Relax, ParametersBelongToTheDisorder) {
   EXPECT_LT(irregular.fit.offset, given.fit.offset);
   EXPECT_EQ(regular.region.blob_density, given.region.blob_density);
   EXPECT_GT(irregular.region.blob_density, given.region.blob_density);
+}
+
+TEST(Relax, LengthensTheUnitForParticlesAnywhere) {
+  for (const double amount : {0.0, 0.5, 1.0}) {
+    const Disorder disorder{.amount = amount};
+    EXPECT_EQ(disorder.unit(), 1);
+    EXPECT_EQ(disorder.mass(), 1);
+    EXPECT_EQ(disorder.within_cubes(), amount);
+  }
+  const Disorder between{.amount = 1.5}, most{.amount = 2};
+  EXPECT_NEAR(between.unit(), 1.2, 1e-12);
+  EXPECT_NEAR(most.unit(), 1.4, 1e-12);
+  EXPECT_NEAR(most.mass() * std::pow(most.unit(), 3), 1, 1e-6);
+  EXPECT_EQ(most.within_cubes(), 1);
+  // The surface stays where it is among the particles, which lie nearer to each other in this unit.
+  const Parameters given, at_one = for_disorder(given, Disorder{.amount = 1}),
+                          at_two = for_disorder(given, most);
+  EXPECT_EQ(at_two.fit.tau, at_one.fit.tau);
+  EXPECT_LT(at_two.fit.offset, at_one.fit.offset);
+  EXPECT_GT(at_two.fit.offset * most.unit(), at_one.fit.offset);
+}
+
+// Whatever the unit, particles of the same spacing go the same way.
+TEST(Relax, EvensOutAlikeInAnyUnit) {
+  const Disorder anywhere{.amount = 2, .spacing = 2};
+  Projected one = irregular_block(), coarse = one;
+  for (std::vector<float>* const values : {&coarse.x, &coarse.y, &coarse.z})
+    for (float& value : *values) value /= static_cast<float>(anywhere.unit());
+  Cells cells = cells_of_all(coarse);
+  even_out(coarse, cells, anywhere);
+  relax(one, 2, 1);
+  double farthest = 0;
+  for (std::size_t i = 0; i < one.size(); ++i)
+    farthest = std::max(farthest, length(coarse.eye(i) * anywhere.unit() - one.eye(i)));
+  EXPECT_LT(farthest, 1e-3);
 }
 
 using ProjectAgain = OnDevice;

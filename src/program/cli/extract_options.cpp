@@ -413,7 +413,7 @@ std::string radius_line(const ExtractOptions& options, const ParticleSource& par
 
 std::string disorder_line(const ExtractOptions& options, double used) {
   const char* origin = options.parameters.disorder < 0 ? "found" : "given";
-  return printed("%.2f of 1, %s: particles are evened out", used, origin);
+  return printed("%.2f of 2, %s: particles are evened out", used, origin);
 }
 
 }  // namespace meniscus::cli
