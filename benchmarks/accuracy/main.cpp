@@ -34,8 +34,8 @@ void add_scenes(CLI::App& app, ScenesOptions& options) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--series", options.series,
-                 "What is varied: main, noise, lattice, spacing, orthographic, wide, narrow, "
-                 "jitter or all of them")
+                 "What is varied: main, noise, lattice, random, spacing, orthographic, wide, "
+                 "narrow, jitter or all of them")
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--seeds", options.seeds,

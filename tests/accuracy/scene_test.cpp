@@ -314,5 +314,20 @@ TEST(AccuracyFilling, ThinPartsGetTheirMass) {
   EXPECT_NEAR(plate, 1200, 5 * std::sqrt(480.));
 }
 
+TEST(AccuracyFilling, AtRandomFillsTheSolidEvenlyUpToItsSurface) {
+  const Scene& scene = find_scene("box");
+  const std::vector<Vec3d> points = at_random(scene, 3);
+  const double expected = volume(scene);
+  EXPECT_NEAR(static_cast<double>(points.size()), expected, 5 * std::sqrt(expected));
+  double nearest = 1;
+  for (const Vec3d& p : points) {
+    ASSERT_LT(scene.distance(p), 0);
+    nearest = std::min(nearest, -scene.distance(p));
+  }
+  EXPECT_LT(nearest, 0.05);
+  EXPECT_EQ(at_random(scene, 3).front().x, points.front().x);
+  EXPECT_NE(at_random(scene, 4).front().x, points.front().x);
+}
+
 }  // namespace
 }  // namespace meniscus::accuracy

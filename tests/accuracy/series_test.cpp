@@ -31,6 +31,8 @@ TEST(AccuracySeries, EachSettingChangesWhatItIsNamedFor) {
   EXPECT_EQ(changed("noise", 5).noise, 0.29);
   EXPECT_EQ(changed("lattice", 0).filling, Filling::lattice);
   EXPECT_EQ(changed("lattice", 1).filling, Filling::deep_lattice);
+  EXPECT_EQ(changed("random", 0).filling, Filling::random);
+  EXPECT_EQ(changed("random", 0).noise, 0);
   EXPECT_EQ(changed("spacing", 0).scale, 2);
   EXPECT_EQ(changed("spacing", 6).scale, 40);
   EXPECT_TRUE(changed("orthographic", 0).orthographic);
@@ -56,7 +58,7 @@ TEST(AccuracySeries, AllIsEverySeriesAndNamesAreTheirOwn) {
     for (const Setting& setting : series.settings)
       EXPECT_TRUE(settings.insert(setting.name).second) << series.name << ": " << setting.name;
   }
-  EXPECT_EQ(names.size(), 8);
+  EXPECT_EQ(names.size(), 9);
   EXPECT_THAT(text_of_thrown<InvalidArgument>([] {
                 series_named({"main", "colour"});
               }),

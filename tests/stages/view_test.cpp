@@ -98,6 +98,27 @@ TEST_P(ViewTest, ParticlesOnTheNearPlaneAreAtNearDepth) {
   EXPECT_NEAR(clip[2], -clip[3], kTolerance);
 }
 
+TEST_P(ViewTest, ACoarserOneIsThatOfALargerRadius) {
+  const View coarse = coarser(view_, 1.4), expected = make_view(camera_, 1.4 * 0.3, origin_);
+  EXPECT_NEAR(coarse.near_depth, expected.near_depth, kTolerance);
+  EXPECT_NEAR(coarse.u_scale, expected.u_scale, kTolerance);
+  EXPECT_NEAR(coarse.v_scale, expected.v_scale, kTolerance);
+  EXPECT_FLOAT_EQ(world_depth(coarse, 10), world_depth(expected, 10));
+  Random random(7);
+  for (int k = 0; k < 50; ++k) {
+    const Vec3d world{random(-2, 2), random(-2, 2), random(-2, 2)};
+    const Vec3d eye = eye_from_world(expected, world);
+    EXPECT_LE(length(eye_from_world(coarse, world) - eye), kTolerance);
+    const PixelPosition at = project(coarse, eye), wanted = project(expected, eye);
+    EXPECT_NEAR(at.u, wanted.u, kTolerance);
+    EXPECT_NEAR(at.v, wanted.v, kTolerance);
+    EXPECT_NEAR(at.w, wanted.w, kTolerance);
+    const double u = random(-10, 110), v = random(-10, 90), t = random(5, 60);
+    EXPECT_LE(length(point_at(coarse, u, v, t) - point_at(expected, u, v, t)), 1e-9);
+    EXPECT_LE(length(world_from_eye(coarse, eye) - world), kTolerance);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Cameras, ViewTest,
                          testing::Values(Case{"Perspective", perspective_camera(101, 77)},
                                          Case{"OffCentre", off_centre_camera(101, 77)},
