@@ -164,6 +164,11 @@ TEST(ClosedParts, HaveTheBytesOfANoisyBar) { expect_same_in_parts(long_bar(0.35f
 // Particles that are evened out first, which takes others from farther away.
 TEST(ClosedParts, HaveTheBytesOfAnIrregularBar) { expect_same_in_parts(long_bar(0.58f, 0), 1); }
 
+// Particles that lie anywhere, whose unit of length is not the particle radius.
+TEST(ClosedParts, HaveTheBytesOfABarOfParticlesAnywhere) {
+  expect_same_in_parts(long_bar(0.9f, 0), 1.6);
+}
+
 // Drops of seven particles, no fit of which is trusted: none reaches as far as fits nearly always
 // do.
 TEST(ClosedParts, HaveTheBytesOfARowOfDrops) {

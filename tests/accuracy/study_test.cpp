@@ -209,6 +209,30 @@ TEST(FitAccuracyOfIrregularParticles, IsBelowTheRivals) {
   }
 }
 
+// Particles anywhere, as FLIP and MPM leave them: gaps between them were pits, where normals jump.
+TEST(FitAccuracyOfIrregularParticles, HasNoPitsWhereParticlesLieAnywhere) {
+  Device device;
+  accuracy::Setup anywhere;
+  anywhere.noise = 0;
+  anywhere.filling = accuracy::Filling::random;
+  for (const Case& scene_case : make_cases({"box", "waves"}, {kSeed}, anywhere)) {
+    SCOPED_TRACE(scene_case.scene->name);
+    const Figures fit = figures_of(device, scene_case, Method::fit),
+                  kernels = figures_of(device, scene_case, Method::anisotropic);
+    Parameters parameters;
+    parameters.mesh = false;
+    parameters.disorder = 1;
+    const Figures in_cubes = measure(device, scene_case, parameters).figures;
+    EXPECT_LT(fit.jump_p999, in_cubes.jump_p999 / 3);
+    EXPECT_LT(fit.angle_p95, in_cubes.angle_p95 / 1.3);
+    EXPECT_LT(fit.normal_rms, in_cubes.normal_rms / 1.3);
+    EXPECT_LT(fit.angle_median, kernels.angle_median / 2);
+    EXPECT_LT(fit.angle_p95, kernels.angle_p95 / 2);
+    EXPECT_LT(fit.normal_rms, kernels.normal_rms / 1.5);
+    EXPECT_LT(std::abs(fit.normal_bias), 0.1);
+  }
+}
+
 // Noise is no reason for a crease: edges of water at walls, which are round, came out as shards,
 // and the jumps of both shapes were three times the rival's. Edges of a box are a reason.
 TEST(FitAccuracyOfIrregularParticles, HasCreasesWhereThereAreCreases) {
