@@ -65,10 +65,9 @@ inline floatv level_weight(const floatv density, const float level) {
 
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
 // order, and the weights of the levelled field, of particles of one weight. One work-item per BLOCK
-// particles. Those inside the
-// fluid are not measured: 0 and 1. There is fluid all around a cell where it and each of the 26 about it
-// hold `least` particles or more, and half of their mean number. Of the others up to WIDTH go together
-// that lie in SPAN cells of a row.
+// particles. Those inside the fluid are not measured: 0 and 1. There is fluid all around a cell where
+// it and each of the 26 about it hold `least` particles or more, and half of their mean number. Of the
+// others up to WIDTH go together that lie in SPAN cells of a row.
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global float* weight,  // [n] out
                               CELLS_WITH(cell_, cell_weight), const int n,

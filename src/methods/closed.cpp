@@ -89,27 +89,9 @@ Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
 
-PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles) {
-  PlacedFluid fluid{view, disorder, std::move(particles), {}};
-  Projected& placed = fluid.particles;
-  fluid.cells = make_cells(placed.x, placed.y, placed.z, kDensitySupport);
-  even_out(placed, fluid.cells, disorder);
-  return fluid;
-}
-
-PlacedFluid place_fluid(const View& view, const Parameters& params,
-                        const std::function<Projected(const View& view)>& place) {
-  PlacedFluid fluid = even_fluid(view, {}, place(view));
-  fluid.disorder = find_disorder(fluid.particles, fluid.cells, params);
-  const double unit = fluid.disorder.unit();
-  if (unit > 1) return even_fluid(coarser(view, unit), fluid.disorder, place(coarser(view, unit)));
-  even_out(fluid.particles, fluid.cells, fluid.disorder);
-  return fluid;
-}
-
 FluidField measure_field(Device& device, const PlacedFluid& fluid, const Parameters& params) {
   FluidField field;
-  field.cells = upload_cells(device, fluid.cells, fluid.disorder.mass());
+  field.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
   field.levelled =
       level_cells(device, field.cells, Measured::near_air, params.region, field.gradients);
@@ -129,8 +111,8 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   FieldSurface found;
   {
     const HostView gradients(device, field);
-    found = find_surface({}, even.cells, {gradients.data(), gradients.size()}, disorder);
-    fluid.seeds = near_air(even.cells, gradients.data());
+    found = find_surface({}, even.host_cells, {gradients.data(), gradients.size()}, disorder);
+    fluid.seeds = near_air(even.host_cells, gradients.data());
   }
   const Visible fitted = fitted_of(placed, found, scope.fitted);
 
@@ -180,9 +162,8 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   StageClock clock(device, timings);
   Extraction result;
   // Eye space is the world's axes: stages that need no pixels take it as any other.
-  clock.start("relax");
-  const PlacedFluid fluid =
-      place_fluid(view, params, [&](const View& in) { return place_particles(in, particles); });
+  const PlacedFluid fluid = place_fluid(
+      view, params, clock, [&](const View& in) { return place_particles(in, particles); });
   const double unit = fluid.disorder.unit();
   result.counts.particles = static_cast<std::int64_t>(fluid.particles.size());
   if (fluid.particles.size() == 0) {

@@ -9,13 +9,13 @@
 #include "device/stage_clock.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
+#include "methods/placed_fluid.hpp"
 #include "stages/cells.hpp"
 #include "stages/density.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/project.hpp"
-#include "stages/relax.hpp"
 
 namespace meniscus {
 
@@ -29,21 +29,6 @@ inline constexpr double kLeastFluid = 1, kLeastAir = 8;
 /// Corners of cells of side `cell` are asked this near to particles that see air, particle radii;
 /// the surface is one radius outside them, and wherever else it goes more corners are asked for.
 double band_of(double cell);
-
-/// Particles that are evened out (relax.hpp), in cells.
-struct PlacedFluid {
-  View view;  // in the disorder's unit of length, as all that follows
-  Disorder disorder;
-  Projected particles;
-  Cells cells;  // side kDensitySupport
-};
-
-/// Evens out particles that are placed by a view in their disorder's unit of length.
-PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles);
-
-/// The same of particles whose disorder is not known yet: `place` places them by a view.
-PlacedFluid place_fluid(const View& view, const Parameters& params,
-                        const std::function<Projected(const View& view)>& place);
 
 /// The density field of particles.
 struct FluidField {

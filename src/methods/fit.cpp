@@ -10,6 +10,7 @@
 #include "device/together.hpp"
 #include "methods/layers.hpp"
 #include "methods/methods.hpp"
+#include "methods/placed_fluid.hpp"
 #include "stages/group.hpp"
 #include "stages/merge.hpp"
 #include "stages/mesh.hpp"
@@ -31,42 +32,23 @@ struct Frame {
   StageClock& clock;
 };
 
-// The particles in view, in cells; their density field; which of them are splash.
-struct Fluid {
-  View view;  // in the disorder's unit of length, as all that follows
-  Disorder disorder;
-  Projected particles;  // where they lie irregularly, evened out
-  Cells host_cells;
-  DeviceCells cells, levelled;
+// The particles in view; their density field; which of them are splash.
+struct Fluid : PlacedFluid {
+  DeviceCells cells{}, levelled{};
   // The field at the particles (level_cells()), and how many nodes each of the body owns
   // (count_owned()).
-  Together<float, cl_int> measured;
-  SplashSplit split;
-  SplatParticles body;
+  Together<float, cl_int> measured{};
+  SplashSplit split{};
+  SplatParticles body{};
 };
 
 Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   const auto& [device, view, params, clock] = frame;
-  Fluid fluid;
-  fluid.view = view;
   const double margin =
       std::max(params.region.reference, params.visible.footprint) + kDensitySupport;
-  const auto place = [&] {
-    clock.start("project");
-    fluid.particles = project_particles(device, fluid.view, particles, margin);
-    clock.start("split");
-    fluid.host_cells =
-        make_cells(fluid.particles.x, fluid.particles.y, fluid.particles.z, kDensitySupport);
-  };
-  place();
-  clock.start("relax");
-  fluid.disorder = find_disorder(fluid.particles, fluid.host_cells, params);
-  if (fluid.disorder.unit() > 1) {
-    fluid.view = coarser(view, fluid.disorder.unit());
-    place();
-  }
-  even_out(fluid.particles, fluid.host_cells, fluid.disorder);
-  if (fluid.disorder.amount > 0) project_again(fluid.view, fluid.particles);
+  Fluid fluid{place_fluid(view, params, clock, [&, &device = device](const View& in) {
+    return project_particles(device, in, particles, margin);
+  })};
   clock.start("split");
   fluid.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());
   clock.start("field");  // is measured while the host goes on

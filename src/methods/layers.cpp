@@ -204,13 +204,11 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
                   const std::vector<float>& front, const Parameters& given,
                   std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  clock.start("project");
-  PlacedFluid fluid = place_fluid(view, given, [&](const View& in) {
+  const PlacedFluid fluid = place_fluid(view, given, clock, [&](const View& in) {
     return project_particles(device, in, particles, kMargin);
   });
   const auto& [in, disorder, placed, host_cells] = fluid;
   if (placed.size() == 0) return trace_layers(view, {}, front, given.layers);
-  if (disorder.amount > 0) project_again(in, fluid.particles);
   const Parameters params = for_disorder(given, disorder);
   clock.start("field");
   const auto [cells, levelled, field] = measure_field(device, fluid, params);

@@ -161,7 +161,7 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   return order;
 }
 
-double Disorder::unit() const { return between(1, kCoarsestUnit, std::max(amount - 1, 0.0)); }
+double Disorder::unit() const { return between(1, kCoarsestUnit, anywhere()); }
 
 float Disorder::mass() const { return static_cast<float>(1 / (unit() * unit() * unit())); }
 
@@ -239,7 +239,7 @@ void even_out(Projected& particles, Cells& cells, const Disorder& disorder) {
 }
 
 RegionParams for_disorder(RegionParams params, const Disorder& disorder) {
-  const double level = between(0.34, 0.29, std::max(disorder.amount - 1, 0.0));
+  const double level = between(0.34, 0.29, disorder.anywhere());
   params.blob_density =
       std::max(params.blob_density, between(params.blob_density, level, disorder.within_cubes()));
   return params;

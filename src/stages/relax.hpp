@@ -7,6 +7,8 @@
 // when farther, bring back the order of a fluid at rest and move no particle far.
 #pragma once
 
+#include <algorithm>
+
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
 #include "stages/project.hpp"
@@ -36,8 +38,9 @@ struct Disorder {
   double amount = 0;
   double spacing = 2;  // as in ParticleOrder
 
-  /// Of relax(): 0 .. 1.
-  double within_cubes() const { return amount < 1 ? amount : 1; }
+  /// Both 0 .. 1: up to one particle anywhere in each cube, and from there to particles anywhere.
+  double within_cubes() const { return std::min(amount, 1.0); }
+  double anywhere() const { return std::max(amount - 1, 0.0); }
   /// What lies anywhere tells of no detail as small as a particle. The unit of length in which all
   /// is made, particle radii (View::radius): 1, and up to 1.4 from an amount of 1 to 2.
   double unit() const;

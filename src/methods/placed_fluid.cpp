@@ -1,0 +1,49 @@
+#include "methods/placed_fluid.hpp"
+
+#include <utility>
+
+#include "stages/density.hpp"
+
+namespace meniscus {
+namespace {
+
+static_assert(kRelaxReach == kDensitySupport);  // the same cells serve both
+
+Cells cells_of(const Projected& particles) {
+  return make_cells(particles.x, particles.y, particles.z, kDensitySupport);
+}
+
+void even_out(PlacedFluid& fluid) {
+  even_out(fluid.particles, fluid.host_cells, fluid.disorder);
+  const bool on_screen = !fluid.particles.u.empty();
+  if (on_screen && fluid.disorder.amount > 0) project_again(fluid.view, fluid.particles);
+}
+
+}  // namespace
+
+PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& clock,
+                        const std::function<Projected(const View& view)>& place) {
+  PlacedFluid fluid;
+  const auto place_in = [&](const View& in) {
+    fluid.view = in;
+    clock.start("project");
+    fluid.particles = place(in);
+    clock.start("split");
+    fluid.host_cells = cells_of(fluid.particles);
+    clock.start("relax");
+  };
+  place_in(view);
+  fluid.disorder = find_disorder(fluid.particles, fluid.host_cells, params);
+  if (fluid.disorder.unit() > 1) place_in(coarser(view, fluid.disorder.unit()));
+  even_out(fluid);
+  return fluid;
+}
+
+PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles) {
+  Cells cells = cells_of(particles);
+  PlacedFluid fluid{view, disorder, std::move(particles), std::move(cells)};
+  even_out(fluid);
+  return fluid;
+}
+
+}  // namespace meniscus

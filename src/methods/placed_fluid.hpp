@@ -1,0 +1,31 @@
+// Particles where a method works on them: placed by a view, evened out where they lie irregularly
+// (relax.hpp), and in the unit of length that their disorder wants.
+#pragma once
+
+#include <functional>
+
+#include "device/stage_clock.hpp"
+#include "meniscus/parameters.hpp"
+#include "stages/cells.hpp"
+#include "stages/project.hpp"
+#include "stages/relax.hpp"
+#include "stages/view.hpp"
+
+namespace meniscus {
+
+struct PlacedFluid {
+  View view;  // in the disorder's unit of length, as all that follows
+  Disorder disorder;
+  Projected particles;  // where they lie irregularly, evened out
+  Cells host_cells;     // of them, side kDensitySupport
+};
+
+/// Places particles by a view, as `place` does it: a second time where their disorder wants another
+/// unit of length than the view's.
+PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& clock,
+                        const std::function<Projected(const View& view)>& place);
+
+/// The same of particles that are placed in the unit of their disorder, which is known.
+PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles);
+
+}  // namespace meniscus
