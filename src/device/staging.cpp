@@ -58,8 +58,10 @@ HostMemory Staging::take(const cl::CommandQueue& queue, std::size_t bytes) {
   constexpr std::size_t kAlignment = 128;  // of the widest vectors
   const std::size_t size = (bytes + kAlignment - 1) / kAlignment * kAlignment;
   const auto has_room = [&](const auto& chunk) { return chunk->size - chunk->used >= size; };
-  auto found = std::find_if(chunks_.begin(), chunks_.end(), has_room);
-  if (found == chunks_.end()) {
+  // The last chunk first, which is the largest: what is taken one after the other lies side by
+  // side, so that one command uploads it (uploads.hpp).
+  auto found = std::find_if(chunks_.rbegin(), chunks_.rend(), has_room);
+  if (found == chunks_.rend()) {
     const auto has_room_then = [&](const auto& chunk) {
       return chunk->parts == 0 && chunk->size >= size;
     };
@@ -67,11 +69,11 @@ HostMemory Staging::take(const cl::CommandQueue& queue, std::size_t bytes) {
       queue.finish();
       waited();
     }
-    found = std::find_if(chunks_.begin(), chunks_.end(), has_room);
+    found = std::find_if(chunks_.rbegin(), chunks_.rend(), has_room);
   }
   HostMemory memory;
   memory.size = size;
-  if (found != chunks_.end()) {
+  if (found != chunks_.rend()) {
     StagingChunk& chunk = **found;
     memory.bytes = {chunk.bytes + chunk.used, FreeBytes{&chunk}};
     chunk.used += size;

@@ -218,10 +218,10 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   clock.start("region");
   const SplatParticles on_screen = upload_splats(device, fluid.particles, seen.index);
   const KeptTriangles triangles = upload_triangles(device, mesh);
-  Backdrop of_image;  // drawn while the host is at the fits' records
-  if (params.image)
-    of_image = draw_backdrop(device, view, on_screen, triangles, pixel_grid(view),
-                             shell.least_radius, params);
+  const auto backdrop_of = [&, &view = view, &params = params](const SampleGrid& grid) {
+    return draw_backdrop(device, view, on_screen, triangles, shell.splash, grid, shell.least_radius,
+                         params);
+  };
 
   // 2.3: a quadric around each seed.
   clock.start("fit");
@@ -235,23 +235,22 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   if (!seeds.extent.empty()) weigh_groups(fits, seeds.places.tells, seeds.extent);
   clock.start("trust");
   const std::vector<double> trust = measure_trust(device, fits, fluid.cells, params.disorder);
+  clock.start("region");
+  Backdrop of_image;  // drawn while the host is at the fits' records
+  if (params.image) of_image = backdrop_of(pixel_grid(view));
 
   // 2.4: the surface at pixels and at the nodes of the mesh.
   BlendRecords records = make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
   const DeviceRecords on_device = upload_records(device, records);
-  const Sampler sampler{
-      device,      view,           params,     std::move(records), on_device,
-      fluid.cells, fluid.levelled, fluid.body, shell.splash,       shell.least_radius};
+  const Sampler sampler{device,      view,           params,     std::move(records), on_device,
+                        fluid.cells, fluid.levelled, fluid.body, shell.least_radius};
   Extraction result;
   if (params.image)
     result.image = sample_grid(sampler, pixel_grid(view), std::exchange(of_image, {}),
                                params.aovs.group || params.aovs.residual, clock);
   if (params.mesh) {
     const SampleGrid grid = node_grid(view, params.grid.cell);
-    const SurfaceBuffers surface = sample_grid(
-        sampler, grid,
-        draw_backdrop(device, view, on_screen, triangles, grid, shell.least_radius, params), false,
-        clock);
+    const SurfaceBuffers surface = sample_grid(sampler, grid, backdrop_of(grid), false, clock);
     clock.start("mesh");  // 2.5
     const SurfaceMap nodes = download(device, surface);
     result.mesh = make_mesh(view, nodes, cut_silhouettes(sampler, nodes), params.grid);

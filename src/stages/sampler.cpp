@@ -110,8 +110,8 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
 }  // namespace
 
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
-                       const KeptTriangles& triangles, const SampleGrid& grid, double least_radius,
-                       const Parameters& params) {
+                       const KeptTriangles& triangles, const SplatParticles& splash,
+                       const SampleGrid& grid, double least_radius, const Parameters& params) {
   const std::size_t n = grid.size(), blocks = blocks_in(grid);
   const bool by_minima = draws_by_minima(device);
   const bool close_up = least_radius >= kCloseUp * static_cast<double>(grid.step);
@@ -142,6 +142,7 @@ Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& s
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
   splat_fronts(device, seen, grid, footprint, bulge, on.fronts);
   draw_triangles(device, view, triangles, grid, on.fronts.occupied, on.triangles);
+  splash_extent(device, splash, grid, on.fronts.occupied, on.splash);
   return on;
 }
 
@@ -151,7 +152,6 @@ SurfaceBuffers sample_grid(const Sampler& sampler, const SampleGrid& grid, const
   const View& view = sampler.view;
   clock.start("region");
   const FitTiles tiles = list_fits(device, view, sampler.records, grid);
-  splash_extent(device, sampler.splash, grid, backdrop.fronts.occupied, backdrop.splash);
   Canvas canvas{sampler, grid, backdrop, clock, backdrop.surface, tiles};
 
   const int coarsest = coarsest_lattice(sampler, grid);

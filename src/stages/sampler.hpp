@@ -25,8 +25,7 @@ struct Sampler {
   DeviceCells cells;     // all particles in view
   DeviceCells levelled;  // the same with even level
   SplatParticles body;   // seen or not: what shows behind a front layer
-  SplatParticles splash;
-  double least_radius;  // of a particle on the screen, pixels
+  double least_radius;   // of a particle on the screen, pixels
 };
 
 /// The maps of a grid before its samples are made, by two fills. Where the device draws by minima,
@@ -35,19 +34,20 @@ struct Backdrop {
   Fronts fronts;  // of the seen particles: where samples are asked for, and their reference
                   // depths
   Buffer<float> triangles;            // depth of the kept ones
-  Extent splash;                      // nothing yet
+  Extent splash;                      // between which depths its blobs may be seen
   ListedBlocks listed;                // none
   Buffer<float> open;                 // nowhere
   std::vector<Buffer<float>> behind;  // of each look behind the front layer: nothing
   SurfaceBuffers surface;             // none: for the samples
 };
 
-/// Draws the fronts of the seen particles and the triangles. Waits, but for atomic minima.
+/// Draws the fronts of the seen particles, the triangles and the splash particles. Waits, but for
+/// atomic minima.
 ///
 ///   least_radius  of a particle on the screen, pixels
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
-                       const KeptTriangles& triangles, const SampleGrid& grid, double least_radius,
-                       const Parameters& params);
+                       const KeptTriangles& triangles, const SplatParticles& splash,
+                       const SampleGrid& grid, double least_radius, const Parameters& params);
 
 /// The surface at the samples of a grid where fronts or splash ask for it: first those of a
 /// coarse lattice, then those between that these do not tell; samples whose nearest layer ends

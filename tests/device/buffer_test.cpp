@@ -170,6 +170,16 @@ TEST_F(DeviceBuffer, UploadsBetweenTwoCommandsGoByOne) {
   const auto large = upload(device_, std::vector<float>(2000000, 0.5f));
   EXPECT_EQ(count(before), 1);
   EXPECT_EQ(download(device_, large), std::vector<float>(2000000, 0.5f));
+
+  // Also where the first page-locked memory has room for one of them alone, and what was locked
+  // later for both.
+  const std::vector<cl_uint> many(200000, 7);
+  EXPECT_EQ(download(device_, upload(device_, many)), many);
+  before = device_.state().counts;
+  const auto one = upload(device_, many), other = upload(device_, many);
+  EXPECT_EQ(download(device_, one), many);
+  EXPECT_EQ(count(before), 1);
+  EXPECT_EQ(download(device_, other), many);
 }
 
 // Blocks that uploads share are given up one after the other, and parts stay whole.

@@ -29,7 +29,7 @@ void take_form(Device& device, const Form& form) {
 }
 
 constexpr Form kProcessor{"OnAProcessor", false, 8, {94, 1020, 1, 25, 13, 2}};
-constexpr Form kGpu{"OnAGpu", true, 1, {65, 801, 6, 12, 8, 2}};
+constexpr Form kGpu{"OnAGpu", true, 1, {65, 801, 6, 9, 8, 2}};
 
 class Commands : public testing::TestWithParam<Form> {};
 
