@@ -117,9 +117,10 @@
   global const float* support, global const float* quadric, global const float* weight, \
   global float* residual, global float* rows
 
-// Fits by cells (sheet.cl), out: [3][n] unit normals, in bucket order; [n] how much each counts; [values][n].
-#define SHEET(normal, share, value) \
-  global float* normal, global float* share, global float* value
+// Where the fits of lanes are in a sheet (sheet.cl), [lanes] in bucket order, -1: the lane is not in use.
+// Out, of all fits: [3][fits] unit normals; [fits] how much each counts; [values][fits].
+#define IN_SHEET(to, toward, share, value) \
+  global const int* to, global float* toward, global float* share, global float* value
 
 // Fits (hits.cl): [fits][FIT]; [fits][4].
 #define FITS(record, foot) \

@@ -134,6 +134,15 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
   return SELECT((floatv)(0.0f), u * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
 }
 
+// Puts the normals of WIDTH lanes, and how much they count, where their fits are in a sheet.
+inline void put_in_sheet(const Particles own, const floatv counts, const int* at, const intv used,
+                         const int fits, global float* toward, global float* share) {
+  scatter_float(own.nx, toward, at, used);
+  scatter_float(own.ny, toward + fits, at, used);
+  scatter_float(own.nz, toward + 2 * fits, at, used);
+  scatter_float(counts, share, at, used);
+}
+
 // One pass. Neighbour j weighs in the fit around particle i at distance l with normals n_i, n_j:
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
@@ -144,7 +153,8 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
 //
 // Of the pass before, and out: quadric, [10][lanes] f through the particle, from it along the eye axes,
 // particle radii, divided by |grad f|; residual, [lanes] negative where there is no fit, and where one
-// pass is to come the RMS of f. Out where one is to come or none: weight, [slots].
+// pass is to come the RMS of f. Out where one is to come or none: weight, [slots]. Where one is to come,
+// the fits go into their sheet, with the RMS as both of two values; those of residual 0 count nothing.
 //
 // Several trials, each as the range's second dimension says, have all that lanes have and `turned` of
 // their own, one behind the other; their weights are not kept.
@@ -154,7 +164,7 @@ kernel void fit_particles(
     AROUND(particle, neighbour, first, length),  // a lane's fit; its neighbours
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
-    const FitPass by) {
+    IN_SHEET(to, toward, share, value), const FitPass by) {
   const int lanes = by.lanes, nobody = by.nobody, left = by.left;
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
@@ -164,7 +174,7 @@ kernel void fit_particles(
   residual += lanes * trial;
   turned += 4 * (nobody + 1) * trial;
   const floatv none = (floatv)(0.0f);
-  const Particles own = load_particles(place, normal, particle + lane);
+  Particles own = load_particles(place, normal, particle + lane);
   intv refit = (intv)(0);
   floatv c[10];
 #pragma unroll
@@ -264,12 +274,22 @@ kernel void fit_particles(
   const floatv side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
   const floatv size = sqrt(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
   const floatv scale = SELECT((floatv)(1.0f), (floatv)(-1.0f), side < 0.0f) / size;
+  own.nx = SELECT(own.nx, a[1] * scale, good);
+  own.ny = SELECT(own.ny, a[2] * scale, good);
+  own.nz = SELECT(own.nz, a[3] * scale, good);
   int at[WIDTH];
   STOREI(4 * LOADI(particle + lane), at);
   const intv wanted = LOADI(particle + lane) != nobody;
-  scatter_float(SELECT(own.nx, a[1] * scale, good), turned, at, wanted);
-  scatter_float(SELECT(own.ny, a[2] * scale, good), turned + 1, at, wanted);
-  scatter_float(SELECT(own.nz, a[3] * scale, good), turned + 2, at, wanted);
+  scatter_float(own.nx, turned, at, wanted);
+  scatter_float(own.ny, turned + 1, at, wanted);
+  scatter_float(own.nz, turned + 2, at, wanted);
+  if (left != 1) return;
+  const floatv rest = SELECT((floatv)(-1.0f), rms, good);
+  STOREI(LOADI(to + lane), at);
+  put_in_sheet(own, SELECT(none, LOADF(support + 2 * lanes + lane), rest > 0.0f), at, wanted,
+               by.fits, toward, share);
+  scatter_float(rest, value, at, wanted);
+  scatter_float(rest, value + by.fits, at, wanted);
 }
 
 // How far a fit can be relied on, and the normal of its particle, seven rows:

@@ -172,6 +172,7 @@ RECORD(FitModel) {
 RECORD(FitPass) {
   int lanes;
   int nobody;      // the particle of lanes that are not in use
+  int fits;        // of all lanes
   int done, left;  // passes before and after this one
   FitModel model;
   float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
@@ -180,6 +181,7 @@ RECORD(FitPass) {
 // Lanes of trial fits and what counts around them (roundness.cl).
 RECORD(Trial) {
   int lanes, nobody;
+  int fits;                   // of all lanes
   float reach;                // particle radii
   float same_low, same_high;  // as of Blending
 };

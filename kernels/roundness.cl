@@ -7,7 +7,7 @@
 //
 // uses: particle_fit.cl
 
-#define MODEL 4  // float4 a particle: c0-c3; c4-c7; c8, c9, weight; normal
+#define MODEL 3  // float4 a particle: c0-c3; c4-c7; c8, c9
 #define NARROW 1  // trial, in the range's second dimension; the wide one is the first
 
 // Puts the trial fits of the lanes where their particles are, so that neighbours find them. A wide fit
@@ -17,8 +17,8 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
                          AROUND(particle, neighbour, first, length),
                          global const float* quadric,  // [2][10][lanes]
                          TELLING(support, residual),   // [2] of each
-                         global float* wide,           // [MODEL][n + 1][4] out; nobody's is 0
-                         global float* narrow,
+                         global float* model,          // [2][MODEL][n + 1][4] out
+                         global float* weight,         // [2][n + 1] out; 0 before
                          const Trial trial) {
   const int lanes = trial.lanes, nobody = trial.nobody;
   const int lane = get_global_id(0) * WIDTH, which = get_global_id(1), row = 4 * (nobody + 1);
@@ -27,9 +27,9 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
   quadric += 10 * lanes * which;
   support += 3 * lanes * which;
   residual += lanes * which;
-  global float* model = which == NARROW ? narrow : wide;
+  model += MODEL * row * which;
   const Particles own = load_particles(place, normal, particle + lane);
-  floatv weight = own.u;
+  floatv counts = own.u;
   if (which == NARROW) {
     const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
     floatv near = (floatv)(0.0f), agree = near;
@@ -41,20 +41,18 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
       near += q;
       agree += q * smooth_step(0.72f, 0.95f, own.nx * p.dx + own.ny * p.dy + own.nz * p.dz);
     }
-    weight *= edge_of(own.u, near, agree);
+    counts *= edge_of(own.u, near, agree);
   }
-  weight *= LOADF(support + 2 * lanes + lane);
-  weight = SELECT((floatv)(0.0f), weight, LOADF(residual + lane) >= 0.0f);
+  counts *= LOADF(support + 2 * lanes + lane);
+  counts = SELECT((floatv)(0.0f), counts, LOADF(residual + lane) >= 0.0f);
   int at[WIDTH];
-  STOREI(4 * LOADI(particle + lane), at);
   const intv wanted = LOADI(particle + lane) != nobody;
+  STOREI(LOADI(particle + lane), at);
+  scatter_float(counts, weight + (nobody + 1) * which, at, wanted);
+  STOREI(4 * LOADI(particle + lane), at);
 #pragma unroll
   for (int k = 0; k < 10; ++k)
     scatter_float(LOADF(quadric + k * lanes + lane), model + k / 4 * row + k % 4, at, wanted);
-  scatter_float(weight, model + 2 * row + 2, at, wanted);
-  scatter_float(own.nx, model + 3 * row, at, wanted);
-  scatter_float(own.ny, model + 3 * row + 1, at, wanted);
-  scatter_float(own.nz, model + 3 * row + 2, at, wanted);
 }
 
 // What a neighbour's trial fit says at a particle.
@@ -66,16 +64,28 @@ typedef struct {
   floatv x, y, z;     // from the particle to the neighbour
 } Told;
 
+// The fits of a trial.
+typedef struct {
+  global const float4* place;   // [n + 1]
+  global const float4* normal;  // [n + 1] as it left them
+  global const float4* model;   // [MODEL][n + 1]; anything where the weight is 0
+  global const float* weight;   // [n + 1]
+  int row;                      // n + 1
+} TrialFits;
+
 // The neighbours in slots `at`, one a lane, count w (1 - l^2 / reach^2)^3 as far as normals are less
 // than 120 degrees apart.
-inline Told told_by(global const float4* place, global const float4* model, const int row,
-                    global const int* at, const Particles own, const float reach) {
+inline Told told_by(const TrialFits fits, global const int* at, const Particles own, const float reach) {
   floatv p[4], a[4], b[4], c[4], n[4];
-  load_records(place, at, p);
-  load_records(model, at, a);
-  load_records(model + row, at, b);
-  load_records(model + 2 * row, at, c);
-  load_records(model + 3 * row, at, n);
+  int item[WIDTH];
+  STOREI(LOADI(at), item);
+  load_records(fits.place, at, p);
+  load_records(fits.normal, at, n);
+  load_records(fits.model, at, a);
+  load_records(fits.model + fits.row, at, b);
+  load_records(fits.model + 2 * fits.row, at, c);
+  const floatv weight = gather_float(fits.weight, item), none = (floatv)(0.0f);
+  const intv any_fit = weight > 0.0f;
   const floatv quadric[10] = {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1]};
   Told t;
   t.x = p[0] - own.x;
@@ -84,15 +94,15 @@ inline Told told_by(global const float4* place, global const float4* model, cons
   const floatv l = (t.x * t.x + t.y * t.y + t.z * t.z) / (reach * reach);
   const floatv r = larger(1.0f - l, (floatv)(0.0f));
   t.same = own.nx * n[0] + own.ny * n[1] + own.nz * n[2];
-  t.weight = SELECT((floatv)(0.0f), c[2] * r * r * r, t.same >= -0.5f);
+  t.weight = SELECT(none, weight * r * r * r, t.same >= -0.5f);
   floatv gx, gy, gz;
   slope_at(quadric, -t.x, -t.y, -t.z, &gx, &gy, &gz);
   const floatv size = sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-12f)));
   const floatv f = evaluate(quadric, -t.x, -t.y, -t.z) / larger(size, (floatv)(0.3f));
-  t.f = clamp(f, -0.5f, 0.5f);
-  t.gx = gx / size;
-  t.gy = gy / size;
-  t.gz = gz / size;
+  t.f = SELECT(none, clamp(f, -0.5f, 0.5f), any_fit);
+  t.gx = SELECT(none, gx / size, any_fit);
+  t.gy = SELECT(none, gy / size, any_fit);
+  t.gz = SELECT(none, gz / size, any_fit);
   return t;
 }
 
@@ -114,42 +124,50 @@ inline void add_told(Side* side, const Told t, const floatv share) {
   side->nz = fma(w, t.gz, side->nz);
 }
 
-// Three rows a particle, means over the trial fits of its neighbours within `reach`:
+// Three values a particle, means over the trial fits of its neighbours within `reach`:
 // - the squared distance of the particle from the wide ones;
 // - from the narrow ones in two sheets that meet as in blend_at, in max(f_A, f_B) where they are convex
 //   and in min where they are concave;
 // - how far it bends: 1 - n_i.n_j of the wide ones' normals.
-// All are 0 where no neighbour has a fit.
-kernel void measure_evidence(global const float4* place,  // [n + 1]
-                             global const float4* wide,   // [MODEL][n + 1] of place_models
-                             global const float4* narrow,
+// All are 0 where no neighbour has a fit. They go into the sheet of the wide fits, the last one twice.
+kernel void measure_evidence(global const float4* place,   // [n + 1]
+                             global const float4* normal,  // [2][n + 1] as the trials left them
+                             global const float4* model,   // [2][MODEL][n + 1] of place_models
+                             global const float* weight,   // [2][n + 1]
                              AROUND(particle, neighbour, first, length),
-                             global float* rows,  // [3][lanes] out
-                             const Trial trial) {
-  const int lanes = trial.lanes, nobody = trial.nobody;
+                             IN_SHEET(to, toward, share, value), const Trial trial) {
+  const int lanes = trial.lanes, fits = trial.fits, row = trial.nobody + 1;
   const float reach = trial.reach;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
-  const int row = nobody + 1;
+  const TrialFits wide = {place, normal, model, weight, row};
+  const TrialFits narrow = {place, normal + row, model + MODEL * row, weight + row, row};
   const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   global const int* at = neighbour + begin;
-  const Particles around = load_particles(place, wide + 3 * row, particle + lane);
+  const Particles around = load_particles(place, wide.normal, particle + lane);
   floatv total = none, squares = none, bend = none;
   for (int k = 0; k < count; ++k) {
-    const Told t = told_by(place, wide, row, at + BATCH * k, around, reach);
+    const Told t = told_by(wide, at + BATCH * k, around, reach);
     total += t.weight;
     squares = fma(t.weight * t.f, t.f, squares);
     bend = fma(t.weight, 1.0f - t.same, bend);
   }
-  STOREF(squares / larger(total, tiny), rows + lane);
-  STOREF(bend / larger(total, tiny), rows + 2 * lanes + lane);
+  int item[WIDTH];
+  STOREI(LOADI(particle + lane), item);
+  const floatv counts = gather_float(weight, item);
+  const intv used = LOADI(to + lane) >= 0;
+  STOREI(LOADI(to + lane), item);
+  put_in_sheet(around, counts, item, used, fits, toward, share);
+  scatter_float(squares / larger(total, tiny), value, item, used);
+  scatter_float(bend / larger(total, tiny), value + 2 * fits, item, used);
+  scatter_float(bend / larger(total, tiny), value + 3 * fits, item, used);
 
-  const Particles own = load_particles(place, narrow + 3 * row, particle + lane);
+  const Particles own = load_particles(place, narrow.normal, particle + lane);
   // The gradient that dominates: that of the heaviest after two rounds of mean shift.
   floatv best = none, ax = none, ay = none, az = none;
   for (int k = 0; k < count; ++k) {
-    const Told t = told_by(place, narrow, row, at + BATCH * k, own, reach);
+    const Told t = told_by(narrow, at + BATCH * k, own, reach);
     const intv better = t.weight > best;
     best = SELECT(best, t.weight, better);
     ax = SELECT(ax, t.gx, better);
@@ -161,7 +179,7 @@ kernel void measure_evidence(global const float4* place,  // [n + 1]
     const Side empty = {none, none, none, none, none, none, none, none, none};
     A = B = empty;
     for (int k = 0; k < count; ++k) {
-      const Told t = told_by(place, narrow, row, at + BATCH * k, own, reach);
+      const Told t = told_by(narrow, at + BATCH * k, own, reach);
       const floatv share =
           smooth_step(trial.same_low, trial.same_high, t.gx * ax + t.gy * ay + t.gz * az);
       add_told(&A, t, share);
@@ -182,5 +200,5 @@ kernel void measure_evidence(global const float4* place,  // [n + 1]
   const intv takes_b = SELECT(fb < fa, fb > fa, side < 0.0f);
   const floatv meets = SELECT(
       none, smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny)), takes_b);
-  STOREF(fma(meets, B.ff * vb - A.ff * va, A.ff * va), rows + lanes + lane);
+  scatter_float(fma(meets, B.ff * vb - A.ff * va, A.ff * va), value + fits, item, used);
 }

@@ -84,29 +84,3 @@ kernel void average_on_sheets(
     first += own.count;
   }
 }
-
-// Puts what the lanes of fits (particle_fit.cl) hold where the fits are in a sheet. One work-item per
-// fit.
-kernel void gather_fits(
-    global const int* lane,      // [n] of each fit, in bucket order; negative: it has none here
-    global const int* particle,  // [lanes]
-    global const float4* place,  // of the particles, in w their u
-    global const float4* turned,    // their normals
-    TELLING(support, residual),
-    global const float* row,        // [values - 1][lanes]; the last is the last two values
-    SHEET(normal, share, value),    // out
-    const int4 of) {  // n; lanes; values; 0: fits whose residual is not 0 share alike, 1: all by their u
-  const int p = get_global_id(0), n = of.x, lanes = of.y;
-  if (p >= n) return;
-  const int l = lane[p];
-  if (l < 0) return;
-  const float left = residual[l];
-  const float4 toward = turned[particle[l]];
-  normal[p] = toward.x;
-  normal[n + p] = toward.y;
-  normal[2 * n + p] = toward.z;
-  const float tells = support[2 * lanes + l];
-  share[p] =
-      of.w ? (left < 0.0f ? 0.0f : tells * place[particle[l]].w) : (left > 0.0f ? tells : 0.0f);
-  for (int v = 0; v < of.z; ++v) value[v * n + p] = row[min(v, of.z - 2) * lanes + l];
-}

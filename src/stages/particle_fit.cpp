@@ -178,10 +178,10 @@ records::FitModel model_of(const FitParams& params) {
           gain(std::min(params.ridge, kRoundRidge), params.ridge)};
 }
 
-records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const FitPass& pass,
-                         const FitParams& params) {
-  return {lanes.count(),    surface.nobody, pass.done,    pass.left,
-          model_of(params), kHeight,        kHeightGrowth};
+records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const LaneSheet& sheet,
+                         const FitPass& pass, const FitParams& params) {
+  return {lanes.count(), surface.nobody,   sheet.fits(), pass.done,
+          pass.left,     model_of(params), kHeight,      kHeightGrowth};
 }
 
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
@@ -221,12 +221,13 @@ std::vector<float> widest_supports(const std::vector<float>& roundness, const Fi
 }
 
 // The fits' supports for the last pass, see fit_particles.
-std::vector<float> narrow_supports(Device& device, const Cells& cells, const LaneMeans& lanes,
+std::vector<float> narrow_supports(Device& device, const LaneSheet& sheet,
                                    const std::vector<float>& widest, const FitParams& params,
                                    const NoiseOf& noise_of_frame) {
   const std::size_t fits = widest.size();
+  const Cells& cells = sheet.cells->host;
   std::vector<float> rho = widest;
-  const ViewTogether found(device, lanes);
+  const ViewTogether found(device, sheet.found);
   const float* const mean = found.data<3>();
   const double noise = noise_of_frame(by_item(cells, found.data<2>()));
   for (std::size_t p = 0; p < fits; ++p) {
@@ -430,11 +431,11 @@ Range range_of_trials(Device& device, const FitLanes& lanes) {
 }
 
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
-               const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
-               const FitParams& params) {
+               const LaneSheet& sheet, std::size_t part, const Buffer<float>& from,
+               const Buffer<float>& turned, const FitPass& pass, const FitParams& params) {
   launch(device, kernels::fit_particles, device.state().wide_width(),
          range_of_trials(device, lanes), surface.place, from, *lanes.part, lanes, turned,
-         pass_of(surface, lanes, pass, params));
+         part_in_sheet(sheet, part), pass_of(surface, lanes, sheet, pass, params));
 }
 
 LaneCells upload_lane_cells(Device& device, const Projected& projected,
@@ -443,52 +444,52 @@ LaneCells upload_lane_cells(Device& device, const Projected& projected,
   LaneCells all{cells_of(projected, centre, reach), {}, {}};
   const Cells& cells = all.host;
   const std::size_t n = centre.size();
-  const auto put_lanes = [&](const FitNeighbours::Part& part, cl_int* lane) {
-    const std::vector<std::int32_t>& fit = part.lists.fit;
-    std::vector<cl_int> of_fit(n, -1);
-    for (std::size_t l = 0; l < fit.size(); ++l)
-      if (fit[l] >= 0) of_fit[static_cast<std::size_t>(fit[l])] = static_cast<cl_int>(l);
-    for (std::size_t p = 0; p < n; ++p) lane[p] = of_fit[static_cast<std::size_t>(cells.item[p])];
+  std::vector<cl_int> place(n);  // of each fit in bucket order
+  for (std::size_t p = 0; p < n; ++p)
+    place[static_cast<std::size_t>(cells.item[p])] = static_cast<cl_int>(p);
+  const auto lanes_in = [&](std::size_t part) -> const std::vector<std::int32_t>& {
+    return neighbours.parts[part].lists.fit;
+  };
+  const auto put_places = [&](std::size_t part, cl_int* to) {
+    std::ranges::transform(lanes_in(part), to, [&](std::int32_t fit) {
+      return fit < 0 ? -1 : place[static_cast<std::size_t>(fit)];
+    });
   };
   // With the cells those of the first part, which mostly is the only one.
+  const std::size_t parts = neighbours.parts.size();
   UploadTogether<float, float, float, cl_uint, cl_int, cl_int> arrays(
-      device, {n, n, n, n, cells.start.size(), n});
+      device, {n, n, n, n, cells.start.size(), parts > 0 ? lanes_in(0).size() : 0});
   std::copy(cells.x.begin(), cells.x.end(), arrays.data<0>());
   std::copy(cells.y.begin(), cells.y.end(), arrays.data<1>());
   std::copy(cells.z.begin(), cells.z.end(), arrays.data<2>());
   std::copy(cells.tag.begin(), cells.tag.end(), arrays.data<3>());
   std::copy(cells.start.begin(), cells.start.end(), arrays.data<4>());
-  if (!neighbours.parts.empty()) put_lanes(neighbours.parts[0], arrays.data<5>());
+  if (parts > 0) put_places(0, arrays.data<5>());
   const auto [x, y, z, tag, start, first] = arrays.done();
   all.cells = {x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}};
-  if (!neighbours.parts.empty()) all.lane.push_back(first);
-  for (std::size_t part = 1; part < neighbours.parts.size(); ++part) {
-    Upload<cl_int> lane(device, n);
-    put_lanes(neighbours.parts[part], lane.data());
-    all.lane.push_back(lane.done());
+  if (parts > 0) all.to.push_back(first);
+  for (std::size_t part = 1; part < parts; ++part) {
+    Upload<cl_int> to(device, lanes_in(part).size());
+    put_places(part, to.data());
+    all.to.push_back(to.done());
   }
   return all;
 }
 
-LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<float>& normal,
-                        const std::vector<FitLanes>& parts, Buffer<float> FitLanes::*row,
-                        int values, bool by_u, const LaneCells& cells,
-                        const SheetWeights& weights) {
-  const std::size_t n = cells.host.item.size(), rows = static_cast<std::size_t>(values);
-  const LaneMeans made(device, {3 * n, n, rows * n, rows * n});
-  const auto& [toward, share, value, mean] = made.parts;
-  struct Gathered {
-    const Buffer<float>&normal, &share, &value;
-  };
-  for (std::size_t k = 0; k < parts.size(); ++k) {
-    const FitLanes& lanes = parts[k];
-    launch(device, kernels::gather_fits, device.state().vector_width, {n}, cells.lane[k],
-           lanes.part->particle, surface.place, normal, lanes, lanes.*row,
-           Gathered{toward, share, value},
-           cl_int4{{static_cast<cl_int>(n), lanes.count(), values, by_u}});
-  }
-  average_sheet(device, {cells.cells, toward, share, value}, weights, mean);
-  return made;
+LaneSheet::LaneSheet(Device& device, const LaneCells& of, int values)
+    : cells(&of), found(device, [&]() -> std::array<std::size_t, 4> {
+        const std::size_t n = of.host.item.size(), rows = static_cast<std::size_t>(values);
+        return {3 * n, n, rows * n, rows * n};
+      }()) {}
+
+InSheet part_in_sheet(const LaneSheet& sheet, std::size_t part) {
+  const auto& [toward, share, value, mean] = sheet.found.parts;
+  return {sheet.cells->to[part], toward, share, value};
+}
+
+void average_lanes(Device& device, const LaneSheet& sheet, const SheetWeights& weights) {
+  const auto& [toward, share, value, mean] = sheet.found.parts;
+  average_sheet(device, {sheet.cells->cells, toward, share, value}, weights, mean);
 }
 
 ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
@@ -505,28 +506,26 @@ ParticleFits fit_particles(Device& device, const Projected& projected, const Vis
   for (const FitNeighbours::Part& part : neighbours.parts)
     parts.emplace_back(device, part).set(device, rho, {&roundness, 1}, seen);
   LaneCells made;
-  const LaneCells* sheet = neighbours.sheet.lane.empty() ? nullptr : &neighbours.sheet;
+  if (neighbours.sheet.to.empty())
+    made = upload_lane_cells(device, projected, seen.index, neighbours, kSheet.reach);
+  const LaneSheet sheet(device, made.to.empty() ? neighbours.sheet : made, 2);
   for (int pass = 0; pass < params.passes; ++pass) {
     const int left = params.passes - 1 - pass;
     if (pass > 0 && left == 0 && params.least_support < 1) {
-      const LaneMeans means = average_lanes(device, surface, normals, parts, &FitLanes::residual, 2,
-                                            false, *sheet, kSheet);
-      rho = narrow_supports(device, sheet->host, means, widest, params, noise);
+      average_lanes(device, sheet, kSheet);
+      rho = narrow_supports(device, sheet, widest, params, noise);
       for (FitLanes& part : parts) part.set(device, rho, {&roundness, 1}, seen);
     }
-    for (const FitLanes& part : parts)
-      fit_lanes(device, surface, part, normals, turned, {pass, left}, params);
+    for (std::size_t part = 0; part < parts.size(); ++part)
+      fit_lanes(device, surface, parts[part], sheet, part, normals, turned, {pass, left}, params);
     std::swap(normals, turned);
-    if (pass > 0) continue;
     // While the device is at the first pass.
-    fits = unfitted(projected, seen, around);
-    if (!sheet)
-      sheet = &(made = upload_lane_cells(device, projected, seen.index, neighbours, kSheet.reach));
+    if (pass == 0) fits = unfitted(projected, seen, around);
   }
   for (const FitLanes& lanes : parts)
     launch(device, kernels::measure_edges, device.state().wide_width(),
            range_of_lanes(device, lanes), surface.place, normals, *lanes.part, lanes,
-           pass_of(surface, lanes, {params.passes, 0}, params), kEdgeReach);
+           pass_of(surface, lanes, sheet, {params.passes, 0}, params), kEdgeReach);
   fits.support.assign(rho.begin(), rho.end());
   fits.roundness.assign(roundness.begin(), roundness.end());
   for (const FitLanes& part : parts) take_fits(device, part, params, fits);

@@ -114,12 +114,12 @@ NearLists list_near(const Projected& projected, const std::vector<std::int32_t>&
 NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
                     const Cells& cells, double reach);
 
-/// Places of fits in cells in which their lanes are averaged (average_lanes()).
+/// Fits in cells in which they are averaged (average_lanes()).
 struct LaneCells {
   Cells host;
-  DeviceCells cells;                 // the same, without weights
-  std::vector<Buffer<cl_int>> lane;  // of each part of the neighbours: [fits] in bucket order, -1:
-                                     // the fit's is in another part
+  DeviceCells cells;               // the same, without weights
+  std::vector<Buffer<cl_int>> to;  // of each part of the neighbours: [lanes] where each one's fit
+                                   // is in bucket order, -1: the lane is not in use
 };
 
 /// Lists of neighbours on the device, and the fits of their lanes.
@@ -185,28 +185,33 @@ struct FitPass {
   int done, left;  // passes before and after it
 };
 
-/// One pass over some lanes in all trials (kernel fit_particles): from the normals `from` to
-/// `turned`. Enqueues.
+/// What kernels say of the fits of lanes, in a sheet in which it is averaged. One command reads it:
+/// normals [3][n], shares [n], values and their means [values][n], all in bucket order. Values are
+/// two or four.
+struct LaneSheet {
+  LaneSheet(Device& device, const LaneCells& cells, int values);
+  int fits() const { return static_cast<int>(cells->host.item.size()); }
+
+  const LaneCells* cells;
+  Together<float, float, float, float> found;
+};
+
+/// The part of a sheet's fits that some lanes have, as kernels take it.
+struct InSheet {
+  const Buffer<cl_int>& to;
+  const Buffer<float>&toward, &share, &value;
+};
+InSheet part_in_sheet(const LaneSheet& sheet, std::size_t part);
+
+/// Averages the values over the sheet around each fit (average_sheet()); the cells are of side
+/// weights.reach. Does not wait.
+void average_lanes(Device& device, const LaneSheet& sheet, const SheetWeights& weights);
+
+/// One pass over a part's lanes in all trials (kernel fit_particles): from the normals `from` to
+/// `turned`. The last but one puts the residuals into the sheet. Enqueues.
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
-               const Buffer<float>& from, const Buffer<float>& turned, const FitPass& pass,
-               const FitParams& params);
-
-/// Values of fits averaged on their sheets, to be read by one command: normals [3][n], shares [n],
-/// values and their means [values][n], all in bucket order. Values are two or four.
-using LaneMeans = Together<float, float, float, float>;
-
-/// The means of what lanes hold, of trials the first one's, over the sheet around each of their
-/// fits (average_sheet()).
-///
-///   cells   of side weights.reach
-///   normal  [around + 1][4] of which the fits' are taken
-///   row     of lanes: [values - 1][lanes]; the last row is the last two values
-///   by_u    whether all fits share by their u; else those whose residual is not 0 alike
-///
-/// Does not wait.
-LaneMeans average_lanes(Device& device, const FitSurface& surface, const Buffer<float>& normal,
-                        const std::vector<FitLanes>& parts, Buffer<float> FitLanes::*row,
-                        int values, bool by_u, const LaneCells& cells, const SheetWeights& weights);
+               const LaneSheet& sheet, std::size_t part, const Buffer<float>& from,
+               const Buffer<float>& turned, const FitPass& pass, const FitParams& params);
 
 /// The range of kernels that take a fit a lane: few items of much work.
 Range range_of_lanes(Device& device, const FitLanes& lanes);

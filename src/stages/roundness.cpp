@@ -11,7 +11,7 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kModel = 16;  // floats of a trial fit, as in roundness.cl
+constexpr std::size_t kModel = 12;  // floats of a trial fit, as in roundness.cl
 // Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
 // count up to 100 degrees: a rim turns by 180.
 constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
@@ -29,44 +29,53 @@ constexpr double kOfDisorder = 0.055, kOrderly = 0.011;
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
 constexpr double kRoundFrom = 1.9, kRoundTo = 2.1;
 
-// The trial fits of all particles on the device.
-struct Trials {
-  FitSurface surface;
-  std::vector<FitLanes> parts;  // the wide fits, then the narrow ones; rows: one quadric, two
-                                // sheets, bend
-};
+// What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend
+// twice.
+constexpr int kValues = 4;
 
-Trials make_trials(Device& device, const Projected& projected, const Visible& seen,
-                   const SurfaceParticles& around, const FitNeighbours& neighbours,
-                   const FitParams& params, const BlendParams& blend) {
+// Makes the trial fits, the wide ones and the narrow ones, and puts their evidence into the sheet.
+void compare_trials(Device& device, const Projected& projected, const Visible& seen,
+                    const SurfaceParticles& around, const FitNeighbours& neighbours,
+                    const FitParams& params, const BlendParams& blend, const LaneSheet& sheet) {
   constexpr int kTrials = 2;
-  Trials trials{upload_surface(device, projected, around, kTrials), {}};
-  auto& [surface, parts] = trials;
+  const FitSurface surface = upload_surface(device, projected, around, kTrials);
+  std::vector<FitLanes> parts;
   const std::size_t count = seen.index.size();
   const std::vector<float> rho(count, static_cast<float>(kTrialReach));
   const std::array roundness{std::vector<float>(count, 1.0f), std::vector<float>(count, 0.0f)};
   for (const FitNeighbours::Part& part : neighbours.parts)
     parts.emplace_back(device, part, kTrials).set(device, rho, roundness, seen);
-  const std::size_t values = kModel * (static_cast<std::size_t>(surface.nobody) + 1);
-  const Together<float, float> models(device, {values, values});
-  models.fill_some<0, 1>(device, 0);
-  const auto& [wide, narrow] = models.parts;
-  // Another pass is to come as far as the kernel is told: residuals and weights are not wanted.
-  for (const FitLanes& lanes : parts)
-    fit_lanes(device, surface, lanes, surface.normal, surface.turned, {0, 2}, params);
+  const std::size_t values = kTrials * (static_cast<std::size_t>(surface.nobody) + 1);
+  const auto models = allocate<float>(device, kModel * values);
+  const Buffer<float> weight = upload(device, std::vector<float>(values, 0.0f));
+  // Two passes are to come as far as the kernel is told: residuals and weights are not wanted.
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    fit_lanes(device, surface, parts[part], sheet, part, surface.normal, surface.turned, {0, 2},
+              params);
   const int width = device.state().wide_width();
-  const auto trial = [&, &surface = surface](const FitLanes& lanes, float reach) {
-    return records::Trial{lanes.count(), surface.nobody, reach, static_cast<float>(blend.same_low),
+  const auto trial = [&](const FitLanes& lanes, float reach) {
+    return records::Trial{lanes.count(),
+                          surface.nobody,
+                          sheet.fits(),
+                          reach,
+                          static_cast<float>(blend.same_low),
                           static_cast<float>(blend.same_high)};
   };
   for (const FitLanes& lanes : parts)
     launch(device, kernels::place_models, width, range_of_trials(device, lanes), surface.place,
-           surface.turned, *lanes.part, lanes.quadric, lanes, wide, narrow,
+           surface.turned, *lanes.part, lanes.quadric, lanes, models, weight,
            trial(lanes, kEdgeReach));
-  for (const FitLanes& lanes : parts)
-    launch(device, kernels::measure_evidence, width, range_of_lanes(device, lanes), surface.place,
-           wide, narrow, *lanes.part, lanes.rows, trial(lanes, kEvidenceReach));
-  return trials;
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    launch(device, kernels::measure_evidence, width, range_of_lanes(device, parts[part]),
+           surface.place, surface.turned, models, weight, *parts[part].part,
+           part_in_sheet(sheet, part), trial(parts[part], kEvidenceReach));
+}
+
+// The cells of the trial fits' sheet: those of the neighbours, or `made`.
+const LaneCells& cells_of_sheet(Device& device, const Projected& projected, const Visible& seen,
+                                const FitNeighbours& neighbours, LaneCells& made) {
+  if (!neighbours.sheet.to.empty()) return neighbours.sheet;
+  return made = upload_lane_cells(device, projected, seen.index, neighbours, kNear.reach);
 }
 
 }  // namespace
@@ -78,23 +87,19 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const std::vector<float> none(count);
   Evidence evidence{none, none, none, std::vector<Vec3d>(count), none};
   if (count == 0) return evidence;
-  const Trials trials = make_trials(device, projected, seen, around, neighbours, params, blend);
-  const std::vector<float> normal = download(device, trials.surface.turned);
-  const std::vector<std::int32_t> place = places_in(around.index, seen.index);
-  for (const FitLanes& lanes : trials.parts) {
-    const ViewTogether found(device, lanes.found);
-    const float *const residual = found.data<1>(), *const row = found.data<2>();
-    const std::vector<std::int32_t>& fit = lanes.part->lists.fit;
-    for (std::size_t l = 0; l < fit.size(); ++l) {
-      if (fit[l] < 0) continue;
-      const std::size_t k = static_cast<std::size_t>(fit[l]),
-                        at = static_cast<std::size_t>(place[k]);
-      evidence.one[k] = row[l];
-      evidence.two[k] = row[fit.size() + l];
-      evidence.bend[k] = row[2 * fit.size() + l];
-      evidence.normal[k] = {normal[4 * at], normal[4 * at + 1], normal[4 * at + 2]};
-      if (!(residual[l] < 0)) evidence.share[k] = static_cast<float>(around.weight[at]);
-    }
+  LaneCells made;
+  const LaneSheet sheet(device, cells_of_sheet(device, projected, seen, neighbours, made), kValues);
+  compare_trials(device, projected, seen, around, neighbours, params, blend, sheet);
+  const ViewTogether found(device, sheet.found);
+  const float *const toward = found.data<0>(), *const share = found.data<1>(),
+                     *const value = found.data<2>();
+  for (std::size_t p = 0; p < count; ++p) {
+    const std::size_t k = static_cast<std::size_t>(sheet.cells->host.item[p]);
+    evidence.normal[k] = {toward[p], toward[count + p], toward[2 * count + p]};
+    evidence.share[k] = share[p];
+    evidence.one[k] = value[p];
+    evidence.two[k] = value[count + p];
+    evidence.bend[k] = value[2 * count + p];
   }
   return evidence;
 }
@@ -105,26 +110,22 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
                                      const BlendParams& blend, double disorder) {
   const std::size_t count = seen.index.size();
   if (count == 0) return {};
-  const Trials trials = make_trials(device, projected, seen, around, neighbours, params, blend);
+  LaneCells made;
+  const LaneSheet sheet(device, cells_of_sheet(device, projected, seen, neighbours, made), kValues);
+  compare_trials(device, projected, seen, around, neighbours, params, blend, sheet);
+  average_lanes(device, sheet, kNear);
   // While the device is at them.
   std::vector<Vec3d> position;
   position.reserve(count);
   for (const std::int32_t i : seen.index)
     position.push_back(projected.eye(static_cast<std::size_t>(i)));
-  LaneCells made;
-  if (neighbours.sheet.lane.empty())
-    made = upload_lane_cells(device, projected, seen.index, neighbours, kNear.reach);
-  const LaneCells& sheet = made.lane.empty() ? neighbours.sheet : made;
-  const Cells& near = sheet.host;
-  const LaneMeans means = average_lanes(device, trials.surface, trials.surface.turned, trials.parts,
-                                        &FitLanes::rows, 4, true, sheet, kNear);
 
   // Bent places alone have something to say, and to ask.
   std::vector<std::size_t> bent;
   std::vector<Vec3d> at, normal;
   std::vector<float> share, score, gate;
   {
-    const ViewTogether found(device, means);
+    const ViewTogether found(device, sheet.found);
     const float *const toward = found.data<0>(), *const shares = found.data<1>(),
                        *const one = found.data<3>(), *const two = one + count,
                        *const bend = two + count;
@@ -133,7 +134,8 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
       return std::max(square - noise, std::min(square, kOrderly));
     };
     std::vector<std::size_t> bucket_of(count);
-    for (std::size_t p = 0; p < count; ++p) bucket_of[static_cast<std::size_t>(near.item[p])] = p;
+    for (std::size_t p = 0; p < count; ++p)
+      bucket_of[static_cast<std::size_t>(sheet.cells->host.item[p])] = p;
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t p = bucket_of[k];
       const double bends = smooth_step(kBentFrom, kBentTo, bend[p]);

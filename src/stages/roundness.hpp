@@ -25,7 +25,7 @@ struct Evidence {
   std::vector<float> two;     // [n] of narrow fits in two sheets, radii^2
   std::vector<float> bend;    // [n] 1 - n.n' of the wide fits
   std::vector<Vec3d> normal;  // [n] unit, of the wide fits
-  std::vector<float> share;   // [n] u; 0 without a wide fit
+  std::vector<float> share;   // [n] u, as far as it tells (Visible::tells); 0 without a wide fit
 };
 
 /// Makes the trial fits and compares them (kernel measure_evidence). Waits.

@@ -167,7 +167,7 @@ TEST_P(Roundness, InPartsIsTheSame) {
   const FittedSurface scene = edge(0.25);
   const std::vector<float> whole = roundness_of(device_, scene);
   std::size_t& largest = device_.state().info.largest_buffer;
-  const std::size_t before = std::exchange(largest, std::size_t{40} << 10);
+  const std::size_t before = std::exchange(largest, std::size_t{52} << 10);
   const std::size_t parts =
       find_neighbours(device_, scene.projected, scene.seen.index, scene.around.index, kTrialReach)
           .parts.size();
