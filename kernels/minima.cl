@@ -132,17 +132,27 @@ inline int lower(global uint* map, const int s, const floatv depth, const intv b
   return move_to(LOWER, map, s, depth, better & (depth < DEPTHS_AT(map, s)));
 }
 
-// The lowest index wins.
-inline void own(global int* owner, const int s, const int p, const intv nearest) {
+// Whether disc p becomes the owner of sample s: the lowest index wins. Who owned it before has one less
+// in `owned`, unless that is 0.
+inline int take(global int* owner, const int s, const int p, global int* owned) {
+  const int before = atomic_min(owner + s, p);
+  if (before < p) return 0;
+  if (owned && before != INT_MAX) atomic_dec(owned + before);
+  return 1;
+}
+
+// The same of the samples from s on where `nearest`. Returns how many p takes.
+inline int own(global int* owner, const int s, const int p, const intv nearest, global int* owned) {
   const intv better = nearest & (p < OWNERS_AT(owner, s));
 #if WIDTH == 1
-  if (better) atomic_min(owner + s, p);
+  return better ? take(owner, s, p, owned) : 0;
 #else
-  if (!ANY(better)) return;
-  int owned[WIDTH];
-  STOREI(better, owned);
+  if (!ANY(better)) return 0;
+  int wanted[WIDTH], taken = 0;
+  STOREI(better, wanted);
   for (int lane = 0; lane < WIDTH; ++lane)
-    if (owned[lane]) atomic_min(owner + s + lane, p);
+    if (wanted[lane]) taken += take(owner, s + lane, p, owned);
+  return taken;
 #endif
 }
 
@@ -167,7 +177,9 @@ inline void draw_share(const Share share, const float8 d,  // of outline_discs
                        global int* occupied,       // [blocks] at how many of them there is one
                        global uint* to,            // [samples] raised by backs
                        global const float* depth,  // [samples] whose front is this owns the sample:
-                       global int* owner) {        // [samples] the lowest of several
+                       global int* owner,          // [samples] the lowest of several
+                       global int* owned) {        // [discs] how many samples each owns
+  int taken = 0;
   EACH_SAMPLE(share, bound, across) {
     const int s = j * samples.nx + i;
     const floatv half_depth = half_depth_at(d, i, j, samples), back = d.s0 + half_depth;
@@ -179,8 +191,9 @@ inline void draw_share(const Share share, const float8 d,  // of outline_discs
       if (occupied && first > 0) atomic_add(occupied + block_of(i, j, samples.nx), first);
     }
     if (to) move_to(RAISE, to, s, back, inside & (back > FAR_AT(to, s)));
-    if (owner) own(owner, s, share.p, inside & (front == LOADF(depth + s)));
+    if (owner) taken += own(owner, s, share.p, inside & (front == LOADF(depth + s)), owned);
   }
+  if (taken > 0 && owned) atomic_add(owned + share.p, taken);
 }
 
 // The nearest front at every sample. SHARES work-items a disc, of this kernel and the next ones.
@@ -191,7 +204,7 @@ kernel void lower_discs(global const float* disc, OUTLINES(const, box, key),
                         const Outlined all, const Lattice samples) {
   const Share share = share_of_box(box, key, all);
   if (share.p < 0) return;
-  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, depth, 0, 0, 0, 0);
+  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, depth, 0, 0, 0, 0, 0);
 }
 
 // The same of particles, and at how many samples of each block there is one.
@@ -203,7 +216,7 @@ kernel void lower_fronts(global const float* particles,  // [6][stride] t, u, v,
   float8 disc;
   const Share share = share_of_particle(particles, all, samples, &disc);
   if (share.p < 0) return;
-  draw_share(share, disc, bound, all.across, samples, 0, 0, depth, occupied, 0, 0, 0);
+  draw_share(share, disc, bound, all.across, samples, 0, 0, depth, occupied, 0, 0, 0, 0);
 }
 
 // And the farthest back.
@@ -215,7 +228,7 @@ kernel void lower_and_raise_discs(global const float* particles, global const fl
   float8 disc;
   const Share share = share_of_particle(particles, all, samples, &disc);
   if (share.p < 0) return;
-  draw_share(share, disc, bound, all.across, samples, 0, 0, from, occupied, to, 0, 0);
+  draw_share(share, disc, bound, all.across, samples, 0, 0, from, occupied, to, 0, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
@@ -226,7 +239,19 @@ kernel void own_discs(global const float* disc, OUTLINES(const, box, key),
                       const Outlined all, const Lattice samples) {
   const Share share = share_of_box(box, key, all);
   if (share.p < 0) return;
-  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, 0, 0, 0, depth, owner);
+  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, 0, 0, 0, depth, owner,
+             0);
+}
+
+// The same, and how many samples each disc owns.
+kernel void count_discs(global const float* disc, OUTLINES(const, box, key),
+                        global const float* bound, global const float* depth, global int* owner,
+                        global int* owned,  // [discs] 0 before
+                        const Outlined all, const Lattice samples) {
+  const Share share = share_of_box(box, key, all);
+  if (share.p < 0) return;
+  draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, 0, 0, 0, depth, owner,
+             owned);
 }
 
 // The nearest front of particles deeper than `behind` + gap.
@@ -238,25 +263,7 @@ kernel void lower_discs_behind(global const float* particles, global const float
   float8 disc;
   const Share share = share_of_particle(particles, all, samples, &disc);
   if (share.p < 0) return;
-  draw_share(share, disc, bound, all.across, samples, behind, gap, depth, 0, 0, 0, 0);
-}
-
-// How many samples each disc owns. One work-item per RUN samples, which often have one owner.
-#if WIDTH == 1
-#define RUN 1
-#else
-#define RUN 64
-#endif
-kernel void count_owners(global const int* owner,  // [samples] none: INT_MAX, or +infinity's bits, which
-                                                  // no index reaches
-                         global int* owned,        // [n] 0 before
-                         const int samples) {
-  const int first = get_global_id(0) * RUN, end = min(first + RUN, samples);
-  for (int s = first; s < end;) {
-    const int begin = s, here = owner[s];
-    while (s < end && owner[s] == here) ++s;
-    if (here < as_int(INFINITY)) atomic_add(owned + here, s - begin);
-  }
+  draw_share(share, disc, bound, all.across, samples, behind, gap, depth, 0, 0, 0, 0, 0);
 }
 
 // Where rays enter a sphere; NaN beside it. As draw_spheres of spheres.cl works it out.
@@ -286,7 +293,7 @@ inline void draw_sphere_share(global const float* sphere,  // [stride][8] of out
     const floatv entry = entry_of(ball, rays_from(screen, i, j));
     const intv inside = inside_share(share, i);
     if (from) lower(from, s, entry, inside);
-    if (owner) own(owner, s, share.p, inside & (entry == LOADF(depth + s)));
+    if (owner) own(owner, s, share.p, inside & (entry == LOADF(depth + s)), 0);
   }
 }
 

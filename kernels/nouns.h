@@ -47,6 +47,11 @@
 #define COVERS(access, cells, deepest) \
   global access int* cells, global access float* deepest
 
+// What later kernels lower or add to, out: [cells] +infinity of bounds (bins.cl); [nodes] +infinity of a
+// map of depths and INT_MAX of their owners (minima.cl); [counts] 0 of what each disc owns.
+#define BLANKS(cell, depth, owner, owned) \
+  global float* cell, global float* depth, global int* owner, global int* owned
+
 // The discs of bins: [bins] where each bin's entries end, [entries] disc and place in the bin (fill_bins).
 #define ENTRIES(end, entry) \
   global const int* end, global const int2* entry

@@ -103,6 +103,16 @@ RECORD(Outlined) {
   int across;
 };
 
+// What particles may cover, and the cells that they hide (visible.cl).
+RECORD(Covering) {
+  int stride;                // values in a row of theirs
+  Lattice samples;
+  float inverse_step;        // of samples, 1 / pixels
+  int shift;                 // a cell's side is 1 << shift samples
+  float footprint, bulge;    // particle radii; over the footprint
+  int cells, nodes, counts;  // how many begin blank, see BLANKS
+};
+
 // Particles that are drawn as spheres (minima.cl).
 RECORD(DrawnSpheres) {
   int count, stride;       // particles; values in a row of theirs

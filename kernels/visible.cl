@@ -37,20 +37,31 @@ kernel void outline_discs(global const float* particles,  // [6][stride] t, u, v
                 disc, box, key);
 }
 
+// Shares out the blanks: values that lie side by side are stored by work-items side by side.
+inline void store_blanks(global float* cell, global float* depth, global int* owner,
+                         global int* owned, const Covering how) {
+  const int items = how.stride / WIDTH;
+  for (int k = get_global_id(0); k < how.cells; k += items) cell[k] = INFINITY;
+  for (int k = get_global_id(0); k < how.nodes; k += items) {
+    depth[k] = INFINITY;
+    owner[k] = INT_MAX;
+  }
+  for (int k = get_global_id(0); k < how.counts; k += items) owned[k] = 0;
+}
+
 // The same by nearest depth, and the cells inside a rectangle that the disc holds, and the deepest
 // front there. Half sides of 0.69 half axes, as large as fits: cells that no disc covers cost more
-// than bounds that are less near.
+// than bounds that are less near. Makes blanks for what is drawn next.
 kernel void cover_discs(global const float* particles, global float* disc, OUTLINES(, box, key),
-                        COVERS(, cover, deepest),
-                        const int4 size,     // stride; nodes: nx, ny; a cell's side is 1 << size.w nodes
-                        const float4 place,  // of the first node, 1 / step, step; pixels
-                        const float2 sphere) {
-  const int p = get_global_id(0) * WIDTH, stride = size.x, shift = size.w;
-  const int2 nodes = size.yz;
-  const float2 origin = place.xy;
-  const float step = place.z;
+                        COVERS(, cover, deepest), BLANKS(cell, depth, owner, owned),
+                        const Covering how) {
+  const int p = get_global_id(0) * WIDTH, stride = how.stride, shift = how.shift;
+  const int2 nodes = (int2)(how.samples.nx, how.samples.ny);
+  const float2 origin = (float2)(how.samples.first, how.inverse_step);
+  const float step = how.samples.step;
   if (p >= stride) return;
-  const Spheres s = spheres_of(particles + p, stride, sphere);
+  store_blanks(cell, depth, owner, owned, how);
+  const Spheres s = spheres_of(particles + p, stride, (float2)(how.footprint, how.bulge));
   store_outline(outline_of(s, nodes, origin, FRONT), p, stride, disc, box, key);
   const intv i0 = first_cell((s.u - 0.69f * s.ru - origin.x) * origin.y, shift);
   const intv i1 = last_cell((s.u + 0.69f * s.ru - origin.x) * origin.y, nodes.x, shift);

@@ -28,6 +28,19 @@ Chunks chunks_of(std::size_t particles, std::size_t counts, int width) {
 
 std::size_t padded_to_vectors(std::size_t n) { return (n + 3 + 63) / 64 * 64; }
 
+// Cells of 1 << shift samples a side.
+struct CellsOfGrid {
+  cl_int2 number;      // along i and along j
+  std::size_t padded;  // in all
+};
+
+CellsOfGrid cells_on(const SampleGrid& grid, int shift) {
+  const int side = 1 << shift;
+  const cl_int2 number{{(grid.nx + side - 1) / side, (grid.ny + side - 1) / side}};
+  return {number, padded_to_vectors(static_cast<std::size_t>(number.s[0]) *
+                                    static_cast<std::size_t>(number.s[1]))};
+}
+
 }  // namespace
 
 BinGrid bins_of(const SampleGrid& grid) {
@@ -40,27 +53,36 @@ records::Outlined outlined_on(const SampleGrid& grid, const Outlines& outlines) 
 
 int cover_shift(double radius) { return radius >= 14 ? 3 : radius >= 7 ? 2 : 1; }
 
-Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid& grid, int shift) {
-  const int side = 1 << shift;
+BoundCells room_for_cells(Device& device, int particles, const SampleGrid& grid, int shift) {
+  const CellsOfGrid cells = cells_on(grid, shift);
+  const Chunks chunks =
+      chunks_of(static_cast<std::size_t>(particles), cells.padded, device.state().vector_width);
+  const std::size_t all = static_cast<std::size_t>(chunks.counted) * cells.padded;
+  return {allocate<float>(device, all), shift, chunks.own > 0 ? 0 : all};
+}
+
+Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid& grid,
+                         const BoundCells& room) {
   const BinGrid bins = bins_of(grid);
-  const cl_int2 cells{{(grid.nx + side - 1) / side, (grid.ny + side - 1) / side}};
+  const CellsOfGrid cells = cells_on(grid, room.shift);
   const int width = device.state().vector_width;
-  const std::size_t padded = padded_to_vectors(static_cast<std::size_t>(cells.s[0]) *
-                                               static_cast<std::size_t>(cells.s[1]));
-  const Chunks chunks = chunks_of(static_cast<std::size_t>(covers.count), padded, width);
-  const std::size_t all = static_cast<std::size_t>(chunks.counted) * padded;
-  const auto cell =
-      chunks.own > 0 ? allocate<float>(device, all) : filled<float>(device, all, kNoSurface);
+  const Chunks chunks = chunks_of(static_cast<std::size_t>(covers.count), cells.padded, width);
   const auto bound = allocate<float>(device, bins.size());
-  launch(device, kernels::bound_cells, width, chunks.range, covers.cells, covers.deepest, cell,
-         covers.count, covers.stride, cells.s[0], chunks.size, chunks.own);
+  launch(device, kernels::bound_cells, width, chunks.range, covers.cells, covers.deepest,
+         room.bound, covers.count, covers.stride, cells.number.s[0], chunks.size, chunks.own);
   if (chunks.counted > 1)
-    launch(device, kernels::least_bounds, width, {padded / static_cast<std::size_t>(width)}, cell,
-           cl_int{chunks.counted}, chunks.own);
+    launch(device, kernels::least_bounds, width, {cells.padded / static_cast<std::size_t>(width)},
+           room.bound, cl_int{chunks.counted}, chunks.own);
   launch(device, kernels::bound_bins, width,
-         {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, cell, bound,
-         cells, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide / side});
+         {static_cast<std::size_t>(bins.nx), static_cast<std::size_t>(bins.ny), 8, 8}, room.bound,
+         bound, cells.number, cl_int2{{bins.nx, bins.ny}}, cl_int{kBinSide >> room.shift});
   return bound;
+}
+
+Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid& grid, int shift) {
+  const BoundCells cells = room_for_cells(device, covers.count, grid, shift);
+  if (cells.blank > 0) fill(device, cells.bound, kNoSurface);
+  return bound_bins(device, covers, grid, cells);
 }
 
 void draw_bins(Device& device, const Outlines& outlines, const Buffer<float>& bound,

@@ -41,8 +41,21 @@ struct Covers {
 /// samples holds one or a few.
 int cover_shift(double radius);
 
+/// Cells of 1 << shift samples a side, and how many of them are to be kNoSurface before
+/// bound_bins().
+struct BoundCells {
+  Buffer<float> bound;
+  int shift;
+  std::size_t blank;
+};
+BoundCells room_for_cells(Device& device, int particles, const SampleGrid& grid, int shift);
+
 /// The deepest that each bin's map can be: [bins], kNoSurface where a sample may stay without
-/// surface. Cells are 1 << shift samples a side. Does not wait.
+/// surface. Does not wait.
+Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid& grid,
+                         const BoundCells& cells);
+
+/// The same with blank cells of its own.
 Buffer<float> bound_bins(Device& device, const Covers& covers, const SampleGrid& grid, int shift);
 
 /// Particles of consecutive bins.

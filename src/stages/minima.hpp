@@ -3,8 +3,6 @@
 // one a device takes.
 #pragma once
 
-#include <climits>
-
 #include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/samples.hpp"
@@ -71,27 +69,5 @@ void draw_minima(Device& device, const auto& kernel, const SplatParticles& parti
       },
       maps);
 }
-
-/// Whose disc or sphere a sample shows: the lowest index of those whose depth is the map's, into
-/// `owner`, which stays where there is none and holds larger values before. The kernel is own_discs
-/// or own_spheres. Does not wait.
-void own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
-                const Outlines& outlines, const Buffer<float>& bound, const SampleGrid& grid,
-                const Buffer<float>& depth, const auto& samples, const Buffer<cl_int>& owner) {
-  draw_minima(device, kernel, records, outlines, bound, grid, std::tie(depth, owner), samples);
-}
-
-/// The same into a new map, INT_MAX where there is none.
-inline Buffer<cl_int> own_minima(Device& device, const auto& kernel, const Buffer<float>& records,
-                                 const Outlines& outlines, const Buffer<float>& bound,
-                                 const SampleGrid& grid, const Buffer<float>& depth,
-                                 const auto& samples) {
-  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
-  own_minima(device, kernel, records, outlines, bound, grid, depth, samples, owner);
-  return owner;
-}
-
-/// Adds how many samples each owns to `owned`. Does not wait.
-void count_owners(Device& device, const Buffer<cl_int>& owner, const Buffer<cl_int>& owned);
 
 }  // namespace meniscus

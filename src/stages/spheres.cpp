@@ -1,6 +1,7 @@
 #include "stages/spheres.hpp"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 
 #include "base/parallel.hpp"
@@ -80,9 +81,9 @@ Buffer<float> lower_spheres(Device& device, const View& view, const Outlined& sp
 Buffer<float> normals_by_minima(Device& device, const View& view, const Outlined& spheres,
                                 const SampleGrid& grid) {
   const Buffer<float> depth = lower_spheres(device, view, spheres, grid);
-  const Buffer<cl_int> owner =
-      own_minima(device, kernels::own_spheres, spheres.records, spheres.outlines, spheres.bound,
-                 grid, depth, screen_of(view, grid));
+  const auto owner = filled<cl_int>(device, grid.size(), INT_MAX);
+  draw_minima(device, kernels::own_spheres, spheres.records, spheres.outlines, spheres.bound, grid,
+              std::tie(depth, owner), screen_of(view, grid));
   const auto normal = allocate<float>(device, 3 * grid.size());
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   launch(device, kernels::normals_of_owners, static_cast<int>(width),

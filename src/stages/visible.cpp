@@ -35,40 +35,55 @@ Discs room_for_discs(Device& device, const SplatParticles& particles, cl_float2 
            particles.stride}};
 }
 
-// Discs by their nearest depths, and the deepest front that each bin's map can have.
+// Discs by their nearest depths, the deepest front that each bin's map can have, and blank maps of
+// depths and owners, where the device draws by minima.
 struct BoundDiscs {
   Discs discs;
   Buffer<float> bound;
+  Buffer<float> depth;
+  Buffer<cl_int> owner;
 };
 
+// The first of `owned`, as many as there are particles, become 0.
 BoundDiscs bound_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                       cl_float2 sphere) {
+                       cl_float2 sphere, const Buffer<cl_int>& owned) {
   const Discs discs = room_for_discs(device, particles, sphere);
   const std::size_t stride = static_cast<std::size_t>(particles.stride);
   const int shift = cover_shift(double{sphere.s[0]} * particles.pixels / grid.step);
   const Covers covers{allocate<cl_int>(device, 4 * stride), allocate<float>(device, stride),
                       particles.count, particles.stride};
+  const BoundCells cells = room_for_cells(device, particles.count, grid, shift);
+  const std::size_t nodes = draws_by_minima(device) ? grid.size() : 0;
+  const auto depth = allocate<float>(device, nodes);
+  const auto owner = allocate<cl_int>(device, nodes);
+  struct Blanks {
+    const Buffer<float>&cell, &depth;
+    const Buffer<cl_int>&owner, &owned;
+  };
+  const records::Covering how{particles.stride,
+                              lattice_of(grid),
+                              1.0f / grid.step,
+                              shift,
+                              sphere.s[0],
+                              sphere.s[1],
+                              static_cast<int>(cells.blank),
+                              static_cast<int>(nodes),
+                              owned.size > 0 ? particles.count : 0};
   launch(device, kernels::cover_discs, device.state().vector_width, vectors(device, stride),
          particles.values, discs.records, discs.outlines, covers,
-         cl_int4{{particles.stride, grid.nx, grid.ny, shift}},
-         cl_float4{{grid.first, 1.0f / grid.step, grid.step, 0}}, sphere);
-  return {discs, bound_bins(device, covers, grid, shift)};
+         Blanks{cells.bound, depth, owner, owned}, how);
+  return {discs, bound_bins(device, covers, grid, cells), depth, owner};
+}
+
+BoundDiscs bound_discs(Device& device, const SplatParticles& particles, const SampleGrid& grid,
+                       cl_float2 sphere) {
+  return bound_discs(device, particles, grid, sphere, allocate<cl_int>(device, 0));
 }
 
 // The nearest front of all discs at every node, by atomic minima.
-Buffer<float> lower_discs(Device& device, const Discs& discs, const Buffer<float>& bound,
-                          const SampleGrid& grid) {
-  const auto depth = filled<float>(device, grid.size(), kNoSurface);
-  draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
-              std::tie(depth), lattice_of(grid));
-  return depth;
-}
-
-// The disc that owns each node, by atomic minima.
-Buffer<cl_int> owners_by_minima(Device& device, const Discs& discs, const Buffer<float>& bound,
-                                const SampleGrid& grid) {
-  return own_minima(device, kernels::own_discs, discs.records, discs.outlines, bound, grid,
-                    lower_discs(device, discs, bound, grid), lattice_of(grid));
+void lower_discs(Device& device, const BoundDiscs& bound, const SampleGrid& grid) {
+  draw_minima(device, kernels::lower_discs, bound.discs.records, bound.discs.outlines, bound.bound,
+              grid, std::tie(bound.depth), lattice_of(grid));
 }
 
 // Draws all bins with a kernel of visible.cl.
@@ -155,20 +170,28 @@ Buffer<float> splat_depth(Device& device, const SplatParticles& particles, const
                           double footprint, double bulge) {
   if (particles.count == 0) return filled<float>(device, grid.size(), kNoSurface);
   const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
-  const auto [discs, bound] = bound_discs(device, particles, grid, sphere);
-  if (draws_by_minima(device)) return lower_discs(device, discs, bound, grid);
+  const BoundDiscs bound = bound_discs(device, particles, grid, sphere);
+  if (draws_by_minima(device)) {
+    lower_discs(device, bound, grid);
+    return bound.depth;
+  }
   const auto depth = allocate<float>(device, grid.size());
-  draw(device, kernels::splat_depth, discs, bound, grid, depth);
+  draw(device, kernels::splat_depth, bound.discs, bound.bound, grid, depth);
   return depth;
 }
 
 Buffer<cl_int> splat_owner(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                            double footprint) {
   if (particles.count == 0) return filled<cl_int>(device, grid.size(), INT_MAX);
-  const auto [discs, bound] = bound_discs(device, particles, grid, sphere_of(footprint));
-  if (draws_by_minima(device)) return owners_by_minima(device, discs, bound, grid);
+  const BoundDiscs bound = bound_discs(device, particles, grid, sphere_of(footprint));
+  if (draws_by_minima(device)) {
+    lower_discs(device, bound, grid);
+    draw_minima(device, kernels::own_discs, bound.discs.records, bound.discs.outlines, bound.bound,
+                grid, std::tie(bound.depth, bound.owner), lattice_of(grid));
+    return bound.owner;
+  }
   const auto owner = allocate<cl_int>(device, grid.size());
-  draw(device, kernels::splat_owner, discs, bound, grid, owner);
+  draw(device, kernels::splat_owner, bound.discs, bound.bound, grid, owner);
   return owner;
 }
 
@@ -219,20 +242,13 @@ SampleGrid count_owned(Device& device, const View& view, const Projected& projec
                        const std::vector<std::int32_t>& candidates, const SplatParticles& splats,
                        const VisibleParams& params, const Buffer<cl_int>& owned) {
   const SampleGrid grid = visibility_grid(view, projected, candidates);
-  fill(device, owned, cl_int{0});
-  const auto [discs, bound] = bound_discs(device, splats, grid, sphere_of(params.footprint));
+  const BoundDiscs bound = bound_discs(device, splats, grid, sphere_of(params.footprint), owned);
   if (draws_by_minima(device)) {
-    const Together<float, float> maps(device, {grid.size(), grid.size()});
-    maps.fill_some<0, 1>(device, kNoSurface);
-    const auto& [depth, nobody] = maps.parts;
-    draw_minima(device, kernels::lower_discs, discs.records, discs.outlines, bound, grid,
-                std::tie(depth), lattice_of(grid));
-    const Buffer<cl_int> owner{nobody.memory, nobody.size};
-    own_minima(device, kernels::own_discs, discs.records, discs.outlines, bound, grid, depth,
-               lattice_of(grid), owner);
-    count_owners(device, owner, owned);
+    lower_discs(device, bound, grid);
+    draw_minima(device, kernels::count_discs, bound.discs.records, bound.discs.outlines,
+                bound.bound, grid, std::tie(bound.depth, bound.owner, owned), lattice_of(grid));
   } else {
-    draw(device, kernels::count_owned, discs, bound, grid, owned);
+    draw(device, kernels::count_owned, bound.discs, bound.bound, grid, owned);
   }
   return grid;
 }

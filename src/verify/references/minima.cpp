@@ -59,6 +59,23 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
       everywhere);
   errors.push_back(owners.error());
 
+  // Every particle twice: of two that are the same the first one owns all.
+  Worst counts("count_discs", "owned");
+  const View view = plain_view();
+  std::vector<std::int32_t> twice = all;
+  twice.insert(twice.end(), all.begin(), all.end());
+  const VisibleParams params;
+  const SplatParticles doubled = upload_splats(device, p, twice);
+  see_both(
+      device, counts,
+      [&] {
+        const auto owned = filled<cl_int>(device, twice.size(), 1);
+        count_owned(device, view, p, twice, doubled, params, owned);
+        return download(device, owned);
+      },
+      everywhere);
+  errors.push_back(counts.error());
+
   Worst nearest("lower_fronts", "depth"), covered("lower_fronts", "occupied");
   const auto front = [&](auto part) {
     return download(device, splat_fronts(device, splats, grid, 1.8, 0.45).*part);
