@@ -350,8 +350,7 @@ kernel void settle_samples(
 #endif
 }
 
-// Of a tile's samples those that settle_samples has left. At WIDTH 1 it leaves none of gaps, of which
-// all are gone through.
+// Of a tile's samples those that settle_samples has left.
 kernel void follow_field(SAMPLES(const, selected, count),
                          global const float* reference,
                          SURFACE(, ),  // of the blend; in and out; kind 2 where the field shows
@@ -359,17 +358,14 @@ kernel void follow_field(SAMPLES(const, selected, count),
                          FIELD(cell_, weight), global const float* level_weight,
                          const Settling how) {
   const Cells cells = CELLS_OF(cell_);
-  const int all = WIDTH == 1 && how.only_gaps;
   Lanes lanes[VECTORS];
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors = load_work(dealt_tile(), place, selected,
-                                  count + (all ? 0 : tiles_of(how.screen)), how.screen, lanes,
-                                  &around);
+    const int vectors = load_work(dealt_tile(), place, selected, count + tiles_of(how.screen),
+                                  how.screen, lanes, &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
-      if (all) lanes[v].used &= (t0 < INFINITY) & !(t < INFINITY);
       ask_for(search_from(t, t0, how.limits), search_to(t, t0, how.limits), lanes[v].used, &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
@@ -402,6 +398,64 @@ kernel void settle_points(global const float* triangle, global const float* refe
 }
 #endif
 
+// Between which depths there may be splash in front of the surface.
+typedef struct {
+  floatv start, end;
+  intv any;
+} Stretch;
+
+inline Stretch splash_on(const Lanes* lanes, global const float* from, global const float* to,
+                         global const float* depth) {
+  Stretch s;
+  s.start = gather_float(from, lanes->at);
+  s.end = smaller(gather_float(to, lanes->at), gather_float(depth, lanes->at));
+  s.any = lanes->used & (s.start < s.end);
+  return s;
+}
+
+// The levelled field's first crossing there.
+inline void draw_blobs(const Lanes* lanes, const Stretch on, const int n, global float* depth,
+                       global float* normal, global int* group, global uchar* kind,
+                       const Cells cells, global const float* level_weight, const float level,
+                       Around* around) {
+  Probes none = {level_weight, on.start, (intv)(0), (floatv)(0.0f)};
+  const Crossing c = first_crossing(cells, level_weight, lanes->rays, on.start, on.end, level,
+                                    on.any, around, &none);
+  const intv drawn = lanes->used & (c.depth < on.end);
+  store_surface(c.depth, c.nx, c.ny, c.nz, lanes->at, drawn, n, depth, normal);
+  mark_splash(lanes->at, drawn, group, kind);
+}
+
+// What a tile's samples show at last: where they show nothing and have a reference, the field, as
+// follow_field finds it; then the splash in front of that. WIDTH 1: elsewhere few lanes would be in use.
+#if WIDTH == 1
+kernel void settle_gaps(SAMPLES(const, sample, count), global const float* reference,
+                        SURFACE(, ),  // in and out; kind 2 where field or splash show
+                        global float* behind,  // [samples] out where nothing is found
+                        EXTENT(const, from, to), FIELD(cell_, weight),
+                        global const float* level_weight, const Settling how) {
+  const Cells cells = CELLS_OF(cell_);
+  const int n = how.screen.nx * how.screen.ny;
+  Lanes lane;
+  Around around;
+  for (int place = item_of_tile();; place += TILE_ITEMS) {
+    if (!load_work(tile_of_group(), place, sample, count, how.screen, &lane, &around)) return;
+    const float t0 = reference[lane.at[0]], t = depth[lane.at[0]];
+    if (t0 < INFINITY && !(t < INFINITY)) {
+      ask_for(search_from(t, t0, how.limits), search_to(t, t0, how.limits), 1, &around);
+      follow(lane.at, 1, n, lane.rays, reference, trust, depth, normal, group, kind, behind, cells,
+             weight, level_weight, how.limits, &around);
+    }
+    const Stretch on = splash_on(&lane, from, to, depth);
+    if (!on.any) continue;
+    load_work(tile_of_group(), place, sample, count, how.screen, &lane, &around);  // a new search
+    ask_for(on.start, on.end, 1, &around);
+    draw_blobs(&lane, on, n, depth, normal, group, kind, cells, level_weight, how.limits.level,
+               &around);
+  }
+}
+#endif
+
 // The splash: the levelled field's first crossing between the splash particles' fronts and backs,
 // where it lies in front of the surface.
 kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
@@ -422,20 +476,11 @@ kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
       for (int v = 0; v < vectors; ++v) lanes[v].used &= !(open[lanes[v].at[0]] < INFINITY);
 #endif
     for (int v = 0; v < vectors; ++v) {
-      const floatv start = gather_float(from, lanes[v].at);
-      const floatv end = smaller(gather_float(to, lanes[v].at), gather_float(depth, lanes[v].at));
-      ask_for(start, end, lanes[v].used & (start < end), &around);
+      const Stretch on = splash_on(lanes + v, from, to, depth);
+      ask_for(on.start, on.end, on.any, &around);
     }
-    for (int v = 0; v < vectors; ++v) {
-      const Lanes l = lanes[v];
-      const floatv start = gather_float(from, l.at);
-      const floatv end = smaller(gather_float(to, l.at), gather_float(depth, l.at));
-      Probes none = {level_weight, start, (intv)(0), (floatv)(0.0f)};
-      const Crossing c = first_crossing(cells, level_weight, l.rays, start, end, level,
-                                        l.used & (start < end), &around, &none);
-      const intv drawn = l.used & (c.depth < end);
-      store_surface(c.depth, c.nx, c.ny, c.nz, l.at, drawn, screen.nx * screen.ny, depth, normal);
-      mark_splash(l.at, drawn, group, kind);
-    }
+    for (int v = 0; v < vectors; ++v)
+      draw_blobs(lanes + v, splash_on(lanes + v, from, to, depth), screen.nx * screen.ny, depth,
+                 normal, group, kind, cells, level_weight, level, &around);
   }
 }

@@ -43,16 +43,12 @@ void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<flo
                  canvas.surface, canvas.on.open, s.params.region, s.params.disorder, false);
 }
 
-void show_splash(const Canvas& canvas, const SampleLists& lists, const Buffer<float>* open) {
-  const Sampler& s = canvas.of;
-  canvas.clock.start("splash");
-  draw_splash(s.device, s.view, lists, s.levelled, canvas.on.splash, canvas.surface,
-              s.params.region, open);
-}
-
 void show_front(const Canvas& canvas, const LayerSamples& wanted) {
   show_layer(canvas, wanted.surface, canvas.on.fronts.depth);
-  show_splash(canvas, wanted.splash, &canvas.on.open);
+  const Sampler& s = canvas.of;
+  canvas.clock.start("splash");
+  draw_splash(s.device, s.view, wanted.splash, s.levelled, canvas.on.splash, canvas.surface,
+              s.params.region, &canvas.on.open);
 }
 
 // Samples between which others are interpolated: at most 4/3 particle radii apart, or two samples.
@@ -101,10 +97,9 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
     show_layer(canvas, lists, reference);
   }
   canvas.clock.start("settle");
-  settle_samples(s.device, s.view, found.lists, s.cells, s.levelled, canvas.on.triangles,
-                 canvas.on.fronts.depth, canvas.surface, open, s.params.region, s.params.disorder,
-                 true);
-  show_splash(canvas, found.lists, nullptr);
+  settle_gaps(s.device, s.view, found.lists, s.cells, s.levelled, canvas.on.triangles,
+              canvas.on.fronts.depth, canvas.on.splash, canvas.surface, open, s.params.region,
+              s.params.disorder);
 }
 
 }  // namespace

@@ -39,12 +39,8 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
   const int width = device.state().vector_width, wide = device.state().wide_width();
   const records::Settling how = settling(view, surface.grid, params, disorder,
                                          only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
-  // In gaps nothing is in doubt: samples either show something or are left.
-  if (only_gaps && !vectors_are_filled(device))
-    left = lists;
-  else
-    launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
-           reference, surface, behind, left.sample, cells, how);
+  launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
+         reference, surface, behind, left.sample, cells, how);
   launch(device, kernels::follow_field, wide, range_of(lists, wide), left, reference, surface,
          behind, cells, levelled.weight, how);
 }
@@ -57,6 +53,22 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
   launch(device, kernels::settle_points, 1, {n}, filled<float>(device, n, kNoSurface), reference,
          surface, allocate<float>(device, n), points, cells, levelled.weight,
          settling(view, surface.grid, params, disorder, kSearch, false));
+}
+
+void settle_gaps(Device& device, const View& view, const SampleLists& lists,
+                 const DeviceCells& cells, const DeviceCells& levelled,
+                 const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                 const Extent& splash, const SurfaceBuffers& surface, const Buffer<float>& behind,
+                 const RegionParams& params, double disorder) {
+  if (vectors_are_filled(device)) {
+    settle_samples(device, view, lists, cells, levelled, triangle_depth, reference, surface, behind,
+                   params, disorder, true);
+    return draw_splash(device, view, lists, levelled, splash, surface, params);
+  }
+  // Nothing is in doubt: samples either show something or the field is followed.
+  launch(device, kernels::settle_gaps, 1, range_of(lists, 1), lists, reference, surface, behind,
+         splash, cells, levelled.weight,
+         settling(view, surface.grid, params, disorder, kFarSearch, true));
 }
 
 void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,

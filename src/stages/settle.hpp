@@ -28,6 +28,14 @@ void settle_points(Device& device, const View& view, const DeviceCells& cells,
                    const Buffer<float>& reference, const SurfaceBuffers& surface,
                    const RegionParams& params, double disorder);
 
+/// What listed samples show at last: those that show nothing, as settle_samples() decides with
+/// `only_gaps`; then the splash in front of that, as draw_splash() draws it. Does not wait.
+void settle_gaps(Device& device, const View& view, const SampleLists& lists,
+                 const DeviceCells& cells, const DeviceCells& levelled,
+                 const Buffer<float>& triangle_depth, const Buffer<float>& reference,
+                 const Extent& splash, const SurfaceBuffers& surface, const Buffer<float>& behind,
+                 const RegionParams& params, double disorder);
+
 /// Where rays may meet the levelled field around splash particles: within spheres that hold it.
 /// Waits, but for atomic minima. Drawn into maps as by splat_extent(), or new ones.
 void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,

@@ -29,7 +29,7 @@ void take_form(Device& device, const Form& form) {
 }
 
 constexpr Form kProcessor{"OnAProcessor", false, 8, {91, 1017, 0, 26, 13, 2}};
-constexpr Form kGpu{"OnAGpu", true, 1, {62, 799, 2, 9, 8, 2}};
+constexpr Form kGpu{"OnAGpu", true, 1, {61, 782, 2, 9, 8, 2}};
 
 class Commands : public testing::TestWithParam<Form> {};
 

@@ -118,6 +118,47 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   EXPECT_GT(changed, 30u);
 }
 
+// A GPU does both at once. Where splash is drawn in front of what the field has filled, and where
+// the field lies before all splash.
+TEST_P(Settle, GapsAndSplashAtOnceGiveTheBitsOfOneAfterTheOther) {
+  use_width(1);
+  const Layer before = random_layer(scene_, 5);
+  std::vector<float> from(n_), to(n_);
+  for (std::size_t s = 0; s < n_; ++s) {
+    from[s] = s % 3 == 0 ? kNoSurface : static_cast<float>(12 + s % 7);
+    to[s] = static_cast<float>(20 + s % 11);
+  }
+  const Extent extent{upload(device_, from), upload(device_, to), any_blocks(device_, scene_.grid)};
+  const auto reference = upload(device_, before.reference);
+  const auto drawn = [&](const auto& draw) {
+    const SurfaceBuffers surface = upload(device_, scene_.grid, before);
+    draw(surface, list_samples(device_, scene_.grid, reference));
+    return download(device_, before, surface);
+  };
+  const auto triangles = upload(device_, before.triangle), behind = upload(device_, before.behind);
+  const auto settle = [&](const SurfaceBuffers& surface, const SampleLists& lists) {
+    settle_samples(device_, scene_.view, lists, scene_.cells, scene_.levelled, triangles, reference,
+                   surface, behind, scene_.params, scene_.kDisorder, true);
+  };
+  const Layer filled = drawn(settle);
+  const Layer expected = drawn([&](const SurfaceBuffers& surface, const SampleLists& lists) {
+    settle(surface, lists);
+    draw_splash(device_, scene_.view, lists, scene_.levelled, extent, surface, scene_.params);
+  });
+  const Layer actual = drawn([&](const SurfaceBuffers& surface, const SampleLists& lists) {
+    settle_gaps(device_, scene_.view, lists, scene_.cells, scene_.levelled, triangles, reference,
+                extent, surface, behind, scene_.params, scene_.kDisorder);
+  });
+  std::size_t gaps = 0, splash = 0;
+  for (std::size_t s = 0; s < n_; ++s) {
+    EXPECT_TRUE(actual.same_sample(expected, s)) << "sample " << s;
+    gaps += !filled.same_sample(before, s) && expected.same_sample(filled, s);
+    splash += !expected.same_sample(filled, s);
+  }
+  EXPECT_GT(gaps, 10u);
+  EXPECT_GT(splash, 10u);
+}
+
 MENISCUS_ON_EVERY_DEVICE(Settle);
 
 }  // namespace
