@@ -31,7 +31,7 @@ PREPARE = {
     "docs/portability.md": [
         "cp examples/kernels/chain_sums.cl my.cl && cp examples/kernels/chain_sums.json my.json",
         "cp docs/runtime_flaws/zero_minus.* .",
-        "meniscus verify -q --kernel project_particles --size small --json old.json",
+        "meniscus verify -q --kernel cover_discs --size small --json old.json",
         # A driver that computes something else, so that there is a reproducer.
         "LD_PRELOAD=$BUILD/tests/libfaulty_kernel.so MENISCUS_FAULTY_KERNEL=find_fronts "
         "MENISCUS_FAULT='*(volatile global int*)(size_t)64 = 1;' "
@@ -39,7 +39,7 @@ PREPARE = {
 }
 
 # line: (what is run instead, seconds that it takes or so, why). The same program with a smaller input.
-ONE_KERNEL = "--kernel project_particles --particles 1e3 --repetitions 2"
+ONE_KERNEL = "--kernel depth_normals --particles 1e3 --repetitions 2"
 SHORT = "--frames 1 --seconds 0"
 SMALLER = {
     "meniscus extract INPUT -o FILE": ("meniscus extract frame.ply -o surface.exr", 1, "names to fill in"),
@@ -141,14 +141,14 @@ SMALLER = {
     "meniscus tune": ("meniscus tune --rounds 1", 8, "half a minute"),
     # Verify: half a minute a line.
     "meniscus verify --device gpu --html gpu.html": (
-        "meniscus verify --device cpu --html cpu.html --kernel project_particles --size small", 2, "no GPU here"),
-    "meniscus verify": ("meniscus verify --size small --kernel project_particles", 2, "half a minute"),
+        "meniscus verify --device cpu --html cpu.html --kernel cover_discs --size small", 2, "no GPU here"),
+    "meniscus verify": ("meniscus verify --size small --kernel cover_discs", 2, "half a minute"),
     "meniscus verify --kernel fit_particles": ("meniscus verify --kernel fit_particles --size small", 5, "time"),
     "meniscus verify --size small": ("meniscus verify --size small --kernel find_fronts", 5, "time"),
     "meniscus verify --json new.json --junit new.xml": (
-        "meniscus verify --json new.json --junit new.xml --kernel project_particles --size small", 2, "time"),
-    "meniscus verify --repeat 20": ("meniscus verify --repeat 2 --kernel project_particles --size small", 2, "time"),
-    "meniscus verify --repro DIR": ("meniscus verify --repro DIR --kernel project_particles --size small", 2, "time"),
+        "meniscus verify --json new.json --junit new.xml --kernel cover_discs --size small", 2, "time"),
+    "meniscus verify --repeat 20": ("meniscus verify --repeat 2 --kernel cover_discs --size small", 2, "time"),
+    "meniscus verify --repro DIR": ("meniscus verify --repro DIR --kernel cover_discs --size small", 2, "time"),
     "make && ./host": ("cd $(ls -d reproducers/*/ | head -1) && make && ./host", 2, "the folder"),
     "./host GPU 100": ("cd $(ls -d reproducers/*/ | head -1) && ./host pthread 10", 2, "no GPU here"),
     "meniscus extract --timings": ("meniscus extract frame.ply -o timed.png --timings", 1, "an option"),

@@ -7,7 +7,6 @@ namespace meniscus::bench {
 
 const std::vector<KernelBench>& kernel_benches() {
   static const std::vector<KernelBench> benches{
-      {"project_particles", prepare_project},
       {"count_owned", prepare_owned},
       // Whole stages, both ways to draw discs.
       {"owners_by_bins", prepare_owners_by_bins},

@@ -43,7 +43,6 @@ struct KernelBench {
 /// All kernels, in the pipeline's order.
 const std::vector<KernelBench>& kernel_benches();
 
-Case prepare_project(Frame& frame);
 Case prepare_splat(Frame& frame);
 Case prepare_owned(Frame& frame);
 Case prepare_owners_by_bins(Frame& frame);

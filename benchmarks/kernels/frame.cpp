@@ -47,7 +47,7 @@ Frame::Frame(Device& device_, long long particles_, int width, int height)
 const Projected& Frame::projected() {
   const double margin =
       std::max(params.region.reference, params.visible.footprint) + kDensitySupport;
-  if (!projected_) projected_ = project_particles(device, view, world, margin);
+  if (!projected_) projected_ = project_particles(view, world, margin);
   return *projected_;
 }
 

@@ -45,8 +45,8 @@ Extraction run_pipeline(Device& device, const View& given, const WorldParticles&
   StageClock clock(device, timings);
   clock.start("motion");
   const View view = coarser(given, made.disorder.unit());
-  carry_values(device, view, project_particles(device, view, particles, kMotionMargin), particles,
-               params, made);
+  carry_values(device, view, project_particles(view, particles, kMotionMargin), particles, params,
+               made);
   clock.stop();
   return made;
 }

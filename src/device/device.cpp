@@ -51,7 +51,7 @@ constexpr const char* kPocl = "Portable Computing Language";
 // takes 20 ms of a processor, for each program at every start: PoCL, which looks for it in its
 // cache by the preprocessed text. Their names do not collide.
 constexpr std::array<std::string_view, 2> kTogether{
-    "project.cl visible.cl bins.cl region.cl interpolate.cl behind.cl specks.cl",
+    "visible.cl bins.cl region.cl interpolate.cl behind.cl specks.cl",
     "density.cl particle_fit.cl roundness.cl fairing.cl choose_groups.cl"};
 
 // Binaries where the platform has no cache of its own. PoCL would compile every kernel a second

@@ -7,7 +7,7 @@
 namespace meniscus {
 
 struct KernelSource {
-  std::string_view file;  // "project.cl"
+  std::string_view file;  // "density.cl"
   std::string_view text;
   std::string_view uses;  // "cells.cl field.cl": the files that go before it, see cmake/embed.cmake
 };

@@ -18,7 +18,7 @@ Extraction run_anisotropic(Device& device, const View& view, const WorldParticle
   const AnisotropicParams& own = params.anisotropic;
   clock.start("project");
   const double margin = reach_of(own) + 2 * own.h;  // the kernels' reach, and their neighbours'
-  const Projected projected = project_particles(device, view, particles, margin);
+  const Projected projected = project_particles(view, particles, margin);
   clock.start("kernels");
   const AnisotropicKernels kernels = shape_kernels(device, projected, own);
   // Rays begin where they come this near a particle: the surface lies about 1 outside them.

@@ -46,8 +46,8 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   const auto& [device, view, params, clock] = frame;
   const double margin =
       std::max(params.region.reference, params.visible.footprint) + kDensitySupport;
-  Fluid fluid{place_fluid(view, params, clock, [&, &device = device](const View& in) {
-    return project_particles(device, in, particles, margin);
+  Fluid fluid{place_fluid(view, params, clock, [&](const View& in) {
+    return project_particles(in, particles, margin);
   })};
   clock.start("split");
   fluid.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());

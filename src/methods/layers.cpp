@@ -205,7 +205,7 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
                   std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
   const PlacedFluid fluid = place_fluid(view, given, clock, [&](const View& in) {
-    return project_particles(device, in, particles, kMargin);
+    return project_particles(in, particles, kMargin);
   });
   const auto& [in, disorder, placed, host_cells] = fluid;
   if (placed.size() == 0) return trace_layers(view, {}, front, given.layers);

@@ -13,7 +13,7 @@ Extraction run_on_spheres(Device& device, const View& view, const WorldParticles
   Extraction result;
   StageClock clock(device, timings);
   clock.start("project");
-  const Projected projected = project_particles(device, view, particles, footprint);
+  const Projected projected = project_particles(view, particles, footprint);
   const DeviceSpheres spheres = upload_spheres(device, view, projected, footprint);
 
   const auto make_surface = [&](const SampleGrid& grid) {

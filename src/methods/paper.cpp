@@ -18,7 +18,7 @@ Extraction run_paper(Device& device, const View& view, const WorldParticles& par
   Extraction result;
   StageClock clock(device, timings);
   clock.start("project");
-  const Projected projected = project_particles(device, view, particles, params.visible.footprint);
+  const Projected projected = project_particles(view, particles, params.visible.footprint);
   clock.start("split");
   SplashSplit split = split_by_neighbours(projected, params.splash);
   clock.start("visible");

@@ -46,7 +46,6 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   const std::string wide = width_option(device.wide_width());
   const std::string one = width_option(1);
   Programs programs(device);
-  programs.add("project.cl", width);
   programs.add("density.cl", wide);
   programs.add("visible.cl", width);
   programs.add("bins.cl", width);

@@ -21,7 +21,7 @@ Extraction run_stable(Device& device, const View& view, const WorldParticles& pa
   StageClock clock(device, timings);
   clock.start("project");
   const double margin = std::max(params.stable.capsule, params.visible.footprint) + kDensitySupport;
-  const Projected projected = project_particles(device, view, particles, margin);
+  const Projected projected = project_particles(view, particles, margin);
   clock.start("split");
   const Cells host_cells = make_cells(projected.x, projected.y, projected.z, kDensitySupport);
   const SplashSplit split = split_splash(projected, host_cells, params.splash);

@@ -3,17 +3,63 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
-#include <utility>
 
 #include "base/parallel.hpp"
-#include "device/kernels.hpp"
-#include "device/together.hpp"
 
 namespace meniscus {
 namespace {
 
-// Particles a launch takes: bounds the device memory for any number of particles.
-constexpr std::size_t kChunk = std::size_t{1} << 22;
+constexpr std::array kValues{&Projected::x, &Projected::y,  &Projected::z,  &Projected::u,
+                             &Projected::v, &Projected::ku, &Projected::kv, &Projected::scale};
+
+// Particles that are projected at a time: into arrays of their own, which nothing else can be, so
+// that the loop becomes one of vectors.
+constexpr std::size_t kAtATime = 256;
+
+// Projects particles [begin, end) into rows of all of them, and says which are kept: 1.
+void project_some(const records::Projection& to, const WorldParticles& particles, std::size_t begin,
+                  std::size_t end, Projected& all, std::vector<std::uint32_t>& kept) {
+  std::array<std::array<float, kAtATime>, 7> rows;
+  auto& [ex, ey, ez, u, v, ku, kv] = rows;
+  std::array<std::uint32_t, kAtATime> in_view;
+  for (std::size_t first = begin; first < end; first += kAtATime) {
+    const std::size_t n = std::min(kAtATime, end - first);
+    const float *const x = &particles.x[first], *const y = &particles.y[first],
+                       *const z = &particles.z[first], *const scale = &all.scale[first];
+    for (std::size_t i = 0; i < n; ++i) {
+      const float px = x[i] - to.origin[0], py = y[i] - to.origin[1], pz = z[i] - to.origin[2];
+      const float* const turn = to.rotation;
+      ex[i] = turn[0] * px + turn[1] * py + turn[2] * pz + to.shift[0];
+      ey[i] = turn[3] * px + turn[4] * py + turn[5] * pz + to.shift[1];
+      ez[i] = turn[6] * px + turn[7] * py + turn[8] * pz + to.shift[2];
+      const auto along = [&, i](const float* row) {
+        return row[0] * ex[i] + row[1] * ey[i] + row[2] * ez[i] + row[3];
+      };
+      const float w = along(to.w_row);
+      u[i] = along(to.u_row) / w;
+      v[i] = along(to.v_row) / w;
+      ku[i] = to.u_scale * scale[i] / w;
+      kv[i] = to.v_scale * scale[i] / w;
+      const float mu = to.margin * ku[i], mv = to.margin * kv[i];
+      in_view[i] = (ku[i] > 0) & (-ez[i] > to.near_depth) & (u[i] + mu >= 0) &
+                   (u[i] - mu <= to.width) & (v[i] + mv >= 0) & (v[i] - mv <= to.height);
+    }
+    for (std::size_t row = 0; row < rows.size(); ++row)
+      std::copy_n(rows[row].data(), n, &(all.*kValues[row])[first]);
+    std::copy_n(in_view.data(), n, &kept[first]);
+  }
+}
+
+// Leaves the particles that `all.index` names.
+void keep_indexed(Projected& all) {
+  parallel_for(kValues.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      std::vector<float>& row = all.*kValues[r];
+      for (std::size_t k = 0; k < all.index.size(); ++k) row[k] = row[all.index[k]];
+      row.resize(all.index.size());
+    }
+  });
+}
 
 }  // namespace
 
@@ -39,61 +85,26 @@ records::Projection projection_of(const View& view, double margin) {
   return to;
 }
 
-Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
-                            double margin) {
+Projected project_particles(const View& view, const WorldParticles& particles, double margin) {
   const records::Projection to = projection_of(view, margin);
-  Projected kept;
   const std::size_t n = particles.x.size();
-  for (std::size_t first = 0; first < n; first += kChunk) {
-    const std::size_t count = std::min(kChunk, n - first);
-    const std::size_t stride = (count + 63) / 64 * 64;
-    UploadTogether<float, float, float, float> chunk(device, {stride, stride, stride, stride});
-    const auto put = [&](const std::vector<float>& values, float* to) {
-      if (!values.empty()) std::copy_n(values.data() + first, count, to);
-      std::fill(to + (values.empty() ? 0 : count), to + stride, 1.0f);
-    };
-    put(particles.x, chunk.data<0>());
-    put(particles.y, chunk.data<1>());
-    put(particles.z, chunk.data<2>());
-    put(particles.scale, chunk.data<3>());
-    const auto [x, y, z, scale] = chunk.done();
-    const Together<float, float> made(device, {3 * stride, 4 * stride});
-    const auto& [eye, screen] = made.parts;
-    const int width = device.state().vector_width;
-    launch(device, kernels::project_particles, width, {stride / static_cast<std::size_t>(width)}, x,
-           y, z, scale, eye, screen, static_cast<cl_int>(stride), to);
-    const ViewTogether on_host(device, made);
-    const float *const e = on_host.data<0>(), *const u = on_host.data<1>();
-    const float *v = u + stride, *ku = v + stride, *kv = ku + stride;
-    const std::size_t had = kept.index.size();
-    kept.index.reserve(had + count);
-    for (std::size_t i = 0; i < count; ++i)
-      if (ku[i] > 0) kept.index.push_back(static_cast<std::uint32_t>(first + i));
-    const float* const scale_of =
-        particles.scale.empty() ? nullptr : particles.scale.data() + first;
-    const std::array<std::pair<std::vector<float>*, const float*>, 8> rows{
-        {{&kept.x, e},
-         {&kept.y, e + stride},
-         {&kept.z, e + 2 * stride},
-         {&kept.u, u},
-         {&kept.v, v},
-         {&kept.ku, ku},
-         {&kept.kv, kv},
-         {&kept.scale, scale_of}}};
-    parallel_for(rows.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t row = begin; row < end; ++row) {
-        const auto [to, from] = rows[row];
-        if (from && kept.index.size() == had + count) {  // all: mostly
-          to->insert(to->end(), from, from + count);
-          continue;
-        }
-        to->resize(kept.index.size(), 1.0f);
-        if (!from) continue;
-        for (std::size_t k = had; k < to->size(); ++k) (*to)[k] = from[kept.index[k] - first];
-      }
-    });
-  }
-  return kept;
+  Projected all;
+  parallel_for(kValues.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t r = begin; r < end; ++r) {
+      if (kValues[r] == &Projected::scale) all.scale = particles.scale;
+      (all.*kValues[r]).resize(n, 1.0f);
+    }
+  });
+  std::vector<std::uint32_t> kept(n);
+  constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
+  parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
+    project_some(to, particles, begin, end, all, kept);
+  });
+  all.index.reserve(n);
+  for (std::size_t i = 0; i < n; ++i)
+    if (kept[i]) all.index.push_back(static_cast<std::uint32_t>(i));
+  if (all.index.size() < n) keep_indexed(all);
+  return all;
 }
 
 void project_again(const View& view, Projected& particles) {

@@ -33,10 +33,9 @@ struct Projected {
 /// A view as kernels take it; margin: particle radii around the screen.
 records::Projection projection_of(const View& view, double margin);
 
-/// Projects every particle (kernel project_particles) and keeps those beyond the near plane whose
-/// disc of `margin` particle radii meets the screen. Waits. Throws DeviceError.
-Projected project_particles(Device& device, const View& view, const WorldParticles& particles,
-                            double margin);
+/// Projects every particle and keeps those beyond the near plane whose disc of `margin` particle
+/// radii meets the screen. On the host, which needs them next: a device would have to be waited for.
+Projected project_particles(const View& view, const WorldParticles& particles, double margin);
 
 /// Sets the pixels of particles that were moved: u, v, ku, kv. They need not be in view any more.
 void project_again(const View& view, Projected& particles);

@@ -6,7 +6,6 @@ namespace meniscus::verify {
 
 const std::vector<StageCase>& stage_cases() {
   static const std::vector<StageCase> cases{
-      {"project", {0, 1, 63, 65, 1001}, project_case},
       {"bins", {3, 61}, bins_case},
       {"visible", {1, 63, 130}, visible_case},
       {"minima", {1, 63, 130}, minima_case},

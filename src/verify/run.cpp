@@ -112,7 +112,7 @@ void run_visible(Device& device, const Scene& scene) {
   const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
   const WorldParticles world{
       scene.particles.x, scene.particles.y, scene.particles.z, {}, false, {}};
-  const Projected projected = project_particles(device, view, world, 2);
+  const Projected projected = project_particles(view, world, 2);
   std::vector<std::int32_t> all(projected.size());
   std::iota(all.begin(), all.end(), 0);
   find_visible(device, view, projected, all, {}, 0);

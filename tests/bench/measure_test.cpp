@@ -50,20 +50,19 @@ TEST_P(Measure, EveryKernelHasATimeAndItsNativeVersionAgreesBitForBit) {
     EXPECT_TRUE(std::isfinite(share.value)) << name;
     EXPECT_EQ(result->whole_stage, name.find("_by_") != std::string::npos) << name;
   }
-  for (const char* hot :
-       {"project_particles", "measure_gradients", "fit_particles", "draw_triangles",
-        "smooth_columns", "smooth_rows", "depth_normals", "blend_groups", "settle_samples",
-        "follow_field", "splat_depth", "cast_spheres", "motion_of_samples"})
+  for (const char* hot : {"measure_gradients", "fit_particles", "draw_triangles", "smooth_columns",
+                          "smooth_rows", "depth_normals", "blend_groups", "settle_samples",
+                          "follow_field", "splat_depth", "cast_spheres", "motion_of_samples"})
     EXPECT_EQ(session.find(hot, kNative, 700, 91, 67) != nullptr, cpu) << hot;
 }
 
 TEST_P(Measure, KernelsAreChosenByPartsOfTheirNames) {
   MeasureOptions options = tiny();
-  options.kernels = {"fit_par", "project"};
+  options.kernels = {"fit_par", "gradients"};
   options.particles = {300, 700};
   const Session session = measure(device_, 0, options, [](const std::string&) {});
   ASSERT_EQ(session.results.size(), 4u);
-  EXPECT_EQ(session.results[0].kernel, "project_particles");
+  EXPECT_EQ(session.results[0].kernel, "measure_gradients");
   EXPECT_EQ(session.results[3].kernel, "fit_particles");
   options.kernels = {"polish"};
   EXPECT_THROW(measure(device_, 0, options, [](const std::string&) {}), InvalidArgument);

@@ -80,7 +80,7 @@ TEST_F(Building, AheadLeavesProgramsInTheCache) {
   Device device;
   if (!device.state().compiles_at_launch) GTEST_SKIP() << "builds nothing ahead on this platform";
   const std::vector<ProgramName> programs{
-      kProgram, {"project.cl", "-D WIDTH=8"}, {"specks.cl", "-D WIDTH=8"}};
+      kProgram, {"visible.cl", "-D WIDTH=8"}, {"specks.cl", "-D WIDTH=8"}};
   { BuildAhead ahead(device, {programs[0]}); }
   // A destructor begins no other build, so look until the first one is there.
   {

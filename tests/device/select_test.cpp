@@ -143,10 +143,10 @@ TEST_F(OpenDevice, NamesKernelAndNumberWhenArgumentsDoNotFit) {
 
 TEST_F(OpenDevice, NamesFileAndErrorWhenAKernelDoesNotBuild) {
   try {
-    launch(device_, "project.cl", "project_particles", {1}, "-D cos=( -D int=)", cl_int{1});
+    launch(device_, "visible.cl", "count_owned", {1}, "-D cos=( -D int=)", cl_int{1});
     FAIL() << "a kernel that cannot be compiled was built";
   } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("project.cl did not build on \""),
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("visible.cl did not build on \""),
                                     HasSubstr(device_.info().name), HasSubstr("error")));
   }
 }

@@ -78,7 +78,7 @@ TEST_F(FaultyFrame, ABuildThatFailsSaysSo) {
   const Outcome outcome =
       run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clBuildProgram:1+"}}));
   expect_error(outcome, 1,
-               {"building project.cl on ", " in stage project: clBuildProgram failed with "
+               {"building density.cl on ", " in stage field: clBuildProgram failed with "
                 "CL_BUILD_PROGRAM_FAILURE (-11)"});
 }
 

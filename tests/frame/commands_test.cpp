@@ -28,8 +28,8 @@ void take_form(Device& device, const Form& form) {
   state.discs = DiscForm::minima;
 }
 
-constexpr Form kProcessor{"OnAProcessor", false, 8, {91, 1017, 0, 26, 13, 2}};
-constexpr Form kGpu{"OnAGpu", true, 1, {61, 782, 2, 9, 8, 2}};
+constexpr Form kProcessor{"OnAProcessor", false, 8, {90, 1009, 0, 25, 12, 2}};
+constexpr Form kGpu{"OnAGpu", true, 1, {60, 774, 2, 9, 7, 2}};
 
 class Commands : public testing::TestWithParam<Form> {};
 

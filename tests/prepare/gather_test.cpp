@@ -53,8 +53,8 @@ TEST_P(Gather, LetsEverythingInViewPassAnEmptyMap) {
   for (const Camera& camera :
        {perspective_camera(101, 77), off_centre_camera(37, 120), orthographic_camera(90, 61)}) {
     const View view = make_view(camera, kRadius, kOrigin);
-    const Projected expected = project_particles(
-        device_, view, {particles.x, particles.y, particles.z, {}, false, {}}, 5.0);
+    const Projected expected =
+        project_particles(view, {particles.x, particles.y, particles.z, {}, false, {}}, 5.0);
     for (const int width : {1, 8}) {
       Places at_once;
       for (const std::size_t chunk : {100000, 64, 63, 1}) {

@@ -1,4 +1,4 @@
-// project_particles against the matrices in double precision, on every device.
+// project_particles against the matrices in double precision.
 #include "stages/project.hpp"
 
 #include "stages/stage_test_support.hpp"
@@ -11,10 +11,9 @@ constexpr double kRadius = 0.15;
 constexpr double kMargin = 2.5;
 constexpr std::array<double, 3> kOrigin{0.5, -0.25, 0.125};  // exact in float
 
-using Project = OnDevice;
 using reference::Fate;
 
-TEST_P(Project, MatchesTheReference) {
+TEST(Project, MatchesTheReference) {
   for (const Camera& camera :
        {perspective_camera(101, 77), off_centre_camera(37, 120), orthographic_camera(90, 61)})
     for (const std::size_t n : {1, 63, 64, 65, 1001}) {
@@ -43,7 +42,7 @@ TEST_P(Project, MatchesTheReference) {
         EXPECT_GT(expected.size(), n / 20);
         EXPECT_GT(dropped, n / 20);
       }
-      const Projected actual = project_particles(device_, view, particles, kMargin);
+      const Projected actual = project_particles(view, particles, kMargin);
       ASSERT_EQ(actual.size(), expected.size());
       for (std::size_t i = 0; i < expected.size(); ++i) {
         const auto& e = expected[i];
@@ -58,7 +57,7 @@ TEST_P(Project, MatchesTheReference) {
     }
 }
 
-TEST_P(Project, KeepsADiscThatReachesTheScreenFromOutside) {
+TEST(Project, KeepsADiscThatReachesTheScreenFromOutside) {
   // One pixel is half a particle radius: a disc of 2.5 radii reaches 5 pixels.
   const Camera camera = [] {
     Camera c;
@@ -72,19 +71,16 @@ TEST_P(Project, KeepsADiscThatReachesTheScreenFromOutside) {
   particles.x = {-12.25f, -12.75f, 12.25f, 12.75f, 0, 0, 0, 0};
   particles.y = {0, 0, 0, 0, -12.25f, -12.75f, 12.25f, 12.75f};
   particles.z.assign(8, -5.0f);
-  const Projected kept = project_particles(device_, view, particles, kMargin);
+  const Projected kept = project_particles(view, particles, kMargin);
   EXPECT_EQ(kept.x, (std::vector<float>{-12.25f, 12.25f, 0, 0}));
   EXPECT_EQ(kept.y, (std::vector<float>{0, 0, -12.25f, 12.25f}));
   EXPECT_EQ(kept.scale, std::vector<float>(4, 1.0f));
   EXPECT_EQ(kept.index, (std::vector<std::uint32_t>{0, 2, 4, 6}));
 }
 
-TEST_P(Project, NoParticlesGiveNone) {
-  EXPECT_EQ(project_particles(device_, make_view(perspective_camera(9, 9), 1, {}), {}, 1).size(),
-            0u);
+TEST(Project, NoParticlesGiveNone) {
+  EXPECT_EQ(project_particles(make_view(perspective_camera(9, 9), 1, {}), {}, 1).size(), 0u);
 }
-
-MENISCUS_ON_EVERY_DEVICE(Project);
 
 }  // namespace
 }  // namespace meniscus

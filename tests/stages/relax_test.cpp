@@ -296,7 +296,7 @@ TEST_P(ProjectAgain, HasThePixelsOfWhereParticlesWent) {
     particles.z.push_back(static_cast<float>(random(-1, 1)));
     particles.scale.push_back(static_cast<float>(random(0.5, 2)));
   }
-  const Projected expected = project_particles(device_, view, particles, 3);
+  const Projected expected = project_particles(view, particles, 3);
   ASSERT_GT(expected.size(), 100u);
   Projected again = expected;
   std::fill(again.u.begin(), again.u.end(), 0.0f);

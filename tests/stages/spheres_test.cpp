@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "verify/reference/spheres.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/reference/spheres.hpp"
 
 namespace meniscus {
 namespace {
@@ -22,7 +22,7 @@ class Spheres : public OnDevice {
       particles.z.push_back(static_cast<float>(random(-4, 4)));
       particles.scale.push_back(static_cast<float>(random(0.6, 1.5)));
     }
-    return project_particles(device_, view, particles, 2);
+    return project_particles(view, particles, 2);
   }
 };
 
@@ -96,7 +96,7 @@ TEST_P(Spheres, AreWholeAtTheImagesEdges) {
   one.x = {6.5f};
   one.y = {4.5f};
   one.z = {0.0f};
-  const Projected particles = project_particles(device_, view, one, 3);
+  const Projected particles = project_particles(view, one, 3);
   ASSERT_EQ(particles.size(), 1u);
   const SampleGrid grid{160, 120, 0.5f, 1};
   const auto depth = download(
@@ -145,7 +145,7 @@ TEST_P(Spheres, HiddenSpheresAreLeftOutExactly) {
           next(world.z, -spread, spread);
           next(world.scale, 0.6, 1.5);
         }
-        const Projected all = project_particles(device_, view, world, 2);
+        const Projected all = project_particles(view, world, 2);
         const std::size_t size = c.grid.size();
         std::vector<float> nearest(size, kNoSurface), normal(3 * size, 0.0f);
         for (std::size_t i = 0; i < all.size(); ++i) {

@@ -31,14 +31,13 @@ struct Fault {
 std::vector<Fault> faults() {
   return {
       // One unit in the last place, and roundings that a compiler might change.
-      {"OneUlpOfAPosition", "project.cl", "", "STOREF(ex, eye + i)",
-       "STOREF(AS_FLOATV(AS_INTV(ex) + 1), eye + i)", "project_particles", "project"},
-      {"AContractedProduct", "project.cl", "", "to.rotation[3] * px + to.rotation[4] * py",
-       "fma((floatv)(to.rotation[3]), px, to.rotation[4] * py)", "project_particles", "project"},
-      {"AReassociatedSum", "project.cl", "",
-       "to.rotation[3] * px + to.rotation[4] * py + to.rotation[5] * pz",
-       "to.rotation[3] * px + (to.rotation[4] * py + to.rotation[5] * pz)", "project_particles",
-       "project"},
+      {"OneUlpOfANumber", "particle_fit.cl", "kernel void measure_edges", "STOREF(number,",
+       "STOREF(AS_FLOATV(AS_INTV(number) + 1),", "measure_edges", "fit"},
+      {"AContractedProduct", "visible.cl", "kernel void cover_discs", "1.0f - (du * du + dv * dv)",
+       "1.0f - fma(du, du, dv * dv)", "cover_discs", "visible"},
+      {"AReassociatedSum", "particle_fit.cl", "kernel void measure_edges",
+       "own.nx * p.dx + own.ny * p.dy + own.nz * p.dz",
+       "own.nx * p.dx + (own.ny * p.dy + own.nz * p.dz)", "measure_edges", "fit"},
       {"AReciprocalForAQuotient", "density.cl", "inline floatv level_weight",
        "level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)))",
        "level * (1.0f / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t))))",
@@ -236,10 +235,10 @@ TEST(Faults, NoneIsFoundWhereNoneIs) {
 TEST(Recording, RefusesWhatIsFarFromDoublePrecision) {
   Device device;
   const Fault fault{"",
-                    "project.cl",
-                    "",
-                    "to.rotation[3] * px + to.rotation[4] * py",
-                    "to.rotation[3] * px - to.rotation[4] * py",
+                    "visible.cl",
+                    "inline void draw_discs",
+                    "front = t - bulge * sqrt(",
+                    "front = t + bulge * sqrt(",
                     "",
                     ""};
   device.state().kernel_text = [&](const std::string& file, const std::string& text) {
@@ -249,7 +248,7 @@ TEST(Recording, RefusesWhatIsFarFromDoublePrecision) {
     record_canonical(device, [](const std::string&) {});
     FAIL() << "a wrong sign was recorded";
   } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("of project_particles is"),
+    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("of splat_depth is"),
                                              testing::HasSubstr("off double precision")));
   }
 }

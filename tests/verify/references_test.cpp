@@ -35,8 +35,6 @@ struct Fault {
 
 // A factor that is off by little in the kernels of each stage.
 const Fault kFaults[] = {
-    {"project", 63, "project.cl", "to.u_scale * LOADF(scale + i)",
-     "to.u_scale * 1.0001f * LOADF(scale + i)"},
     {"bins", 61, "bins.cl", "!(nearest <= bound[bin])", "!(nearest < bound[bin])"},
     {"visible", 63, "visible.cl", "front = t - bulge * sqrt(",
      "front = t - 1.001f * bulge * sqrt("},

@@ -16,15 +16,6 @@ namespace meniscus::bench::native {
 /// vectors and fused multiply-adds of the processor they are slower by far.
 bool has_native_flags();
 
-struct Projection {
-  const float *x, *y, *z, *scale;
-  float *eye, *screen;
-  std::size_t stride;
-  float from_world[15], u_row[4], v_row[4], w_row[4], extent[4], size[2];
-};
-/// begin and end are multiples of eight.
-void project_particles(const Projection& input, std::size_t begin, std::size_t end);
-
 /// The first pass of particle_fit.cl's fit_particles, as if it were the last.
 struct Fits {
   const float *place, *normal;

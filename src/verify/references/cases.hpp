@@ -7,7 +7,6 @@ namespace meniscus::verify {
 
 using ReferenceErrors = std::vector<ReferenceError>;
 
-ReferenceErrors project_case(Device& device, int size);
 ReferenceErrors bins_case(Device& device, int size);
 ReferenceErrors visible_case(Device& device, int size);
 ReferenceErrors minima_case(Device& device, int size);

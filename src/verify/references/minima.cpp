@@ -128,7 +128,7 @@ void see_spheres(Device& device, int size, ReferenceErrors& errors) {
     world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
   }
   const DeviceSpheres spheres =
-      upload_spheres(device, view, project_particles(device, view, world, 2), 1.5);
+      upload_spheres(device, view, project_particles(view, world, 2), 1.5);
   Worst depths("lower_spheres", "depth"), normals("normals_of_owners", "normal");
   const SampleGrid grid = pixel_grid(view);
   see_both(

@@ -20,7 +20,7 @@ ReferenceErrors spheres_case(Device& device, int size) {
     world.z.push_back(static_cast<float>(random(-4, 4)));
     world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
   }
-  const Projected particles = project_particles(device, view, world, 2);
+  const Projected particles = project_particles(view, world, 2);
   const DeviceSpheres spheres = upload_spheres(device, view, particles, kFootprint);
   const auto depth = download(device, cast_spheres(device, view, spheres, grid));
   const auto normal = download(device, sphere_normals(device, view, spheres, grid));

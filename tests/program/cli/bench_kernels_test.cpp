@@ -17,7 +17,7 @@ using ProgramBenchKernels = Program;
 
 std::vector<std::string> tiny(std::vector<std::string> more) {
   std::vector<std::string> words{"bench",    "--particles", "500",           "--size", "64x48",
-                                 "--kernel", "project",     "--repetitions", "2"};
+                                 "--kernel", "depth_norm",  "--repetitions", "2"};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
@@ -35,11 +35,11 @@ TEST_F(ProgramBenchKernels, HelpFitsATerminalAndNamesEveryOption) {
 TEST_F(ProgramBenchKernels, WritesTableJsonAndPage) {
   const Outcome outcome = run(tiny({"--json", "new.json", "--html", "new.html"}));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("project_particles"));
+  EXPECT_THAT(outcome.out, HasSubstr("depth_normals"));
   EXPECT_THAT(outcome.out, HasSubstr("At the roofline"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("differences")));
-  EXPECT_THAT(outcome.err, HasSubstr("measuring  project_particles, 500 particles"));
-  EXPECT_THAT(read("new.html"), HasSubstr("project_particles"));
+  EXPECT_THAT(outcome.err, HasSubstr("measuring  depth_normals, 500 particles"));
+  EXPECT_THAT(read("new.html"), HasSubstr("depth_normals"));
   const auto json = nlohmann::json::parse(read("new.json"));
   const auto& sessions = json.at("sessions");
   ASSERT_FALSE(sessions.empty());
@@ -51,7 +51,7 @@ TEST_F(ProgramBenchKernels, WritesTableJsonAndPage) {
   }
   for (const auto& session : sessions)
     for (const auto& result : session.at("results")) {
-      EXPECT_EQ(result.at("kernel"), "project_particles");
+      EXPECT_EQ(result.at("kernel"), "depth_normals");
       EXPECT_EQ(result.at("particles"), 500);
       EXPECT_EQ(result.at("width"), 64);
       EXPECT_GE(result.at("ms").size(), 2u);
@@ -106,8 +106,8 @@ TEST_F(ProgramBenchKernels, ComparesWithAnEarlierRun) {
 
 TEST_F(ProgramBenchKernels, WhatCannotBeComparedIsNotMeasured) {
   ASSERT_EQ(run(tiny({"-q", "--threads", "1", "--json", "old.json"})).exit_code, 0);
-  const Outcome none = run({"bench", "--particles", "600", "--size", "64x48", "--kernel", "project",
-                            "--compare", "old.json", "--json", "new.json"});
+  const Outcome none = run({"bench", "--particles", "600", "--size", "64x48", "--kernel",
+                            "depth_normals", "--compare", "old.json", "--json", "new.json"});
   expect_error(
       none, 2,
       {"--compare: old.json has none of these kernels at these sizes", "500 particles at 64x48"});
@@ -135,23 +135,22 @@ TEST_F(ProgramBenchKernels, MoreThreadsThanProcessorsAreWarnedOf) {
 TEST_F(ProgramBenchKernels, KernelsAreAListToo) {
   const Outcome outcome =
       run({"bench", "-q", "--threads", "1", "--particles", "500", "--size", "64x48",
-           "--repetitions", "2", "--json", "-", "--kernel", "project_particles,depth_normals"});
+           "--repetitions", "2", "--json", "-", "--kernel", "smooth_rows,depth_normals"});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   std::set<std::string> kernels;
   const auto json = nlohmann::json::parse(outcome.out);
   for (const auto& result : json["sessions"][0]["results"]) kernels.insert(result["kernel"]);
-  EXPECT_THAT(kernels, testing::ElementsAre("depth_normals", "project_particles"));
+  EXPECT_THAT(kernels, testing::ElementsAre("depth_normals", "smooth_rows"));
 }
 
 TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
-  expect_error(run({"bench", "--kernel", "polish"}), 2,
-               {"--kernel is polish", "project_particles"});
-  expect_error(run({"bench", "--kernel", "project,polish"}), 2, {"--kernel is polish"});
+  expect_error(run({"bench", "--kernel", "polish"}), 2, {"--kernel is polish", "depth_normals"});
+  expect_error(run({"bench", "--kernel", "fit,polish"}), 2, {"--kernel is polish"});
   expect_error(run({"bench", "--particles", "100,many"}), 2, {"--particles is many"});
   expect_error(run({"bench", "--particles", "5"}), 2, {"--particles is 5"});
   expect_error(run({"bench", "--particles", ""}), 2, {"--particles"});
   expect_error(run({"bench", "--size", "64"}), 2, {"--size is 64", "WIDTHxHEIGHT"});
-  expect_error(run({"bench", "--kernel", "project", "frame"}), 2, {"--kernel", "frame"});
+  expect_error(run({"bench", "--kernel", "fit", "frame"}), 2, {"--kernel", "frame"});
   expect_error(run({"bench", "--repetitions", "0"}), 2, {"--repetitions"});
   expect_error(run({"bench", "--threads", "0"}), 2, {"--threads"});
   expect_error(run({"bench", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});

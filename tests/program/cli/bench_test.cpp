@@ -51,8 +51,15 @@ TEST_F(ProgramBench, FramesOfEveryMethodWithTheirStagesAndMemory) {
     EXPECT_LE(f["p10_ms"], f["median_ms"]);
     EXPECT_LE(f["median_ms"], f["p90_ms"]);
     EXPECT_GT(f["stages"]["project"], 0);
-    EXPECT_GT(f["kernels"]["project"]["project_particles"], 0);
-    EXPECT_LE(f["device_stages"]["project"], f["stages"]["project"]);
+    const auto sum = [](const json& times) {
+      double ms = 0;
+      for (const json& each : times) ms += each.get<double>();
+      return ms;
+    };
+    double kernels = 0;
+    for (const json& stage : f["kernels"]) kernels += sum(stage);
+    EXPECT_GT(kernels, 0);
+    EXPECT_LE(sum(f["device_stages"]), sum(f["stages"]));
     EXPECT_GE(f["device_bytes"], 64 * 48 * (4 + 12));    // depth and normals at the least
     EXPECT_GT(f["host_bytes"], 1 << 20);                 // a program
     EXPECT_LT(f["host_bytes"], std::int64_t{16} << 30);  // bytes and not kibibytes or so

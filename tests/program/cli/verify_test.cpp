@@ -21,7 +21,7 @@ using ProgramVerify = Program;
 
 TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
   const Outcome outcome =
-      run({"verify", "--device", "cpu", "--size", "small", "--kernel", "project", "--json",
+      run({"verify", "--device", "cpu", "--size", "small", "--kernel", "cover_discs", "--json",
            "v.json", "--junit", "v.xml", "--html", "v.html"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("PASSED"));
@@ -29,10 +29,10 @@ TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
   ASSERT_FALSE(json["rows"].empty());
   for (const auto& row : json["rows"]) {
     EXPECT_EQ(row["result"], "pass");
-    EXPECT_THAT(row["kernel"].get<std::string>(), HasSubstr("project"));
+    EXPECT_THAT(row["kernel"].get<std::string>(), HasSubstr("cover_discs"));
   }
-  EXPECT_THAT(read("v.xml"), HasSubstr("<testcase classname=\"project_particles\""));
-  EXPECT_THAT(read("v.html"), HasSubstr("project_particles"));
+  EXPECT_THAT(read("v.xml"), HasSubstr("<testcase classname=\"cover_discs\""));
+  EXPECT_THAT(read("v.html"), HasSubstr("cover_discs"));
 
   const Outcome same = run({"verify", "--compare", "v.json", "v.json"});
   EXPECT_EQ(same.exit_code, 0) << same.err;
@@ -59,12 +59,12 @@ TEST_F(ProgramVerify, ListsItsKernels) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("\nfit_particles\n"), HasSubstr("\nbound_bins\n")));
   EXPECT_THAT(outcome.out, Not(HasSubstr(" ")));
-  expect_error(run({"verify", "--list", "--kernel", "fit"}), 2, {"--kernel and --list are both given"});
+  expect_error(run({"verify", "--list", "--kernel", "fit"}), 2,
+               {"--kernel and --list are both given"});
 }
 
 TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
-  expect_error(run({"verify", "--kernel", "no_such"}), 2,
-               {"--kernel is no_such", "project_particles"});
+  expect_error(run({"verify", "--kernel", "no_such"}), 2, {"--kernel is no_such", "cover_discs"});
   expect_error(run({"verify", "--kernel", ""}), 2, {"--kernel has an empty name"});
   expect_error(run({"verify", "--device", "no such"}), 1, {"no usable OpenCL device matches"});
   expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
