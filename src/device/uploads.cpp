@@ -13,7 +13,9 @@ Memory Uploads::add(MemoryPool& pool, std::size_t largest, HostMemory memory) {
   constexpr std::size_t kLeast = 1 << 20, kMost = 16 << 20;
   const std::size_t size = memory.size;
   bytes_ += size;
-  if (block_size_ - used_ < size) {
+  // Also where a block is nearly full and nothing waits: what goes together should not be parted.
+  const std::size_t room = block_size_ - used_;
+  if (room < size || (waiting_.empty() && room < block_size_ / 4)) {
     const std::size_t grown =
         std::max(std::clamp(2 * block_size_, kLeast, kMost), std::bit_ceil(size));
     const std::size_t wanted = size >= kEnough ? size : std::min(grown, largest);

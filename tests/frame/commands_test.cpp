@@ -29,7 +29,7 @@ void take_form(Device& device, const Form& form) {
 }
 
 constexpr Form kProcessor{"OnAProcessor", false, 8, {90, 1009, 0, 25, 12, 2}};
-constexpr Form kGpu{"OnAGpu", true, 1, {60, 774, 2, 9, 7, 2}};
+constexpr Form kGpu{"OnAGpu", true, 1, {60, 774, 2, 8, 7, 2}};
 
 class Commands : public testing::TestWithParam<Form> {};
 
