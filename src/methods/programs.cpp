@@ -35,7 +35,6 @@ std::vector<ProgramName> closed_programs(const Parameters& params, const Device:
   programs.add("particle_fit.cl", wide);
   programs.add("sheet.cl", width);
   programs.add("implicit.cl", wide);
-  if (device.is_in_place()) programs.add("fill.cl", width_option(1));
   if (params.motion) programs.add("motion.cl", width);
   return programs.all;
 }

@@ -75,7 +75,7 @@ std::vector<Fault> faults() {
       {"TheHigherIndexWinsATie", "visible.cl", "inline void draw_discs", "(p < owner[row])",
        "(p > owner[row])", "count_owned", ""},
       {"WhatIsNearlyATie", "minima.cl", "inline void draw_share", "(front == LOADF(depth + s))",
-       "(front <= 1.001f * LOADF(depth + s))", "own_discs", ""},
+       "(front <= 1.001f * LOADF(depth + s))", "count_discs", ""},
       {"TheLastTriangleWinsATie", "paper.cl", "kernel void own_samples",
        "atomic_min(owner + j * samples.x + i, k)", "owner[j * samples.x + i] = k", "own_samples",
        ""},

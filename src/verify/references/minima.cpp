@@ -34,6 +34,54 @@ void see_both(Device& device, Worst& worst, const Draw& draw, const Counts& coun
 
 const auto everywhere = [](std::size_t) { return true; };
 
+// How many nodes each of `number` discs owns; nobody's are the last one's.
+std::vector<cl_int> counted(const std::vector<cl_int>& owners, std::size_t number) {
+  std::vector<cl_int> counts(number + 1, 0);
+  for (const cl_int owner : owners) ++counts[std::min(static_cast<std::size_t>(owner), number)];
+  return counts;
+}
+
+// Counts of owners against those that are counted in the map of owners. Every particle twice: of
+// two that are the same the first one owns all.
+void see_counts(Device& device, const Projected& p, std::vector<std::int32_t> particles,
+                ReferenceErrors& errors) {
+  particles.insert(particles.end(), particles.begin(), particles.end());
+  const std::size_t n = particles.size();
+  const SplatParticles splats = upload_splats(device, p, particles);
+  const auto see = [](Worst& worst, const std::vector<cl_int>& found,
+                      const std::vector<cl_int>& expected) {
+    for (std::size_t k = 0; k < found.size(); ++k)
+      worst.see(static_cast<double>(found[k]), static_cast<double>(expected[k]), 0);
+  };
+
+  Worst counts("count_discs", "owned");
+  const VisibleParams params;
+  for (const DiscForm form : {DiscForm::bins, DiscForm::minima}) {
+    const WithDiscs with(device, form);
+    const auto owned = filled<cl_int>(device, n, 7);
+    const SampleGrid grid = count_owned(device, plain_view(), p, particles, splats, params, owned);
+    see(counts, download(device, owned),
+        counted(download(device, splat_owner(device, splats, grid, params.footprint)), n));
+  }
+  errors.push_back(counts.error());
+
+  // From one that owns all nodes at first each takes its own.
+  Worst taken("count_discs", "taken");
+  const WithDiscs with(device, DiscForm::minima);
+  const SampleGrid grid{kWidth, kHeight, 0.5f, 1};
+  const Discs discs = outline_discs(device, splats, grid, {{1.8f, 1}}, Drawn::every);
+  std::vector<cl_int> before(n + 1, 0);
+  before[n] = static_cast<cl_int>(grid.size());
+  const auto depth = splat_depth(device, splats, grid, 1.8);
+  const auto owner = filled<cl_int>(device, grid.size(), static_cast<cl_int>(n)),
+             owned = upload(device, before);
+  draw_minima(device, kernels::count_discs, discs.records, discs.outlines, no_bound(device, grid),
+              grid, std::tie(depth, owner, owned), lattice_of(grid));
+  see(taken, download(device, owned),
+      counted(download(device, splat_owner(device, splats, grid, 1.8)), n));
+  errors.push_back(taken.error());
+}
+
 // Discs against double precision, and owners, extents and what lies behind.
 void see_discs(Device& device, int size, ReferenceErrors& errors) {
   const SampleGrid grid{kWidth, kHeight, 0.5f, 1};
@@ -59,22 +107,7 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
       everywhere);
   errors.push_back(owners.error());
 
-  // Every particle twice: of two that are the same the first one owns all.
-  Worst counts("count_discs", "owned");
-  const View view = plain_view();
-  std::vector<std::int32_t> twice = all;
-  twice.insert(twice.end(), all.begin(), all.end());
-  const VisibleParams params;
-  const SplatParticles doubled = upload_splats(device, p, twice);
-  see_both(
-      device, counts,
-      [&] {
-        const auto owned = filled<cl_int>(device, twice.size(), 1);
-        count_owned(device, view, p, twice, doubled, params, owned);
-        return download(device, owned);
-      },
-      everywhere);
-  errors.push_back(counts.error());
+  see_counts(device, p, all, errors);
 
   Worst nearest("lower_fronts", "depth"), covered("lower_fronts", "occupied");
   const auto front = [&](auto part) {
