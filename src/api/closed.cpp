@@ -20,6 +20,7 @@
 #include "output/to_world.hpp"
 #include "prepare/fill.hpp"
 #include "prepare/parts.hpp"
+#include "prepare/sampled_disorder.hpp"
 #include "stages/space_grid.hpp"
 
 namespace meniscus {
@@ -70,8 +71,12 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
                    std::vector<StageTime>* timings) {
   const Parameters& params = filling.params;
   Team& team = source.team();
-  const double block = kBlockSide * closed.cell, halo = halo_of_parts(closed.cell, params);
+  const double block = kBlockSide * closed.cell;
   const PartedFrame frame = survey_parts(filling, source, block);
+  filling.clock.start("relax");
+  const Disorder disorder = find_disorder(source, frame.view, params);
+  filling.clock.stop();
+  const double halo = halo_of_parts(closed.cell, params, disorder);
   const std::vector<BlockBox> parts = share_space(filling, frame, block, halo, team.size());
   std::vector<PartTally> tallies(parts.size());
   const FillPart fill = [&](std::size_t part, const std::vector<SpaceBox>& boxes,
@@ -90,10 +95,10 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   if (parts.size() == 1) {
     const WorldParticles particles = fill(0, everything, {});
     if (team.leads())
-      made = run_closed(filling.device, frame.view, particles, closed, params, timings);
+      made = run_closed(filling.device, frame.view, particles, closed, params, disorder, timings);
   } else {
     made = run_closed_in_parts(filling.device, frame.view, team, parts, fill, closed, params,
-                               carries && frame.all_known, timings);
+                               disorder, carries && frame.all_known, timings);
     // Where what some particles carry is not known, particles from anywhere may speak for them.
     if (carries && !frame.all_known) {
       const WorldParticles particles = fill(parts.size(), everything, {});
@@ -135,9 +140,7 @@ void check(const ClosedParams& closed) {
 Surface extract_closed(Device& device, const ParticleSource& source, const ClosedParams& closed,
                        const Parameters& parameters, std::vector<StageTime>* timings) {
   check(closed);
-  Parameters params = of_meshes(parameters);
-  // No part of a frame could tell how irregular all of it is.
-  if (source.size() >= kStreamed) params.disorder = std::max(params.disorder, 0.0);
+  const Parameters params = of_meshes(parameters);
   if (const BorrowedParticles* const all = source.in_memory()) check(*all);
   const TimedKernels timed(device, timings != nullptr);
   StageClock clock(device, timings);

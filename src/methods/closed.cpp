@@ -85,6 +85,32 @@ Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
   return made;
 }
 
+// All of run_closed() from where particles are placed on.
+Extraction mesh_fluid(Device& device, const PlacedFluid& fluid, const WorldParticles& particles,
+                      const ClosedParams& closed, const Parameters& params, StageClock& clock) {
+  Extraction result;
+  const double unit = fluid.disorder.unit();
+  result.counts.particles = static_cast<std::int64_t>(fluid.particles.size());
+  if (fluid.particles.size() == 0) {
+    result.counts.in_view = 0;  // which to_world() warns of
+    return result;
+  }
+
+  Closed made = close_surface(device, fluid, closed.cell / unit, params, clock);
+  result.mesh = to_world(fluid.view, std::move(made.mesh));
+  result.counts.fits = static_cast<std::int64_t>(made.fits.size());
+  result.residual = std::move(made.fits.residual);
+  for (float& residual : result.residual) residual *= static_cast<float>(unit);
+  result.disorder = fluid.disorder;
+
+  if (particles.moving || !particles.attributes.empty()) {
+    clock.start("motion");
+    carry_values(device, fluid.view, fluid.particles, particles, params, result);
+  }
+  clock.stop();
+  return result;
+}
+
 }  // namespace
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
@@ -160,30 +186,23 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
                       const ClosedParams& closed, const Parameters& params,
                       std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  Extraction result;
   // Eye space is the world's axes: stages that need no pixels take it as any other.
-  const PlacedFluid fluid = place_fluid(
-      view, params, clock, [&](const View& in) { return place_particles(in, particles); });
-  const double unit = fluid.disorder.unit();
-  result.counts.particles = static_cast<std::int64_t>(fluid.particles.size());
-  if (fluid.particles.size() == 0) {
-    result.counts.in_view = 0;  // which to_world() warns of
-    return result;
-  }
+  return mesh_fluid(device,
+                    place_fluid(view, params, clock,
+                                [&](const View& in) { return place_particles(in, particles); }),
+                    particles, closed, params, clock);
+}
 
-  Closed made = close_surface(device, fluid, closed.cell / unit, params, clock);
-  result.mesh = to_world(fluid.view, std::move(made.mesh));
-  result.counts.fits = static_cast<std::int64_t>(made.fits.size());
-  result.residual = std::move(made.fits.residual);
-  for (float& residual : result.residual) residual *= static_cast<float>(unit);
-  result.disorder = fluid.disorder;
-
-  if (particles.moving || !particles.attributes.empty()) {
-    clock.start("motion");
-    carry_values(device, fluid.view, fluid.particles, particles, params, result);
-  }
-  clock.stop();
-  return result;
+Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
+                      const ClosedParams& closed, const Parameters& params,
+                      const Disorder& disorder, std::vector<StageTime>* timings) {
+  StageClock clock(device, timings);
+  clock.start("project");
+  const View in_its_unit = coarser(view, disorder.unit());
+  Projected placed = place_particles(in_its_unit, particles);
+  clock.start("relax");
+  return mesh_fluid(device, even_fluid(in_its_unit, disorder, std::move(placed)), particles, closed,
+                    params, clock);
 }
 
 }  // namespace meniscus

@@ -5,6 +5,7 @@
 
 #include "meniscus/closed.hpp"
 #include "methods/extraction.hpp"
+#include "stages/relax.hpp"
 
 namespace meniscus {
 
@@ -14,5 +15,10 @@ namespace meniscus {
 Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
                       const ClosedParams& closed, const Parameters& params,
                       std::vector<StageTime>* timings);
+
+/// The same of particles whose disorder is known, whatever `params` says of it.
+Extraction run_closed(Device& device, const View& view, const WorldParticles& particles,
+                      const ClosedParams& closed, const Parameters& params,
+                      const Disorder& disorder, std::vector<StageTime>* timings);
 
 }  // namespace meniscus

@@ -34,9 +34,7 @@ struct Halo {
   double particles;  // all
 };
 
-double unit_of(const Parameters& params) { return Disorder{.amount = params.disorder}.unit(); }
-
-Halo halo_of(const Parameters& params) {
+Halo halo_of(const Parameters& params, const Disorder& disorder) {
   constexpr double kRounding = 0.5;
   // Who sees the 27 cells around it filled is inside (measure_gradients()); a particle's levelled
   // weight and its normal follow from that. Crowds are told in cubes of two radii, which must be
@@ -53,8 +51,7 @@ Halo halo_of(const Parameters& params) {
   // Their roundness is a mean over bent places of means over what trial fits around say.
   const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
-  const double relaxed = params.disorder > 0 ? relax_influence() / unit_of(params) : 0;
-  return {fitted, tried, surface + kField + relaxed + kRounding};
+  return {fitted, tried, surface + kField + relax_influence(disorder) + kRounding};
 }
 
 // What is taken for known of the whole frame, or was found.
@@ -105,17 +102,22 @@ std::size_t wanted_in(const SpaceGrid& grid, const BlockBox& own) {
 // One part of a frame of which this is known.
 class PartMaker {
  public:
-  PartMaker(Device& device, const View& view, double cell, const Parameters& params, bool carry,
-            StageClock& clock)
-      : device_(device), view_(view), cell_(cell), params_(params), carry_(carry), clock_(clock) {}
+  PartMaker(Device& device, const View& view, const Disorder& disorder, double cell,
+            const Parameters& params, bool carry, StageClock& clock)
+      : device_(device),
+        view_(view),
+        disorder_(disorder),
+        cell_(cell),
+        params_(params),
+        carry_(carry),
+        clock_(clock) {}
 
   Made make(const BlockBox& own, const WorldParticles& particles, const Known& known) const {
     Made made;
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.carried.attributes.push_back({attribute.name, {}});
-    const PlacedFluid placed =
-        even_fluid(view_, {.amount = params_.disorder}, place_particles(view_, particles));
+    const PlacedFluid placed = even_fluid(view_, disorder_, place_particles(view_, particles));
     if (placed.particles.size() == 0) return made;
     const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)
@@ -138,7 +140,7 @@ class PartMaker {
  private:
   FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known,
                   Made& made) const {
-    const Halo halo = halo_of(params_);
+    const Halo halo = halo_of(params_, disorder_);
     FitScope scope;
     scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
     scope.fitted = [box = asked.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
@@ -193,6 +195,7 @@ class PartMaker {
 
   Device& device_;
   const View& view_;
+  const Disorder& disorder_;
   double cell_;
   const Parameters& params_;
   bool carry_;
@@ -293,26 +296,26 @@ std::vector<T> in_place(const JoinedMesh& joined, const std::vector<std::uint32_
 
 }  // namespace
 
-double halo_of_parts(double cell, const Parameters& params) {
-  return halo_of(params).particles * unit_of(params) + kRoundsAround * cell;
+double halo_of_parts(double cell, const Parameters& params, const Disorder& disorder) {
+  return halo_of(params, disorder).particles * disorder.unit() + kRoundsAround * cell;
 }
 
 Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
                                const std::vector<BlockBox>& parts, const FillPart& fill,
-                               const ClosedParams& closed, const Parameters& params, bool carry,
+                               const ClosedParams& closed, const Parameters& params,
+                               const Disorder& disorder, bool carry,
                                std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  const double unit = unit_of(params);
+  const double unit = disorder.unit(), halo = halo_of(params, disorder).particles * unit;
   const View coarse = coarser(view, unit);
-  const PartMaker maker(device, coarse, closed.cell / unit, params, carry, clock);
+  const PartMaker maker(device, coarse, disorder, closed.cell / unit, params, carry, clock);
   Known known;
   // Nearly always there is a fit that reaches as far as any can.
   known.reach = static_cast<float>(kBlendReach * params.blend.radius);
   Whole whole;
   for (bool again = true; again;) {
     whole = {};
-    whole =
-        make_parts(maker, team, parts, fill, closed.cell, halo_of(params).particles * unit, known);
+    whole = make_parts(maker, team, parts, fill, closed.cell, halo, known);
     const Known found = found_by_all(team, whole);
     // One round in which nothing was wanted tells that none will, where corners that are meshed
     // know of it.
@@ -322,7 +325,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   }
 
   Extraction result;
-  result.disorder.amount = params.disorder;
+  result.disorder = disorder;
   result.counts.particles = result.counts.fits = 0;
   for (const std::int64_t particles : team.joined<std::int64_t>({whole.particles}))
     result.counts.particles += particles;

@@ -10,12 +10,13 @@
 #include "meniscus/closed.hpp"
 #include "methods/extraction.hpp"
 #include "stages/mesh_parts.hpp"
+#include "stages/relax.hpp"
 #include "stages/space_box.hpp"
 
 namespace meniscus {
 
 /// How far around a part particles are needed; particle radii.
-double halo_of_parts(double cell, const Parameters& params);
+double halo_of_parts(double cell, const Parameters& params, const Disorder& disorder);
 
 /// Fills a part for each process, of which there may be none: the particles in each one's box (eye
 /// space, particle radii), which reaches beyond what is its own.
@@ -28,15 +29,16 @@ using FillPart = std::function<WorldParticles(std::size_t part, const std::vecto
 /// Meshes all particles, of which no more than those in one part and around it are held at a time.
 /// All processes of the team call this; the first one gets the mesh.
 ///
-///   view   make_world_view()
-///   parts  fill all of space
-///   carry  whether what particles carry goes to the mesh
-///   params  of which `disorder` is 0 or more: no part could tell that of the whole frame
+///   view      make_world_view()
+///   parts     fill all of space
+///   disorder  of the whole frame, which no part could tell
+///   carry     whether what particles carry goes to the mesh
 ///
-/// Returns mesh and counts, the same as run_closed() of all particles.
+/// Returns mesh and counts, the same as run_closed() of all particles with this disorder.
 Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
                                const std::vector<BlockBox>& parts, const FillPart& fill,
-                               const ClosedParams& closed, const Parameters& params, bool carry,
+                               const ClosedParams& closed, const Parameters& params,
+                               const Disorder& disorder, bool carry,
                                std::vector<StageTime>* timings);
 
 }  // namespace meniscus

@@ -16,7 +16,7 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kSample = 1024, kFewest = 64;  // particles
+constexpr std::size_t kFewest = 64;  // particles that tell
 // Variations of the distances and of the density, from those of SPH to those of one particle
 // anywhere in each cube of a lattice.
 constexpr double kEvenDistances = 0.065, kUnevenDistances = 0.265;
@@ -56,10 +56,8 @@ double variation_of(const std::vector<double>& values) {
 
 // What some particles see that lie inside the fluid: of others the distances do not tell their
 // order.
-std::vector<Around> look_inside(const Projected& particles, const Cells& cells) {
-  const std::size_t n = particles.size(), every = 1 + n / kSample;
-  std::vector<std::int32_t> asked;
-  for (std::size_t i = 0; i < n; i += every) asked.push_back(static_cast<std::int32_t>(i));
+std::vector<Around> look_inside(const Projected& particles, const std::vector<std::int32_t>& asked,
+                                const Cells& cells) {
   const NearLists lists = list_near(particles, asked, cells, kRelaxReach);
   std::vector<Around> sample;
   for (std::size_t k = 0; k < asked.size(); ++k) {
@@ -136,8 +134,9 @@ std::vector<Vec3d> places_of(const Projected& particles) {
 
 }  // namespace
 
-ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
-  const std::vector<Around> sample = look_inside(particles, cells);
+ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& asked,
+                            const Cells& cells) {
+  const std::vector<Around> sample = look_inside(particles, asked, cells);
   if (sample.size() < kFewest) return {};
   ParticleOrder order;
   std::size_t others = 0;
@@ -159,6 +158,13 @@ ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   order.distances = variation_of(nearest);
   order.density = variation_of(density);
   return order;
+}
+
+ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
+  const std::size_t n = particles.size(), every = 1 + n / kOrderSample;
+  std::vector<std::int32_t> asked;
+  for (std::size_t i = 0; i < n; i += every) asked.push_back(static_cast<std::int32_t>(i));
+  return measure_order(particles, asked, cells);
 }
 
 double Disorder::unit() const { return between(1, kCoarsestUnit, anywhere()); }
@@ -227,9 +233,10 @@ void relax(Projected& particles, double spacing, double disorder) {
   }
 }
 
-double relax_influence() {
+double relax_influence(const Disorder& disorder) {
+  if (disorder.amount == 0) return 0;
   // Each round looks at who was in the list, and so does what is taken back.
-  return (kRelaxRounds + 1) * kWider * kRelaxReach;
+  return (kRelaxRounds + 1) * kWider * kRelaxReach / 2 * disorder.spacing / disorder.unit();
 }
 
 void even_out(Projected& particles, Cells& cells, const Disorder& disorder) {

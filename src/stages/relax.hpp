@@ -8,6 +8,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
@@ -27,9 +30,15 @@ struct ParticleOrder {
   double spacing = 2;    // particle radii: of a lattice of cubes that is as dense as the particles
 };
 
-/// Measured at up to 1,024 of them, of these at the half with the most others within kRelaxReach.
+/// Measured at some particles, of these at the half with the most others within kRelaxReach.
 ///
-///   cells  of them, of side kRelaxReach
+///   asked  indices of the some
+///   cells  of all particles, of side kRelaxReach
+ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& asked,
+                            const Cells& cells);
+
+/// The same at up to kOrderSample of all particles, spread over their order.
+inline constexpr std::size_t kOrderSample = 1024;
 ParticleOrder measure_order(const Projected& particles, const Cells& cells);
 
 /// How irregularly particles lie, and what follows from it.
@@ -46,6 +55,7 @@ struct Disorder {
   double unit() const;
   /// What a particle adds to the density field where lengths are in this unit.
   float mass() const;
+  bool operator==(const Disorder&) const = default;
 };
 
 /// The amount from 0 to 1: the distances' variation from .065 to .265, or that of the density from
@@ -71,9 +81,9 @@ Disorder find_disorder(const Projected& particles, const Cells& cells, const Par
 /// particles were, see project_again().
 void relax(Projected& particles, double spacing, double disorder);
 
-/// Particle radii: who lies farther away has no say in where relax() puts a particle, with a
-/// spacing of two radii.
-double relax_influence();
+/// Who lies farther away has no say in where even_out() puts a particle; in the disorder's unit of
+/// length.
+double relax_influence(const Disorder& disorder);
 
 /// Relaxes particles as far as their disorder says, where there is any.
 ///

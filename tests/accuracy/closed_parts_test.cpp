@@ -92,25 +92,24 @@ void expect_same(const Extraction& made, const Extraction& whole, const std::str
   EXPECT_EQ(made.counts.fits, whole.counts.fits) << of;
 }
 
-void expect_same_in_parts(const Particles& particles, double disorder = 0) {
+void expect_same_in_parts(const Particles& particles, const Disorder& disorder = {}) {
   Device device;
   StageClock clock(device, nullptr);
   std::vector<Notice> notices;
   const Camera none;
-  Parameters params;
-  params.disorder = disorder;
+  const Parameters params;
   const ClosedParams closed;
   const auto source = source_of(particles);
   const FilledFrame frame =
       fill_everything({device, none, params, kStreamMemory, clock, notices}, *source);
   const WorldParticles& all = frame.particles;
-  const Extraction whole = run_closed(device, frame.view, all, closed, params, nullptr);
+  const Extraction whole = run_closed(device, frame.view, all, closed, params, disorder, nullptr);
   const auto in_parts = [&](const std::vector<BlockBox>& parts) {
     const FillPart fill = [&](std::size_t, const std::vector<SpaceBox>& boxes, const SpaceBox&) {
       return some_of(all, frame.view, boxes[0]);
     };
-    return run_closed_in_parts(device, frame.view, alone(), parts, fill, closed, params, true,
-                               nullptr);
+    return run_closed_in_parts(device, frame.view, alone(), parts, fill, closed, params, disorder,
+                               true, nullptr);
   };
   for (const int parts : {1, 2, 3, 7}) {
     const std::vector<BlockBox> boxes = cut(all, frame.view, parts, 0);
@@ -162,11 +161,18 @@ TEST(ClosedParts, HaveTheBytesOfALongBar) { expect_same_in_parts(long_bar(0.1f, 
 TEST(ClosedParts, HaveTheBytesOfANoisyBar) { expect_same_in_parts(long_bar(0.35f, 0)); }
 
 // Particles that are evened out first, which takes others from farther away.
-TEST(ClosedParts, HaveTheBytesOfAnIrregularBar) { expect_same_in_parts(long_bar(0.58f, 0), 1); }
+TEST(ClosedParts, HaveTheBytesOfAnIrregularBar) {
+  expect_same_in_parts(long_bar(0.58f, 0), {.amount = 1});
+}
 
 // Particles that lie anywhere, whose unit of length is not the particle radius.
 TEST(ClosedParts, HaveTheBytesOfABarOfParticlesAnywhere) {
-  expect_same_in_parts(long_bar(0.9f, 0), 1.6);
+  expect_same_in_parts(long_bar(0.9f, 0), {.amount = 1.6});
+}
+
+// Whose spacing is not twice the particle radius: forces reach farther.
+TEST(ClosedParts, HaveTheBytesOfABarWhoseParticlesLieFarApart) {
+  expect_same_in_parts(long_bar(0.58f, 0), {.amount = 1, .spacing = 2.4});
 }
 
 // Drops of seven particles, no fit of which is trusted: none reaches as far as fits nearly always

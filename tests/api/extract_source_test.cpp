@@ -161,6 +161,37 @@ TEST_F(ExtractSource, TellsHowIrregularlyTheParticlesLay) {
   EXPECT_EQ(disorder_of(flip), 0);
 }
 
+// A frame that streams is told by samples; its parts are made with what they tell.
+TEST_F(ExtractSource, ClosesIrregularParticlesThatStreamAsThoseAtHand) {
+  const DamBreak irregular(270000, 1, 0.29);
+  const Particles flip = irregular.particles();
+  ASSERT_GE(static_cast<std::int64_t>(flip.size()), kStreamed);
+  const Surface surface = extract_closed(device_, flip);
+  EXPECT_NEAR(surface.disorder, 1, 0.15);
+  EXPECT_TRUE(same(surface, extract_closed(device_, flip, {.memory = 20 << 20}))) << "in parts";
+  Parameters parameters;
+  parameters.disorder = 0;
+  EXPECT_FALSE(same_bits(surface, extract_closed(device_, flip, {}, parameters)));
+}
+
+TEST_F(ExtractSource, ClosesOrderlyParticlesThatStreamAsTheyAre) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0, 0.1f);  // radii
+  Particles lattice;
+  lattice.particle_radius = 1;
+  for (int i = 0; i < 65 * 65 * 64; ++i) {
+    lattice.x.push_back(2.0f * (i % 65) + noise(random));
+    lattice.y.push_back(2.0f * (i / 65 % 65) + noise(random));
+    lattice.z.push_back(2.0f * (i / (65 * 65)) + noise(random));
+  }
+  ASSERT_GE(static_cast<std::int64_t>(lattice.size()), kStreamed);
+  Parameters parameters;
+  parameters.disorder = 0;
+  const Surface surface = extract_closed(device_, lattice);
+  EXPECT_EQ(surface.disorder, 0);
+  EXPECT_TRUE(same(surface, extract_closed(device_, lattice, {}, parameters)));
+}
+
 // Where particles are thinned.
 TEST_F(ExtractSource, TellsThatTheRadiusDoesNotFitTheSpacing) {
   const double fitting = frame().particle_radius;

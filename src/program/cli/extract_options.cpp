@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <utility>
 
 #include "api/framing.hpp"
@@ -58,9 +59,11 @@ CLI::Option* add_choice(CLI::App& command, const std::string& name, T& value,
   return command.add_option_function<std::string>(name, set, effect)->type_name("WORD");
 }
 
-/// --footprint and all the others of parameter_list.hpp, under their headings.
-void add_parameters(CLI::App& command, Parameters& parameters) {
+/// --footprint and all the others of parameter_list.hpp that are wanted, under their headings.
+void add_parameters(CLI::App& command, Parameters& parameters,
+                    const std::function<bool(const std::string& name)>& wanted) {
   for (const ParameterEntry& entry : parameter_list(parameters)) {
+    if (!wanted(entry.name)) continue;
     char value[32];
     std::snprintf(value, sizeof value, "%g", entry.get());
     const std::string unit = entry.unit.empty() ? "" : entry.unit + ", ";
@@ -350,7 +353,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
                        {"glass", Preview::glass}},
                       "what the PNG shows: lit (default), normal, depth, groups or glass (what "
                       "lies behind, refracted twice)");
-  add_parameters(command, o.parameters);
+  add_parameters(command, o.parameters, [](const std::string&) { return true; });
 }
 
 void add_mesh_options(CLI::App& command, ExtractOptions& o) {
@@ -386,6 +389,7 @@ void add_mesh_options(CLI::App& command, ExtractOptions& o) {
   add_no_motion_option(command, o);
   add_threads_option(command, o.threads);
   add_talk_options(command, o);
+  add_parameters(command, o.parameters, [](const std::string& name) { return name == "disorder"; });
   add_sequence_options(command, o);
 }
 

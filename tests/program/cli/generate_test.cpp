@@ -38,7 +38,11 @@ TEST_F(ProgramGenerate, MakesParticlesWhoseDisorderIsTold) {
   std::vector<std::string> given = extract;
   given.insert(given.end(), {"--disorder", "0.5"});
   EXPECT_THAT(run(given).err, testing::HasSubstr("0.50 of 2, given"));
-  EXPECT_THAT(run({"mesh", "dam.ply", "-o", "mesh.ply"}).err, testing::HasSubstr("disorder   1."));
+  const std::vector<std::string> mesh{"mesh", "dam.ply", "-o", "mesh.ply"};
+  EXPECT_THAT(run(mesh).err, testing::HasSubstr("disorder   1."));
+  given = mesh;
+  given.insert(given.end(), {"--disorder", "0.5"});
+  EXPECT_THAT(run(given).err, testing::HasSubstr("0.50 of 2, given"));
 }
 
 TEST_F(ProgramGenerate, TakesRoundNumbersInShort) {
