@@ -26,11 +26,15 @@
 #define ENOUGH 0.1f
 // Sheets whose centres lie within this of each other's planes are between convex and concave.
 #define HINGE 0.25f
-// Blend and field are compared as in settle.cl.
+// Blend and field are compared as in settle.cl, which has the same for a disorder of 1.
 #define NEAR_FIELD 0.5f
 #define OFF_FIELD 1.0f
 #define TURNED_OFF 0.6f
 #define TURNED_ALIKE 0.92f
+#define NEAR_MORE 0.5f
+#define OFF_MORE 1.0f
+#define TURNED_OFF_MORE (-0.6f)
+#define TURNED_ALIKE_MORE (-0.32f)
 
 // A function's value and gradient.
 typedef struct {
@@ -359,14 +363,15 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
 // F and its gradient at points that lie in few cells of a row, where wanted.
 inline void implicit_at(const Cells cells, global const float* weight, const FitCells fits,
                         const floatv x, const floatv y, const floatv z, const intv wanted,
-                        const float2 limits, const float2 sheets, Level* result) {
+                        const Implicit of, Level* result) {
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
+  const float2 limits = (float2)(of.contour, of.level), sheets = (float2)(of.same_low, of.same_high);
   int item[LISTED + 2 * WIDTH], count;
   Search search = search_of(cells, box_of(x, y, z, wanted), SUPPORT);
   Fields sum = {none, none, none, none, none};
   while ((count = list_more(&search, cells, item)) > 0)
     add_fields(cells, weight, item, count, x, y, z, &sum);
-  const floatv c = sum.c * NORM, l = sum.l * (NORM / limits.y);
+  const floatv c = sum.c * (NORM * of.mass), l = sum.l * (NORM / limits.y);
   const float steep = -4.0f * NORM / limits.y;
   const floatv gx = sum.gx * steep, gy = sum.gy * steep, gz = sum.gz * steep;
   const floatv size = sqrt(square_of(gx, gy, gz));
@@ -385,8 +390,10 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
     const floatv apart = fabs(fitted.level.f - level.f);
     const floatv alike =
         dot_of(fitted.level.x, fitted.level.y, fitted.level.z, level.x, level.y, level.z);
-    const floatv agreement = (1.0f - smooth_step(NEAR_FIELD, OFF_FIELD, apart)) *
-                             smooth_step(TURNED_OFF, TURNED_ALIKE, alike);
+    const float d = of.disorder;
+    const floatv agreement =
+        (1.0f - smooth_step(NEAR_FIELD + NEAR_MORE * d, OFF_FIELD + OFF_MORE * d, apart)) *
+        smooth_step(TURNED_OFF + TURNED_OFF_MORE * d, TURNED_ALIKE + TURNED_ALIKE_MORE * d, alike);
     const floatv compared = clamp(100.0f * doubt, 0.0f, 1.0f) * (1.0f - fitted.edge);
     share *= (1.0f - compared * (1.0f - agreement)) * (1.0f - smooth_step(FILLING, FILLED, c));
     level = mix_of(level, fitted.level, SELECT(none, share, open));
@@ -402,7 +409,6 @@ kernel void measure_implicit(
     CELLS(foot_), CELLS_WITH(cell_, level_weight),
     const Implicit of) {
   const int p = get_global_id(0) * WIDTH, n = of.count, stride = of.stride;
-  const float2 limits = (float2)(of.contour, of.level), sheets = (float2)(of.same_low, of.same_high);
   if (p >= n) return;
   const Cells cells = CELLS_OF(cell_);
   const FitCells fits = {CELLS_OF(foot_), records, of.reach};
@@ -413,7 +419,7 @@ kernel void measure_implicit(
   while (ANY(points.left)) {
     const intv here = take_cells(&points, SPAN);
     Level at;
-    implicit_at(cells, level_weight, fits, px, py, pz, here, limits, sheets, &at);
+    implicit_at(cells, level_weight, fits, px, py, pz, here, of, &at);
     level = select_level(level, at, here);
   }
   const Vector v = unit_of(level.x, level.y, level.z);

@@ -171,6 +171,8 @@ RECORD(Implicit) {
   float reach;                // of the fits' weights, at most, particle radii
   float contour, level;       // as of FieldLimits
   float same_low, same_high;  // as of Blending
+  float mass;                 // of a particle, see upload_cells()
+  float disorder;             // of the particles, 0 .. 1
 };
 
 // What a pass fits with (particle_fit.cl).

@@ -80,7 +80,7 @@ Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
   made.mesh = place_vertices(grid, edges, {});
   settle_vertices(device, fluid.function, made.mesh);
   join_vertices(grid, edges, made.mesh);
-  drop_crumbs(made.mesh, kLeastFluid, kLeastAir);
+  drop_crumbs(made.mesh, kLeastFluid, least_air(placed.disorder));
   made.fits = std::move(fluid.fits);
   return made;
 }

@@ -16,6 +16,7 @@
 #include "stages/implicit.hpp"
 #include "stages/particle_fit.hpp"
 #include "stages/project.hpp"
+#include "stages/relax.hpp"
 
 namespace meniscus {
 
@@ -23,8 +24,11 @@ namespace meniscus {
 inline constexpr int kCrossingRounds = 6;
 inline constexpr double kCrossingEnough = 0.004;
 
-/// See drop_crumbs(); particle radii cubed. A lone particle is drawn as 4.2; a particle takes 8.
-inline constexpr double kLeastFluid = 1, kLeastAir = 8;
+/// See drop_crumbs(); in the unit of length, cubed. A lone particle is drawn as 4.2; a particle
+/// takes
+/// 8. Among particles anywhere there are gaps as large as several.
+inline constexpr double kLeastFluid = 1;
+inline double least_air(const Disorder& disorder) { return between(8, 64, disorder.anywhere()); }
 
 /// Corners of cells of side `cell` are asked this near to particles that see air, particle radii;
 /// the surface is one radius outside them, and wherever else it goes more corners are asked for.

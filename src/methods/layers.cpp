@@ -151,7 +151,8 @@ Points seeds_of(Device& device, const KnownFluid& known) {
 
 // 2.4 and 2.5: the mesh that rays leave.
 DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>& front,
-                     const KnownFluid& known, const ImplicitFunction& function, StageClock& clock) {
+                     const KnownFluid& known, const ImplicitFunction& function,
+                     const Disorder& disorder, StageClock& clock) {
   clock.start("corners");
   ImplicitFunction field = function;
   field.alone = true;
@@ -168,7 +169,7 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   clock.start("mesh");
   DualMesh mesh = place_vertices(grid, edges, kPlacing);
   join_vertices(grid, edges, mesh);
-  drop_crumbs(mesh, kLeastFluid, kLeastAir);
+  drop_crumbs(mesh, kLeastFluid, least_air(disorder));
   return mesh;
 }
 
@@ -193,7 +194,8 @@ Layers find_layers(Device& device, const View& view, KnownFluid known,
   const ImplicitFunction function = make_implicit(
       device, make_records(known.fits, known.trust, params.fit, kBlendReach * params.blend.radius),
       known.levelled, params);
-  const DualMesh mesh = mesh_behind(device, view, front, known, function, clock);
+  const DualMesh mesh =
+      mesh_behind(device, view, front, known, function, {.amount = params.disorder}, clock);
   clock.start("layers");
   Layers layers = trace_layers(view, mesh, front, params.layers);
   clock.stop();

@@ -4,6 +4,7 @@
 
 #include "device/kernels.hpp"
 #include "device/together.hpp"
+#include "stages/relax.hpp"
 
 namespace meniscus {
 namespace {
@@ -45,6 +46,9 @@ ImplicitFunction make_implicit(Device& device, const BlendRecords& records,
                       static_cast<float>(params.region.blob_density)}};
   function.sheets = {
       {static_cast<float>(params.blend.same_low), static_cast<float>(params.blend.same_high)}};
+  const Disorder disorder{.amount = std::max(params.disorder, 0.0)};
+  function.mass = disorder.mass();
+  function.disorder = static_cast<float>(disorder.within_cubes());
   return function;
 }
 
@@ -75,10 +79,15 @@ Levels measure_implicit(Device& device, const ImplicitFunction& function, const 
     std::copy_n(points.z.data() + first, count, arrays.data<2>());
     const auto [x, y, z] = arrays.done();
     const float reach = function.alone ? -1.0f : function.reach;
-    const meniscus::records::Implicit of{
-        static_cast<int>(count), static_cast<int>(stride), reach,
-        function.limits.s[0],    function.limits.s[1],     function.sheets.s[0],
-        function.sheets.s[1]};
+    const meniscus::records::Implicit of{static_cast<int>(count),
+                                         static_cast<int>(stride),
+                                         reach,
+                                         function.limits.s[0],
+                                         function.limits.s[1],
+                                         function.sheets.s[0],
+                                         function.sheets.s[1],
+                                         function.mass,
+                                         function.disorder};
     const auto result = allocate<float>(device, 4 * stride);
     launch(device, kernels::measure_implicit, width,
            {(count + static_cast<std::size_t>(width) - 1) / static_cast<std::size_t>(width)},

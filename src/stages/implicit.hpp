@@ -19,6 +19,7 @@ struct ImplicitFunction {
   float reach = 0;               // of the fits' weights, at most, particle radii
   DeviceCells levelled;          // all particles, see level_cells()
   cl_float2 limits{}, sheets{};  // see implicit.cl
+  float mass = 1, disorder = 0;  // of the particles, see implicit.cl
   bool alone = false;            // the field speaks alone: F is asked for less than exactly
 };
 

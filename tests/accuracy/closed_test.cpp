@@ -53,6 +53,26 @@ INSTANTIATE_TEST_SUITE_P(Solids, ClosedMesh,
                                          Solid{"capsules", 0.06, 19, 0.2}),
                          [](const auto& info) { return std::string(info.param.scene); });
 
+// One particle anywhere for each s^3: gaps inside are no air, and what is told is as large as it
+// was. Bounds are about 1.5 times what is found.
+TEST(Closed, ParticlesAnywhereAreNearTheTruth) {
+  Device device;
+  for (const Solid& solid : {Solid{"sphere", 0.2, 9.5, 0}, Solid{"notch", 0.25, 35, 0.45}}) {
+    const Scene& scene = find_scene(solid.scene);
+    const Surface surface = extract_closed(device, make_particles(scene, 0, 1, Filling::random));
+    EXPECT_EQ(surface.disorder, 2) << solid.scene;
+    const ClosedFigures f = measure_closed(scene, volume(scene), surface.mesh);
+    EXPECT_EQ(f.open_edges + f.bad_edges + f.bad_vertices + f.bubbles, 0) << solid.scene;
+    EXPECT_EQ(f.pieces, 1) << solid.scene;
+    EXPECT_NEAR(f.volume, 0, 0.015) << solid.scene;
+    EXPECT_LT(f.distance_rms, solid.distance) << solid.scene;
+    EXPECT_LT(f.normal_95, solid.normal_95) << solid.scene;
+    if (solid.crease > 0) {
+      EXPECT_LT(f.crease_rms, solid.crease);
+    }
+  }
+}
+
 bool same(const Mesh& a, const Mesh& b) {
   return a.position == b.position && a.normal == b.normal && a.triangle == b.triangle;
 }

@@ -20,10 +20,12 @@ struct Implicit {
   double margin = std::numeric_limits<double>::infinity();  // by which, at least
 };
 
-/// The levelled field, and the particles' density.
+/// The levelled field, and the particles' density; a particle's mass, and how irregularly they lie
+/// (0 .. 1).
 struct Fluid {
   Field levelled;
-  double density(const Vec3d& x) const { return reference::density(levelled.particles, x); }
+  double mass = 1, disorder = 0;
+  double density(const Vec3d& x) const { return mass * reference::density(levelled.particles, x); }
 };
 
 namespace detail {
@@ -174,8 +176,8 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
         std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
     double share =
         trusted * std::clamp(4 * (c - contour * (1 - 0.7 * edge) + 0.1 * trusted), 0.0, 1.0);
-    const double agreement = (1 - smooth_passage(0.5, 1, std::abs(fitted.f - field.f))) *
-                             smooth_passage(0.6, 0.92, dot(fitted.g, field.g));
+    const double agreement =
+        reference::agreement(std::abs(fitted.f - field.f), dot(fitted.g, field.g), fluid.disorder);
     const double compared = std::clamp(100 * (1 - trusted), 0.0, 1.0) * (1 - edge);
     share *= (1 - compared * (1 - agreement)) * (1 - smooth_passage(0.9, 0.97, c));
     result = detail::mixed(field, fitted, share);

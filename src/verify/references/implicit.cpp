@@ -1,6 +1,7 @@
 // measure_implicit: a crowd of fits of three sheets above particles at random.
 #include "stages/implicit.hpp"
 
+#include "stages/relax.hpp"
 #include "verify/reference/implicit.hpp"
 #include "verify/references/cases.hpp"
 #include "verify/references/fits_by_hand.hpp"
@@ -30,15 +31,17 @@ reference::Fluid rounded(const reference::Fluid& fluid, Random& random) {
   return moved;
 }
 
-}  // namespace
-
-ReferenceErrors implicit_case(Device& device, int size) {
-  const Parameters params;
+// Of particles of this disorder.
+void compare(Device& device, int size, const Disorder& disorder, Worst& values, Worst& gradients) {
+  Parameters params;
+  params.disorder = disorder.amount;
   const GivenFits scene = crowd(2);
   reference::Fluid fluid = fluid_below(3);
+  fluid.mass = disorder.mass();
+  fluid.disorder = disorder.within_cubes();
   const Projected& particles = fluid.levelled.particles;
   const Cells cells = make_cells(particles.x, particles.y, particles.z, kDensitySupport);
-  const DeviceCells on_device = upload_cells(device, cells);
+  const DeviceCells on_device = upload_cells(device, cells, disorder.mass());
   const DeviceCells levelled = level_cells(device, on_device, params.region);
   const std::vector<float> weight = download(device, levelled.weight);
   fluid.levelled.weight.resize(particles.size());
@@ -59,7 +62,6 @@ ReferenceErrors implicit_case(Device& device, int size) {
   const Levels found =
       measure_implicit(device, make_implicit(device, records, levelled, params), points);
 
-  Worst values("measure_implicit", "value"), gradients("measure_implicit", "gradient");
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vec3d at(points.x[k], points.y[k], points.z[k]);
     const reference::Implicit expected =
@@ -81,6 +83,14 @@ ReferenceErrors implicit_case(Device& device, int size) {
     values.see(found.value[k], expected.value, value_error, 1);
     gradients.see(length(Vec3d(found.gradient[k]) - expected.gradient), 0, gradient_error, 1);
   }
+}
+
+}  // namespace
+
+ReferenceErrors implicit_case(Device& device, int size) {
+  Worst values("measure_implicit", "value"), gradients("measure_implicit", "gradient");
+  for (const double disorder : {0.0, 0.5, 1.6})
+    compare(device, size, {.amount = disorder}, values, gradients);
   return {values.error(), gradients.error()};
 }
 
