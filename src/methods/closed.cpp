@@ -16,6 +16,7 @@
 #include "stages/particle_fit.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
+#include "stages/splash.hpp"
 #include "stages/surface.hpp"
 #include "stages/trust.hpp"
 
@@ -121,6 +122,10 @@ FluidField measure_field(Device& device, const PlacedFluid& fluid, const Paramet
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
   field.levelled =
       level_cells(device, field.cells, Measured::near_air, params.region, field.gradients);
+  if (fluid.disorder.amount > 0)
+    raise_splash(device, fluid.host_cells,
+                 split_splash(fluid.particles, fluid.host_cells, params.splash), fluid.disorder,
+                 params.region.blob_density, field.levelled);
   return field;
 }
 

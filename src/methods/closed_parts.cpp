@@ -335,7 +335,8 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   clock.start("join");
   JoinedMesh joined = join_parts(std::move(whole.mesh));
   const std::size_t vertices = joined.mesh.position.size();
-  const std::vector<std::uint32_t> kept = drop_crumbs(joined.mesh, kLeastFluid, least_air(disorder));
+  const std::vector<std::uint32_t> kept =
+      drop_crumbs(joined.mesh, kLeastFluid, least_air(disorder));
   result.mesh = to_world(coarse, std::move(joined.mesh));
   if (carry && !whole.carried.empty()) {
     const std::vector<Mesh>& carried = whole.carried;

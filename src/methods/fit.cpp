@@ -59,6 +59,8 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
                   for_disorder(params.region, fluid.disorder), fluid.measured.part<0>());
   clock.start("split");
   fluid.split = split_splash(fluid.particles, fluid.host_cells, params.splash);
+  raise_splash(device, fluid.host_cells, fluid.split, fluid.disorder,
+               for_disorder(params.region, fluid.disorder).blob_density, fluid.levelled);
   clock.start("visible");
   fluid.body = upload_splats(device, fluid.particles, fluid.split.body);
   return fluid;

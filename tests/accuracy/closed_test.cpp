@@ -111,6 +111,30 @@ TEST(Closed, MeshOfOneParticleIsASphere) {
   EXPECT_NEAR(f.volume, std::numbers::pi / 6, 0.02);
 }
 
+// Whatever unit of length and level of the field the fluid's disorder takes.
+TEST(Closed, DropsOfIrregularParticlesAreAsLargeAsTheyAre) {
+  Particles particles;
+  particles.particle_radius = 0.5;
+  particles.x = {0, 20, 21, 20.5};
+  particles.y = {0, 0, 0, 0.8f};
+  particles.z = {0, 0, 0, 0};
+  Device device;
+  for (const double disorder : {1.0, 1.5, 2.0}) {
+    Parameters parameters;
+    parameters.disorder = disorder;
+    const Mesh mesh = extract_closed(device, particles, {.cell = 0.2}, parameters).mesh;
+    const ClosedFigures f = check_topology(mesh);
+    EXPECT_EQ(f.pieces, 2) << disorder;
+    // As Closed.MeshOfOneParticleIsASphere; the kernels' polynomial is the spline's to 1/100.
+    for (const Vec3& at : mesh.position)
+      if (at.x < 10) {
+        EXPECT_NEAR(std::hypot(at.x, at.y, at.z), 0.5, 0.01) << disorder;
+      }
+    // Three particles have a volume of 3.
+    EXPECT_NEAR(f.volume - std::numbers::pi / 6, 3, 1) << disorder;
+  }
+}
+
 TEST(Closed, MeshCarriesVelocitiesAndAttributes) {
   Particles particles = make_particles(find_scene("sphere"), 0.05, 3);
   const std::size_t n = particles.size();

@@ -161,6 +161,24 @@ TEST_F(ExtractSource, TellsHowIrregularlyTheParticlesLay) {
   EXPECT_EQ(disorder_of(flip), 0);
 }
 
+// A view draws a lone particle as large as it is, too.
+TEST_F(ExtractSource, DrawsDropsOfIrregularParticles) {
+  Particles one;
+  one.x = one.y = one.z = {0};
+  one.particle_radius = 1;
+  const Camera camera = look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 20, 400, 400);
+  Parameters parameters;
+  parameters.disorder = 0;
+  const auto pixels = static_cast<double>(extract(device_, one, camera, parameters).counts.pixels);
+  EXPECT_GT(pixels, 10000);
+  for (const double disorder : {1.0, 1.5, 2.0}) {
+    parameters.disorder = disorder;
+    EXPECT_NEAR(static_cast<double>(extract(device_, one, camera, parameters).counts.pixels),
+                pixels, 0.05 * pixels)
+        << disorder;
+  }
+}
+
 // A frame that streams is told by samples; its parts are made with what they tell.
 TEST_F(ExtractSource, ClosesIrregularParticlesThatStreamAsThoseAtHand) {
   const DamBreak irregular(270000, 1, 0.29);
