@@ -39,28 +39,11 @@ void print(const std::string& scene, const std::string& method, const ClosedFigu
   std::fflush(stdout);
 }
 
-}  // namespace
+using Make = std::function<Mesh(const Particles&)>;
+using Methods = std::vector<std::pair<std::string, Make>>;
 
-void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
-                       const ClosedOptions& options) {
-  Device device(common.device);
-  using Make = std::function<Mesh(const Particles&)>;
-  std::vector<std::pair<std::string, Make>> methods;
-  for (const double adaptive : {0.0, kAdaptive})
-    for (const double cell : options.cells)
-      methods.emplace_back((adaptive > 0 ? "adaptive " : "cell ") + printed("%g", cell),
-                           [&device, closed = ClosedParams{.cell = cell, .adaptive = adaptive}](
-                               const Particles& particles) {
-                             return extract_closed(device, particles, closed).mesh;
-                           });
-  if (options.splashsurf)
-    methods.emplace_back("splashsurf", [&](const Particles& particles) {
-      return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);
-    });
-  if (!options.openvdb.empty())
-    methods.emplace_back("openvdb", [&](const Particles& particles) {
-      return reconstruct_with_openvdb(options.openvdb, particles, kParticleRadius);
-    });
+void measure_setting(const Methods& methods, const ScenesOptions& scenes, const Setup& setup,
+                     const std::string& meshes, const std::string& prefix) {
   std::printf("%-12s %-12s %8s %8s %8s %8s %8s %8s %8s %8s %8s %5s %5s %5s %5s %5s %7s\n", "scene",
               "method", "distance", "99.9 %", "normal", "95 %", "within", "95 %", "crease",
               "volume%", "triangl.", "open", "edges", "fans", "piece", "bubbl", "ms");
@@ -73,18 +56,17 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
     const double true_volume = volume(scene);
     for (const std::uint64_t seed : seeds_named(scenes.seeds)) {
       ++count;
-      const Particles particles = make_particles(scene, scenes.setup.noise, seed);
+      const Particles particles = make_particles(scene, setup.noise, seed, setup.filling);
       for (std::size_t m = 0; m < methods.size(); ++m) {
-        if (count == 1) methods[m].second(particles);  // builds kernels
         const auto begin = std::chrono::steady_clock::now();
         const Mesh mesh = methods[m].second(particles);
         const double took =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
         const ClosedFigures f = measure_closed(scene, true_volume, mesh);
         print(name, methods[m].first, f, took);
-        if (!options.meshes.empty())
-          write_mesh((std::filesystem::path(options.meshes) /
-                      (name + "_" + std::to_string(m) + "_" + std::to_string(seed) + ".ply"))
+        if (!meshes.empty())
+          write_mesh((std::filesystem::path(meshes) / (prefix + name + "_" + std::to_string(m) +
+                                                       "_" + std::to_string(seed) + ".ply"))
                          .string(),
                      mesh);
         ClosedFigures& s = sum[m];
@@ -118,6 +100,35 @@ void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
     s.crease_rms /= of_creases[m];
     print("mean", methods[m].first, s, seconds[m] / count);
   }
+}
+
+}  // namespace
+
+void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
+                       const ClosedOptions& options) {
+  Device device(common.device);
+  Methods methods;
+  for (const double adaptive : {0.0, kAdaptive})
+    for (const double cell : options.cells)
+      methods.emplace_back((adaptive > 0 ? "adaptive " : "cell ") + printed("%g", cell),
+                           [&device, closed = ClosedParams{.cell = cell, .adaptive = adaptive}](
+                               const Particles& particles) {
+                             return extract_closed(device, particles, closed).mesh;
+                           });
+  if (options.splashsurf)
+    methods.emplace_back("splashsurf", [&](const Particles& particles) {
+      return reconstruct_with_splashsurf(common.splashsurf, particles, kParticleRadius);
+    });
+  if (!options.openvdb.empty())
+    methods.emplace_back("openvdb", [&](const Particles& particles) {
+      return reconstruct_with_openvdb(options.openvdb, particles, kParticleRadius);
+    });
+  const Particles any = make_particles(find_scene("sphere"), 0, 1);
+  for (const auto& [name, make] : methods) make(any);  // builds kernels
+  for_each_setting(scenes.series, scenes.setup, Changes::particles,
+                   [&](const Setup& setup, const std::string& prefix) {
+                     measure_setting(methods, scenes, setup, options.meshes, prefix);
+                   });
 }
 
 }  // namespace meniscus::accuracy

@@ -43,12 +43,13 @@ struct ClosedOptions {
   std::string meshes;            // folder for the meshes; empty: they are not kept
 };
 
-/// Measures closed meshes of the analytic scenes: a row for each scene and seed, then the means (of
-/// volumes those of the absolute values; counts are sums).
+/// Measures closed meshes of the analytic scenes: for each setting a row for each scene and seed,
+/// then the means (of volumes those of the absolute values; counts are sums).
 void run_closed_scenes(const CommonOptions& common, const ScenesOptions& scenes,
                        const ClosedOptions& options);
 
-/// Measures layers along rays: a row for each scene and seed, then the means (pixels are sums).
+/// Measures layers along rays: for each setting a row for each scene and seed, then the means
+/// (pixels are sums).
 void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes);
 
 /// Measures the analytic scenes.

@@ -21,10 +21,7 @@ void print(const std::string& scene, const LayerFigures& f) {
   std::fflush(stdout);
 }
 
-}  // namespace
-
-void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes) {
-  Device device(common.device);
+void measure_setting(Device& device, const ScenesOptions& scenes, const Setup& setup) {
   std::printf("%-12s %8s %8s %9s %8s %8s %8s %8s %8s %9s %9s %9s %7s\n", "scene", "pixels", "inner",
               "thickness", "99.9 %", "front", "back", "normal", "95 %", "second %", "inner %",
               "number %", "films %");
@@ -34,13 +31,14 @@ void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes) 
     const Scene& scene = find_scene(name);
     if (!scene.splash.empty()) continue;  // whose truth is a field
     for (const std::uint64_t seed : seeds_named(scenes.seeds)) {
-      const Lens lens = lens_of(posed(scene, seed), scenes.setup.orthographic);
+      const Lens lens = lens_of(shown(scene, setup, seed), setup.orthographic);
       Parameters parameters;
       parameters.particle_radius = kParticleRadius;
       parameters.mesh = false;
       parameters.layers = 8;
-      const Surface surface = extract(device, make_particles(scene, scenes.setup.noise, seed),
-                                      camera_of(lens), parameters);
+      const Surface surface =
+          extract(device, make_particles(scene, setup.noise, seed, setup.filling), camera_of(lens),
+                  parameters);
       const LayerFigures f = measure_layers(trace_layers_of(scene, lens), surface);
       print(name, f);
       ++count;
@@ -62,6 +60,15 @@ void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes) 
         &LayerFigures::films})
     mean.*value /= count;
   print("mean", mean);
+}
+
+}  // namespace
+
+void run_layer_scenes(const CommonOptions& common, const ScenesOptions& scenes) {
+  Device device(common.device);
+  for_each_setting(
+      scenes.series, scenes.setup, Changes::view,
+      [&](const Setup& setup, const std::string&) { measure_setting(device, scenes, setup); });
 }
 
 }  // namespace meniscus::accuracy

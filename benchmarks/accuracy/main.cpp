@@ -107,7 +107,9 @@ int main(int argc, char** argv) {
   real_command.fallthrough();
   accuracy::add_real(real_command, real);
   CLI::App& closed_command = *app.add_subcommand(
-      "closed", "Measures closed meshes of the scenes; takes --scene, --seeds and --noise, too");
+      "closed",
+      "Measures closed meshes of the scenes; takes --scene, --seeds, --noise and those of --series "
+      "that change particles, too: main, noise, lattice, random");
   closed_command.fallthrough();
   closed_command.add_option("--cell", closed.cells, "Sides of cells, particle radii")
       ->delimiter(',');
@@ -120,7 +122,7 @@ int main(int argc, char** argv) {
   CLI::App& layers_command = *app.add_subcommand(
       "layers",
       "Measures where rays leave the scenes, and how much of them they cross, away from outlines; "
-      "takes --scene, --seeds, --noise and --ortho, too");
+      "takes --scene, --seeds, --noise, --ortho and --series without jitter, too");
   layers_command.fallthrough();
   try {
     app.parse(argc, argv);

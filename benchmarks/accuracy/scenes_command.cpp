@@ -15,8 +15,7 @@ namespace meniscus::accuracy {
 namespace {
 
 void print_header(const Series& series, const Setting& setting) {
-  std::printf("\nseries %s, setting %s: %s\n", series.name.c_str(), setting.name.c_str(),
-              series.what.c_str());
+  print_title(series, setting);
   std::printf("%-12s %-14s", "", "");
   for (const FigureField& field : figure_fields())
     std::printf(" %8s", field.name.substr(0, field.name.find('_')).c_str());
@@ -48,9 +47,8 @@ void print(const Row& row) {
 void write_pictures(const std::string& folder, const Row& row, const Case& scene_case,
                     const Surface& surface) {
   const std::string name = row.scene + "_" + row.method + "_" + std::to_string(scene_case.seed);
-  std::string prefix = row.series == "main" ? "" : row.series + "_" + row.setting + "_";
-  std::replace(prefix.begin(), prefix.end(), ' ', '_');
-  const std::string stem = (std::filesystem::path(folder) / (prefix + name)).string();
+  const std::string stem =
+      (std::filesystem::path(folder) / (file_prefix(row.series, row.setting) + name)).string();
   write_png(stem + "_lit.png", surface, Preview::lit);
   write_png(stem + "_normal.png", surface, Preview::normal);
   write_png(stem + "_groups.png", surface, Preview::groups);

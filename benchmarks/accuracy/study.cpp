@@ -23,13 +23,12 @@ Flow flow_of(const Case& scene_case, const Scene& scene, const Motion& motion, d
   return flow;
 }
 
-/// The scene as the setup and the seed show it.
+}  // namespace
+
 Scene shown(const Scene& scene, const Setup& setup, std::uint64_t seed) {
   const Scene turned = moved_back(posed(scene, seed), setup.distance);
   return setup.scale > 0 ? scaled(turned, setup.scale) : turned;
 }
-
-}  // namespace
 
 std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
                              const std::vector<std::uint64_t>& seeds, const Setup& setup) {

@@ -28,7 +28,7 @@ inline constexpr double kCrossingEnough = 0.004;
 /// takes
 /// 8. Among particles anywhere there are gaps as large as several.
 inline constexpr double kLeastFluid = 1;
-inline double least_air(const Disorder& disorder) { return between(8, 64, disorder.anywhere()); }
+inline double least_air(const Disorder& disorder) { return between(8, 128, disorder.anywhere()); }
 
 /// Corners of cells of side `cell` are asked this near to particles that see air, particle radii;
 /// the surface is one radius outside them, and wherever else it goes more corners are asked for.

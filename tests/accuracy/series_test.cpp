@@ -65,6 +65,28 @@ TEST(AccuracySeries, AllIsEverySeriesAndNamesAreTheirOwn) {
               AllOf(HasSubstr("'colour'"), HasSubstr("main, noise")));
 }
 
+TEST(AccuracySeries, AreTakenWhereTheyChangeWhatIsMeasured) {
+  std::vector<std::string> prefixes;
+  std::vector<double> noise;
+  const auto measure = [&](const accuracy::Setup& setup, const std::string& prefix) {
+    prefixes.push_back(prefix);
+    noise.push_back(setup.noise);
+  };
+  for_each_setting({"main", "lattice", "random"}, {.noise = 0.07}, Changes::particles, measure);
+  EXPECT_THAT(prefixes, ElementsAre("", "lattice_inside_", "lattice_deep_", "random_random_"));
+  EXPECT_THAT(noise, ElementsAre(0.07, 0.07, 0.07, 0));
+  const auto refused = [&](const std::string& series, Changes most) {
+    return text_of_thrown<InvalidArgument>([&] {
+      for_each_setting({"main", series}, {}, most, measure);
+    });
+  };
+  for (const char* series : {"spacing", "orthographic", "wide", "narrow", "jitter"})
+    EXPECT_THAT(refused(series, Changes::particles),
+                AllOf(HasSubstr(series), HasSubstr("one of main, noise, lattice, random")));
+  EXPECT_THAT(refused("jitter", Changes::view), HasSubstr("wide, narrow"));
+  EXPECT_EQ(prefixes.size(), 4) << "nothing is measured before that is refused";
+}
+
 TEST(AccuracySeeds, TuningAndReportingAreKeptApart) {
   EXPECT_THAT(seeds_named({"tuning"}), ElementsAre(1, 2, 3));
   EXPECT_THAT(seeds_named({"reporting"}), ElementsAre(1001, 1002, 1003));
