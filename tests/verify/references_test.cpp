@@ -6,6 +6,7 @@
 #include <set>
 
 #include "stages/stage_test_support.hpp"
+#include "verify/references/cases.hpp"
 #include "verify/references/worst.hpp"
 
 namespace meniscus::verify {
@@ -25,6 +26,13 @@ TEST_P(References, EveryStageIsWithinItsBounds) {
               << stage.stage << ", size " << size << ", width " << width << ": " << error.kernel
               << ", " << error.output;
       }
+}
+
+// Which weigh less, and whose fits and field are compared more widely.
+TEST_P(References, ImplicitOfIrregularParticlesIsWithinItsBounds) {
+  for (const double disorder : {0.5, 1.0, 1.6})
+    for (const ReferenceError& error : implicit_errors(device_, 600, {.amount = disorder}))
+      EXPECT_LE(error.ulp, error.allowed) << disorder << ": " << error.output;
 }
 
 struct Fault {

@@ -1,6 +1,7 @@
 // The cases of references.hpp, one function a stage.
 #pragma once
 
+#include "stages/relax.hpp"
 #include "verify/references.hpp"
 
 namespace meniscus::verify {
@@ -18,6 +19,8 @@ ReferenceErrors blend_case(Device& device, int size);
 ReferenceErrors stable_case(Device& device, int size);
 ReferenceErrors choose_groups_case(Device& device, int size);
 ReferenceErrors implicit_case(Device& device, int size);
+/// The same of particles of this disorder.
+ReferenceErrors implicit_errors(Device& device, int size, const Disorder& disorder);
 ReferenceErrors interpolate_case(Device& device, int size);
 ReferenceErrors behind_case(Device& device, int size);
 ReferenceErrors region_case(Device& device, int size);
