@@ -15,6 +15,7 @@
 #include "methods/closed.hpp"
 #include "methods/closed_parts.hpp"
 #include "methods/closed_steps.hpp"
+#include "methods/placed_fluid.hpp"
 #include "output/simplify.hpp"
 #include "output/straighten.hpp"
 #include "output/to_world.hpp"
@@ -102,9 +103,11 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
     // Where what some particles carry is not known, particles from anywhere may speak for them.
     if (carries && !frame.all_known) {
       const WorldParticles particles = fill(parts.size(), everything, {});
-      if (team.leads())
-        carry_values(filling.device, frame.view, place_particles(frame.view, particles), particles,
-                     params, made);
+      if (team.leads()) {
+        const View view = coarser(frame.view, disorder.unit());
+        const PlacedFluid fluid = even_fluid(view, disorder, place_particles(view, particles));
+        carry_values(filling.device, view, fluid.particles, particles, params, made);
+      }
     }
   }
   Surface surface;
