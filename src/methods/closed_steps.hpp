@@ -25,8 +25,7 @@ inline constexpr int kCrossingRounds = 6;
 inline constexpr double kCrossingEnough = 0.004;
 
 /// See drop_crumbs(); in the unit of length, cubed. A lone particle is drawn as 4.2; a particle
-/// takes
-/// 8. Among particles anywhere there are gaps as large as several.
+/// takes 8. Among particles anywhere there are gaps as large as several.
 inline constexpr double kLeastFluid = 1;
 inline double least_air(const Disorder& disorder) { return between(8, 128, disorder.anywhere()); }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 
+#include "base/exact_math.hpp"
 #include "base/parallel.hpp"
 
 namespace meniscus {
@@ -119,8 +119,9 @@ void raise_splash(Device& device, const Cells& cells, const SplashSplit& split,
   std::vector<float> weight = download(device, levelled.weight);
   for (std::size_t p = 0; p < weight.size(); ++p)
     if (std::binary_search(split.splash.begin(), split.splash.end(), cells.item[p]))
-      weight[p] = static_cast<float>(between(
-          weight[p], lone / std::pow(crowd_of(cells, p), kShared), disorder.within_cubes()));
+      weight[p] = static_cast<float>(
+          between(weight[p], lone * exp_negative(-kShared * logarithm(crowd_of(cells, p))),
+                  disorder.within_cubes()));
   levelled.weight = upload(device, weight);
 }
 
