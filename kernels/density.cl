@@ -55,12 +55,21 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
   return s;
 }
 
+// What is left of the factor of a lone particle where it is one of many, while that is above 1.
+#define AMONG_MANY 0.3f
+
 // Turns densities at the particles' own positions into the weights with which the field's level is
-// even: `level` for a lone particle (1/pi), 0.45 inside the fluid, so that a blob is a sphere of
-// the particle's radius and the field's face lies where the fitted one does.
-inline floatv level_weight(const floatv density, const float level) {
+// even: `level` for a lone particle, 0.45 inside the fluid, so that a blob is a sphere of the
+// particle's radius and the field's face lies where the fitted one does. The level of irregular
+// particles is too high for a lone one: where a particle's own share is most of the density, it counts
+// up to `lone` times, and drops, threads and thin sheets of any size take as much room as their
+// particles.
+inline floatv level_weight(const floatv density, const floatv own, const float level,
+                           const float lone) {
   const floatv t = clamp(2.25f * (density - 0.45f), 0.0f, 1.0f);
-  return level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
+  const floatv share = smaller(own / density, (floatv)(1.0f));
+  const floatv raised = larger(AMONG_MANY + (lone - AMONG_MANY) * share, (floatv)(1.0f));
+  return raised * (level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t))));
 }
 
 // The field's gradient (1 / particle radii) and value at the particles' own positions, in bucket
@@ -71,8 +80,9 @@ inline floatv level_weight(const floatv density, const float level) {
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global float* weight,  // [n] out
                               CELLS_WITH(cell_, cell_weight), const int n,
-                              const int least,      // 0: measure everywhere
-                              const float level) {  // of a lone particle, see level_weight
+                              const int least,    // 0: measure everywhere
+                              const float level,  // see level_weight
+                              const float lone) {
   const Cells cells = CELLS_OF(cell_);
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
@@ -97,7 +107,8 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
       scatter_float(none, result + n, own.at, own.used);
       scatter_float(none, result + 2 * n, own.at, own.used);
       scatter_float((floatv)(1.0f), result + 3 * n, own.at, own.used);
-      scatter_float(level_weight((floatv)(1.0f), level) * cell_weight[own.at[0]], weight, own.at,
+      const floatv mass = (floatv)(cell_weight[own.at[0]]);
+      scatter_float(level_weight((floatv)(1.0f), mass * NORM, level, lone) * mass, weight, own.at,
                     own.used);
     } else {
       STOREI(first + TO_INTV(LANES), place + count);
@@ -128,7 +139,8 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     scatter_float(gradient_of(f.gz), result + 2 * n, at, used);
     const floatv density = f.c * NORM;
     scatter_float(density, result + 3 * n, at, used);
-    scatter_float(level_weight(density, level) * gather_float(cell_weight, at), weight, at, used);
+    const floatv mass = gather_float(cell_weight, at);
+    scatter_float(level_weight(density, mass * NORM, level, lone) * mass, weight, at, used);
     k += number;
   }
 }

@@ -35,11 +35,11 @@ Case prepare_gradients(Frame& frame) {
   // Position and weight read; gradient, density and the levelled field's weight written.
   result.bytes = 36 * n;
   // A pair: difference 3, v 7, its powers and weight 3, kernel 6, its sum 2, its derivative 7,
-  // gradient 6. A particle: 4, its weight 11.
+  // gradient 6. A particle: 4, its weight 19.
   result.operations =
       34 * count_pairs(cells, download(frame.device, measure_gradients(frame.device, *device_cells,
                                                                        Measured::near_air))) +
-      15 * n;
+      23 * n;
   const RegionParams params;
   const auto field =
       std::make_shared<Buffer<float>>(allocate<float>(frame.device, 4 * cells.x.size()));
@@ -56,7 +56,8 @@ Case prepare_gradients(Frame& frame) {
                             own_weight->data(),
                             cells.x.size(),
                             kFilledCell,
-                            static_cast<float>(params.blob_density)};
+                            static_cast<float>(params.blob_density),
+                            1};
   result.native = [own, own_weight, input](Workers& workers) {
     workers.run(input.count, 256, [&](std::size_t begin, std::size_t end) {
       native::measure_gradients(input, begin, end);

@@ -16,7 +16,6 @@
 #include "stages/particle_fit.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
-#include "stages/splash.hpp"
 #include "stages/surface.hpp"
 #include "stages/trust.hpp"
 
@@ -116,16 +115,13 @@ Extraction mesh_fluid(Device& device, const PlacedFluid& fluid, const WorldParti
 
 double band_of(double cell) { return std::max(kBand, 1.8 * cell); }
 
-FluidField measure_field(Device& device, const PlacedFluid& fluid, const Parameters& params) {
+FluidField measure_field(Device& device, const PlacedFluid& fluid, const RegionParams& params) {
   FluidField field;
   field.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());
   field.gradients = allocate<float>(device, 4 * field.cells.x.size);
   field.levelled =
-      level_cells(device, field.cells, Measured::near_air, params.region, field.gradients);
-  if (fluid.disorder.amount > 0)
-    raise_splash(device, fluid.host_cells,
-                 split_splash(fluid.particles, fluid.host_cells, params.splash), fluid.disorder,
-                 params.region.blob_density, field.levelled);
+      level_cells(device, field.cells, Measured::near_air, for_disorder(params, fluid.disorder),
+                  field.gradients, lone_factor(params, fluid.disorder));
   return field;
 }
 
@@ -137,7 +133,7 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   const double disorder = params.disorder;
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");
-  const auto [cells, levelled, field] = measure_field(device, even, params);
+  const auto [cells, levelled, field] = measure_field(device, even, given.region);
   clock.start("surface");
   FieldSurface found;
   {

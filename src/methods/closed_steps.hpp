@@ -39,8 +39,8 @@ struct FluidField {
   Buffer<float> gradients;  // measure_gradients() over the cells, near air
 };
 
-/// Does not wait.
-FluidField measure_field(Device& device, const PlacedFluid& fluid, const Parameters& params);
+/// Its level is that of the fluid's disorder. Does not wait.
+FluidField measure_field(Device& device, const PlacedFluid& fluid, const RegionParams& params);
 
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.

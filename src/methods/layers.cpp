@@ -213,7 +213,7 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
   if (placed.size() == 0) return trace_layers(view, {}, front, given.layers);
   const Parameters params = for_disorder(given, disorder);
   clock.start("field");
-  const auto [cells, levelled, field] = measure_field(device, fluid, params);
+  const auto [cells, levelled, field] = measure_field(device, fluid, given.region);
   clock.start("surface");
   FieldSurface found;
   {

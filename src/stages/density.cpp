@@ -67,7 +67,7 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measur
 }
 
 DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where,
-                        const RegionParams& params, const Buffer<float>& field) {
+                        const RegionParams& params, const Buffer<float>& field, double lone) {
   const std::size_t n = cells.x.size;
   const int width = device.state().wide_width();
   DeviceCells levelled = cells;
@@ -75,13 +75,13 @@ DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where
   launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), field,
          levelled.weight, cells_with(cells, cells.weight), static_cast<cl_int>(n),
          where == Measured::everywhere ? 0 : kFilledCell,
-         static_cast<cl_float>(params.blob_density));
+         static_cast<cl_float>(params.blob_density), static_cast<cl_float>(lone));
   return levelled;
 }
 
 DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params,
-                        Measured where) {
-  return level_cells(device, cells, where, params, allocate<float>(device, 4 * cells.x.size));
+                        Measured where, double lone) {
+  return level_cells(device, cells, where, params, allocate<float>(device, 4 * cells.x.size), lone);
 }
 
 }  // namespace meniscus

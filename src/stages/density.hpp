@@ -74,11 +74,14 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells,
 
 /// The same into `field`, 4 n values, and cells whose weights even the field's level out:
 /// params.blob_density for a lone particle, 0.45 inside the fluid. Does not wait.
+///
+///   lone  times its weight a lone particle counts, >= 1 (lone_factor()); others the less of it the
+///         more they are among others
 DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where,
-                        const RegionParams& params, const Buffer<float>& field);
+                        const RegionParams& params, const Buffer<float>& field, double lone = 1);
 
 /// These cells alone.
 DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params,
-                        Measured where = Measured::everywhere);
+                        Measured where = Measured::everywhere, double lone = 1);
 
 }  // namespace meniscus

@@ -37,6 +37,12 @@ constexpr std::size_t kGrain = 512;  // particles that are worth a thread
 // in a plane, do not tell how the motion that they have in common changes from place to place.
 constexpr double kFewNeighbours = 0.3;
 
+// The density field of a lone particle of weight 1, at most two particle radii away.
+double density_of_one(double away) {
+  const double q = away / 2;
+  return (1 - 1.5 * q * q * (1 - q / 2)) / std::numbers::pi;
+}
+
 // What a particle sees of others.
 struct Around {
   std::vector<double> squared;  // distances within kRelaxReach
@@ -250,6 +256,12 @@ RegionParams for_disorder(RegionParams params, const Disorder& disorder) {
   params.blob_density =
       std::max(params.blob_density, between(params.blob_density, level, disorder.within_cubes()));
   return params;
+}
+
+double lone_factor(const RegionParams& params, const Disorder& disorder) {
+  const double at_its_radius = disorder.mass() * density_of_one(1 / disorder.unit());
+  return for_disorder(params, disorder).blob_density /
+         between(params.blob_density, at_its_radius, disorder.within_cubes());
 }
 
 Parameters for_disorder(Parameters params, const Disorder& disorder) {

@@ -95,6 +95,11 @@ void even_out(Projected& particles, Cells& cells, const Disorder& disorder);
 /// itself is rather one that noise has moved than a drop.
 RegionParams for_disorder(RegionParams params, const Disorder& disorder);
 
+/// How many times its weight a lone particle counts in the levelled field (level_cells()), so that
+/// it is drawn as large as a lone orderly one, and from a disorder of 1 on as large as it is,
+/// whatever for_disorder() makes of the level; 1 without disorder.
+double lone_factor(const RegionParams& params, const Disorder& disorder);
+
 /// Parameters for particles that were relaxed, in the disorder's unit of length: supports, scales
 /// and normals as noise wants them, in between for a disorder in between; its amount is stored with
 /// them.

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <numbers>
 
-#include "base/exact_math.hpp"
 #include "base/parallel.hpp"
 
 namespace meniscus {
@@ -49,29 +47,6 @@ std::vector<char> mark_body(const Cells& cells, float link, std::size_t largest)
   return state;
 }
 
-// The power of how many times as dense a drop is as a lone particle that its particles' weights are
-// less by: drops of two to six are then as large as so many particles, to a third.
-constexpr double kShared = 0.8;
-
-// The density field of a lone particle, so far away.
-double density_of_one(double away) {
-  const double q = away / 2;
-  if (q >= 2) return 0;
-  const double far = 2 - q;
-  return (q < 1 ? 1 - 1.5 * q * q * (1 - q / 2) : far * far * far / 4) / std::numbers::pi;
-}
-
-// How many times as dense the field is at a particle as at a lone one.
-double crowd_of(const Cells& cells, std::size_t p) {
-  const Vec3d own{cells.x[p], cells.y[p], cells.z[p]};
-  double density = 0;
-  visit_near(cells, cells.x[p], cells.y[p], cells.z[p], [&](std::int32_t q) {
-    density += density_of_one(length(Vec3d{cells.x[q], cells.y[q], cells.z[q]} - own));
-    return true;
-  });
-  return density / density_of_one(0);
-}
-
 }  // namespace
 
 SplashSplit split_splash(const Projected& projected, const Cells& given,
@@ -110,19 +85,6 @@ SplashSplit split_splash(const Projected& projected, const Cells& given,
   for (std::int32_t i = 0; i < n; ++i)
     (state[i] == kSplash ? split.splash : split.body).push_back(i);
   return split;
-}
-
-void raise_splash(Device& device, const Cells& cells, const SplashSplit& split,
-                  const Disorder& disorder, double level, DeviceCells& levelled) {
-  if (disorder.amount == 0 || split.splash.empty()) return;
-  const double lone = level / density_of_one(1 / disorder.unit());
-  std::vector<float> weight = download(device, levelled.weight);
-  for (std::size_t p = 0; p < weight.size(); ++p)
-    if (std::binary_search(split.splash.begin(), split.splash.end(), cells.item[p]))
-      weight[p] = static_cast<float>(
-          between(weight[p], lone * exp_negative(-kShared * logarithm(crowd_of(cells, p))),
-                  disorder.within_cubes()));
-  levelled.weight = upload(device, weight);
 }
 
 }  // namespace meniscus

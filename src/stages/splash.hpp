@@ -5,9 +5,7 @@
 
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
-#include "stages/density.hpp"
 #include "stages/project.hpp"
-#include "stages/relax.hpp"
 
 namespace meniscus {
 
@@ -27,15 +25,5 @@ inline constexpr float kLargestDrop = 16;
 ///   cells  of all projected particles, of any side; used where it is no shorter than the link
 SplashSplit split_splash(const Projected& projected, const Cells& cells,
                          const SplashParams& params);
-
-/// Raises the weights with which splash of irregular particles is drawn in the levelled field,
-/// whose level for these is too high for lone ones: from a disorder of 1 on each is drawn as large
-/// as it is, and drops of several about as large as so many. Without disorder nothing is done. Else
-/// waits.
-///
-///   cells  of all particles, of which `levelled` was made, of side kDensitySupport
-///   level  of the field, RegionParams::blob_density for this disorder
-void raise_splash(Device& device, const Cells& cells, const SplashSplit& split,
-                  const Disorder& disorder, double level, DeviceCells& levelled);
 
 }  // namespace meniscus

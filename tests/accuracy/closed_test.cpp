@@ -119,7 +119,7 @@ TEST(Closed, DropsOfIrregularParticlesAreAsLargeAsTheyAre) {
   particles.y = {0, 0, 0, 0.8f};
   particles.z = {0, 0, 0, 0};
   Device device;
-  for (const double disorder : {1.0, 1.5, 2.0}) {
+  for (const double disorder : {0.25, 0.5, 1.0, 1.5, 2.0}) {
     Parameters parameters;
     parameters.disorder = disorder;
     const Mesh mesh = extract_closed(device, particles, {.cell = 0.2}, parameters).mesh;
@@ -133,6 +133,33 @@ TEST(Closed, DropsOfIrregularParticlesAreAsLargeAsTheyAre) {
     // Three particles have a volume of 3.
     EXPECT_NEAR(f.volume - std::numbers::pi / 6, 3, 1) << disorder;
   }
+}
+
+// However long and wide they are.
+TEST(Closed, ThreadsAndLayersOfIrregularParticlesHold) {
+  Particles thread, layer;
+  thread.particle_radius = layer.particle_radius = 0.5;
+  const auto add = [](Particles& particles, int i, int j) {
+    particles.x.push_back(static_cast<float>(i));
+    particles.y.push_back(static_cast<float>(j));
+    particles.z.push_back(0);
+  };
+  for (int i = 0; i < 24; ++i) add(thread, i, 0);
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j) add(layer, i, j);
+  Device device;
+  for (const Particles& particles : {thread, layer})
+    for (const double disorder : {0.5, 1.0, 2.0}) {
+      Parameters parameters;
+      parameters.disorder = disorder;
+      const ClosedFigures f =
+          check_topology(extract_closed(device, particles, {}, parameters).mesh);
+      EXPECT_EQ(f.pieces, 1) << disorder;
+      // Orderly ones take 1.3 to 1.6 each.
+      const double each = f.volume / static_cast<double>(particles.x.size());
+      EXPECT_GT(each, 0.9) << disorder;
+      EXPECT_LT(each, 1.6) << disorder;
+    }
 }
 
 TEST(Closed, MeshCarriesVelocitiesAndAttributes) {

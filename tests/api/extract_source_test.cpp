@@ -171,7 +171,7 @@ TEST_F(ExtractSource, DrawsDropsOfIrregularParticles) {
   parameters.disorder = 0;
   const auto pixels = static_cast<double>(extract(device_, one, camera, parameters).counts.pixels);
   EXPECT_GT(pixels, 10000);
-  for (const double disorder : {1.0, 1.5, 2.0}) {
+  for (const double disorder : {0.25, 0.5, 1.0, 1.5, 2.0}) {
     parameters.disorder = disorder;
     EXPECT_NEAR(static_cast<double>(extract(device_, one, camera, parameters).counts.pixels),
                 pixels, 0.05 * pixels)

@@ -1,6 +1,7 @@
 // The density field against a loop over all particles, and the blobs it draws, on every device.
 #include "stages/density.hpp"
 
+#include "stages/relax.hpp"
 #include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/density.hpp"
@@ -152,6 +153,49 @@ TEST_P(Density, LevelledWeightsAreOneForALoneParticleAndFallInsideTheFluid) {
       // One quotient of sums of two: four roundings.
       EXPECT_NEAR(weight[k], params.blob_density / 0.45, 4 * kEpsilon);
     }
+}
+
+// Whatever unit of length and level of the field the fluid's disorder takes.
+TEST_P(Density, LoneIrregularParticlesReachTheLevelAtTheirRadius) {
+  const Cells cells = [] {
+    const Projected one = scattered(1, 1, 3);
+    return make_cells(one.x, one.y, one.z, kDensitySupport);
+  }();
+  for (const double amount : {0.0, 0.02, 0.25, 0.5, 1.0, 1.5, 2.0}) {
+    const Disorder disorder{.amount = amount};
+    const RegionParams params = for_disorder(RegionParams{}, disorder);
+    const DeviceCells alone = level_cells(device_, upload_cells(device_, cells, disorder.mass()),
+                                          params, Measured::everywhere, lone_factor({}, disorder));
+    const double weight = download(device_, alone.weight)[0];
+    // The kernels' polynomial is the spline's to 1/100, and with it the radius.
+    EXPECT_NEAR(weight * reference::cubic_spline(0.5 / disorder.unit()), params.blob_density,
+                0.01 * params.blob_density)
+        << amount;
+  }
+}
+
+TEST_P(Density, IrregularParticlesCountNoLessWhereTheyAreMany) {
+  const Disorder disorder{.amount = 2};
+  const RegionParams params = for_disorder(RegionParams{}, disorder);
+  const double lone = lone_factor({}, disorder);
+  const auto weights = [&](const Projected& p, double factor) {
+    const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
+    return download(device_, level_cells(device_, upload_cells(device_, cells, disorder.mass()),
+                                         params, Measured::everywhere, factor)
+                                 .weight);
+  };
+  // As many at one place as it takes until they count once, and two more.
+  const double enough = (lone - 0.3) / 0.7;
+  std::vector<Vec3d> places;
+  double last = INFINITY;
+  for (int k = 1; k < enough + 2; ++k) {
+    places.push_back({30, 30, 20});
+    const double raised = weights(place(places), lone)[0] / weights(place(places), 1)[0];
+    EXPECT_NEAR(raised, std::max(0.3 + (lone - 0.3) / k, 1.0), 16 * kEpsilon * lone) << k;
+    EXPECT_LE(raised, last);
+    last = raised;
+  }
+  EXPECT_EQ(last, 1);
 }
 
 TEST_P(Density, ALoneParticleIsDrawnAsASphere) {

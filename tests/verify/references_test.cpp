@@ -35,6 +35,24 @@ TEST_P(References, ImplicitOfIrregularParticlesIsWithinItsBounds) {
       EXPECT_LE(error.ulp, error.allowed) << disorder << ": " << error.output;
 }
 
+// Whose lone particles count more.
+TEST_P(References, WeightsOfIrregularParticlesAreWithinTheirBounds) {
+  for (const double disorder : {0.3, 1.0, 1.6})
+    for (const ReferenceError& error : weight_errors(device_, 37, {.amount = disorder}))
+      EXPECT_LE(error.ulp, error.allowed) << disorder << ": " << error.output;
+}
+
+TEST_P(References, NoticeAWrongFactorOfALoneParticle) {
+  Device device(GetParam());
+  device.state().kernel_text = [&](const std::string&, std::string text) {
+    const std::string from = "#define AMONG_MANY 0.3f";
+    const std::size_t at = text.find(from);
+    return at == std::string::npos ? text : text.replace(at, from.size(), from + " * 1.0001f");
+  };
+  const ReferenceError error = weight_errors(device, 37, {.amount = 2}).front();
+  EXPECT_GT(error.ulp, error.allowed);
+}
+
 struct Fault {
   const char* stage;
   int size;

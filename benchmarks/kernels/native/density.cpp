@@ -78,10 +78,14 @@ Place cell_at(const Cells& in, std::size_t p) {
           cell_of(in.z[p], in.inverse_cell)};
 }
 
-// As level_weight in density.cl.
-float level_weight(float density, float level) {
+// As AMONG_MANY and level_weight in density.cl.
+constexpr float kAmongMany = 0.3f;
+float level_weight(float density, const Field& input) {
   const float t = std::clamp(2.25f * (density - 0.45f), 0.0f, 1.0f);
-  return level / (level + (0.45f - level) * (t * t * (3.0f - 2.0f * t)));
+  const float share = std::min(kFieldNorm / density, 1.0f);
+  const float raised = std::max(kAmongMany + (input.lone - kAmongMany) * share, 1.0f);
+  return raised *
+         (input.level / (input.level + (0.45f - input.level) * (t * t * (3.0f - 2.0f * t))));
 }
 
 // The places in [begin, end) of particles that are not inside the fluid.
@@ -107,7 +111,7 @@ std::size_t find_measured(const Field& input, std::size_t begin, std::size_t end
     count += inside ? 0 : 1;
     for (std::size_t row = 0; inside && row < 4; ++row)
       input.result[row * input.count + p] = row < 3 ? 0.0f : 1.0f;
-    if (inside) input.weight[p] = level_weight(1, input.level);
+    if (inside) input.weight[p] = level_weight(1, input);
   }
   return count;
 }
@@ -143,8 +147,7 @@ void measure_gradients(const Field& input, std::size_t begin, std::size_t end) {
       for (std::size_t row = 0; row < 4; ++row)
         for (int k = 0; k < lanes; ++k)
           input.result[row * input.count + place[a + k]] = rows[row][k];
-      for (int k = 0; k < lanes; ++k)
-        input.weight[place[a + k]] = level_weight(rows[3][k], input.level);
+      for (int k = 0; k < lanes; ++k) input.weight[place[a + k]] = level_weight(rows[3][k], input);
       a += static_cast<std::size_t>(lanes);
     }
   }

@@ -45,6 +45,7 @@ struct Field {
   std::size_t count;
   int least;    // in a cell, see measure_gradients in density.cl
   float level;  // of a lone particle
+  float lone;   // how many times its weight it counts
 };
 void measure_gradients(const Field& input, std::size_t begin, std::size_t end);
 

@@ -19,9 +19,11 @@ inline double smooth_step(double low, double high, double x) {
 }
 
 /// A particle's share is divided by a level that runs from `level` where the density is that of a
-/// lone particle to 0.45 inside the fluid; the weight is 1 for a lone particle.
-inline double level_weight(double density, double level) {
-  return level / (level + (0.45 - level) * smooth_step(0.45, 0.45 + 1 / 2.25, density));
+/// lone particle to 0.45 inside the fluid; it is multiplied by `lone` for a lone particle, and for
+/// others by .3 and the rest as their own share `own` is of the density, but not by less than 1.
+inline double level_weight(double density, double own, double level, double lone) {
+  const double raised = std::max(0.3 + (lone - 0.3) * std::min(own / density, 1.0), 1.0);
+  return raised * level / (level + (0.45 - level) * smooth_step(0.45, 0.45 + 1 / 2.25, density));
 }
 
 /// Shares times weights.

@@ -26,6 +26,8 @@ ReferenceErrors behind_case(Device& device, int size);
 ReferenceErrors region_case(Device& device, int size);
 ReferenceErrors sheet_case(Device& device, int size);
 ReferenceErrors settle_case(Device& device, int size);
+/// The weights of the levelled field, of particles of this disorder.
+ReferenceErrors weight_errors(Device& device, int size, const Disorder& disorder);
 ReferenceErrors specks_case(Device& device, int size);
 ReferenceErrors paper_case(Device& device, int size);
 ReferenceErrors printed_case(Device& device, int size);

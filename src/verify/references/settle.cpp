@@ -115,21 +115,44 @@ void see_splash(Device& device, const FieldScene& scene, Seen* seen) {
 }
 
 // The difference to .45 adds 2 epsilon to what the density is off, the factor takes it 2.25 times
-// and rounds once, smoothstep's slope is at most 1.5 and it rounds six times; the weight follows by
-// at most .45 / level - 1 and rounds six times more.
-void see_weights(const FieldScene& scene, Worst* worst) {
-  const double level = scene.params.blob_density;
-  for (std::size_t i = 0; i < scene.field.particles.size(); ++i) {
-    const Vec3d x = scene.field.particles.eye(i);
-    const double density = reference::density(scene.field.particles, x);
-    const double off = reference::density_error(scene.field.particles, x, density) +
+// and rounds once, smoothstep's slope is at most 1.5 and it rounds six times; the quotient follows
+// by at most .45 / level - 1 and rounds six times more. A lone particle's factor follows its share
+// of the density, which rounds three times, and rounds three times more.
+void see_weights(const Projected& particles, double mass, double level, double lone,
+                 const std::vector<double>& weight, Worst* worst) {
+  const double own = mass * reference::share(0);
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const Vec3d x = particles.eye(i);
+    const double density = mass * reference::density(particles, x);
+    const double off = mass * reference::density_error(particles, x, density / mass) +
                        2 * kEpsilon * (density + 0.45);
-    worst->see(scene.field.weight[i], reference::level_weight(density, level),
-               (0.45 / level - 1) * (1.5 * 2.25 * off + 8 * kEpsilon) + 6 * kEpsilon, 1);
+    const double expected = mass * reference::level_weight(density, own, level, lone);
+    const double quotient = (0.45 / level - 1) * (1.5 * 2.25 * off + 8 * kEpsilon) + 6 * kEpsilon;
+    const double factor = (lone - 0.3) * own / density * (off / density + 3 * kEpsilon);
+    worst->see(weight[i], expected, expected * (quotient * 0.45 / level + factor + 5 * kEpsilon),
+               mass);
   }
 }
 
 }  // namespace
+
+ReferenceErrors weight_errors(Device& device, int size, const Disorder& disorder) {
+  const View view = make_view(perspective_camera(size, size), 0.5, {0, 0, 0});
+  const Projected particles = blob_and_lone(view, 0.5 * size, 0.5 * size);
+  const Cells cells = make_cells(particles.x, particles.y, particles.z, kDensitySupport);
+  const RegionParams params = for_disorder(RegionParams{}, disorder);
+  const double lone = lone_factor({}, disorder);
+  const std::vector<float> in_order =
+      download(device, level_cells(device, upload_cells(device, cells, disorder.mass()), params,
+                                   Measured::everywhere, lone)
+                           .weight);
+  std::vector<double> weight(in_order.size());
+  for (std::size_t k = 0; k < weight.size(); ++k)
+    weight[static_cast<std::size_t>(cells.item[k])] = in_order[k];
+  Worst worst("measure_gradients", "weight");
+  see_weights(particles, disorder.mass(), params.blob_density, lone, weight, &worst);
+  return {worst.error()};
+}
 
 ReferenceErrors settle_case(Device& device, int size) {
   Worst weights("measure_gradients", "weight");
@@ -139,7 +162,8 @@ ReferenceErrors settle_case(Device& device, int size) {
     const int width = crowded ? 9 : size;
     const FieldScene scene(device, width, (width * 4 + 6) / 7, crowded);
     const Layer layer = random_layer(scene, static_cast<unsigned>(size));
-    see_weights(scene, &weights);
+    see_weights(scene.field.particles, 1, scene.params.blob_density, 1, scene.field.weight,
+                &weights);
     see_samples(device, scene, layer, false, &samples);
     see_samples(device, scene, layer, true, &samples);
     see_points(device, scene, layer, &points);

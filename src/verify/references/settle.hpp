@@ -134,8 +134,9 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
   // No input depends on what a device found.
   reference::Field field{scene.field.particles, {}};
   for (std::size_t i = 0; i < field.particles.size(); ++i)
-    field.weight.push_back(reference::level_weight(
-        reference::density(field.particles, field.particles.eye(i)), level));
+    field.weight.push_back(
+        reference::level_weight(reference::density(field.particles, field.particles.eye(i)),
+                                reference::share(0), level, 1));
   for (std::size_t s = 0; s < n; ++s) {
     const reference::FieldOnRay ray(field, scene.view, scene.u(s), scene.v(s));
     const auto met = reference::chords(ray, scene.kStart, scene.kEnd, level);
