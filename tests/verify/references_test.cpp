@@ -47,7 +47,7 @@ TEST_P(References, NoticeAWrongFactorOfALoneParticle) {
   device.state().kernel_text = [&](const std::string&, std::string text) {
     const std::string from = "#define AMONG_MANY 0.3f";
     const std::size_t at = text.find(from);
-    return at == std::string::npos ? text : text.replace(at, from.size(), from + " * 1.0001f");
+    return at == std::string::npos ? text : text.replace(at, from.size(), from + " * 1.001f");
   };
   const ReferenceError error = weight_errors(device, 37, {.amount = 2}).front();
   EXPECT_GT(error.ulp, error.allowed);
