@@ -3,31 +3,29 @@
 //
 // uses: field.cl
 
-// The density at points of the surface, in the order of cells. One work-item per WIDTH points; the
-// arrays are padded.
-kernel void measure_density(POINTS(x, y, z),
-                            global const int* to,   // [n] where each one's density goes
-                            global float* density,  // [n]
+// Points that lie nearer than this to the first of them along each axis share a search.
+#define TOGETHER 9.0f  // particle radii
+
+// The density at points. One work-item per BLOCK points, of which up to WIDTH go together that follow
+// each other and are near.
+kernel void measure_density(global const float* point,  // [3][n]
+                            global float* density,      // [n]
                             CELLS_WITH(cell_, cell_weight), const int n) {
-  const int p = get_global_id(0) * WIDTH;
-  if (p >= n) return;
   const Cells cells = CELLS_OF(cell_);
-  const floatv px = LOADF(x + p), py = LOADF(y + p), pz = LOADF(z + p), none = (floatv)(0.0f);
-  floatv c = none;
-  Points points = points_at(cells, px, py, pz);
-  points.left = TO_INTV(LANES) < n - p;  // what lies beyond is in no order
-  while (ANY(points.left)) {
-    const intv here = take_cells(&points, SPAN);
-    const intv last = TO_INTV(LANES) == 31 - clz(BITS(here));
-    const int wide = at_lane(points.x, last) - points.cx + 1;
+  const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  const floatv none = (floatv)(0.0f);
+  for (int first = begin; first < end;) {
+    const floatv x = LOADF(point + first), y = LOADF(point + n + first),
+                 z = LOADF(point + 2 * n + first);
+    const int near = BITS((fabs(x - point[first]) < TOGETHER) & (fabs(y - point[n + first]) < TOGETHER) &
+                          (fabs(z - point[2 * n + first]) < TOGETHER) &
+                          (TO_INTV(LANES) < end - first)) | 1;
+    const int count = popcount(near ^ (near + 1)) - 1;  // ones before the first zero
     Field sum = {none, none, none, none};
-    add_cells_around(cells, cell_weight, points.cx, points.cy, points.cz, wide, px, py, pz, here, 0,
-                     &sum);
-    c = SELECT(c, sum.c, here);
+    add_cells_around(cells, cell_weight, x, y, z, TO_INTV(LANES) < count, 0, &sum);
+    store_lanes(sum.c * NORM, density + first, count);
+    first += count;
   }
-  int at[WIDTH];
-  STOREI(LOADI(to + p), at);
-  scatter_float(c * NORM, density, at, TO_INTV(LANES) < n - p);
 }
 
 // The cells (cx, cy - 1 .. cy + 1, cz - 1 .. cz + 1): how many particles one of them holds at least,
@@ -130,10 +128,9 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     const int same = BITS((intv)(cx >= x) & (cx < x + SPAN) & (cells_of(py, c) == y) &
                           (cells_of(pz, c) == z) & (lane < count - k));
     const int number = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
-    const int wide = cell_of(cell_x[at[number - 1]], c) - x + 1;
     const intv used = lane < number;
     Field f = {none, none, none, none};
-    add_cells_around(cells, cell_weight, x, y, z, wide, px, py, pz, used, 1, &f);
+    add_cells_around(cells, cell_weight, px, py, pz, used, 1, &f);
     scatter_float(gradient_of(f.gx), result, at, used);
     scatter_float(gradient_of(f.gy), result + n, at, used);
     scatter_float(gradient_of(f.gz), result + 2 * n, at, used);

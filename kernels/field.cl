@@ -65,21 +65,23 @@ inline void add_listed(const Cells cells, global const float* weight, const int*
   *sum = field;
 }
 
-// Adds the field at points of the `wide` cells from (cx, cy, cz) on along x where wanted; what other
-// lanes get means nothing. Others of the same row in the buckets are far away. Half of what the cells
-// around hold is out of reach of the wanted points' box, and adds nothing: a fourth of what a sum takes
-// shows it.
-inline void add_cells_around(const Cells cells, global const float* weight, const int cx,
-                             const int cy, const int cz, const int wide, const floatv x,
+// Adds the field at points where wanted, which lie in few cells; what other lanes get means nothing.
+// Others of the same row in the buckets are far away. Half of what the cells around hold is out of reach
+// of the wanted points' box, and adds nothing: a fourth of what a sum takes shows it.
+inline void add_cells_around(const Cells cells, global const float* weight, const floatv x,
                              const floatv y, const floatv z, const intv wanted,
                              const int with_gradient, Field* sum) {
   global const int* tags = (global const int*)cells.tag;
   const Box box = box_of(x, y, z, wanted);
+  const float c = cells.inverse_cell;
+  const int cx = cell_of(box.x0, c), wide = cell_of(box.x1, c) - cx + 1;
+  const int y0 = cell_of(box.y0, c), y1 = cell_of(box.y1, c);
+  const int z0 = cell_of(box.z0, c), z1 = cell_of(box.z1, c);
   int item[AT_A_TIME + 2 * WIDTH], count = 0;
-  for (int k = -1; k <= 1; ++k)
-    for (int j = -1; j <= 1; ++j) {
-      const int tag = (int)tag_of(cx, cy + j, cz + k);
-      Row row = row_of(cx - 1, cy + j, cz + k, wide + 2, cells.mask);
+  for (int cz = z0 - 1; cz <= z1 + 1; ++cz)
+    for (int cy = y0 - 1; cy <= y1 + 1; ++cy) {
+      const int tag = (int)tag_of(cx, cy, cz);
+      Row row = row_of(cx - 1, cy, cz, wide + 2, cells.mask);
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
           count = append(near_box(box, cells, p, SUPPORT) & SAME_ROW(LOADI(tags + p), tag) &

@@ -117,10 +117,15 @@
 #define FITTED(support, quadric, residual, weight) \
   global const float* support, global float* quadric, global float* residual, global float* weight
 
-// What is measured behind the last pass: [7][lanes] rows; the weights are that pass's.
+// What is measured behind the last pass: [8][lanes] rows; the weights are that pass's.
 #define MEASURED(support, quadric, weight, residual, rows) \
   global const float* support, global const float* quadric, global const float* weight, \
   global float* residual, global float* rows
+
+// Fits of lanes: [10][lanes] quadric around the particles; [lanes] residual, -1: no fit; [8][lanes] as
+// kernel measure_edges leaves them.
+#define MADE(quadric, residual, rows) \
+  global const float* quadric, global const float* residual, global const float* rows
 
 // Where the fits of lanes are in a sheet (sheet.cl), [lanes] in bucket order, -1: the lane is not in use.
 // Out, of all fits: [3][fits] unit normals; [fits] how much each counts; [values][fits].

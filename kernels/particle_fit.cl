@@ -292,7 +292,66 @@ kernel void fit_particles(
   scatter_float(rest, value + by.fits, at, wanted);
 }
 
-// How far a fit can be relied on, and the normal of its particle, seven rows:
+// How many residuals are above 0 and below the float of these bits, in all. Bits of floats that are not
+// negative lie in the order of the floats.
+inline int count_below(global const float* residual, const int fits, const int bits,
+                       local int* counted) {
+  const int own = get_local_id(0), items = get_local_size(0);
+  intv number = (intv)(0);
+  for (int k = own * WIDTH; k < fits; k += items * WIDTH) {
+    const intv value = AS_INTV(LOADF(residual + k));
+    number += SELECT((intv)(0), (intv)(1),
+                     (value > 0) & (value < bits) & (TO_INTV(LANES) < fits - k));
+  }
+  int lane[WIDTH], sum = 0;
+  STOREI(number, lane);
+  for (int l = 0; l < WIDTH; ++l) sum += lane[l];
+  barrier(CLK_LOCAL_MEM_FENCE);  // all have read what they counted before
+  counted[own] = sum;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  sum = 0;
+  for (int k = 0; k < items; ++k) sum += counted[k];
+  return sum;
+}
+
+// What noise alone explains: `over` times the residual that a twentieth of them are below, at least
+// `least`. Those that are not above 0 do not count. One work-group looks for its bits, the highest first;
+// mostly it is seen at once that `least` is more.
+kernel void find_noise(global const float* residual,  // [fits]
+                       global float* noise,           // [1] out, particle radii
+                       const Noise by) {
+  local int counted[TILE_ITEMS];
+  if (get_group_id(0) > 0) return;
+  const int rank = count_below(residual, by.fits, INT_MAX, counted) / 20;
+  float found = by.least;
+  if (count_below(residual, by.fits, as_int(by.least / by.over), counted) <= rank) {
+    int bits = 0;  // the most that no more than `rank` are below
+    for (int bit = 30; bit >= 0; --bit) {
+      const int more = bits | 1 << bit;
+      if (more <= as_int(INFINITY) && count_below(residual, by.fits, more, counted) <= rank) bits = more;
+    }
+    if (bits < as_int(INFINITY)) found = fmax(by.least, by.over * as_float(bits));
+  }
+  if (get_local_id(0) == 0) *noise = found;
+}
+
+// Narrows the supports of lanes where noise does not explain the mean residual r of the sheet around:
+// to `full` times (noise / r)^2 at most, but no more than to a share of `least`.
+kernel void narrow_supports(global float* support,     // [3][lanes] as in TELLING; the first row is changed
+                            global const int* to,      // [lanes] as in IN_SHEET
+                            global const float* mean,  // [fits] r; not above 0: nothing is known
+                            global const float* noise, const Narrowing by) {
+  const int lane = get_global_id(0) * WIDTH;
+  if (lane >= by.lanes) return;
+  int at[WIDTH];
+  STOREI(max(LOADI(to + lane), (intv)(0)), at);
+  const floatv r = gather_float(mean, at), share = *noise / r, widest = LOADF(support + lane);
+  const floatv narrowed = by.full * clamp(share * share, (floatv)(by.least), (floatv)(1.0f));
+  STOREF(SELECT(widest, smaller(narrowed, widest), (r > 0.0f) & (LOADI(to + lane) >= 0)),
+         support + lane);
+}
+
+// How far a fit can be relied on, and the normal of its particle, eight rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the particles elsewhere whose normals agree,
 //     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, a_ij)) /
@@ -306,12 +365,13 @@ kernel void fit_particles(
 // - the RMS distance (at most 2) of all neighbours from the fit, with the weights of its first pass
 //   but for the height;
 // - the number of its neighbours, each by its weight u;
-// - x, y and z of the normal as the passes left it.
+// - x, y and z of the normal as the passes left it;
+// - the support.
+// The first two count as far as a group tells where the fits are those of groups.
 // Fits get their residual, the RMS distance with the weights of the last pass.
 kernel void measure_edges(global const float4* place, global const float4* normal,
                           AROUND(particle, neighbour, first, length),
-                          MEASURED(support, quadric, kept, residual, rows),  // e; firmness; distance,
-                                                                             // radii; number; normal
+                          MEASURED(support, quadric, kept, residual, rows),  // see above
                           const FitPass by, const float reach) {  // particle radii
   const int lanes = by.lanes;
   const FitModel model = by.model;
@@ -361,14 +421,17 @@ kernel void measure_edges(global const float4* place, global const float4* norma
     }
   }
   const floatv least = (floatv)(0.005f), all = own.u + near;
-  STOREF(edge_of(own.u, near, agree), rows + lane);
-  STOREF(SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f),
+  const floatv counts = by.groups ? LOADF(support + 2 * lanes + lane) : one;
+  STOREF(counts * edge_of(own.u, near, agree), rows + lane);
+  STOREF(counts *
+             SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f),
          rows + lanes + lane);
   STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);
   STOREF(own.nx, rows + 4 * lanes + lane);
   STOREF(own.ny, rows + 5 * lanes + lane);
   STOREF(own.nz, rows + 6 * lanes + lane);
+  STOREF(LOADF(support + lane), rows + 7 * lanes + lane);
   const floatv before = LOADF(residual + lane);
   STOREF(SELECT(before, sqrt(distances / total), before >= 0.0f), residual + lane);
 }

@@ -186,8 +186,31 @@ RECORD(FitPass) {
   int nobody;      // the particle of lanes that are not in use
   int fits;        // of all lanes
   int done, left;  // passes before and after this one
+  int groups;      // 1: of groups, whose e and firmness count as far as each tells
   FitModel model;
   float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
+};
+
+// What noise explains of residuals (particle_fit.cl).
+RECORD(Noise) {
+  int fits;
+  float least;  // particle radii
+  float over;   // times the residual that a twentieth are below
+};
+
+// How supports are narrowed (particle_fit.cl).
+RECORD(Narrowing) {
+  int lanes;
+  float full;   // support of a fit between two sheets, particle radii
+  float least;  // share of it that is left at least
+};
+
+// What trust is told from (trust.cl).
+RECORD(Feet) {
+  int lanes;
+  int fits;      // of all lanes
+  float offset;  // of the surface from particles, particle radii
+  float deep;    // how far behind the feet the density is asked for, too, particle radii
 };
 
 // Lanes of trial fits and what counts around them (roundness.cl).

@@ -154,10 +154,13 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   std::vector<float> roundness =
       measure_roundness(device, placed, tried, around, trial, params.fit, params.blend, disorder);
   if (scope.tried) roundness = values_of(fitted, tried, roundness);
-  fluid.fits =
-      fit_particles(device, placed, fitted, around, neighbours, roundness, params.fit, scope.noise);
+  DeviceFits made =
+      make_fits(device, placed, fitted, around, neighbours, roundness, params.fit, {}, scope.noise);
   clock.start("trust");
-  std::vector<double> trust = measure_trust(device, fluid.fits, cells, disorder);
+  measure_surroundings(device, cells, made);
+  if (scope.noise) fluid.rough = rough_residuals(device, made);
+  fluid.fits = download(device, std::move(made));
+  std::vector<double> trust = trust_of(fluid.fits, disorder);
   distrust_gaps(device, cells, fluid.fits, trust);
   const BlendRecords records =
       make_records(fluid.fits, trust, params.fit, kBlendReach * params.blend.radius);

@@ -122,14 +122,13 @@ class PartMaker {
     const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)
       made.particles += inside.holds(placed.particles.eye(i));
-    FittedFluid fluid = fit(placed, asked, known, made);
+    FittedFluid fluid = fit(placed, asked, known);
     for (std::size_t k = 0; k < fluid.fits.size(); ++k)
       if (inside.holds(fluid.fits.position[k])) {
         ++made.fits;
         made.reach = std::max(made.reach, double{fluid.reach[k]});
-        made.residual[static_cast<std::size_t>(made.fits) - 1] = made.residual[k];
+        made.residual.push_back(fluid.rough[k]);
       }
-    made.residual.resize(static_cast<std::size_t>(made.fits));
     fluid.fits = {};
     contour(fluid, own, known.rounds, made);
     if (carry_) carry(placed.particles, particles, made);
@@ -138,20 +137,14 @@ class PartMaker {
   }
 
  private:
-  FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known,
-                  Made& made) const {
+  FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known) const {
     const Halo halo = halo_of(params_, disorder_);
     FitScope scope;
     scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
     scope.fitted = [box = asked.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
-    scope.noise = [&](const std::vector<float>& residual) {
-      made.residual = residual;
-      return known.noise;
-    };
+    scope.noise = known.noise;
     scope.reach = known.reach;
-    FittedFluid fluid = fit_fluid(device_, placed, params_, clock_, scope);
-    made.residual.resize(fluid.fits.size());
-    return fluid;
+    return fit_fluid(device_, placed, params_, clock_, scope);
   }
 
   void contour(const FittedFluid& fluid, const BlockBox& own, int around, Made& made) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "device/device.hpp"
@@ -47,8 +48,8 @@ FluidField measure_field(Device& device, const PlacedFluid& fluid, const RegionP
 struct FitScope {
   std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is told; who is
                                                             // fitted; none: all of the surface
-  NoiseOf noise = noise_of;
-  double reach = 1;  // of the frame's fits, see make_implicit()
+  std::optional<double> noise;  // see make_fits(); given: FittedFluid::rough is wanted
+  double reach = 1;             // of the frame's fits, see make_implicit()
 };
 
 /// The fluid as a function of space.
@@ -56,6 +57,7 @@ struct FittedFluid {
   ImplicitFunction function;
   Points seeds;  // particles that see air
   ParticleFits fits;
+  std::vector<float> rough;  // [fits] residuals before the last pass, where FitScope asks for them
   std::vector<float> reach;  // [fits] 0: the fit does not count
 };
 

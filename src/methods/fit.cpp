@@ -119,11 +119,8 @@ constexpr Seeding kEveryParticle{
     false,
     [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
-      FitNeighbours around = find_neighbours(frame.device, fluid.particles, shell.rim.index,
-                                             shell.found.index, frame.params.fit.support);
-      around.sheet =
-          upload_lane_cells(frame.device, fluid.particles, shell.rim.index, around, kResidualReach);
-      return around;
+      return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
+                             frame.params.fit.support);
     },
     [](const Frame&, const Fluid&, Shell& shell, const SurfaceParticles&,
        std::vector<float> roundness) {
@@ -174,9 +171,8 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         NearLists near = list_near(fluid.particles, shell.rim.index, shell.found.index,
                                    seeding.trial_reach(params));
-        shell.trial = upload_neighbours(device, near, shell.rim.index, shell.found.index);
-        shell.trial.sheet = upload_lane_cells(device, fluid.particles, shell.rim.index, shell.trial,
-                                              kEvidenceSheet);
+        shell.trial =
+            upload_neighbours(device, fluid.particles, near, shell.rim.index, shell.found.index);
         if (seeding.merges) shell.near = std::move(near);
         shell.splash = upload_splats(device, fluid.particles, fluid.split.splash, kLargestDrop);
         shell.least_radius =
@@ -230,11 +226,12 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
       seeding.choose(frame, fluid, shell, around,
                      measure_roundness(device, fluid.particles, shell.rim, around, shell.trial,
                                        params.fit, params.blend, params.disorder));
-  ParticleFits fits = fit_particles(device, fluid.particles, seeds.places, around, seeds.neighbours,
-                                    seeds.roundness, params.fit);
-  if (!seeds.extent.empty()) weigh_groups(fits, seeds.places.tells, seeds.extent);
+  DeviceFits made = make_fits(device, fluid.particles, seeds.places, around, seeds.neighbours,
+                              seeds.roundness, params.fit, seeds.extent);
   clock.start("trust");
-  const std::vector<double> trust = measure_trust(device, fits, fluid.cells, params.disorder);
+  measure_surroundings(device, fluid.cells, made);
+  ParticleFits fits = download(device, std::move(made));
+  const std::vector<double> trust = trust_of(fits, params.disorder);
   clock.start("region");
   Backdrop of_image;  // drawn while the host is at the fits' records
   if (params.image) of_image = backdrop_of(pixel_grid(view));

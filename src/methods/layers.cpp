@@ -90,7 +90,10 @@ ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& 
       find_neighbours(device, known.particles, hidden.index, around.index, params.fit.support);
   const std::vector<float> roundness = measure_roundness(
       device, known.particles, hidden, around, trial, params.fit, params.blend, params.disorder);
-  return fit_particles(device, known.particles, hidden, around, neighbours, roundness, params.fit);
+  DeviceFits fits =
+      make_fits(device, known.particles, hidden, around, neighbours, roundness, params.fit);
+  measure_surroundings(device, known.cells, fits);
+  return download(device, std::move(fits));
 }
 
 template <class T>
@@ -188,7 +191,7 @@ Layers find_layers(Device& device, const View& view, KnownFluid known,
   const Visible hidden = choose_hidden(known);
   const ParticleFits more = fit_hidden(device, known, hidden, params);
   clock.start("trust");
-  append(known.trust, measure_trust(device, more, known.cells, params.disorder));
+  append(known.trust, trust_of(more, params.disorder));
   join_fits(known.fits, more);
   distrust_gaps(device, known.cells, known.fits, known.trust);
   const ImplicitFunction function = make_implicit(

@@ -1,20 +1,11 @@
 #include "stages/density.hpp"
 
-#include <numeric>
+#include <algorithm>
 
 #include "device/kernels.hpp"
 #include "device/together.hpp"
 
 namespace meniscus {
-namespace {
-
-// Work-items for n points, WIDTH = `width` each.
-Range items_for(std::size_t n, int width) {
-  const std::size_t lanes = static_cast<std::size_t>(width);
-  return {(n + lanes - 1) / lanes};
-}
-
-}  // namespace
 
 Range range_of_blocks(std::size_t n, int width) {
   // BLOCK particles an item (cells.cl), few items a group, which spreads them over the processors.
@@ -41,23 +32,25 @@ DeviceCells upload_cells(Device& device, const Cells& cells, float mass) {
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points) {
-  const auto density = allocate<float>(device, points.size());
-  std::vector<std::int32_t> place(points.size());
-  std::iota(place.begin(), place.end(), 0);
-  measure_density(device, cells, make_cells(points, 1 / cells.grid.inverse_cell), place, density);
-  return download(device, density);
+  // Those of one cell share a search.
+  const Cells sorted = make_cells(points, 1 / cells.grid.inverse_cell);
+  const std::size_t n = points.size();
+  Upload<float> at(device, 3 * n);
+  std::ranges::copy_n(sorted.x.begin(), static_cast<std::ptrdiff_t>(n), at.data());
+  std::ranges::copy_n(sorted.y.begin(), static_cast<std::ptrdiff_t>(n), at.data() + n);
+  std::ranges::copy_n(sorted.z.begin(), static_cast<std::ptrdiff_t>(n), at.data() + 2 * n);
+  const auto density = allocate<float>(device, n);
+  measure_density(device, cells, at.done(), density);
+  const HostView found(device, density);
+  return by_item(sorted, found.data());
 }
 
-void measure_density(Device& device, const DeviceCells& cells, const Cells& points,
-                     const std::vector<std::int32_t>& place, const Buffer<float>& density) {
-  const std::size_t n = points.item.size();  // those of one cell share a search
-  std::vector<cl_int> to;
-  to.reserve(n);
-  for (const std::int32_t item : points.item) to.push_back(place[static_cast<std::size_t>(item)]);
-  const auto [x, y, z, places] = upload_together(device, points.x, points.y, points.z, to);
+void measure_density(Device& device, const DeviceCells& cells, const Buffer<float>& points,
+                     const Buffer<float>& density) {
+  const std::size_t n = points.size / 3;
   const int width = device.state().wide_width();
-  launch(device, kernels::measure_density, width, items_for(n, width), DevicePoints{x, y, z},
-         places, density, cells_with(cells, cells.weight), static_cast<cl_int>(n));
+  launch(device, kernels::measure_density, width, range_of_blocks(n, width), points, density,
+         cells_with(cells, cells.weight), static_cast<cl_int>(n));
 }
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {

@@ -53,9 +53,10 @@ DeviceCells upload_cells(Device& device, const Cells& cells, float mass = 1);
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
-/// The same of points in cells of the same side, into density[place[i]] of point i. Does not wait.
-void measure_density(Device& device, const DeviceCells& cells, const Cells& points,
-                     const std::vector<std::int32_t>& place, const Buffer<float>& density);
+/// The same of n points, [3][n], into the first n values of `density`. Points of a cell share a
+/// search where they are near to each other in their order, too. Does not wait.
+void measure_density(Device& device, const DeviceCells& cells, const Buffer<float>& points,
+                     const Buffer<float>& density);
 
 /// Where each of the 27 cells around a particle holds as many, and half of their mean number, it is
 /// inside the fluid. There are eight on average.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "base/parallel.hpp"
 #include "device/kernels.hpp"
@@ -19,7 +20,8 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
 // Where supports are narrowed: what residual noise alone explains against the frame's least, and
 // over which fits residuals are averaged.
-constexpr double kOverLeast = 1.5;
+constexpr float kOverLeast = 1.5f;
+constexpr std::size_t kNoiseItems = 256;  // of find_noise, one to a float; TILE_ITEMS in prelude.cl
 constexpr SheetWeights kSheet{kResidualReach, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 4;  // values of a particle's records, see particle_fit.cl
@@ -165,6 +167,45 @@ std::size_t most_slots(Device& device) {
   return std::min(most_values<float>(device), kMostSlots - 1);
 }
 
+// Cells of the neighbours' fits around `centre`.
+LaneCells upload_lane_cells(Device& device, const Projected& projected,
+                            const std::vector<std::int32_t>& centre,
+                            const FitNeighbours& neighbours) {
+  LaneCells all{cells_of(projected, centre, kResidualReach), {}, {}};
+  const Cells& cells = all.host;
+  const std::size_t n = centre.size();
+  std::vector<cl_int> place(n);  // of each fit in bucket order
+  for (std::size_t p = 0; p < n; ++p)
+    place[static_cast<std::size_t>(cells.item[p])] = static_cast<cl_int>(p);
+  const auto lanes_in = [&](std::size_t part) -> const std::vector<std::int32_t>& {
+    return neighbours.parts[part].lists.fit;
+  };
+  const auto put_places = [&](std::size_t part, cl_int* to) {
+    std::ranges::transform(lanes_in(part), to, [&](std::int32_t fit) {
+      return fit < 0 ? -1 : place[static_cast<std::size_t>(fit)];
+    });
+  };
+  // With the cells those of the first part, which mostly is the only one.
+  const std::size_t parts = neighbours.parts.size();
+  UploadTogether<float, float, float, cl_uint, cl_int, cl_int> arrays(
+      device, {n, n, n, n, cells.start.size(), parts > 0 ? lanes_in(0).size() : 0});
+  std::copy(cells.x.begin(), cells.x.end(), arrays.data<0>());
+  std::copy(cells.y.begin(), cells.y.end(), arrays.data<1>());
+  std::copy(cells.z.begin(), cells.z.end(), arrays.data<2>());
+  std::copy(cells.tag.begin(), cells.tag.end(), arrays.data<3>());
+  std::copy(cells.start.begin(), cells.start.end(), arrays.data<4>());
+  if (parts > 0) put_places(0, arrays.data<5>());
+  const auto [x, y, z, tag, start, first] = arrays.done();
+  all.cells = {x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}};
+  if (parts > 0) all.to.push_back(first);
+  for (std::size_t part = 1; part < parts; ++part) {
+    Upload<cl_int> to(device, lanes_in(part).size());
+    put_places(part, to.data());
+    all.to.push_back(to.done());
+  }
+  return all;
+}
+
 // What fits have of their roundness, see falloff_of in particle_fit.cl.
 records::FitModel model_of(const FitParams& params) {
   const auto gain = [](double round, double flat) { return static_cast<float>(round - flat); };
@@ -180,8 +221,8 @@ records::FitModel model_of(const FitParams& params) {
 
 records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const LaneSheet& sheet,
                          const FitPass& pass, const FitParams& params) {
-  return {lanes.count(), surface.nobody,   sheet.fits(), pass.done,
-          pass.left,     model_of(params), kHeight,      kHeightGrowth};
+  return {lanes.count(), surface.nobody,   sheet.fits(), pass.done,    pass.left,
+          pass.groups,   model_of(params), kHeight,      kHeightGrowth};
 }
 
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
@@ -220,24 +261,26 @@ std::vector<float> widest_supports(const std::vector<float>& roundness, const Fi
   return rho;
 }
 
-// The fits' supports for the last pass, see fit_particles.
-std::vector<float> narrow_supports(Device& device, const LaneSheet& sheet,
-                                   const std::vector<float>& widest, const FitParams& params,
-                                   const NoiseOf& noise_of_frame) {
-  const std::size_t fits = widest.size();
-  const Cells& cells = sheet.cells->host;
-  std::vector<float> rho = widest;
-  const ViewTogether found(device, sheet.found);
-  const float* const mean = found.data<3>();
-  const double noise = noise_of_frame(by_item(cells, found.data<2>()));
-  for (std::size_t p = 0; p < fits; ++p) {
-    if (!(mean[p] > 0)) continue;
-    const std::size_t k = static_cast<std::size_t>(cells.item[p]);
-    const double share = noise / mean[p];
-    const double narrowed = params.support * std::clamp(share * share, params.least_support, 1.0);
-    rho[k] = std::min(widest[k], static_cast<float>(narrowed));
+// Narrows the fits' supports for the last pass, see make_fits.
+void narrow_supports(Device& device, const LaneSheet& sheet, const FitParams& params,
+                     std::optional<double> known, std::vector<FitLanes>& parts) {
+  average_lanes(device, sheet, kSheet);
+  const auto& [toward, share, residual, mean] = sheet.found.parts;
+  const int width = device.state().wide_width();
+  Buffer<float> noise;
+  if (known) {
+    noise = upload(device, std::vector<float>{static_cast<float>(*known)});
+  } else {
+    noise = allocate<float>(device, 1);
+    const std::size_t items = width == 1 ? kNoiseItems : 1;
+    launch(device, kernels::find_noise, width, {items, 1, items, 1}, residual, noise,
+           records::Noise{sheet.fits(), static_cast<float>(kLeastNoise), kOverLeast});
   }
-  return rho;
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    launch(device, kernels::narrow_supports, width, range_of_lanes(device, parts[part]),
+           parts[part].support, sheet.cells->to[part], mean, noise,
+           records::Narrowing{parts[part].count(), static_cast<float>(params.support),
+                              static_cast<float>(params.least_support)});
 }
 
 // Room for the fits of the seen particles, with what is known of them without a fit.
@@ -254,7 +297,8 @@ ParticleFits unfitted(const Projected& projected, const Visible& seen,
     fits.surface.push_back(around.weight[static_cast<std::size_t>(place[k])]);
   }
   fits.foot = fits.position;
-  for (std::vector<double>* values : {&fits.edge, &fits.firmness, &fits.spread, &fits.supporters})
+  for (std::vector<double>* values :
+       {&fits.edge, &fits.firmness, &fits.spread, &fits.supporters, &fits.support})
     values->resize(count);
   fits.residual.resize(count);
   fits.normal.resize(count);
@@ -262,10 +306,10 @@ ParticleFits unfitted(const Projected& projected, const Visible& seen,
   return fits;
 }
 
-// Takes what the device found of the fits of a part. Waits.
-void take_fits(Device& device, const FitLanes& part, const FitParams& params, ParticleFits& fits) {
+// Takes what the device found of the fits of a part.
+void take_fits(const FitLanes& part, const ViewTogether<float, float, float, float>& found,
+               double offset, ParticleFits& fits) {
   const std::size_t lanes = static_cast<std::size_t>(part.count());
-  const ViewTogether found(device, part.found);
   const float *const c = found.data<0>(), *const residual = found.data<1>(),
                      *const row = found.data<2>();
   constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
@@ -280,12 +324,13 @@ void take_fits(Device& device, const FitLanes& part, const FitParams& params, Pa
       fits.spread[k] = row[2 * lanes + l];
       fits.supporters[k] = row[3 * lanes + l];
       fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
+      fits.support[k] = row[7 * lanes + l];
       std::array<float, 10>& quadric = fits.quadric[k];
       for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
       if (fits.residual[k] < 0) continue;
       const double behind = std::clamp(-double{quadric[0]}, -1.0, 1.0);
-      fits.foot[k] += fits.normal[k] * (params.offset + behind);
-      quadric[0] -= static_cast<float>(params.offset);
+      fits.foot[k] += fits.normal[k] * (offset + behind);
+      quadric[0] -= static_cast<float>(offset);
     }
   });
 }
@@ -297,16 +342,7 @@ double noise_of(std::vector<float> residual) {
   if (residual.empty()) return kLeastNoise;
   const auto least = residual.begin() + static_cast<std::ptrdiff_t>(residual.size() / 20);
   std::nth_element(residual.begin(), least, residual.end());
-  return std::max(kOverLeast * *least, kLeastNoise);
-}
-
-void weigh_groups(ParticleFits& fits, const std::vector<float>& tells,
-                  const std::vector<double>& extent) {
-  fits.extent = extent;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    fits.edge[k] *= tells[k];
-    fits.firmness[k] *= tells[k];
-  }
+  return std::max(double{kOverLeast} * *least, kLeastNoise);
 }
 
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around) {
@@ -351,10 +387,11 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
 FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, double reach) {
-  return upload_neighbours(device, list_near(projected, centre, around, reach), centre, around);
+  return upload_neighbours(device, projected, list_near(projected, centre, around, reach), centre,
+                           around);
 }
 
-FitNeighbours upload_neighbours(Device& device, const NearLists& near,
+FitNeighbours upload_neighbours(Device& device, const Projected& projected, const NearLists& near,
                                 const std::vector<std::int32_t>& centre,
                                 const std::vector<std::int32_t>& around) {
   FitNeighbours neighbours;
@@ -373,6 +410,7 @@ FitNeighbours upload_neighbours(Device& device, const NearLists& near,
     auto [particle, neighbour, first, length] = arrays.done();
     neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
   });
+  neighbours.sheet = upload_lane_cells(device, projected, centre, neighbours);
   return neighbours;
 }
 
@@ -389,15 +427,16 @@ FitSurface upload_surface(Device& device, const Projected& projected,
   return {place, normal, turned, static_cast<cl_int>(around.index.size())};
 }
 
-FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials)
+FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials, std::size_t means)
     : part(&of),
       trials(in_trials),
       found(device, {10 * static_cast<std::size_t>(trials) * of.lists.fit.size(),
                      static_cast<std::size_t>(trials) * of.lists.fit.size(),
-                     kFitRows * of.lists.fit.size()}),
+                     kFitRows * of.lists.fit.size(), means}),
       quadric(found.part<0>()),
       residual(found.part<1>()),
       rows(found.part<2>()),
+      mean(found.part<3>()),
       weight(allocate<float>(device, of.neighbour.size)) {}
 
 void FitLanes::set(Device& device, const std::vector<float>& rho,
@@ -438,44 +477,6 @@ void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
          part_in_sheet(sheet, part), pass_of(surface, lanes, sheet, pass, params));
 }
 
-LaneCells upload_lane_cells(Device& device, const Projected& projected,
-                            const std::vector<std::int32_t>& centre,
-                            const FitNeighbours& neighbours, float reach) {
-  LaneCells all{cells_of(projected, centre, reach), {}, {}};
-  const Cells& cells = all.host;
-  const std::size_t n = centre.size();
-  std::vector<cl_int> place(n);  // of each fit in bucket order
-  for (std::size_t p = 0; p < n; ++p)
-    place[static_cast<std::size_t>(cells.item[p])] = static_cast<cl_int>(p);
-  const auto lanes_in = [&](std::size_t part) -> const std::vector<std::int32_t>& {
-    return neighbours.parts[part].lists.fit;
-  };
-  const auto put_places = [&](std::size_t part, cl_int* to) {
-    std::ranges::transform(lanes_in(part), to, [&](std::int32_t fit) {
-      return fit < 0 ? -1 : place[static_cast<std::size_t>(fit)];
-    });
-  };
-  // With the cells those of the first part, which mostly is the only one.
-  const std::size_t parts = neighbours.parts.size();
-  UploadTogether<float, float, float, cl_uint, cl_int, cl_int> arrays(
-      device, {n, n, n, n, cells.start.size(), parts > 0 ? lanes_in(0).size() : 0});
-  std::copy(cells.x.begin(), cells.x.end(), arrays.data<0>());
-  std::copy(cells.y.begin(), cells.y.end(), arrays.data<1>());
-  std::copy(cells.z.begin(), cells.z.end(), arrays.data<2>());
-  std::copy(cells.tag.begin(), cells.tag.end(), arrays.data<3>());
-  std::copy(cells.start.begin(), cells.start.end(), arrays.data<4>());
-  if (parts > 0) put_places(0, arrays.data<5>());
-  const auto [x, y, z, tag, start, first] = arrays.done();
-  all.cells = {x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}};
-  if (parts > 0) all.to.push_back(first);
-  for (std::size_t part = 1; part < parts; ++part) {
-    Upload<cl_int> to(device, lanes_in(part).size());
-    put_places(part, to.data());
-    all.to.push_back(to.done());
-  }
-  return all;
-}
-
 LaneSheet::LaneSheet(Device& device, const LaneCells& of, int values)
     : cells(&of), found(device, [&]() -> std::array<std::size_t, 4> {
         const std::size_t n = of.host.item.size(), rows = static_cast<std::size_t>(values);
@@ -492,44 +493,64 @@ void average_lanes(Device& device, const LaneSheet& sheet, const SheetWeights& w
   average_sheet(device, {sheet.cells->cells, toward, share, value}, weights, mean);
 }
 
-ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                           const SurfaceParticles& around, const FitNeighbours& neighbours,
-                           const std::vector<float>& roundness, const FitParams& params,
-                           const NoiseOf& noise) {
-  ParticleFits fits;
+DeviceFits make_fits(Device& device, const Projected& projected, const Visible& seen,
+                     const SurfaceParticles& around, const FitNeighbours& neighbours,
+                     const std::vector<float>& roundness, const FitParams& params,
+                     const std::vector<double>& extent, std::optional<double> noise) {
+  DeviceFits fits;
+  fits.neighbours = &neighbours;
+  fits.offset = params.offset;
   if (seen.index.empty()) return fits;
-  FitSurface surface = upload_surface(device, projected, around);
-  Buffer<float>&normals = surface.normal, &turned = surface.turned;
+  fits.surface = upload_surface(device, projected, around);
+  Buffer<float>&normals = fits.surface.normal, &turned = fits.surface.turned;
   const std::vector<float> widest = widest_supports(roundness, params);
-  std::vector<float> rho = widest;
-  std::vector<FitLanes> parts;
+  std::size_t means = kSurroundings * seen.index.size();
   for (const FitNeighbours::Part& part : neighbours.parts)
-    parts.emplace_back(device, part).set(device, rho, {&roundness, 1}, seen);
-  LaneCells made;
-  if (neighbours.sheet.to.empty())
-    made = upload_lane_cells(device, projected, seen.index, neighbours, kSheet.reach);
-  const LaneSheet sheet(device, made.to.empty() ? neighbours.sheet : made, 2);
+    fits.parts.emplace_back(device, part, 1, std::exchange(means, 0))
+        .set(device, widest, {&roundness, 1}, seen);
+  const LaneSheet sheet(device, neighbours.sheet, 2);
   for (int pass = 0; pass < params.passes; ++pass) {
     const int left = params.passes - 1 - pass;
     if (pass > 0 && left == 0 && params.least_support < 1) {
-      average_lanes(device, sheet, kSheet);
-      rho = narrow_supports(device, sheet, widest, params, noise);
-      for (FitLanes& part : parts) part.set(device, rho, {&roundness, 1}, seen);
+      narrow_supports(device, sheet, params, noise, fits.parts);
+      fits.rough = sheet.found.part<2>();
     }
-    for (std::size_t part = 0; part < parts.size(); ++part)
-      fit_lanes(device, surface, parts[part], sheet, part, normals, turned, {pass, left}, params);
+    for (std::size_t part = 0; part < fits.parts.size(); ++part)
+      fit_lanes(device, fits.surface, fits.parts[part], sheet, part, normals, turned, {pass, left},
+                params);
     std::swap(normals, turned);
     // While the device is at the first pass.
-    if (pass == 0) fits = unfitted(projected, seen, around);
+    if (pass == 0) fits.known = unfitted(projected, seen, around);
   }
-  for (const FitLanes& lanes : parts)
+  for (const FitLanes& lanes : fits.parts)
     launch(device, kernels::measure_edges, device.state().wide_width(),
-           range_of_lanes(device, lanes), surface.place, normals, *lanes.part, lanes,
-           pass_of(surface, lanes, sheet, {params.passes, 0}, params), kEdgeReach);
-  fits.support.assign(rho.begin(), rho.end());
-  fits.roundness.assign(roundness.begin(), roundness.end());
-  for (const FitLanes& part : parts) take_fits(device, part, params, fits);
+           range_of_lanes(device, lanes), fits.surface.place, normals, *lanes.part, lanes,
+           pass_of(fits.surface, lanes, sheet, {params.passes, 0, !extent.empty()}, params),
+           kEdgeReach);
+  fits.known.roundness.assign(roundness.begin(), roundness.end());
+  fits.known.extent = extent;
   return fits;
+}
+
+std::vector<float> rough_residuals(Device& device, const DeviceFits& fits) {
+  if (fits.rough.size == 0) return std::vector<float>(fits.known.size(), 0.0f);
+  const HostView found(device, fits.rough);
+  return by_item(fits.neighbours->sheet.host, found.data());
+}
+
+ParticleFits download(Device& device, DeviceFits made) {
+  ParticleFits& fits = made.known;
+  const Cells& cells = made.neighbours->sheet.host;
+  for (const FitLanes& part : made.parts) {
+    const ViewTogether found(device, part.found);
+    take_fits(part, found, made.offset, fits);
+    if (!made.knows_surroundings || part.mean.size == 0) continue;
+    const float* const mean = found.data<3>();
+    fits.dense = by_item(cells, mean);
+    fits.deep = by_item(cells, mean + fits.size());
+    fits.apart = by_item(cells, mean + 2 * fits.size());
+  }
+  return std::move(fits);
 }
 
 }  // namespace meniscus

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <array>
-#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,30 +27,24 @@ struct ParticleFits {
   std::vector<double> firmness;   // [n] as e, within a narrower angle: for its trust, (0, 1]
   std::vector<double> spread;  // [n] RMS distance of the surroundings from the fit, particle radii
   std::vector<double> supporters;  // [n] neighbours within the full support, each by its u
-  std::vector<Vec3d> foot;         // [n] the fit's surface near the particle, eye space
+  // [n] what trust is told from, see measure_surroundings(): densities at the feet and behind them,
+  // spread; empty: not measured.
+  std::vector<float> dense, deep, apart;
+  std::vector<Vec3d> foot;                     // [n] the fit's surface near the particle, eye space
   std::vector<std::array<float, 10>> quadric;  // [n] as in Quadrics, around `position`
   std::vector<float> residual;  // [n] weighted RMS of f, particle radii; negative: no fit
   std::vector<double> extent;   // [n] of the group, particle radii; empty: particles alone
   std::size_t size() const { return position.size(); }
 };
 
-/// Takes fits for those of groups (merge.hpp): each counts as far as its group is one of its own,
-/// and reaches as far as its members lie.
-///
-///   tells, extent  [n] as in MergedGroups
-void weigh_groups(ParticleFits& fits, const std::vector<float>& tells,
-                  const std::vector<double>& extent);
-
 /// Over which fits residuals are averaged, particle radii.
 inline constexpr float kResidualReach = 6;
 
 /// What residual noise alone explains, particle radii, told from the residuals of all fits of a
-/// frame; those that are not above 0 do not count: 1.5 times their 5th percentile, at least .14.
+/// frame before the last pass; those that are not above 0 do not count: 1.5 times their 5th
+/// percentile, at least .14. Kernel find_noise does the same.
 double noise_of(std::vector<float> residual);
 inline constexpr double kLeastNoise = 0.14;
-
-/// The same for those who know of more fits than are at hand, whose residuals are given.
-using NoiseOf = std::function<double(const std::vector<float>& residual)>;
 
 /// How far a fit's edge e looks (kernel measure_edges), particle radii.
 inline constexpr float kEdgeReach = 4;
@@ -114,7 +108,7 @@ NearLists list_near(const Projected& projected, const std::vector<std::int32_t>&
 NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
                     const Cells& cells, double reach);
 
-/// Fits in cells in which they are averaged (average_lanes()).
+/// Fits in cells of side kResidualReach, in which they are averaged (average_lanes()).
 struct LaneCells {
   Cells host;
   DeviceCells cells;               // the same, without weights
@@ -129,22 +123,17 @@ struct FitNeighbours {
     Buffer<cl_int> particle, neighbour, first, length;
   };
   std::vector<Part> parts;
-  LaneCells sheet;  // in which fits are averaged first; none: they are made then
+  LaneCells sheet;
 };
 
-/// Cells of side `reach` of the neighbours' fits around `centre`. Does not wait.
-LaneCells upload_lane_cells(Device& device, const Projected& projected,
-                            const std::vector<std::int32_t>& centre,
-                            const FitNeighbours& neighbours, float reach);
-
-/// Lists of neighbours, as list_near() makes them of the same arrays, on the device. Waits. Throws
+/// Lists of neighbours, as list_near() makes them of the same arrays, on the device. Throws
 /// DeviceError.
-FitNeighbours upload_neighbours(Device& device, const NearLists& near,
+FitNeighbours upload_neighbours(Device& device, const Projected& projected, const NearLists& near,
                                 const std::vector<std::int32_t>& centre,
                                 const std::vector<std::int32_t>& around);
 
 /// What fits need of places alone: the neighbours within `reach` (particle radii) of each of
-/// `centre` among the surface's particles `around`. Waits. Throws DeviceError.
+/// `centre` among the surface's particles `around`. Throws DeviceError.
 FitNeighbours find_neighbours(Device& device, const Projected& projected,
                               const std::vector<std::int32_t>& centre,
                               const std::vector<std::int32_t>& around, double reach);
@@ -160,11 +149,15 @@ FitSurface upload_surface(Device& device, const Projected& projected,
                           const SurfaceParticles& around, int trials = 1);
 
 /// Rows of what is measured of fits (kernel measure_edges).
-inline constexpr std::size_t kFitRows = 7;
+inline constexpr std::size_t kFitRows = 8;
+
+/// Values that trust is told from, twice the last one (trust.hpp).
+inline constexpr std::size_t kSurroundings = 4;
 
 /// The fits of one part's lanes on the device, in one or several trials that are made together.
 struct FitLanes {
-  FitLanes(Device& device, const FitNeighbours::Part& of, int trials = 1);
+  /// `means`: how many values are read with what is found.
+  FitLanes(Device& device, const FitNeighbours::Part& of, int trials = 1, std::size_t means = 0);
   /// Sets rho and the roundness of each trial, [fits], and what each of the fits of `seen` tells.
   void set(Device& device, const std::vector<float>& rho,
            std::span<const std::vector<float>> roundness, const Visible& seen);
@@ -173,16 +166,18 @@ struct FitLanes {
   const FitNeighbours::Part* part;
   int trials;
   Buffer<float> support;  // [trials][3][lanes] rho, particle radii; roundness; what it tells
-  Together<float, float, float> found;  // the next three, to be read by one command
-  Buffer<float> quadric;                // [trials][10][lanes] through the particles
-  Buffer<float> residual;               // [trials][lanes] particle radii; negative: no fit
-  Buffer<float> rows;                   // [kFitRows][lanes] what is measured of the fits
-  Buffer<float> weight;                 // [slots] of the last pass
+  Together<float, float, float, float> found;  // the next four, to be read by one command
+  Buffer<float> quadric;                       // [trials][10][lanes] through the particles
+  Buffer<float> residual;                      // [trials][lanes] particle radii; negative: no fit
+  Buffer<float> rows;                          // [kFitRows][lanes] what is measured of the fits
+  Buffer<float> mean;                          // [means]
+  Buffer<float> weight;                        // [slots] of the last pass
 };
 
 /// Which of how many passes is made.
 struct FitPass {
-  int done, left;  // passes before and after it
+  int done, left;       // passes before and after it
+  bool groups = false;  // whether e and firmness count as far as each fit tells
 };
 
 /// What kernels say of the fits of lanes, in a sheet in which it is averaged. One command reads it:
@@ -203,8 +198,8 @@ struct InSheet {
 };
 InSheet part_in_sheet(const LaneSheet& sheet, std::size_t part);
 
-/// Averages the values over the sheet around each fit (average_sheet()); the cells are of side
-/// weights.reach. Does not wait.
+/// Averages the values over the sheet around each fit (average_sheet()), weights.reach being
+/// kResidualReach at most. Does not wait.
 void average_lanes(Device& device, const LaneSheet& sheet, const SheetWeights& weights);
 
 /// One pass over a part's lanes in all trials (kernel fit_particles): from the normals `from` to
@@ -219,6 +214,18 @@ Range range_of_lanes(Device& device, const FitLanes& lanes);
 /// The same for each trial.
 Range range_of_trials(Device& device, const FitLanes& lanes);
 
+/// Fits that the device has, or will have made.
+struct DeviceFits {
+  std::vector<FitLanes> parts;
+  FitSurface surface;
+  const FitNeighbours* neighbours = nullptr;
+  Buffer<float> rough;              // residuals before the last pass, [fits] in bucket order;
+                                    // empty: no supports are narrowed by them
+  double offset = 0;                // FitParams::offset
+  bool knows_surroundings = false;  // whether the first part's means are what trust is told from
+  ParticleFits known;               // what the host knows of the fits before it has them
+};
+
 /// Fits a quadric around every particle of `seen` to the surface around it in params.passes passes
 /// (kernel fit_particles), each with the normals and the one-sided robust weights of the pass
 /// before. The last pass narrows the support where one quadric cannot follow the surface:
@@ -231,26 +238,35 @@ Range range_of_trials(Device& device, const FitLanes& lanes);
 ///
 ///   seen        particles to fit, ascending
 ///   around      the surface, `seen` among it
-///   neighbours  of `seen` within params.support
+///   neighbours  of `seen` within params.support; they outlive the fits
 ///   roundness   [seen] how far one quadric explains each one's surroundings (roundness.hpp), 0 ..
 ///   1:
 ///               it takes sigma, tau, support, off-surface distance and ridge to kRound...
-///   noise       what noise explains, from residuals [seen] before the last pass; by default
-///               noise_of()
+///   extent      [seen] as in MergedGroups, where the fits are those of groups: each counts as far
+///               as its group is one of its own, and reaches as far as its members lie; else empty
+///   noise       what noise explains, where more fits than these are known; else noise_of() these
 ///
-/// Waits. Throws DeviceError.
-ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                           const SurfaceParticles& around, const FitNeighbours& neighbours,
-                           const std::vector<float>& roundness, const FitParams& params,
-                           const NoiseOf& noise = noise_of);
+/// Does not wait. Throws DeviceError.
+DeviceFits make_fits(Device& device, const Projected& projected, const Visible& seen,
+                     const SurfaceParticles& around, const FitNeighbours& neighbours,
+                     const std::vector<float>& roundness, const FitParams& params,
+                     const std::vector<double>& extent = {}, std::optional<double> noise = {});
 
-/// The same with a search for the neighbours.
+/// Their residuals before the last pass, [fits], as noise_of() takes them; 0 where no supports are
+/// narrowed by them. Waits.
+std::vector<float> rough_residuals(Device& device, const DeviceFits& fits);
+
+/// The fits themselves. Waits.
+ParticleFits download(Device& device, DeviceFits fits);
+
+/// Makes fits with a search for the neighbours. Waits. Throws DeviceError.
 inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
                                   const SurfaceParticles& around,
                                   const std::vector<float>& roundness, const FitParams& params) {
-  return fit_particles(device, projected, seen, around,
-                       find_neighbours(device, projected, seen.index, around.index, params.support),
-                       roundness, params);
+  const FitNeighbours neighbours =
+      find_neighbours(device, projected, seen.index, around.index, params.support);
+  return download(device,
+                  make_fits(device, projected, seen, around, neighbours, roundness, params));
 }
 
 /// The same, all fits between sheets (roundness 0).

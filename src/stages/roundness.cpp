@@ -15,6 +15,7 @@ constexpr std::size_t kModel = 12;  // floats of a trial fit, as in roundness.cl
 // Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
 // count up to 100 degrees: a rim turns by 180.
 constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
+static_assert(kEvidenceSheet <= kResidualReach);
 
 // Squared distances (radii^2) and bends that noise leaves, so that logarithms stay finite. How well
 // two sheets follow says little: they follow a rounded edge, too; how badly they do says that there
@@ -71,13 +72,6 @@ void compare_trials(Device& device, const Projected& projected, const Visible& s
            part_in_sheet(sheet, part), trial(parts[part], kEvidenceReach));
 }
 
-// The cells of the trial fits' sheet: those of the neighbours, or `made`.
-const LaneCells& cells_of_sheet(Device& device, const Projected& projected, const Visible& seen,
-                                const FitNeighbours& neighbours, LaneCells& made) {
-  if (!neighbours.sheet.to.empty()) return neighbours.sheet;
-  return made = upload_lane_cells(device, projected, seen.index, neighbours, kNear.reach);
-}
-
 }  // namespace
 
 Evidence measure_evidence(Device& device, const Projected& projected, const Visible& seen,
@@ -87,8 +81,7 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
   const std::vector<float> none(count);
   Evidence evidence{none, none, none, std::vector<Vec3d>(count), none};
   if (count == 0) return evidence;
-  LaneCells made;
-  const LaneSheet sheet(device, cells_of_sheet(device, projected, seen, neighbours, made), kValues);
+  const LaneSheet sheet(device, neighbours.sheet, kValues);
   compare_trials(device, projected, seen, around, neighbours, params, blend, sheet);
   const ViewTogether found(device, sheet.found);
   const float *const toward = found.data<0>(), *const share = found.data<1>(),
@@ -110,8 +103,7 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
                                      const BlendParams& blend, double disorder) {
   const std::size_t count = seen.index.size();
   if (count == 0) return {};
-  LaneCells made;
-  const LaneSheet sheet(device, cells_of_sheet(device, projected, seen, neighbours, made), kValues);
+  const LaneSheet sheet(device, neighbours.sheet, kValues);
   compare_trials(device, projected, seen, around, neighbours, params, blend, sheet);
   average_lanes(device, sheet, kNear);
   // While the device is at them.

@@ -1,12 +1,14 @@
 #include "stages/trust.hpp"
 
 #include "base/parallel.hpp"
+#include "device/kernels.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
 namespace {
 
 constexpr SheetWeights kSheet{kTrustSheet, 0.4f, 0.6f};
+static_assert(kTrustSheet <= kResidualReach);
 
 // Where fits' surroundings lie farther from them than this (RMS, particle radii; by the higher one
 // in full), a trace less than full trust has every sample compared with the density field
@@ -14,7 +16,8 @@ constexpr SheetWeights kSheet{kTrustSheet, 0.4f, 0.6f};
 constexpr double kTrace = 0.01;
 
 // Water is thin where the density this far behind the feet (particle radii) is below these.
-constexpr double kDeep = 3, kThin = 0.5, kThick = 0.8;
+constexpr float kDeep = 3;
+constexpr double kThin = 0.5, kThick = 0.8;
 
 // Thin water is a sheet, as fits are, where it is flat, wide, which the number of a fit's
 // neighbours tells, and smooth (Spreads). Else it is arms and drops.
@@ -36,42 +39,26 @@ struct Spreads {
 
 }  // namespace
 
-std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
-                                  const DeviceCells& cells, double disorder) {
+void measure_surroundings(Device& device, const DeviceCells& cells, DeviceFits& fits) {
+  if (fits.parts.empty()) return;
+  const LaneSheet sheet(device, fits.neighbours->sheet, kSurroundings);
+  const auto points = allocate<float>(device, 6 * static_cast<std::size_t>(sheet.fits()));
+  for (std::size_t part = 0; part < fits.parts.size(); ++part) {
+    const FitLanes& lanes = fits.parts[part];
+    launch(device, kernels::place_feet, device.state().wide_width(), range_of_lanes(device, lanes),
+           fits.surface.place, lanes.part->particle, lanes, part_in_sheet(sheet, part), points,
+           records::Feet{lanes.count(), sheet.fits(), static_cast<float>(fits.offset), kDeep});
+  }
+  const InSheet all = part_in_sheet(sheet, 0);
+  measure_density(device, cells, points, all.value);
+  average_sheet(device, {sheet.cells->cells, all.toward, all.share, all.value}, kSheet,
+                fits.parts[0].mean);
+  fits.knows_surroundings = true;
+}
+
+std::vector<double> trust_of(const ParticleFits& fits, double disorder) {
   const std::size_t n = fits.size();
   const Spreads spreads(disorder);
-  if (n == 0) return {};
-  std::vector<float> firm(n), spread(n);
-  std::vector<std::int32_t> place(2 * n);  // of each point's density among the values of the sheets
-  Cells points, around;
-  parallel_both(
-      [&] {
-        std::vector<Vec3d> at = fits.foot;
-        at.reserve(2 * n);
-        for (std::size_t k = 0; k < n; ++k) at.push_back(fits.foot[k] - fits.normal[k] * kDeep);
-        points = make_cells(at, 1 / cells.grid.inverse_cell);
-      },
-      [&] {
-        around = make_cells(fits.position, kSheet.reach);
-        for (std::size_t p = 0; p < n; ++p) {
-          const std::size_t k = static_cast<std::size_t>(around.item[p]);
-          place[k] = static_cast<std::int32_t>(p);
-          place[n + k] = static_cast<std::int32_t>(n + p);
-        }
-        for (std::size_t k = 0; k < n; ++k) {
-          firm[k] = fits.residual[k] < 0 ? 0 : static_cast<float>(fits.firmness[k]);
-          spread[k] = static_cast<float>(fits.spread[k]);
-        }
-      });
-  // Both densities, which the device measures in their places; how far surroundings lie.
-  const SheetFits sheets = upload_sheet(device, around, fits.normal, firm, {{}, {}, spread});
-  measure_density(device, cells, points, place, sheets.value);
-  const auto mean = allocate<float>(device, 4 * n);
-  average_sheet(device, sheets, kSheet, mean);
-  const HostView found(device, mean);
-  const std::vector<float> dense = by_item(around, found.data()),
-                           deep = by_item(around, found.data() + n),
-                           apart = by_item(around, found.data() + 2 * n);
   std::vector<double> trust(n, 0.0);
   constexpr std::size_t kGrain = 1024;  // fits that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -79,11 +66,12 @@ std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
       if (!(fits.residual[k] < 0)) {
         const double sheet = (1 - fits.roundness[k]) *
                              smooth_step(kNarrow, kWide, fits.supporters[k]) *
-                             (1 - smooth_step(spreads.smooth, spreads.rough, apart[k]));
-        trust[k] = smooth_step(0.24, 0.33, dense[k]) * smooth_step(5, 12, fits.supporters[k]) *
-                   (1 - smooth_step(spreads.trusted, spreads.distrusted, apart[k])) *
-                   (1 - (1 - smooth_step(kThin, kThick, deep[k])) * (1 - sheet)) *
-                   (1 - kTrace * smooth_step(spreads.compared_from, spreads.compared, apart[k]));
+                             (1 - smooth_step(spreads.smooth, spreads.rough, fits.apart[k]));
+        trust[k] =
+            smooth_step(0.24, 0.33, fits.dense[k]) * smooth_step(5, 12, fits.supporters[k]) *
+            (1 - smooth_step(spreads.trusted, spreads.distrusted, fits.apart[k])) *
+            (1 - (1 - smooth_step(kThin, kThick, fits.deep[k])) * (1 - sheet)) *
+            (1 - kTrace * smooth_step(spreads.compared_from, spreads.compared, fits.apart[k]));
       }
   });
   return trust;

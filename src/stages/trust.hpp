@@ -17,18 +17,21 @@ namespace meniscus {
 /// Over which fits what trust is told from is averaged, particle radii.
 inline constexpr float kTrustSheet = 5;
 
-/// Trust of each fit, 0 .. 1:
+/// Measures what trust is told from, which download() then gives: the density at the feet, that
+/// three particle radii behind them, and how far the surroundings lie from the fits (`spread`),
+/// particle radii. These three are averaged over the fits k of the same sheet within five radii,
+/// with weights (1 - l/5) smoothstep(.4, .6, n.n_k) times k's firmness: on an edge of the fluid the
+/// density is low, but its sheets go on. Does not wait.
+void measure_surroundings(Device& device, const DeviceCells& cells, DeviceFits& fits);
+
+/// Trust of each fit of known surroundings, 0 .. 1:
 ///   smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread)) smoothstep(5, 12, supporters)
 ///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.5, .8, B)) (1 - sheet)),
 ///   sheet = (1 - roundness) smoothstep(40, 80, supporters) (1 - smoothstep(.25, .4, spread))
-/// with C the density at the feet, B that three particle radii behind them, and the spread, in
-/// particle radii. These three are averaged over the fits k of the same sheet within five radii,
-/// with weights (1 - l/5) smoothstep(.4, .6, n.n_k) times k's firmness: on an edge of the fluid C
-/// is low, but its sheets go on. 0 where there is no fit. Irregular particles lie farther from
-/// their fits: for a disorder of 1 (relax.hpp) spreads are compared with .8, 1.2; .6, .8; .5, .8,
-/// for one of 2 with 1.15, 1.65; .9, 1.2; .75, 1.2. Waits.
-std::vector<double> measure_trust(Device& device, const ParticleFits& fits,
-                                  const DeviceCells& cells, double disorder = 0);
+/// with C the mean density at the feet, B that behind them, and the mean spread. 0 where there is
+/// no fit. Irregular particles lie farther from their fits: for a disorder of 1 (relax.hpp) spreads
+/// are compared with .8, 1.2; .6, .8; .5, .8, for one of 2 with 1.15, 1.65; .9, 1.2; .75, 1.2.
+std::vector<double> trust_of(const ParticleFits& fits, double disorder = 0);
 
 /// Less trust to fits without air before them: particles around a gap in a lattice, as large as one
 /// that is missing, seem to lie on a surface. No camera sees them. With C the density 1.5 particle

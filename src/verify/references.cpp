@@ -13,6 +13,7 @@ const std::vector<StageCase>& stage_cases() {
       {"motion", {0, 1, 65, 900}, motion_case},
       {"particle_fit", {4, 11}, particle_fit_case},
       {"roundness", {4, 11}, roundness_case},
+      {"trust", {4, 11}, trust_case},
       {"blend", {9, 37}, blend_case},
       {"implicit", {1, 65, 600}, implicit_case},
       {"interpolate", {5, 67}, interpolate_case},

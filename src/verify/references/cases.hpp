@@ -15,6 +15,7 @@ ReferenceErrors density_case(Device& device, int size);
 ReferenceErrors motion_case(Device& device, int size);
 ReferenceErrors particle_fit_case(Device& device, int size);
 ReferenceErrors roundness_case(Device& device, int size);
+ReferenceErrors trust_case(Device& device, int size);
 ReferenceErrors blend_case(Device& device, int size);
 ReferenceErrors stable_case(Device& device, int size);
 ReferenceErrors choose_groups_case(Device& device, int size);

@@ -1,5 +1,4 @@
-// fit_particles: every pass against the pass before; and
-// measure_edges.
+// fit_particles: every pass against the pass before; measure_edges; find_noise and narrow_supports.
 #include "stages/particle_fit.hpp"
 
 #include "verify/reference/particle_fit.hpp"
@@ -46,12 +45,30 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
   }
 }
 
+// Of rough particles, whose noise is more than what counts without any.
+void see_supports(Device& device, int size, Worst& support) {
+  Random random(11);
+  const FittedSurface scene = fitted_surface(
+      field(size, 6, [&](double u, double v) { return hills(u, v) + random(-0.5, 0.5); }));
+  const FitParams params;
+  FitParams full = params;
+  full.least_support = 1;
+  --full.passes;
+  const reference::Surroundings all = scene.surroundings(fit(device, scene, full));
+  const ParticleFits fits = fit(device, scene, params);
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    const auto [expected, error] =
+        reference::narrowed_support(all, static_cast<std::size_t>(scene.place[k]), params);
+    support.see(fits.support[k], expected, error + 4 * kEpsilon * expected, expected);
+  }
+}
+
 }  // namespace
 
 ReferenceErrors particle_fit_case(Device& device, int size) {
   Worst equation("fit_particles", "normal equations"), residual("measure_edges", "residual"),
       edge("measure_edges", "edge"), firmness("measure_edges", "firmness"),
-      supporters("measure_edges", "supporters");
+      supporters("measure_edges", "supporters"), support("narrow_supports", "support");
   for (const auto& surface : {hills, roof}) {
     Projected particles = field(size, 2, surface);
     // Two that lie all but on each other.
@@ -71,7 +88,9 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
     }
     see_edges(scene, before, params, edge, firmness, supporters);
   }
-  return {equation.error(), residual.error(), edge.error(), firmness.error(), supporters.error()};
+  see_supports(device, size, support);
+  return {equation.error(), residual.error(),   edge.error(),
+          firmness.error(), supporters.error(), support.error()};
 }
 
 }  // namespace meniscus::verify

@@ -1,0 +1,35 @@
+// place_feet: what is measured around the fits of a surface, given the fits themselves.
+#include "stages/trust.hpp"
+
+#include "verify/reference/trust.hpp"
+#include "verify/references/cases.hpp"
+#include "verify/references/mesh_by_hand.hpp"
+#include "verify/references/worst.hpp"
+
+namespace meniscus::verify {
+
+ReferenceErrors trust_case(Device& device, int size) {
+  Worst dense("place_feet", "density at feet"), deep("place_feet", "density behind them"),
+      apart("place_feet", "spread");
+  for (const auto& surface : {hills, roof}) {
+    const FittedSurface scene = fitted_surface(field(size, 2, surface));
+    const Projected& p = scene.projected;
+    const FitNeighbours neighbours =
+        find_neighbours(device, p, scene.seen.index, scene.around.index, FitParams{}.support);
+    DeviceFits made = make_fits(device, p, scene.seen, scene.around, neighbours,
+                                std::vector<float>(scene.seen.index.size(), 0.0f), {});
+    measure_surroundings(device, upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport)),
+                         made);
+    const ParticleFits fits = download(device, std::move(made));
+    const auto expected = reference::surroundings_of(p, fits);
+    for (std::size_t k = 0; k < fits.size(); ++k) {
+      if (expected[k].dense.weight < 1e-3) continue;  // next to nothing may be nothing in floats
+      dense.see(fits.dense[k], expected[k].dense.mean, expected[k].dense.error, 1);
+      deep.see(fits.deep[k], expected[k].deep.mean, expected[k].deep.error, 1);
+      apart.see(fits.apart[k], expected[k].apart.mean, expected[k].apart.error, 1);
+    }
+  }
+  return {dense.error(), deep.error(), apart.error()};
+}
+
+}  // namespace meniscus::verify
