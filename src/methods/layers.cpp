@@ -27,15 +27,15 @@ constexpr double kCell = 2, kBand = 2;
 
 // The field tells the cells that the surface passes through, the fits where it is: that may be up
 // to two radii away, and in a cell beside it.
-constexpr Placing kPlacing{.most_off = 2, .margin = -0.5};
+constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .sheets_by_mean = true};
 
 // Crossings that lie less than this behind the front (particle radii) and face the eye by more than
 // this cosine are the front itself, of which the mesh need not tell anything.
-constexpr double kBehindFront = 0.75, kFacing = 0.6;
+constexpr double kBehindFront = 0.75, kFacing = 0.3;
 
 // The fit of every particle of the surface is much like those beside it. Of the particles that the
 // front has not fitted one a cube of this side (particle radii) and side of the fluid is.
-constexpr double kApart = 2.5;
+constexpr double kApart = 3.5;
 
 // The cube of a point, and which of six ways its normal points. Points farther than 2^19 cubes away
 // share cubes.

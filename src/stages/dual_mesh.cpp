@@ -221,6 +221,13 @@ Eigen::Vector3d within(const Eigen::Matrix3d& planes, const Eigen::Vector3d& off
   return x;
 }
 
+// Whether `count` unit normals with this sum have one direction, as within() tells it: along their
+// mean the sum of their squares is at least |sum|^2 / count, and the rest of `count` lies across.
+bool is_one_sheet(const Vec3d& sum, std::size_t count, double flat) {
+  const auto n = static_cast<double>(count);
+  return dot(sum, sum) * (1 + flat) >= n * n;
+}
+
 // Where the planes of a piece's crossings meet, its normal, and whether it is on a crease.
 void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
                   std::uint32_t piece, const Placing& placing, DualMesh& mesh) {
@@ -262,11 +269,20 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
   const Vec3d from = low + Vec3d(margin, margin, margin);
   const std::size_t vertex = cell.first + piece;
   mesh.bounds[vertex] = {from, from + Vec3d(side, side, side)};
+  const Vec3d mean = normalized(normal);
+  mesh.normal[vertex] = mean;
+  if (placing.sheets_by_mean && is_one_sheet(normal, count, placing.flat)) {
+    const Eigen::Vector3d v(mean.x, mean.y, mean.z);
+    const Vec3d at = middle + mean * (v.dot(off) / v.dot(planes * v));
+    if (at == clamped(at, mesh.bounds[vertex])) {
+      mesh.position[vertex] = at;
+      return;
+    }
+  }
   int rank = 0;
   const Eigen::Vector3d from_middle(from.x - middle.x, from.y - middle.y, from.z - middle.z);
   const Eigen::Vector3d move = within(planes, off, from_middle, side, placing.flat, &rank);
   mesh.position[vertex] = clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
-  mesh.normal[vertex] = normalized(normal);
   mesh.sharp[vertex] = rank > 1;
 }
 

@@ -11,8 +11,9 @@
 namespace meniscus {
 namespace {
 
-constexpr int kRowsDrawn = 16;       // rows of pixels that one thread draws at a time
-constexpr double kSubpixels = 4096;  // of a pixel
+constexpr int kRowsDrawn = 16;  // rows of pixels that one thread draws at a time
+constexpr int kSubpixelBits = 12;
+constexpr std::int64_t kSubpixels = 1 << kSubpixelBits;  // of a pixel
 constexpr double kFarthestPixel = 1
                                   << 17;  // pixels; products of differences of steps fit in 64 bits
 
@@ -33,23 +34,52 @@ constexpr double kCreaseNormals = 0.9063077870366499;
 // A vertex on the screen.
 struct ScreenCorner {
   std::int64_t u = 0, v = 0;  // steps
-  double depth = 0, inverse_w = 0;
+  double depth = 0;           // world units
+  double inverse_w = 0;
   Vec3d normal;  // world axes
   bool usable = false;
 };
 
+// A triangle that rays may meet. Its inside is to the right of its edges; the k-th lies opposite
+// corner k.
+struct Face {
+  std::array<std::uint32_t, 3> corner;
+  std::array<int, 2> columns, rows;  // whose centres it may cover, first and behind the last
+  bool enters;                       // it faces the eye
+  std::uint32_t normals;             // their place in ScreenMesh, of those that rays leave through
+};
+
+// The outward normals of a triangle, world axes: its own, and the mean of its corners', which is
+// linear on the screen but for its length.
+struct FaceNormals {
+  Vec3d flat;
+  Vec3d first;              // at the first column and row
+  Vec3d by_column, by_row;  // by which it changes
+};
+
 // The mesh on the screen.
 struct ScreenMesh {
-  std::vector<ScreenCorner> corner;                    // [vertices]
-  std::vector<std::array<std::uint32_t, 3>> triangle;  // corners of those that may be met
-  std::vector<std::int8_t> enters;                     // [triangles] 1: faces the eye; -1
-  std::vector<Vec3d> flat;                             // [triangles] unit, outward, world axes
-  std::vector<std::vector<std::uint32_t>> of_band;     // [bands] their triangles, ascending
+  std::vector<ScreenCorner> corner;  // [vertices]
+  std::vector<Face> face;
+  std::vector<FaceNormals> normals;
+  std::vector<std::vector<std::uint32_t>> of_band;  // [bands] their faces, ascending
 };
+
+using FaceCorners = std::array<const ScreenCorner*, 3>;
+
+FaceCorners corners_of(const ScreenMesh& screen, const std::array<std::uint32_t, 3>& t) {
+  return {&screen.corner[t[0]], &screen.corner[t[1]], &screen.corner[t[2]]};
+}
 
 // Twice the area to the right of a to b, where p lies.
 std::int64_t side_of(const ScreenCorner& a, const ScreenCorner& b, std::int64_t u, std::int64_t v) {
   return (b.u - a.u) * (v - a.v) - (b.v - a.v) * (u - a.u);
+}
+
+// How far a point lies to the right of each edge of a triangle.
+std::array<std::int64_t, 3> sides_of(const FaceCorners& corner, std::int64_t u, std::int64_t v) {
+  return {side_of(*corner[1], *corner[2], u, v), side_of(*corner[2], *corner[0], u, v),
+          side_of(*corner[0], *corner[1], u, v)};
 }
 
 // Of the two triangles beside an edge, which run along it either way, the one that has its points.
@@ -57,45 +87,41 @@ bool owns_edge(const ScreenCorner& a, const ScreenCorner& b) {
   return a.v == b.v ? b.u > a.u : b.v < a.v;
 }
 
-std::int64_t centre_of(int pixel) {
-  return static_cast<std::int64_t>(pixel) * static_cast<std::int64_t>(kSubpixels) +
-         static_cast<std::int64_t>(kSubpixels) / 2;
+std::int64_t centre_of(int pixel) { return pixel * kSubpixels + kSubpixels / 2; }
+
+// The pixels whose centres lie between the least and the largest of three steps along an axis: the
+// first, and the one behind the last.
+std::array<int, 2> pixels_between(std::int64_t a, std::int64_t b, std::int64_t c, int size) {
+  const auto centres_before = [&](std::int64_t step) {
+    return static_cast<int>(
+        std::clamp<std::int64_t>((step + kSubpixels / 2 - 1) >> kSubpixelBits, 0, size));
+  };
+  return {centres_before(std::min({a, b, c})), centres_before(std::max({a, b, c}) + 1)};
 }
 
-// The pixels whose centres lie between two steps along an axis: the first, and the one behind the
-// last.
-std::array<int, 2> pixels_between(std::int64_t low, std::int64_t high, int size) {
-  const double first = std::ceil(static_cast<double>(low) / kSubpixels - 0.5),
-               last = std::floor(static_cast<double>(high) / kSubpixels - 0.5);
-  return {static_cast<int>(std::clamp<double>(first, 0, size)),
-          static_cast<int>(std::clamp<double>(last + 1, 0, size))};
-}
-
-// How far a point lies to the right of each edge of a triangle, the k-th opposite corner k.
-std::array<std::int64_t, 3> sides_of(const std::array<const ScreenCorner*, 3>& corner,
-                                     std::int64_t u, std::int64_t v) {
-  return {side_of(*corner[1], *corner[2], u, v), side_of(*corner[2], *corner[0], u, v),
-          side_of(*corner[0], *corner[1], u, v)};
-}
-
-// The three edges of a triangle, its inside to the right of them; the k-th lies opposite corner k.
-struct Edges {
-  std::array<const ScreenCorner*, 3> corner;
-  std::array<int, 2> columns, rows;  // whose centres it may cover, first and behind the last
-
-  Edges(const ScreenMesh& mesh, const std::array<std::uint32_t, 3>& t, const View& view)
-      : corner{&mesh.corner[t[0]], &mesh.corner[t[1]], &mesh.corner[t[2]]} {
-    const auto range = [&](std::int64_t ScreenCorner::*axis, int size) {
-      const std::int64_t a = corner[0]->*axis, b = corner[1]->*axis, c = corner[2]->*axis;
-      return pixels_between(std::min({a, b, c}), std::max({a, b, c}), size);
-    };
-    columns = range(&ScreenCorner::u, view.width);
-    rows = range(&ScreenCorner::v, view.height);
+FaceNormals normals_of(const View& view, const DualMesh& mesh, const ScreenMesh& screen,
+                       const Face& face) {
+  const auto& [a, b, c] = face.corner;
+  const Vec3d& from = mesh.position[a];
+  FaceNormals normals;
+  normals.flat =
+      normalized(world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from)));
+  const FaceCorners corner = corners_of(screen, face.corner);
+  const std::array<std::int64_t, 3> sides =
+      sides_of(corner, centre_of(face.columns[0]), centre_of(face.rows[0]));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const ScreenCorner &own = *corner[k], &next = *corner[(k + 1) % 3],
+                       &last = *corner[(k + 2) % 3];
+    const bool crease = dot(own.normal, normals.flat) < kCreaseNormals;
+    const Vec3d normal = (crease ? normals.flat : own.normal) * own.inverse_w;
+    normals.first += normal * static_cast<double>(sides[k]);
+    normals.by_column += normal * static_cast<double>((next.v - last.v) * kSubpixels);
+    normals.by_row += normal * static_cast<double>((last.u - next.u) * kSubpixels);
   }
-};
+  return normals;
+}
 
-// Projects the mesh, and lists the triangles of each band of rows. Corners of triangles are put so
-// that their inside is to the right of their edges.
+// Projects the mesh, and lists the faces of each band of rows.
 ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
   ScreenMesh screen;
   screen.corner.resize(mesh.position.size());
@@ -108,167 +134,211 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
         continue;
       screen.corner[k] = {std::llround(p.u * kSubpixels),
                           std::llround(p.v * kSubpixels),
-                          -at.z,
+                          -at.z * view.radius,
                           1 / p.w,
                           world_direction(view, mesh.normal[k]),
                           true};
     }
   });
   screen.of_band.resize(static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn));
-  screen.triangle.reserve(mesh.triangle.size());
+  screen.face.reserve(mesh.triangle.size());
+  std::vector<std::uint32_t> leaving;  // [normals] their faces
   for (std::array<std::uint32_t, 3> t : mesh.triangle) {
-    const ScreenCorner &a = screen.corner[t[0]], &b = screen.corner[t[1]], &c = screen.corner[t[2]];
-    if (!a.usable || !b.usable || !c.usable) continue;
-    const std::int64_t area = side_of(a, b, c.u, c.v);
+    const auto [a, b, c] = corners_of(screen, t);
+    if (!a->usable || !b->usable || !c->usable) continue;
+    const std::int64_t area = side_of(*a, *b, c->u, c->v);
     if (area == 0) continue;
-    if (area < 0) std::swap(t[1], t[2]);  // rows run down
-    const Edges edges(screen, t, view);
-    if (edges.columns[0] >= edges.columns[1] || edges.rows[0] >= edges.rows[1]) continue;
-    for (int band = edges.rows[0] / kRowsDrawn; band <= (edges.rows[1] - 1) / kRowsDrawn; ++band)
-      screen.of_band[static_cast<std::size_t>(band)].push_back(
-          static_cast<std::uint32_t>(screen.triangle.size()));
-    screen.triangle.push_back(t);
-    screen.enters.push_back(area < 0 ? 1 : -1);
+    const std::array<int, 2> columns = pixels_between(a->u, b->u, c->u, view.width),
+                             rows = pixels_between(a->v, b->v, c->v, view.height);
+    if (columns[0] >= columns[1] || rows[0] >= rows[1]) continue;
+    const auto number = static_cast<std::uint32_t>(screen.face.size());
+    for (int band = rows[0] / kRowsDrawn; band <= (rows[1] - 1) / kRowsDrawn; ++band)
+      screen.of_band[static_cast<std::size_t>(band)].push_back(number);
+    const bool enters = area < 0;  // rows run down
+    if (enters) std::swap(t[1], t[2]);
+    screen.face.push_back({t, columns, rows, enters, static_cast<std::uint32_t>(leaving.size())});
+    if (!enters) leaving.push_back(number);
   }
-  screen.flat.resize(screen.triangle.size());
-  parallel_for(screen.flat.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) {
-      const auto& [a, b, c] = screen.triangle[k];
-      const Vec3d &from = mesh.position[a],
-                  across = cross(mesh.position[b] - from, mesh.position[c] - from);
-      // The corners run the other way where the triangle faces the eye.
-      screen.flat[k] =
-          normalized(world_direction(view, across * static_cast<double>(-screen.enters[k])));
-    }
+  screen.normals.resize(leaving.size());
+  parallel_for(leaving.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      screen.normals[k] = normals_of(view, mesh, screen, screen.face[leaving[k]]);
   });
   return screen;
 }
 
 // Where a ray meets a triangle.
 struct Crossing {
-  double depth;  // particle radii
-  std::uint32_t triangle;
-  std::int32_t enters;
+  float depth;  // world units
+  std::uint32_t face;
+  std::int32_t enters;  // 1, or -1 where the ray leaves
 
   bool operator<(const Crossing& other) const {
     if (depth != other.depth) return depth < other.depth;
     if (enters != other.enters) return enters > other.enters;  // bodies that touch are one
-    return triangle < other.triangle;
+    return face < other.face;
   }
 };
 
+// Narrows a range of columns, the first and the one behind the last, to where a number that is
+// `room` at column 0 and grows by `step` a column is not below 0.
+void narrow(std::int64_t room, std::int64_t step, std::int64_t& first, std::int64_t& behind) {
+  if (room < 0 && step <= 0)
+    behind = 0;
+  else if (room < 0)
+    first = std::max(first, (step - 1 - room) / step);
+  else if (step < 0)
+    behind = std::min(behind, room / -step + 1);
+}
+
 // What lies behind the fronts of a band of rows: the crossings of each of its pixels, one after the
 // other.
-struct BandCrossings {
-  struct Link {
-    Crossing crossing;
-    std::uint32_t next;
-  };
-  static constexpr std::uint32_t kEnd = ~0u;
-  int width, first;                 // columns; the first row
-  std::vector<double> start;        // [pixels] of the fronts, particle radii
-  std::vector<std::uint32_t> head;  // [pixels]
-  std::vector<Link> links;
+class BandCrossings {
+ public:
+  // `least_air`: between two bodies, along the depth, of all rays of the view.
+  BandCrossings(const View& view, const ScreenMesh& screen, const std::vector<float>& front,
+                float least_air)
+      : view_(view), screen_(screen), front_(front), least_air_(least_air) {}
 
-  explicit BandCrossings(int columns) : width(columns), first(0) {}
-
-  void clear(const View& view, const std::vector<float>& front, int first_row, int rows) {
-    first = first_row;
-    const std::size_t n = static_cast<std::size_t>(rows) * static_cast<std::size_t>(width);
-    const float* const from =
-        &front[static_cast<std::size_t>(first) * static_cast<std::size_t>(width)];
-    head.assign(n, kEnd);
-    start.resize(n);
-    for (std::size_t p = 0; p < n; ++p) start[p] = from[p] / view.radius;
-    links.clear();
+  // Forgets all, for the rows `first` and up to before `behind`.
+  void begin(int first, int behind) {
+    first_ = first;
+    behind_ = behind;
+    const auto rows = static_cast<std::size_t>(behind - first);
+    head_.assign(rows * static_cast<std::size_t>(view_.width), kEnd);
+    used_ = 0;
   }
 
-  // Draws the rows of a triangle that lie in the band. Its depth is a quotient of two functions
-  // that are linear on the screen.
-  void draw(const Edges& edges, std::uint32_t triangle, std::int32_t enters, int rows) {
-    const auto& [a, b, c] = edges.corner;
-    std::array<std::int64_t, 3> to_right{b->v - c->v, c->v - a->v, a->v - b->v};
-    const std::array<std::int64_t, 3> beside{owns_edge(*b, *c) ? 0 : 1, owns_edge(*c, *a) ? 0 : 1,
-                                             owns_edge(*a, *b) ? 0 : 1};
-    for (std::int64_t& step : to_right) step *= static_cast<std::int64_t>(kSubpixels);
-    const std::array<double, 3> below{a->inverse_w, b->inverse_w, c->inverse_w},
-        above{a->inverse_w * a->depth, b->inverse_w * b->depth, c->inverse_w * c->depth};
-    const int top = std::max(first, edges.rows[0]), behind = std::min(first + rows, edges.rows[1]);
-    for (int row = top; row < behind; ++row) {
-      const std::size_t row_at =
-          static_cast<std::size_t>(row - first) * static_cast<std::size_t>(width);
-      auto [e0, e1, e2] = sides_of(edges.corner, centre_of(edges.columns[0]), centre_of(row));
-      bool met = false;
-      for (int column = edges.columns[0]; column < edges.columns[1];
-           ++column, e0 += to_right[0], e1 += to_right[1], e2 += to_right[2]) {
-        if (((e0 - beside[0]) | (e1 - beside[1]) | (e2 - beside[2])) < 0) {
-          if (met) break;
-          continue;
-        }
-        met = true;
-        const double x = static_cast<double>(e0), y = static_cast<double>(e1),
-                     z = static_cast<double>(e2);
-        const double depth = (x * above[0] + y * above[1] + z * above[2]) /
-                             (x * below[0] + y * below[1] + z * below[2]);
-        const std::size_t p = row_at + static_cast<std::size_t>(column);
-        if (!(depth > start[p])) continue;
-        links.push_back({{depth, triangle, enters}, head[p]});
-        head[p] = static_cast<std::uint32_t>(links.size() - 1);
-      }
+  // The rows of a face that lie in the band. Its depth is a quotient of two numbers that are linear
+  // on the screen. An entry that is less than `least_air` behind the front tells nothing: the first
+  // body begins at the front, and air between both would be none.
+  void draw(std::uint32_t number) {
+    const Face& face = screen_.face[number];
+    const FaceCorners corner = corners_of(screen_, face.corner);
+    std::array<std::int64_t, 3> to_right, least;  // of sides: by a column; on the inside
+    std::array<double, 3> above, below;           // of the depth, by the side
+    double above_step = 0, below_step = 0;        // by a column
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ScreenCorner &from = *corner[(k + 1) % 3], &to = *corner[(k + 2) % 3];
+      to_right[k] = (from.v - to.v) * kSubpixels;
+      least[k] = owns_edge(from, to) ? 0 : 1;
+      below[k] = corner[k]->inverse_w;
+      above[k] = below[k] * corner[k]->depth;
+      above_step += static_cast<double>(to_right[k]) * above[k];
+      below_step += static_cast<double>(to_right[k]) * below[k];
     }
+    const float nearest = face.enters ? least_air_ : 0;
+    const int last = std::min(behind_, face.rows[1]);
+    for (int row = std::max(first_, face.rows[0]); row < last; ++row) {
+      const std::array<std::int64_t, 3> side =
+          sides_of(corner, centre_of(face.columns[0]), centre_of(row));
+      std::int64_t from = 0, to = face.columns[1] - face.columns[0];
+      for (std::size_t k = 0; k < 3; ++k) narrow(side[k] - least[k], to_right[k], from, to);
+      if (from >= to) continue;
+      double top = 0, bottom = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto at = static_cast<double>(side[k] + from * to_right[k]);
+        top += at * above[k];
+        bottom += at * below[k];
+      }
+      const std::size_t pixel =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
+          static_cast<std::size_t>(face.columns[0] + from);
+      add_row(pixel, static_cast<std::size_t>(to - from), {top, above_step}, {bottom, below_step},
+              nearest, {0, number, face.enters ? 1 : -1});
+    }
+  }
+
+  std::size_t first_pixel() const {
+    return static_cast<std::size_t>(first_) * static_cast<std::size_t>(view_.width);
   }
 
   // Those of a pixel, in order.
   void list(std::size_t pixel, std::vector<Crossing>& sorted) const {
     sorted.clear();
-    for (std::uint32_t at = head[pixel]; at != kEnd; at = links[at].next) {
-      sorted.push_back(links[at].crossing);
+    for (std::uint32_t at = head_[pixel - first_pixel()]; at != kEnd; at = links_[at].next) {
+      sorted.push_back(links_[at].crossing);
       for (std::size_t k = sorted.size() - 1; k > 0 && sorted[k] < sorted[k - 1]; --k)
         std::swap(sorted[k], sorted[k - 1]);
     }
   }
+
+ private:
+  struct Link {
+    Crossing crossing;
+    std::uint32_t next;
+  };
+  static constexpr std::uint32_t kEnd = ~0u;
+
+  // A number that is linear along a row.
+  struct Line {
+    double at, step;
+  };
+
+  // Adds the crossings of a face at n pixels of a row, at depths top / bottom, where these are more
+  // than `nearest` behind the front.
+  void add_row(std::size_t pixel, std::size_t n, Line top, Line bottom, float nearest,
+               Crossing crossing) {
+    if (links_.size() < used_ + n) links_.resize(2 * (used_ + n));
+    const float* const front = &front_[pixel];
+    std::uint32_t* const head = &head_[pixel - first_pixel()];
+    Link* const links = links_.data();
+    std::uint32_t used = used_;
+    for (std::size_t k = 0; k < n; ++k, top.at += top.step, bottom.at += bottom.step) {
+      crossing.depth = static_cast<float>(top.at / bottom.at);
+      if (!(crossing.depth > front[k] + nearest)) continue;
+      links[used] = {crossing, head[k]};
+      head[k] = used++;
+    }
+    used_ = used;
+  }
+
+  const View& view_;
+  const ScreenMesh& screen_;
+  const std::vector<float>& front_;
+  const float least_air_;
+  int first_ = 0, behind_ = 0;
+  std::vector<std::uint32_t> head_;  // [pixels] of the band
+  std::vector<Link> links_;
+  std::uint32_t used_ = 0;  // links
 };
 
-// The mesh's normal where a ray meets a triangle, world axes.
-Vec3d normal_at(const ScreenMesh& screen, const Crossing& met, int column, int row) {
-  const std::array<std::uint32_t, 3>& t = screen.triangle[met.triangle];
-  const std::array<const ScreenCorner*, 3> corner{&screen.corner[t[0]], &screen.corner[t[1]],
-                                                  &screen.corner[t[2]]};
-  const std::array<std::int64_t, 3> sides = sides_of(corner, centre_of(column), centre_of(row));
-  const Vec3d& flat = screen.flat[met.triangle];
-  Vec3d sum;
-  for (int k = 0; k < 3; ++k) {
-    const Vec3d& normal = corner[k]->normal;
-    sum += (dot(normal, flat) < kCreaseNormals ? flat : normal) *
-           (static_cast<double>(sides[k]) * corner[k]->inverse_w);
-  }
-  return normalized(sum, flat);
+// The mesh's normal where a ray leaves it through a face, world axes.
+Vec3d normal_at(const ScreenMesh& screen, std::uint32_t number, int column, int row) {
+  const Face& face = screen.face[number];
+  const FaceNormals& normals = screen.normals[face.normals];
+  return normalized(normals.first +
+                        normals.by_column * static_cast<double>(column - face.columns[0]) +
+                        normals.by_row * static_cast<double>(row - face.rows[0]),
+                    normals.flat);
 }
 
+constexpr std::uint32_t kNoFace = ~0u;
+
 struct Interval {
-  double from, to;  // depths, particle radii
-  const Crossing* leaving = nullptr;
+  float from, to;         // depths, world units
+  std::uint32_t leaving;  // through which face; kNoFace: a film's end
 };
 
 // The bodies along one ray behind its front, from its crossings there in order; air of less depth
 // than `least_air` is none. The mesh is closed: what a ray leaves more often than it enters it
 // behind the front, it is in there, and its body begins before it.
-void list_intervals(const std::vector<Crossing>& crossings, double least_air,
+void list_intervals(const std::vector<Crossing>& crossings, float least_air,
                     std::vector<Interval>& bodies) {
   bodies.clear();
   int all = 0;
   for (const Crossing& c : crossings) all += c.enters;
   int within = std::max(-all, 0);
-  double from = 0;
+  float from = 0;
   for (const Crossing& c : crossings) {
     const int before = within;
     within += c.enters;
     if (before <= 0 && within > 0) from = c.depth;
     if (before <= 0 || within > 0) continue;
     if (!bodies.empty() && from - bodies.back().to < least_air)
-      bodies.back() = {bodies.back().from, c.depth, &c};
+      bodies.back() = {bodies.back().from, c.depth, c.face};
     else
-      bodies.push_back({from, c.depth, &c});
+      bodies.push_back({from, c.depth, c.face});
   }
 }
 
@@ -284,36 +354,33 @@ struct Tracer {
   Layers& layers;
 
   // Writes what is kept of one ray. `bodies` is room to work in.
-  void write(int column, int row, const std::vector<Crossing>& crossings,
+  void write(int column, int row, std::size_t pixel, const std::vector<Crossing>& crossings,
              std::vector<Interval>& bodies) const {
-    const std::size_t pixels = front.size(),
-                      pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width) +
-                              static_cast<std::size_t>(column);
     const float first = front[pixel];
     const Vec3d along = ray_direction(view, column + 0.5, row + 0.5);
-    const double stretch = length(along), start = first / view.radius;
-    list_intervals(crossings, kThinAir / stretch, bodies);
-    if (bodies.empty() || bodies[0].from > start + kMeetsFront / stretch)
-      bodies.insert(bodies.begin(), {start, start + kFilm / stretch, nullptr});
+    const double stretch = length(along), depth_of_radius = view.radius / stretch;
+    list_intervals(crossings, static_cast<float>(kThinAir * depth_of_radius), bodies);
+    if (bodies.empty() || bodies[0].from > first + kMeetsFront * depth_of_radius)
+      bodies.insert(bodies.begin(),
+                    {first, static_cast<float>(first + kFilm * depth_of_radius), kNoFace});
 
+    const std::size_t pixels = front.size();
     const auto most = static_cast<std::size_t>(layers.most);
     double thickness = 0;
     std::size_t count = 0;
     float last = 0;  // where the layer before ends
     for (const Interval& body : bodies) {
-      const float from =
-          count == 0 ? first : std::max(world_depth(view, body.from), next_above(last));
-      float to = world_depth(view, body.to);
-      if (count == 0) to = std::max(to, next_above(from));
+      const float from = count == 0 ? first : std::max(body.from, next_above(last));
+      const float to = count == 0 ? std::max(body.to, next_above(from)) : body.to;
       if (!(to > from)) continue;
       if (count < most) {
         layers.entry[count * pixels + pixel] = from;
         layers.exit[count * pixels + pixel] = to;
       }
       if (count == 0)
-        layers.back_normal[pixel] = static_cast<Vec3>(
-            body.leaving != nullptr ? normal_at(screen, *body.leaving, column, row)
-                                    : world_direction(view, normalized(along)));
+        layers.back_normal[pixel] =
+            static_cast<Vec3>(body.leaving != kNoFace ? normal_at(screen, body.leaving, column, row)
+                                                      : world_direction(view, normalized(along)));
       thickness += (double{to} - double{from}) * stretch;
       ++count;
       last = to;
@@ -322,6 +389,14 @@ struct Tracer {
     layers.thickness[pixel] = static_cast<float>(thickness);
   }
 };
+
+// How much longer the way along a ray is than its depth, at most: at a corner of the image.
+double most_stretch(const View& view) {
+  double most = 0;
+  for (const int u : {0, view.width})
+    for (const int v : {0, view.height}) most = std::max(most, length(ray_direction(view, u, v)));
+  return most;
+}
 
 }  // namespace
 
@@ -338,24 +413,22 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
 
   const ScreenMesh screen = project_mesh(view, mesh);
   const Tracer tracer{view, screen, front, layers};
+  const auto least_air = static_cast<float>(kThinAir * view.radius / most_stretch(view));
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
-    BandCrossings band(view.width);
+    BandCrossings band(view, screen, front, least_air);
     std::vector<Crossing> crossings;
     std::vector<Interval> bodies;
     for (std::size_t k = begin; k < end; ++k) {
       const int first = static_cast<int>(k) * kRowsDrawn,
-                rows = std::min(kRowsDrawn, view.height - first);
-      band.clear(view, front, first, rows);
-      for (const std::uint32_t t : screen.of_band[k])
-        band.draw(Edges(screen, screen.triangle[t], view), t, screen.enters[t], rows);
-      for (int row = first; row < first + rows; ++row)
-        for (int column = 0; column < view.width; ++column) {
-          const std::size_t p =
-              static_cast<std::size_t>(row - first) * static_cast<std::size_t>(view.width) +
-              static_cast<std::size_t>(column);
-          if (!(band.start[p] < kNoSurface)) continue;
-          band.list(p, crossings);
-          tracer.write(column, row, crossings, bodies);
+                behind = std::min(first + kRowsDrawn, view.height);
+      band.begin(first, behind);
+      for (const std::uint32_t face : screen.of_band[k]) band.draw(face);
+      std::size_t pixel = band.first_pixel();
+      for (int row = first; row < behind; ++row)
+        for (int column = 0; column < view.width; ++column, ++pixel) {
+          if (!(front[pixel] < kNoSurface)) continue;
+          band.list(pixel, crossings);
+          tracer.write(column, row, pixel, crossings, bodies);
         }
     }
   });

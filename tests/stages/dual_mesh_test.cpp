@@ -201,5 +201,35 @@ TEST(DualMesh, VerticesLeaveTheirCellsAsFarAsTheyMay) {
   EXPECT_NEAR(highest({.most_off = 1, .margin = -0.5}), 3.6, 1e-5);
 }
 
+// Smooth sheets are placed along the mean of their normals much as along the eigenvector; creases
+// are not placed so.
+TEST(DualMesh, SheetsByMeanAreWhereEigenvectorsPutThem) {
+  const Vec3d ball(3, 3.1, 2.9), corner(4.1, 4.2, 4.3);
+  const auto distance = [&](const Vec3d& p) {
+    return std::max({length(p - ball) - 2.2, p.x - corner.x, p.y - corner.y, p.z - corner.z});
+  };
+  const SpaceGrid grid =
+      grid_of(14, [&](const Vec3d& p) { return static_cast<float>(distance(p)); });
+  CrossedEdges edges = list_crossings(grid);
+  guess_crossings(grid, edges);
+  const DualMesh exact = place_vertices(grid, edges, {}),
+                 quick = place_vertices(grid, edges, {.sheets_by_mean = true});
+  ASSERT_EQ(quick.position.size(), exact.position.size());
+  std::size_t moved = 0, sharp = 0;
+  for (std::size_t v = 0; v < exact.position.size(); ++v) {
+    EXPECT_EQ(quick.normal[v], exact.normal[v]);
+    EXPECT_EQ(quick.sharp[v], exact.sharp[v]);
+    const double apart = length(quick.position[v] - exact.position[v]);
+    EXPECT_TRUE(apart == 0 || !exact.sharp[v]);
+    // Normals up to 12 degrees off their mean, crossings up to .4 off their middle: a second-order
+    // change of a move of .1.
+    EXPECT_LT(apart, 0.01);
+    moved += apart > 0;
+    sharp += exact.sharp[v];
+  }
+  EXPECT_GT(moved, 100u);
+  EXPECT_GT(sharp, 10u);
+}
+
 }  // namespace
 }  // namespace meniscus
