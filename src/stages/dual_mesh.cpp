@@ -84,15 +84,20 @@ std::array<int, 4> partners(const Values& value, int face) {
   return cut_even ? std::array{3, 2, 1, 0} : std::array{1, 0, 3, 2};
 }
 
+// Corner c of the cell whose lowest corner has this bit in a block.
+Corner corner_of_cell(const SpaceGrid& grid, std::size_t block, int bit, int c) {
+  const auto [i, j, k] = place_in_block(bit);
+  return corner_at(grid, block, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+}
+
 // The values at a cell's corners. Returns whether all are known.
 bool values_of(const SpaceGrid& grid, std::size_t block, int bit, Values& value) {
   for (int c = 0; c < 8; ++c) {
-    const Corner corner = corner_at(grid, block, (bit & 3) + (c & 1), (bit >> 2 & 3) + (c >> 1 & 1),
-                                    (bit >> 4) + (c >> 2));
+    const Corner corner = corner_of_cell(grid, block, bit, c);
     if (corner.block == kNoBlock) return false;
-    const CornerBlock& at = grid.blocks[static_cast<std::size_t>(corner.block)];
-    if ((at.known >> corner.bit & 1) == 0) return false;
-    value[static_cast<std::size_t>(c)] = at.value[static_cast<std::size_t>(corner.bit)];
+    const std::uint64_t known = grid.blocks[static_cast<std::size_t>(corner.block)].known;
+    if ((known >> corner.bit & 1) == 0) return false;
+    value[static_cast<std::size_t>(c)] = value_at(grid, corner);
   }
   return true;
 }
@@ -101,9 +106,11 @@ bool crossed(const Values& value, int edge) {
   return inside(value[kTables.ends[edge][0]]) != inside(value[kTables.ends[edge][1]]);
 }
 
-// Goes along the pieces of surface of a cell, from edge to edge across faces.
-void find_pieces(const Values& value, SurfaceCell& cell) {
-  std::array<std::array<int, 2>, 12> next{};  // across both faces of each crossed edge
+// Which crossed edge each crossed edge of a cell goes on to, across both faces on which it lies.
+using NextEdges = std::array<std::array<int, 2>, 12>;
+
+NextEdges link_edges(const Values& value) {
+  NextEdges next{};
   for (int face = 0; face < 6; ++face) {
     const auto& edges = kTables.edges[face];
     const auto link = [&](int from, int to) {
@@ -124,6 +131,12 @@ void find_pieces(const Values& value, SurfaceCell& cell) {
       first = e;
     }
   }
+  return next;
+}
+
+// Numbers the pieces of surface of a cell: follows each from edge to edge until it is back.
+void find_pieces(const Values& value, SurfaceCell& cell) {
+  const NextEdges next = link_edges(value);
   std::uint32_t seen = 0;
   cell.pieces = 0;
   cell.piece = 0;
@@ -134,38 +147,48 @@ void find_pieces(const Values& value, SurfaceCell& cell) {
       seen |= 1u << edge;
       cell.piece |= static_cast<std::uint32_t>(cell.pieces) << 2 * edge;
       const int to = next[edge][kTables.faces[edge][0] == face ? 0 : 1];
-      // On from the face that it did not come by.
+      // On across the other one of the two faces on which that edge lies.
       face = kTables.faces[to][0] == face ? kTables.faces[to][1] : kTables.faces[to][0];
       edge = to;
     } while (edge != start);
     ++cell.pieces;
   }
+}
+
+std::uint32_t piece_of(const SurfaceCell& cell, int edge) { return cell.piece >> 2 * edge & 3; }
+
+// Marks the faces that one piece crosses twice.
+void find_doubled(const Values& value, SurfaceCell& cell) {
   cell.doubled = 0;
   for (int face = 0; face < 6; ++face) {
     if (!alternates(value, face)) continue;
-    const auto piece = [&](int q) { return cell.piece >> 2 * kTables.edges[face][q] & 3; };
+    const auto piece = [&](int q) { return piece_of(cell, kTables.edges[face][q]); };
     if (piece(0) == piece(1) && piece(0) == piece(2) && piece(0) == piece(3))
       cell.doubled |= static_cast<std::uint8_t>(1 << face);
   }
 }
 
-// The crossed edge of a cell, among all.
-std::uint32_t crossing_of(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
-                          int edge) {
-  const int low = kTables.ends[edge][0], axis = edge / 4;
-  const Corner corner =
-      corner_at(grid, static_cast<std::size_t>(cell.block), (cell.bit & 3) + (low & 1),
-                (cell.bit >> 2 & 3) + (low >> 1 & 1), (cell.bit >> 4) + (low >> 2));
-  const std::size_t b = static_cast<std::size_t>(corner.block), a = static_cast<std::size_t>(axis);
-  const std::uint64_t before = (std::uint64_t{1} << corner.bit) - 1;
-  return edges.first[b][a] + static_cast<std::uint32_t>(std::popcount(edges.mask[b][a] & before));
+// How many bits of a mask come before this one.
+std::uint32_t count_before(std::uint64_t mask, int bit) {
+  return static_cast<std::uint32_t>(std::popcount(mask & ((std::uint64_t{1} << bit) - 1)));
+}
+
+// The place of a cell's edge among all crossed ones; none where it is not crossed.
+std::optional<std::uint32_t> crossing_of(const SpaceGrid& grid, const CrossedEdges& edges,
+                                         const SurfaceCell& cell, int edge) {
+  const Corner lower =
+      corner_of_cell(grid, static_cast<std::size_t>(cell.block), cell.bit, kTables.ends[edge][0]);
+  const auto block = static_cast<std::size_t>(lower.block),
+             axis = static_cast<std::size_t>(edge / 4);
+  const std::uint64_t mask = edges.mask[block][axis];
+  if ((mask >> lower.bit & 1) == 0) return std::nullopt;
+  return edges.first[block][axis] + count_before(mask, lower.bit);
 }
 
 // The place of a cell among all.
 std::uint32_t cell_at(const DualMesh& mesh, const Corner& lowest) {
   const std::size_t b = static_cast<std::size_t>(lowest.block);
-  const std::uint64_t before = (std::uint64_t{1} << lowest.bit) - 1;
-  return mesh.first_cell[b] + static_cast<std::uint32_t>(std::popcount(mesh.mask[b] & before));
+  return mesh.first_cell[b] + count_before(mesh.mask[b], lowest.bit);
 }
 
 Vec3d clamped(const Vec3d& x, const std::array<Vec3d, 2>& bounds) {
@@ -173,34 +196,47 @@ Vec3d clamped(const Vec3d& x, const std::array<Vec3d, 2>& bounds) {
           std::clamp(x.z, bounds[0].z, bounds[1].z)};
 }
 
-// The x in a box, `low` to `low + side` along each axis, whose planes x - off is least: where the
-// least of all lies outside, on the side that it is farthest beyond, and so on. `rank`: directions
-// that the planes tell of.
-Eigen::Vector3d within(const Eigen::Matrix3d& planes, const Eigen::Vector3d& off,
-                       const Eigen::Vector3d& low, double side, double flat, int* rank) {
+// Planes n x = n p, all together: the x of the least squared distance from them solves
+// normals x = off.
+struct Planes {
+  Eigen::Matrix3d normals = Eigen::Matrix3d::Zero();  // sum of n n^T
+  Eigen::Vector3d off = Eigen::Vector3d::Zero();      // sum of n (n p)
+};
+
+// What planes say of the other coordinates where these ones of x are fixed.
+Planes with_fixed(const Planes& planes, const std::array<bool, 3>& fixed,
+                  const Eigen::Vector3d& x) {
+  Planes rest = planes;
+  for (int k = 0; k < 3; ++k) {
+    if (!fixed[k]) continue;
+    rest.off -= planes.normals.col(k) * x[k];
+    rest.normals.row(k).setZero();
+    rest.normals.col(k).setZero();
+  }
+  for (int k = 0; k < 3; ++k)
+    if (fixed[k]) rest.off[k] = 0;
+  return rest;
+}
+
+// The x of the least squared distance from planes in a box, `low` to `low + side` along each axis.
+// Where it lies outside, the coordinate that is farthest beyond is fixed at the box's side, and the
+// others are found once more. Directions with at most `flat` of the largest eigenvalue are left
+// out; `rank`: how many are not.
+Eigen::Vector3d nearest_in_box(const Planes& planes, const Eigen::Vector3d& low, double side,
+                               double flat, int* rank) {
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
   std::array<bool, 3> fixed{};
   double most = 0;  // eigenvalue of all
   for (int round = 0; round < 4; ++round) {
-    // The rest of the planes, once fixed coordinates are taken into account.
-    Eigen::Matrix3d free = planes;
-    Eigen::Vector3d rest = off;
-    for (int k = 0; k < 3; ++k) {
-      if (!fixed[k]) continue;
-      rest -= planes.col(k) * x[k];
-      free.row(k).setZero();
-      free.col(k).setZero();
-    }
-    for (int k = 0; k < 3; ++k)
-      if (fixed[k]) rest[k] = 0;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(free);
+    const Planes rest = with_fixed(planes, fixed, x);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(rest.normals);
     const Eigen::Vector3d values = solver.eigenvalues();
     if (round == 0) most = values[2];
     Eigen::Vector3d move = Eigen::Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
       if (!(values[k] > flat * most)) continue;
       const Eigen::Vector3d v = solver.eigenvectors().col(k);
-      move += v * (v.dot(rest) / values[k]);
+      move += v * (v.dot(rest.off) / values[k]);
       if (round == 0) ++*rank;
     }
     int farthest = -1;
@@ -221,67 +257,77 @@ Eigen::Vector3d within(const Eigen::Matrix3d& planes, const Eigen::Vector3d& off
   return x;
 }
 
-// Whether `count` unit normals with this sum have one direction, as within() tells it: along their
-// mean the sum of their squares is at least |sum|^2 / count, and the rest of `count` lies across.
-bool is_one_sheet(const Vec3d& sum, std::size_t count, double flat) {
-  const auto n = static_cast<double>(count);
-  return dot(sum, sum) * (1 + flat) >= n * n;
+// The crossings of one piece of surface in a cell.
+struct Piece {
+  std::array<std::uint32_t, 12> crossing;
+  std::size_t count = 0;
+  Vec3d middle;  // of the crossings
+  Vec3d normal;  // their sum
+};
+
+Piece find_piece(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
+                 std::uint32_t which) {
+  Piece piece;
+  for (int e = 0; e < 12; ++e) {
+    if (piece_of(cell, e) != which) continue;
+    const auto crossing = crossing_of(grid, edges, cell, e);
+    if (!crossing) continue;
+    piece.crossing[piece.count++] = *crossing;
+    piece.middle += edges.position[*crossing];
+    piece.normal += edges.normal[*crossing];
+  }
+  piece.middle = piece.middle / static_cast<double>(piece.count);
+  return piece;
+}
+
+// Whether its unit normals have one direction, as nearest_in_box() tells it: along their mean the
+// sum of their squares is at least |sum|^2 / count, and the rest of the count lies across.
+bool is_one_sheet(const Piece& piece, double flat) {
+  const auto n = static_cast<double>(piece.count);
+  return dot(piece.normal, piece.normal) * (1 + flat) >= n * n;
+}
+
+// The planes of its crossings, seen from its middle. A crossing at which F is not zero moves by F
+// along its normal, unless F jumps there.
+Planes planes_of(const Piece& piece, const CrossedEdges& edges, double most_off) {
+  Planes planes;
+  for (std::size_t k = 0; k < piece.count; ++k) {
+    const std::uint32_t e = piece.crossing[k];
+    const Vec3d& n = edges.normal[e];
+    const double value = edges.value[e];
+    const double out =
+        dot(n, edges.position[e] - piece.middle) - (std::abs(value) < most_off ? value : 0);
+    const Eigen::Vector3d v(n.x, n.y, n.z);
+    planes.normals += v * v.transpose();
+    planes.off += v * out;
+  }
+  return planes;
 }
 
 // Where the planes of a piece's crossings meet, its normal, and whether it is on a crease.
 void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
-                  std::uint32_t piece, const Placing& placing, DualMesh& mesh) {
-  std::array<std::uint32_t, 12> crossing;
-  std::size_t count = 0;
-  Vec3d middle, normal;
-  for (int e = 0; e < 12; ++e) {
-    const int low = kTables.ends[e][0];
-    const auto is_crossed = [&] {
-      const Corner corner =
-          corner_at(grid, static_cast<std::size_t>(cell.block), (cell.bit & 3) + (low & 1),
-                    (cell.bit >> 2 & 3) + (low >> 1 & 1), (cell.bit >> 4) + (low >> 2));
-      return (edges.mask[static_cast<std::size_t>(corner.block)][static_cast<std::size_t>(e / 4)] >>
-                  corner.bit &
-              1) != 0;
-    };
-    if ((cell.piece >> 2 * e & 3) != piece || !is_crossed()) continue;
-    crossing[count] = crossing_of(grid, edges, cell, e);
-    middle += edges.position[crossing[count]];
-    normal += edges.normal[crossing[count]];
-    ++count;
-  }
-  middle = middle / static_cast<double>(count);
-  Eigen::Matrix3d planes = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d off = Eigen::Vector3d::Zero();
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::uint32_t e = crossing[k];
-    const Vec3d& n = edges.normal[e];
-    const double value = edges.value[e];
-    const double out =
-        dot(n, edges.position[e] - middle) - (std::abs(value) < placing.most_off ? value : 0);
-    const Eigen::Vector3d v(n.x, n.y, n.z);
-    planes += v * v.transpose();
-    off += v * out;
-  }
-  const Vec3d low = grid.position(static_cast<std::size_t>(cell.block), cell.bit & 3,
-                                  cell.bit >> 2 & 3, cell.bit >> 4);
+                  std::uint32_t which, const Placing& placing, DualMesh& mesh) {
+  const Piece piece = find_piece(grid, edges, cell, which);
+  const Planes planes = planes_of(piece, edges, placing.most_off);
   const double margin = placing.margin * grid.cell, side = grid.cell - 2 * margin;
-  const Vec3d from = low + Vec3d(margin, margin, margin);
-  const std::size_t vertex = cell.first + piece;
-  mesh.bounds[vertex] = {from, from + Vec3d(side, side, side)};
-  const Vec3d mean = normalized(normal);
+  const Vec3d low =
+      grid.position(static_cast<std::size_t>(cell.block), cell.bit) + Vec3d(margin, margin, margin);
+  const Vec3d& middle = piece.middle;
+  const std::size_t vertex = cell.first + which;
+  mesh.bounds[vertex] = {low, low + Vec3d(side, side, side)};
+  const Vec3d mean = normalized(piece.normal);
   mesh.normal[vertex] = mean;
-  if (placing.sheets_by_mean && is_one_sheet(normal, count, placing.flat)) {
+  if (placing.sheets_by_mean && is_one_sheet(piece, placing.flat)) {
     const Eigen::Vector3d v(mean.x, mean.y, mean.z);
-    const Vec3d at = middle + mean * (v.dot(off) / v.dot(planes * v));
+    const Vec3d at = middle + mean * (v.dot(planes.off) / v.dot(planes.normals * v));
     if (at == clamped(at, mesh.bounds[vertex])) {
       mesh.position[vertex] = at;
       return;
     }
   }
   int rank = 0;
-  const Eigen::Vector3d from_middle(from.x - middle.x, from.y - middle.y, from.z - middle.z);
-  const Eigen::Vector3d move = within(planes, off, from_middle, side, placing.flat, &rank);
+  const Eigen::Vector3d from_middle(low.x - middle.x, low.y - middle.y, low.z - middle.z);
+  const Eigen::Vector3d move = nearest_in_box(planes, from_middle, side, placing.flat, &rank);
   mesh.position[vertex] = clamped(middle + Vec3d(move[0], move[1], move[2]), mesh.bounds[vertex]);
   mesh.sharp[vertex] = rank > 1;
 }
@@ -308,7 +354,7 @@ class VerticesBetween {
     Vec3d middle, normal;
     for (int q = 1; q < 4; ++q) {
       if (q == to[0]) continue;
-      const std::uint32_t e = crossing_of(grid_, edges_, of, around[q]);
+      const std::uint32_t e = *crossing_of(grid_, edges_, of, around[q]);
       middle += edges_.position[e] * 0.5;
       normal += edges_.normal[e];
     }
@@ -326,14 +372,9 @@ class VerticesBetween {
   std::map<std::uint64_t, std::uint32_t> made_;  // by cell and face
 };
 
-// The corner at the lower end of a crossed edge, from its block's first one.
-std::array<int, 3> lower_end(const CrossedEdges& edges, std::size_t e) {
-  return {edges.bit[e] & 3, edges.bit[e] >> 2 & 3, edges.bit[e] >> 4};
-}
-
 bool begins_in(const CornerBox& box, const SpaceGrid& grid, const CrossedEdges& edges,
                std::size_t e) {
-  const std::array<int, 3> at = lower_end(edges, e);
+  const std::array<int, 3> at = place_in_block(edges.bit[e]);
   const std::array<std::int32_t, 3>& of = grid.blocks[static_cast<std::size_t>(edges.block[e])].at;
   return box.holds(std::int64_t{kBlockSide} * of[0] + at[0],
                    std::int64_t{kBlockSide} * of[1] + at[1],
@@ -347,39 +388,50 @@ struct Ring {
   int first_between = -1;  // the first one between doubled neighbours; -1: there is none
 };
 
+// The four cells around a crossed edge, counter-clockwise seen from its upper end.
+struct CellsAround {
+  /// How far each lies back along the two axes across the edge, which is where the edge lies in it.
+  static constexpr std::array<std::array<int, 2>, 4> kBack{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  std::array<std::uint32_t, 4> cell;  // among all
+  std::array<int, 4> edge;            // which one of the cell's it is
+};
+
+CellsAround cells_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
+                         const DualMesh& mesh) {
+  const int axis = edges.axis[e];
+  CellsAround around;
+  for (std::size_t q = 0; q < 4; ++q) {
+    const auto [back_b, back_c] = CellsAround::kBack[q];
+    std::array<int, 3> at = place_in_block(edges.bit[e]);
+    at[(axis + 1) % 3] -= back_b;
+    at[(axis + 2) % 3] -= back_c;
+    around.cell[q] = cell_at(
+        mesh, corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+    around.edge[q] = edge_of(axis, back_b, back_c);
+  }
+  return around;
+}
+
 // Counter-clockwise, seen from the edge's upper end.
 Ring ring_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
                  const DualMesh& mesh, VerticesBetween& between) {
-  const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
-  const std::array<int, 3> at = lower_end(edges, e);
-  // The cells around the edge: how far each lies back along b and c, which is where the edge lies
-  // in it.
-  constexpr std::array<std::array<int, 2>, 4> kAround{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
-  std::array<std::uint32_t, 4> cell;
-  std::array<int, 4> edge;
-  for (std::size_t q = 0; q < 4; ++q) {
-    std::array<int, 3> corner = at;
-    corner[b] -= kAround[q][0];
-    corner[c] -= kAround[q][1];
-    cell[q] = cell_at(mesh, corner_at(grid, static_cast<std::size_t>(edges.block[e]), corner[0],
-                                      corner[1], corner[2]));
-    edge[q] = edge_of(axis, kAround[q][0], kAround[q][1]);
-  }
+  const CellsAround around = cells_around(grid, edges, e, mesh);
   Ring ring;
   for (std::size_t q = 0; q < 4; ++q) {
-    const SurfaceCell& own = mesh.cells[cell[q]];
-    ring.vertex[ring.count++] = own.first + (own.piece >> 2 * edge[q] & 3);
-    // To the next cell across a face along b (q even) or c: from whose low side?
-    const std::size_t to = (q + 1) % 4;
-    const int across = q % 2 == 0 ? b : c;
-    const std::size_t coordinate = q % 2 == 0 ? 0 : 1;
-    const bool from_low = kAround[q][coordinate] == 0;
+    const SurfaceCell& own = mesh.cells[around.cell[q]];
+    ring.vertex[ring.count++] = own.first + piece_of(own, around.edge[q]);
+    // On to the next cell, across a face along one of the other axes, from its low or high side.
+    const std::size_t to = (q + 1) % 4, other = q % 2;
+    const int across = (edges.axis[e] + 1 + static_cast<int>(other)) % 3;
+    const bool from_low = CellsAround::kBack[q][other] == 0;
     const int face = 2 * across + (from_low ? 0 : 1), opposite = face ^ 1;
-    if ((own.doubled >> face & 1) == 0 || (mesh.cells[cell[to]].doubled >> opposite & 1) == 0)
+    if ((own.doubled >> face & 1) == 0 ||
+        (mesh.cells[around.cell[to]].doubled >> opposite & 1) == 0)
       continue;
-    // Named by the cell of which it is the low face.
+    // The face is named as the low one of the cell behind it.
     const std::size_t owner = from_low ? q : to;
-    const auto vertex = between.at(cell[owner], 2 * across, edge[owner], edges.block[e]);
+    const auto vertex =
+        between.at(around.cell[owner], 2 * across, around.edge[owner], edges.block[e]);
     if (!vertex) continue;
     if (ring.first_between < 0) ring.first_between = static_cast<int>(ring.count);
     ring.vertex[ring.count++] = *vertex;
@@ -410,34 +462,40 @@ std::size_t middle_of_fan(const Ring& ring, const DualMesh& mesh, const Vec3d& c
   return badness(1) < badness(0) ? 1 : 0;
 }
 
-}  // namespace
+// The cells of a block that the surface passes through, their vertices not numbered yet.
+std::vector<SurfaceCell> find_cells(const SpaceGrid& grid, std::size_t block) {
+  std::vector<SurfaceCell> cells;
+  for (int bit = 0; bit < 64; ++bit) {
+    if ((grid.blocks[block].known >> bit & 1) == 0) continue;
+    Values value;
+    if (!values_of(grid, block, bit, value)) continue;
+    const auto as_first = [&](float v) { return inside(v) == inside(value[0]); };
+    if (std::all_of(value.begin(), value.end(), as_first)) continue;
+    SurfaceCell cell;
+    cell.block = static_cast<std::int32_t>(block);
+    cell.bit = static_cast<std::uint8_t>(bit);
+    find_pieces(value, cell);
+    find_doubled(value, cell);
+    cells.push_back(cell);
+  }
+  return cells;
+}
 
-DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing) {
-  DualMesh mesh;
+// A mesh of all cells that the surface passes through, with room for their vertices.
+DualMesh list_cells(const SpaceGrid& grid) {
   const std::size_t blocks = grid.blocks.size();
-  mesh.mask.resize(blocks);
-  mesh.first_cell.resize(blocks);
   std::vector<std::vector<SurfaceCell>> found(blocks);
   parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      for (int bit = 0; bit < 64; ++bit) {
-        if ((grid.blocks[b].known >> bit & 1) == 0) continue;
-        Values value;
-        if (!values_of(grid, b, bit, value)) continue;
-        const auto of_first = [&](float v) { return inside(v) == inside(value[0]); };
-        if (std::all_of(value.begin(), value.end(), of_first)) continue;
-        SurfaceCell cell;
-        cell.block = static_cast<std::int32_t>(b);
-        cell.bit = static_cast<std::uint8_t>(bit);
-        find_pieces(value, cell);
-        found[b].push_back(cell);
-        mesh.mask[b] |= std::uint64_t{1} << bit;
-      }
+    for (std::size_t b = begin; b < end; ++b) found[b] = find_cells(grid, b);
   });
+  DualMesh mesh;
+  mesh.mask.resize(blocks);
+  mesh.first_cell.resize(blocks);
   std::uint32_t vertices = 0;
   for (std::size_t b = 0; b < blocks; ++b) {
     mesh.first_cell[b] = static_cast<std::uint32_t>(mesh.cells.size());
     for (SurfaceCell& cell : found[b]) {
+      mesh.mask[b] |= std::uint64_t{1} << cell.bit;
       cell.first = vertices;
       vertices += cell.pieces;
       mesh.cells.push_back(cell);
@@ -447,6 +505,42 @@ DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const 
   mesh.normal.resize(vertices);
   mesh.sharp.resize(vertices);
   mesh.bounds.resize(vertices);
+  return mesh;
+}
+
+// [vertices] the lowest vertex of the piece of the mesh that each belongs to.
+std::vector<std::uint32_t> pieces_of(const DualMesh& mesh) {
+  std::vector<std::uint32_t> lowest(mesh.position.size());
+  std::iota(lowest.begin(), lowest.end(), 0u);
+  const auto lowest_of = [&](std::uint32_t v) {
+    while (lowest[v] != v) v = lowest[v] = lowest[lowest[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangle)
+    for (const std::uint32_t v : {t[1], t[2]}) {
+      const std::uint32_t a = lowest_of(t[0]), b = lowest_of(v);
+      lowest[std::max(a, b)] = std::min(a, b);
+    }
+  for (std::uint32_t& v : lowest) v = lowest_of(v);
+  return lowest;
+}
+
+// [vertices] what each piece encloses, at its lowest vertex; below 0: air.
+std::vector<double> volumes_of(const DualMesh& mesh, const std::vector<std::uint32_t>& piece) {
+  std::vector<double> volume(piece.size(), 0.0);
+  for (const auto& t : mesh.triangle) {
+    const Vec3d& from = mesh.position[piece[t[0]]];  // near by, so that little cancels
+    volume[piece[t[0]]] += dot(mesh.position[t[0]] - from,
+                               cross(mesh.position[t[1]] - from, mesh.position[t[2]] - from)) /
+                           6;
+  }
+  return volume;
+}
+
+}  // namespace
+
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing) {
+  DualMesh mesh = list_cells(grid);
   parallel_for(mesh.cells.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
       for (std::uint32_t piece = 0; piece < mesh.cells[c].pieces; ++piece)
@@ -500,47 +594,28 @@ void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& m
 }
 
 std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
-  const std::size_t vertices = mesh.position.size();
-  std::vector<std::uint32_t> parent(vertices);
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto piece_of = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (const auto& t : mesh.triangle)
-    for (const std::uint32_t v : {t[1], t[2]}) {
-      // The lower one leads, so that sums have one order.
-      const std::uint32_t a = piece_of(t[0]), b = piece_of(v);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  std::vector<double> volume(vertices, 0.0);
-  for (const auto& t : mesh.triangle) {
-    const std::uint32_t piece = piece_of(t[0]);
-    const Vec3d& from = mesh.position[piece];  // near by, so that little cancels
-    volume[piece] += dot(mesh.position[t[0]] - from,
-                         cross(mesh.position[t[1]] - from, mesh.position[t[2]] - from)) /
-                     6;
-  }
-  std::vector<std::uint32_t> place(vertices), kept;
+  constexpr std::uint32_t kDropped = ~0u;
+  const std::vector<std::uint32_t> piece = pieces_of(mesh);
+  const std::vector<double> volume = volumes_of(mesh, piece);
+  const auto vertices = static_cast<std::uint32_t>(mesh.position.size());
+  std::vector<std::uint32_t> place(vertices, kDropped), kept;
   kept.reserve(vertices);
-  std::uint32_t left = 0;
   for (std::uint32_t v = 0; v < vertices; ++v) {
-    const double of = volume[piece_of(v)];
-    if (of >= 0 ? of < least_fluid : of > -least_air) {
-      place[v] = ~0u;
-      continue;
-    }
-    mesh.position[left] = mesh.position[v];
-    mesh.normal[left] = mesh.normal[v];
-    mesh.sharp[left] = mesh.sharp[v];
+    const double of = volume[piece[v]];
+    if (of >= 0 ? of < least_fluid : of > -least_air) continue;
+    const auto to = static_cast<std::uint32_t>(kept.size());
+    mesh.position[to] = mesh.position[v];
+    mesh.normal[to] = mesh.normal[v];
+    mesh.sharp[to] = mesh.sharp[v];
     kept.push_back(v);
-    place[v] = left++;
+    place[v] = to;
   }
+  const std::size_t left = kept.size();
   if (left == vertices) return kept;
   mesh.position.resize(left);
   mesh.normal.resize(left);
   mesh.sharp.resize(left);
-  std::erase_if(mesh.triangle, [&](const auto& t) { return place[t[0]] == ~0u; });
+  std::erase_if(mesh.triangle, [&](const auto& t) { return place[t[0]] == kDropped; });
   for (auto& t : mesh.triangle)
     for (std::uint32_t& v : t) v = place[v];
   // What stood for cells stands for others now.

@@ -88,11 +88,6 @@ void each_bit(std::uint64_t mask, Visit&& visit) {
   for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
 }
 
-// Corners beside the end of an edge along the other two axes, and the end.
-constexpr std::array<std::array<int, 2>, 5> kBesideEdge{{{-1, 0}, {0, -1}, {0, 0}, {0, 1}, {1, 0}}};
-
-constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-
 // The mask of a block, moved so that each corner has the bit of the next one along an axis. Those
 // of the last layer have that of the next block's first layer.
 std::uint64_t of_next(std::uint64_t own, std::uint64_t next_block, int axis) {
@@ -115,12 +110,11 @@ std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
 // The cells around an edge along `axis` have 18 corners: two along it, three along the others.
 template <class Visit>
 void each_corner_around(int bit, int axis, Visit&& visit) {
-  const int at[3] = {bit & 3, bit >> 2 & 3, bit >> 4};
   const int b = (axis + 1) % 3, c = (axis + 2) % 3;
   for (int along = 0; along <= 1; ++along)
     for (int db = -1; db <= 1; ++db)
       for (int dc = -1; dc <= 1; ++dc) {
-        int corner[3] = {at[0], at[1], at[2]};
+        std::array<int, 3> corner = place_in_block(bit);
         corner[axis] += along;
         corner[b] += db;
         corner[c] += dc;
@@ -227,6 +221,126 @@ void want_near(SpaceGrid& grid, const Points& points, double reach) {
   });
 }
 
+// A corner whose block is not there: the block's key, and the corner's bit as a mask.
+using MissingCorner = std::pair<std::uint64_t, std::uint64_t>;
+
+// Wants the corner (i, j, k) from a block's first one. Returns whether its block is there and its
+// value is not known; where the block is not there, adds the corner to `missing`.
+bool want_corner(SpaceGrid& grid, std::size_t from, int i, int j, int k,
+                 std::vector<MissingCorner>& missing) {
+  const Place& at = grid.blocks[from].at;
+  if (!grid.within.holds(std::int64_t{kBlockSide} * at[0] + i, std::int64_t{kBlockSide} * at[1] + j,
+                         std::int64_t{kBlockSide} * at[2] + k))
+    return false;
+  const Corner corner = corner_at(grid, from, i, j, k);
+  const std::uint64_t mask = std::uint64_t{1} << corner.bit;
+  if (corner.block == kNoBlock) {
+    missing.emplace_back(key_of({at[0] + (i >> 2), at[1] + (j >> 2), at[2] + (k >> 2)}), mask);
+    return false;
+  }
+  CornerBlock& block = grid.blocks[static_cast<std::size_t>(corner.block)];
+  if ((block.known & mask) != 0) return false;
+  std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(mask, std::memory_order_relaxed);
+  return true;
+}
+
+// want_corner() for all corners of the cells around a block's crossed edges, but for edges that an
+// earlier call has gone through. Returns whether it is true for any of them.
+bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<MissingCorner>& missing) {
+  bool any = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::uint64_t& done = grid.blocks[block].closed[static_cast<std::size_t>(axis)];
+    const std::uint64_t crossed = crossed_from(grid, block, axis);
+    each_bit(crossed & ~done, [&](int bit) {
+      each_corner_around(bit, axis, [&](int i, int j, int k) {
+        any |= want_corner(grid, block, i, j, k, missing);
+      });
+    });
+    done |= crossed;
+  }
+  return any;
+}
+
+// A way of one cell along each axis.
+constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+// The corners at both ends of an edge.
+std::array<Corner, 2> ends_of(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) {
+  const auto [i, j, k] = place_in_block(edges.bit[e]);
+  const auto [x, y, z] = kAlong[edges.axis[e]];
+  return {Corner{edges.block[e], edges.bit[e]},
+          corner_at(grid, static_cast<std::size_t>(edges.block[e]), i + x, j + y, k + z)};
+}
+
+// Says that an edge crosses the surface at this share of its length.
+void put_crossing(const SpaceGrid& grid, std::size_t e, double at, CrossedEdges& edges) {
+  const auto [x, y, z] = kAlong[edges.axis[e]];
+  edges.at[e] = static_cast<float>(at);
+  edges.position[e] = grid.position(static_cast<std::size_t>(edges.block[e]), edges.bit[e]) +
+                      Vec3d(x, y, z) * (at * grid.cell);
+}
+
+// The slope of F at an edge, per cell: along it between its ends, across it the mean of the slopes
+// at both ends. All corners around a crossed edge are known.
+Vec3d slope_at(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) {
+  constexpr std::array<std::array<int, 2>, 4> kBeside{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
+  const std::size_t along = edges.axis[e], across = (along + 1) % 3, beyond = (along + 2) % 3;
+  std::array<double, 3> slope{};
+  for (int end = 0; end <= 1; ++end)
+    for (const auto& [db, dc] : kBeside) {
+      std::array<int, 3> at = place_in_block(edges.bit[e]);
+      at[along] += end;
+      at[across] += db;
+      at[beyond] += dc;
+      const double value = value_at(
+          grid, corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+      slope[across] += 0.25 * db * value;
+      slope[beyond] += 0.25 * dc * value;
+    }
+  const auto [low, high] = ends_of(grid, edges, e);
+  slope[along] = double{value_at(grid, high)} - value_at(grid, low);
+  return {slope[0], slope[1], slope[2]};
+}
+
+// Calls visit(lowest corner) for each of the cells around an edge. They begin at its lower end and
+// up to one back along the other axes.
+template <class Visit>
+void each_cell_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
+                      const Visit& visit) {
+  const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
+  for (int q = 0; q < 4; ++q) {
+    std::array<int, 3> at = place_in_block(edges.bit[e]);
+    at[b] -= q & 1;
+    at[c] -= q >> 1;
+    visit(corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+  }
+}
+
+// The part of an edge in which F changes its sign, narrowed from both ends by false position
+// (Illinois).
+struct Bracket {
+  double low = 0, high = 1, at_low, at_high;  // shares of the edge, and F there
+  int side = 0;                               // that moved last: -1 low, 1 high
+
+  double guess() const {
+    return low + (high - low) * std::clamp(at_low / (at_low - at_high), 0.02, 0.98);
+  }
+  // An end that stays where it is while the other one moves twice counts half.
+  void narrow(double at, double value) {
+    if ((value < 0) == (at_low < 0)) {
+      low = at;
+      at_low = value;
+      if (side == -1) at_high *= 0.5;
+      side = -1;
+    } else {
+      high = at;
+      at_high = value;
+      if (side == 1) at_low *= 0.5;
+      side = 1;
+    }
+  }
+};
+
 }  // namespace
 
 Points near_air(const Cells& cells, const float* gradients) {
@@ -284,7 +398,7 @@ void fill_corners(SpaceGrid& grid,
     points.clear();
     for (; end < grid.blocks.size() && points.size() < kAtATime; ++end)
       each_bit(grid.blocks[end].wanted & ~grid.blocks[end].known,
-               [&](int bit) { points.add(grid.position(end, bit & 3, bit >> 2 & 3, bit >> 4)); });
+               [&](int bit) { points.add(grid.position(end, bit)); });
     if (points.size() == 0) continue;
     const std::vector<float> values = value_at(points);
     std::size_t next = 0;
@@ -302,48 +416,23 @@ void fill_corners(SpaceGrid& grid,
 
 bool want_closed(SpaceGrid& grid) {
   std::mutex joining;
-  std::vector<std::uint64_t> keys;                             // of blocks that are not there
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> later;  // their keys; what is wanted of them
+  std::vector<MissingCorner> missing;
   std::atomic<bool> any{false};
   parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::pair<std::uint64_t, std::uint64_t>> own;
+    std::vector<MissingCorner> own;
     bool wants = false;
-    for (std::size_t b = begin; b < end; ++b)
-      for (int axis = 0; axis < 3; ++axis) {
-        std::uint64_t& done = grid.blocks[b].closed[static_cast<std::size_t>(axis)];
-        const std::uint64_t crossed = crossed_from(grid, b, axis);
-        each_bit(crossed & ~done, [&](int bit) {
-          each_corner_around(bit, axis, [&](int i, int j, int k) {
-            const Corner corner = corner_at(grid, b, i, j, k);
-            const std::uint64_t mask = std::uint64_t{1} << corner.bit;
-            const Place& at = grid.blocks[b].at;
-            if (!grid.within.holds(std::int64_t{kBlockSide} * at[0] + i,
-                                   std::int64_t{kBlockSide} * at[1] + j,
-                                   std::int64_t{kBlockSide} * at[2] + k))
-              return;
-            if (corner.block == kNoBlock) {
-              own.emplace_back(key_of({at[0] + (i >> 2), at[1] + (j >> 2), at[2] + (k >> 2)}),
-                               mask);
-              return;
-            }
-            CornerBlock& block = grid.blocks[static_cast<std::size_t>(corner.block)];
-            if ((block.known & mask) != 0) return;
-            wants = true;
-            std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(mask, std::memory_order_relaxed);
-          });
-        });
-        done |= crossed;
-      }
+    for (std::size_t b = begin; b < end; ++b) wants |= want_cells_around(grid, b, own);
     if (wants) any = true;
     if (own.empty()) return;
     const std::scoped_lock lock(joining);
-    later.insert(later.end(), own.begin(), own.end());
+    missing.insert(missing.end(), own.begin(), own.end());
   });
-  if (later.empty()) return any;
-  for (const auto& [key, mask] : later) keys.push_back(key);
+  if (missing.empty()) return any;
+  std::vector<std::uint64_t> keys;
+  for (const auto& [key, mask] : missing) keys.push_back(key);
   add_blocks(grid, std::move(keys));
   const KeyTable numbers = numbers_of(grid.blocks);
-  for (const auto& [key, mask] : later)
+  for (const auto& [key, mask] : missing)
     grid.blocks[static_cast<std::size_t>(find_block(numbers, key))].wanted |= mask;
   return true;
 }
@@ -388,36 +477,12 @@ CrossedEdges list_crossings(const SpaceGrid& grid) {
 }
 
 void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
-  parallel_for(edges.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  parallel_for(edges.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t e = begin; e < end; ++e) {
-      const std::size_t b = static_cast<std::size_t>(edges.block[e]);
-      const int axis = edges.axis[e], bit = edges.bit[e];
-      const int i = bit & 3, j = bit >> 2 & 3, k = bit >> 4;
-      // The corners around an edge are known. Slopes across it are those at both its ends.
-      std::array<double, 3> slope{};
-      double end_value[2] = {0, 0};
-      const std::size_t along = static_cast<std::size_t>(axis), across = (along + 1) % 3,
-                        beyond = (along + 2) % 3;
-      for (int end_of = 0; end_of <= 1; ++end_of)
-        for (const auto& [db, dc] : kBesideEdge) {
-          std::array<int, 3> at{i, j, k};
-          at[along] += end_of;
-          at[across] += db;
-          at[beyond] += dc;
-          const Corner corner = corner_at(grid, b, at[0], at[1], at[2]);
-          const double value = grid.blocks[static_cast<std::size_t>(corner.block)]
-                                   .value[static_cast<std::size_t>(corner.bit)];
-          if (db == 0 && dc == 0) end_value[end_of] = value;
-          slope[across] += 0.25 * db * value;
-          slope[beyond] += 0.25 * dc * value;
-        }
-      const auto [low, high] = end_value;
-      slope[along] = high - low;
-      const double at = low / (low - high);
-      const auto [x, y, z] = kAlong[edges.axis[e]];
-      edges.at[e] = static_cast<float>(at);
-      edges.position[e] = grid.position(b, i, j, k) + Vec3d(x, y, z) * (at * grid.cell);
-      edges.normal[e] = normalized({slope[0], slope[1], slope[2]});
+      const auto [lower, upper] = ends_of(grid, edges, e);
+      const double low = value_at(grid, lower), high = value_at(grid, upper);
+      put_crossing(grid, e, low / (low - high), edges);
+      edges.normal[e] = normalized(slope_at(grid, edges, e));
       edges.value[e] = 0;
     }
   });
@@ -425,25 +490,15 @@ void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
 
 std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
                                          const std::vector<std::uint32_t>& some) {
-  // The cells around an edge begin at its lower end and up to one back along the other axes.
-  const auto each_cell_of = [&](std::size_t e, const auto& visit) {
-    const int bit = edges.bit[e], axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
-    for (int q = 0; q < 4; ++q) {
-      int at[3] = {bit & 3, bit >> 2 & 3, bit >> 4};
-      at[b] -= q & 1;
-      at[c] -= q >> 1;
-      visit(corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
-    }
-  };
   std::vector<std::uint64_t> cells(grid.blocks.size(), 0);
   for (const std::uint32_t e : some)
-    each_cell_of(e, [&](const Corner& lowest) {
+    each_cell_around(grid, edges, e, [&](const Corner& lowest) {
       cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
     });
   std::vector<std::uint32_t> all;
   for (std::size_t e = 0; e < edges.size(); ++e) {
     bool any = false;
-    each_cell_of(e, [&](const Corner& lowest) {
+    each_cell_around(grid, edges, e, [&](const Corner& lowest) {
       any |= (cells[static_cast<std::size_t>(lowest.block)] >> lowest.bit & 1) != 0;
     });
     if (any) all.push_back(static_cast<std::uint32_t>(e));
@@ -466,62 +521,21 @@ void measure_crossings(Device& device, const ImplicitFunction& function,
 void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
                     int rounds, double enough, CrossedEdges& edges) {
   const std::size_t n = edges.size();
-  // False position (Illinois) between two ends, until F is near zero.
-  struct Bracket {
-    Vec3d from;
-    double low = 0, high = 1, at_low, at_high;
-    int side = 0;  // of the last point: -1 low, 1 high
-  };
   std::vector<Bracket> bracket(n);
-  parallel_for(n, 1024, [&](std::size_t begin, std::size_t end) {
+  parallel_for(n, kPointGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t e = begin; e < end; ++e) {
-      const std::size_t b = static_cast<std::size_t>(edges.block[e]);
-      const int bit = edges.bit[e], i = bit & 3, j = bit >> 2 & 3, k = bit >> 4;
-      const auto [x, y, z] = kAlong[edges.axis[e]];
-      const Corner next = corner_at(grid, b, i + x, j + y, k + z);
-      bracket[e].from = grid.position(b, i, j, k);
-      bracket[e].at_low = grid.blocks[b].value[static_cast<std::size_t>(bit)];
-      bracket[e].at_high = grid.blocks[static_cast<std::size_t>(next.block)]
-                               .value[static_cast<std::size_t>(next.bit)];
+      const auto [low, high] = ends_of(grid, edges, e);
+      bracket[e].at_low = value_at(grid, low);
+      bracket[e].at_high = value_at(grid, high);
     }
   });
   std::vector<std::uint32_t> left(n);
   std::iota(left.begin(), left.end(), 0u);
   for (int round = 0; round < rounds && !left.empty(); ++round) {
-    Points points;
-    points.reserve(left.size());
-    for (const std::uint32_t e : left) {
-      const Bracket& b = bracket[e];
-      const double share = std::clamp(b.at_low / (b.at_low - b.at_high), 0.02, 0.98);
-      const double at = b.low + (b.high - b.low) * share;
-      const auto [x, y, z] = kAlong[edges.axis[e]];
-      edges.at[e] = static_cast<float>(at);
-      edges.position[e] = b.from + Vec3d(x * at, y * at, z * at) * grid.cell;
-      points.add(edges.position[e]);
-    }
-    const Levels levels = measure_implicit(device, function, points);
-    std::vector<std::uint32_t> rest;
-    for (std::size_t k = 0; k < left.size(); ++k) {
-      const std::uint32_t e = left[k];
-      Bracket& b = bracket[e];
-      const double value = levels.value[k];
-      edges.value[e] = levels.value[k];
-      edges.normal[e] = Vec3d(levels.gradient[k]);
-      if (std::abs(value) < enough) continue;
-      rest.push_back(e);
-      if ((value < 0) == (b.at_low < 0)) {
-        b.low = edges.at[e];
-        b.at_low = value;
-        if (b.side == -1) b.at_high *= 0.5;
-        b.side = -1;
-      } else {
-        b.high = edges.at[e];
-        b.at_high = value;
-        if (b.side == 1) b.at_low *= 0.5;
-        b.side = 1;
-      }
-    }
-    left = std::move(rest);
+    for (const std::uint32_t e : left) put_crossing(grid, e, bracket[e].guess(), edges);
+    measure_crossings(device, function, left, edges);
+    std::erase_if(left, [&](std::uint32_t e) { return std::abs(edges.value[e]) < enough; });
+    for (const std::uint32_t e : left) bracket[e].narrow(edges.at[e], edges.value[e]);
   }
 }
 

@@ -12,6 +12,9 @@
 
 namespace meniscus {
 
+inline constexpr int kBlockSide = 4;  // corners
+inline constexpr std::int32_t kNoBlock = -1;
+
 /// 4 x 4 x 4 corners. Bit i + 4 j + 16 k of a mask, and as many values, stand for the corner (i, j,
 /// k) from the block's first one on.
 struct CornerBlock {
@@ -24,8 +27,8 @@ struct CornerBlock {
   std::array<float, 64> value{};  // F
 };
 
-inline constexpr int kBlockSide = 4;  // corners
-inline constexpr std::int32_t kNoBlock = -1;
+/// The (i, j, k) of the corner that a bit stands for.
+inline std::array<int, 3> place_in_block(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
 
 /// Corners from `low` on and before `high`, counted from the origin; all there are.
 struct CornerBox {
@@ -49,9 +52,10 @@ struct SpaceGrid {
   /// The blocks around each, (dx + 1) + 3 (dy + 1) + 9 (dz + 1), kNoBlock where there is none.
   std::vector<std::array<std::int32_t, 27>> around;
 
-  /// The position of a corner of a block, particle radii; (i, j, k) may lie outside the block.
-  Vec3d position(std::size_t block, int i, int j, int k) const {
+  /// The position of a corner of a block, particle radii.
+  Vec3d position(std::size_t block, int bit) const {
     const CornerBlock& b = blocks[block];
+    const auto [i, j, k] = place_in_block(bit);
     return {cell * (kBlockSide * b.at[0] + i), cell * (kBlockSide * b.at[1] + j),
             cell * (kBlockSide * b.at[2] + k)};
   }
@@ -69,6 +73,12 @@ inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, 
   const int x = (i + 4) >> 2, y = (j + 4) >> 2, z = (k + 4) >> 2;
   return {grid.around[block][static_cast<std::size_t>(x + 3 * y + 9 * z)],
           (i & 3) + 4 * (j & 3) + 16 * (k & 3)};
+}
+
+/// F at a corner whose block is there.
+inline float value_at(const SpaceGrid& grid, const Corner& corner) {
+  return grid.blocks[static_cast<std::size_t>(corner.block)]
+      .value[static_cast<std::size_t>(corner.bit)];
 }
 
 /// The particles that see air: the density at them is below .9, or its slope above .1 (1 / particle

@@ -49,8 +49,7 @@ CrossedEdges halved(const SpaceGrid& grid) {
     const double up = grid.blocks[b].value[static_cast<std::size_t>(bit)] < 0 ? 1 : -1;
     Vec3d along;
     (edges.axis[e] == 0 ? along.x : edges.axis[e] == 1 ? along.y : along.z) = 1;
-    edges.position[e] =
-        grid.position(b, bit & 3, bit >> 2 & 3, bit >> 4) + along * (0.5 * grid.cell);
+    edges.position[e] = grid.position(b, bit) + along * (0.5 * grid.cell);
     edges.normal[e] = along * up;
   }
   return edges;
