@@ -62,7 +62,7 @@ Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
                      const Parameters& params, StageClock& clock) {
   FittedFluid fluid = fit_fluid(device, placed, params, clock);
 
-  // 2.4: F at the corners of cells around the surface, and where their edges cross it.
+  // 2.4: F at the corners of cells around the surface.
   clock.start("corners");
   SpaceGrid grid = grid_around(fluid.seeds, band_of(cell), cell);
   do {
@@ -70,16 +70,9 @@ Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
       return measure_implicit(device, fluid.function, points).value;
     });
   } while (want_closed(grid));
-  clock.start("crossings");
-  CrossedEdges edges = list_crossings(grid);
-  find_crossings(device, fluid.function, grid, kCrossingRounds, kCrossingEnough, edges);
 
-  // 2.5
-  clock.start("mesh");
   Closed made;
-  made.mesh = place_vertices(grid, edges, {});
-  settle_vertices(device, fluid.function, made.mesh);
-  join_vertices(grid, edges, made.mesh);
+  made.mesh = mesh_grid(device, fluid.function, grid, clock);
   drop_crumbs(made.mesh, kLeastFluid, least_air(placed.disorder));
   made.fits = std::move(fluid.fits);
   return made;
@@ -169,6 +162,18 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   for (std::size_t k = 0; k < records.size(); ++k)
     fluid.reach[k] = counts(records, k) ? records.foot[4 * k + 3] : 0;
   return fluid;
+}
+
+DualMesh mesh_grid(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
+                   StageClock& clock, const CornerBox& within) {
+  clock.start("crossings");
+  CrossedEdges edges = list_crossings(grid);
+  find_crossings(device, function, grid, edges);
+  clock.start("mesh");
+  DualMesh mesh = place_vertices(grid, edges, {});
+  settle_vertices(device, function, mesh);
+  join_vertices(grid, edges, mesh, within);
+  return mesh;
 }
 
 Mesh to_world(const View& view, DualMesh made) {

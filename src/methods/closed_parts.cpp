@@ -1,9 +1,10 @@
-// A part of a closed surface is made of the particles in a box and of those around it that bear on
-// what is in the box: every sum over them is the same as over all particles, since what is farther
-// away weighs nothing. Three numbers are of the whole frame: what residual noise explains, the
-// farthest reach of a fit, and how often corners were asked for until the surface was closed. They
-// are taken for what they are nearly always, and compared with what all parts found; where they are
-// others, all parts are made again with these.
+// The closed surface, a part of space after another (docs/mesh.md). A part is made of the particles
+// in a box and of those around it that bear on what is in the box: what is farther away weighs
+// nothing, so every sum is the same as over all particles.
+//
+// Three numbers are of the whole frame: what residual noise explains, the farthest reach of a fit,
+// and how often corners were asked for until the surface was closed. All parts are made with what
+// these nearly always are. Where the parts find others, all are made again with these.
 #include "methods/closed_parts.hpp"
 
 #include <algorithm>
@@ -153,27 +154,29 @@ class PartMaker {
     const SpaceBox near = space_of(own, around, cell_).wider(band + 2 * kBlockSide * cell_);
     SpaceGrid grid =
         grid_around(points_in(near, fluid.seeds), band, cell_, corners_of(own, around));
-    std::vector<std::size_t> added{grid.blocks.size()};  // blocks, after each round
+    const std::vector<std::size_t> added = close_grid(fluid.function, own, grid, made.rounds);
+    forget_outside(grid, corners_of(own, kMeshed));
+    const DualMesh mesh = mesh_grid(device_, fluid.function, grid, clock_, corners_of(own));
+    made.mesh = part_of(grid, mesh, added, own);
+  }
+
+  // Asks for corners until the surface is closed. Returns how many blocks there were at first and
+  // after each round; `last_wanted` becomes the last round that wanted corners of the part's own.
+  std::vector<std::size_t> close_grid(const ImplicitFunction& function, const BlockBox& own,
+                                      SpaceGrid& grid, int& last_wanted) const {
+    std::vector<std::size_t> added{grid.blocks.size()};
     std::size_t wanted = wanted_in(grid, own);
     for (bool more = true; more;) {
       fill_corners(grid, [&](const Points& points) {
-        return measure_implicit(device_, fluid.function, points).value;
+        return measure_implicit(device_, function, points).value;
       });
       more = want_closed(grid);
       added.push_back(grid.blocks.size());
       const std::size_t now = wanted_in(grid, own);
-      if (now > wanted) made.rounds = static_cast<int>(added.size()) - 1;
+      if (now > wanted) last_wanted = static_cast<int>(added.size()) - 1;
       wanted = now;
     }
-    forget_outside(grid, corners_of(own, kMeshed));
-    clock_.start("crossings");
-    CrossedEdges edges = list_crossings(grid);
-    find_crossings(device_, fluid.function, grid, kCrossingRounds, kCrossingEnough, edges);
-    clock_.start("mesh");
-    DualMesh mesh = place_vertices(grid, edges, {});
-    settle_vertices(device_, fluid.function, mesh);
-    join_vertices(grid, edges, mesh, corners_of(own));
-    made.mesh = part_of(grid, mesh, added, own);
+    return added;
   }
 
   void carry(const Projected& placed, const WorldParticles& particles, Made& made) const {
@@ -274,6 +277,30 @@ Known found_by_all(Team& team, Whole& whole) {
   return team.from_first(found);
 }
 
+// Makes all parts, again where the frame is not what it was taken for.
+Whole make_whole(const PartMaker& maker, Team& team, const std::vector<BlockBox>& parts,
+                 const FillPart& fill, double cell, double halo, const Parameters& params) {
+  Known known;
+  // Nearly always there is a fit that reaches as far as any can.
+  known.reach = static_cast<float>(kBlendReach * params.blend.radius);
+  for (;;) {
+    Whole whole = make_parts(maker, team, parts, fill, cell, halo, known);
+    const Known found = found_by_all(team, whole);
+    // One round in which nothing was wanted tells that none will, where corners that are meshed
+    // know of it.
+    const int rounds = found.rounds + 1 + kMeshed;
+    if (found.noise == known.noise && found.reach == known.reach && rounds <= known.rounds)
+      return whole;
+    known = {found.noise, found.reach, std::max(rounds, known.rounds)};
+  }
+}
+
+std::int64_t sum_over(Team& team, std::int64_t own) {
+  std::int64_t sum = 0;
+  for (const std::int64_t one : team.joined<std::int64_t>({own})) sum += one;
+  return sum;
+}
+
 // Puts what parts' vertices carry where the vertices are, of those that are kept.
 template <class T, class Of>
 std::vector<T> in_place(const JoinedMesh& joined, const std::vector<std::uint32_t>& kept,
@@ -285,6 +312,23 @@ std::vector<T> in_place(const JoinedMesh& joined, const std::vector<std::uint32_
   }
   for (std::size_t v = 0; v < kept.size(); ++v) values[v] = all[kept[v]];
   return values;
+}
+
+// The velocities and attributes of all parts' vertices, those that are kept.
+void carry_over(const std::vector<Mesh>& carried, const JoinedMesh& joined,
+                const std::vector<std::uint32_t>& kept, std::size_t vertices, Mesh& mesh) {
+  if (carried.empty()) return;
+  if (std::any_of(carried.begin(), carried.end(),
+                  [](const Mesh& part) { return !part.velocity.empty(); }))
+    mesh.velocity = in_place<Vec3>(
+        joined, kept, vertices, [&](std::size_t p) -> const auto& { return carried[p].velocity; });
+  for (std::size_t a = 0; a < carried[0].attributes.size(); ++a) {
+    const auto of_part = [&](std::size_t p) -> const auto& {
+      return carried[p].attributes[a].values;
+    };
+    mesh.attributes.push_back(
+        {carried[0].attributes[a].name, in_place<float>(joined, kept, vertices, of_part)});
+  }
 }
 
 }  // namespace
@@ -302,28 +346,12 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   const double unit = disorder.unit(), halo = halo_of(params, disorder).particles * unit;
   const View coarse = coarser(view, unit);
   const PartMaker maker(device, coarse, disorder, closed.cell / unit, params, carry, clock);
-  Known known;
-  // Nearly always there is a fit that reaches as far as any can.
-  known.reach = static_cast<float>(kBlendReach * params.blend.radius);
-  Whole whole;
-  for (bool again = true; again;) {
-    whole = {};
-    whole = make_parts(maker, team, parts, fill, closed.cell, halo, known);
-    const Known found = found_by_all(team, whole);
-    // One round in which nothing was wanted tells that none will, where corners that are meshed
-    // know of it.
-    const int rounds = found.rounds + 1 + kMeshed;
-    again = found.noise != known.noise || found.reach != known.reach || rounds > known.rounds;
-    known = {found.noise, found.reach, std::max(rounds, known.rounds)};
-  }
+  Whole whole = make_whole(maker, team, parts, fill, closed.cell, halo, params);
 
   Extraction result;
   result.disorder = disorder;
-  result.counts.particles = result.counts.fits = 0;
-  for (const std::int64_t particles : team.joined<std::int64_t>({whole.particles}))
-    result.counts.particles += particles;
-  for (const std::int64_t fits : team.joined<std::int64_t>({whole.fits}))
-    result.counts.fits += fits;
+  result.counts.particles = sum_over(team, whole.particles);
+  result.counts.fits = sum_over(team, whole.fits);
   if (!team.leads()) return result;
   clock.start("join");
   JoinedMesh joined = join_parts(std::move(whole.mesh));
@@ -331,21 +359,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   const std::vector<std::uint32_t> kept =
       drop_crumbs(joined.mesh, kLeastFluid, least_air(disorder));
   result.mesh = to_world(coarse, std::move(joined.mesh));
-  if (carry && !whole.carried.empty()) {
-    const std::vector<Mesh>& carried = whole.carried;
-    if (std::any_of(carried.begin(), carried.end(),
-                    [](const Mesh& m) { return !m.velocity.empty(); }))
-      result.mesh.velocity = in_place<Vec3>(
-          joined, kept,
-          vertices, [&](std::size_t p) -> const auto& { return carried[p].velocity; });
-    for (std::size_t a = 0; a < carried[0].attributes.size(); ++a)
-      result.mesh.attributes.push_back(
-          {carried[0].attributes[a].name,
-           in_place<float>(
-               joined, kept, vertices, [&](std::size_t p) -> const auto& {
-                 return carried[p].attributes[a].values;
-               })});
-  }
+  if (carry) carry_over(whole.carried, joined, kept, vertices, result.mesh);
   clock.stop();
   return result;
 }

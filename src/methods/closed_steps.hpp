@@ -21,10 +21,6 @@
 
 namespace meniscus {
 
-/// An edge's crossing is sought until F is this small, particle radii.
-inline constexpr int kCrossingRounds = 6;
-inline constexpr double kCrossingEnough = 0.004;
-
 /// See drop_crumbs(); in the unit of length, cubed. A lone particle is drawn as 4.2; a particle
 /// takes 8. Among particles anywhere there are gaps as large as several.
 inline constexpr double kLeastFluid = 1;
@@ -65,6 +61,11 @@ struct FittedFluid {
 /// their trust.
 FittedFluid fit_fluid(Device& device, const PlacedFluid& placed, const Parameters& params,
                       StageClock& clock, const FitScope& scope = {});
+
+/// The last steps (2.4, 2.5): where the edges of a closed grid cross the surface, and the mesh of
+/// those that begin in `within`.
+DualMesh mesh_grid(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
+                   StageClock& clock, const CornerBox& within = {});
 
 /// A mesh from eye space into the world, without what particles carry.
 Mesh to_world(const View& view, DualMesh made);

@@ -519,7 +519,9 @@ void measure_crossings(Device& device, const ImplicitFunction& function,
 }
 
 void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
-                    int rounds, double enough, CrossedEdges& edges) {
+                    CrossedEdges& edges) {
+  constexpr int kRounds = 6;
+  constexpr double kEnough = 0.004;
   const std::size_t n = edges.size();
   std::vector<Bracket> bracket(n);
   parallel_for(n, kPointGrain, [&](std::size_t begin, std::size_t end) {
@@ -531,10 +533,10 @@ void find_crossings(Device& device, const ImplicitFunction& function, const Spac
   });
   std::vector<std::uint32_t> left(n);
   std::iota(left.begin(), left.end(), 0u);
-  for (int round = 0; round < rounds && !left.empty(); ++round) {
+  for (int round = 0; round < kRounds && !left.empty(); ++round) {
     for (const std::uint32_t e : left) put_crossing(grid, e, bracket[e].guess(), edges);
     measure_crossings(device, function, left, edges);
-    std::erase_if(left, [&](std::uint32_t e) { return std::abs(edges.value[e]) < enough; });
+    std::erase_if(left, [&](std::uint32_t e) { return std::abs(edges.value[e]) < kEnough; });
     for (const std::uint32_t e : left) bracket[e].narrow(edges.at[e], edges.value[e]);
   }
 }

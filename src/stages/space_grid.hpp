@@ -142,9 +142,9 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges);
 
-/// Where they cross the surface: F is asked at up to `rounds` points of each, until it is less than
-/// `enough` particle radii. Waits.
+/// Where they cross the surface: F is asked at up to six points of each, until it is less than .004
+/// particle radii. Waits.
 void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
-                    int rounds, double enough, CrossedEdges& edges);
+                    CrossedEdges& edges);
 
 }  // namespace meniscus
