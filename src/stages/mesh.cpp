@@ -43,6 +43,20 @@ struct Vertex {
   int link[2] = {-1, -1};  // its neighbours along the silhouette
 };
 
+// Takes out of the normals at a triangle's vertices what points behind it.
+void turn_towards(const std::vector<Vec3d>& position, const std::array<std::uint32_t, 3>& triangle,
+                  std::vector<Vec3d>& normals) {
+  const auto& [a, b, c] = triangle;
+  const Vec3d facing =
+      normalized(cross(position[b] - position[a], position[c] - position[a]), {0, 0, 0});
+  for (const std::uint32_t vertex : triangle) {
+    const double behind = dot(normals[vertex], facing);
+    const Vec3d turned = normals[vertex] - behind * facing;
+    if (behind < 0 && length(turned) > 0) normals[vertex] = normalized(turned);
+  }
+}
+
+// Makes the mesh in steps; the constructor lists them.
 class Mesher {
  public:
   Mesher(const View& view, const SurfaceMap& nodes, const std::vector<SilhouetteEdge>& edges,
@@ -52,7 +66,7 @@ class Mesher {
     add_nodes();
     add_edge_vertices();
     for (int j = 0; j + 1 < nodes.grid.ny; ++j)
-      for (int i = 0; i + 1 < nodes.grid.nx; ++i) mesh_cell(i, j);
+      for (int i = 0; i + 1 < nodes.grid.nx; ++i) mesh_cell(cell_at(i, j));
     smooth_silhouette(params.silhouette_rounds);
   }
 
@@ -62,7 +76,13 @@ class Mesher {
   struct Cell {
     std::array<int, 4> corner;  // node indices, counter-clockwise seen from the camera
     std::array<int, 4> cut;     // silhouette edge between corner k and k + 1, or -1
-    bool odd;
+    bool odd;                   // every other cell: its sheets are cut along the other diagonal
+  };
+
+  // Corners of a cell between two cuts, all of one layer.
+  struct Run {
+    int first, last;  // corners; the cut after `last` has its number
+    float depth;      // of the deepest one
   };
 
   bool has_surface(int node) const { return std::isfinite(nodes_.depth[node]); }
@@ -79,13 +99,26 @@ class Mesher {
   void add_nodes();
   void add_edge_vertices();
   int add_layer_vertex(int edge, int node);
-  void mesh_cell(int i, int j);
+  Cell cell_at(int i, int j) const;
+  void mesh_cell(const Cell& cell);
   void tear_cell(const Cell& cell);
+  int join_opposite(const Cell& cell);
+  std::vector<Run> runs_of(const Cell& cell, int joined) const;
+  void mesh_run(const Cell& cell, const Run& run, bool fills_middle);
+  // Of corner k of a cell, counted around it; where the cut after corner k is on `corner`'s side.
+  float depth(const Cell& cell, int k) const { return nodes_.depth[cell.corner[k % 4]]; }
+  int vertex(const Cell& cell, int k) const { return vertex_of_node_[cell.corner[k % 4]]; }
+  int cut_vertex(const Cell& cell, int k, int corner) const {
+    return side(cell.cut[k % 4], cell.corner[corner % 4]);
+  }
   void close_sheet(std::span<const int> polygon, std::size_t apex);
   void link(int a, int b);
   void smooth_silhouette(int rounds);
   void follow_front();
   void restore_folds(const std::vector<ScreenPoint>& before);
+  std::vector<std::array<std::uint32_t, 3>> wound_triangles() const;
+  std::vector<Vec3d> eye_normals(const std::vector<Vec3d>& eye,
+                                 const std::vector<std::array<std::uint32_t, 3>>& triangles) const;
 
   const View& view_;
   const SurfaceMap& nodes_;
@@ -261,71 +294,78 @@ void Mesher::tear_cell(const Cell& cell) {
   link(polygon.back(), polygon[0]);
 }
 
-void Mesher::mesh_cell(int i, int j) {
+Mesher::Cell Mesher::cell_at(int i, int j) const {
   const int nx = nodes_.grid.nx, node = j * nx + i;
-  const Cell cell{
-      {node, node + nx, node + nx + 1, node + 1},
-      {edge_down_[node], edge_right_[node + nx], edge_down_[node + 1], edge_right_[node]},
-      ((i + j) & 1) != 0};
+  return {{node, node + nx, node + nx + 1, node + 1},
+          {edge_down_[node], edge_right_[node + nx], edge_down_[node + 1], edge_right_[node]},
+          ((i + j) & 1) != 0};
+}
+
+void Mesher::mesh_cell(const Cell& cell) {
   const auto cuts = 4 - std::count(cell.cut.begin(), cell.cut.end(), -1);
-  const auto depth = [&](int k) { return nodes_.depth[cell.corner[k % 4]]; };
-  const auto vertex = [&](int k) { return vertex_of_node_[cell.corner[k % 4]]; };
-  const auto cut_vertex = [&](int k, int corner) {
-    return side(cell.cut[k % 4], cell.corner[corner % 4]);
-  };
   if (cuts == 0) {
-    if (has_surface(node))
-      close_sheet(std::array{vertex(0), vertex(1), vertex(2), vertex(3)}, cell.odd ? 1 : 0);
+    if (has_surface(cell.corner[0]))
+      close_sheet(std::array{vertex(cell, 0), vertex(cell, 1), vertex(cell, 2), vertex(cell, 3)},
+                  cell.odd ? 1 : 0);
     return;
   }
   if (cuts == 1) return tear_cell(cell);
-
-  // Four cuts: two opposite corners of one layer are joined, the nearer pair if both are.
-  int joined = -1;
-  if (cuts == 4)
-    for (int d = 0; d < 2; ++d)
-      if (std::abs(depth(d) - depth(d + 2)) <= z_max_ &&
-          (joined < 0 || std::min(depth(1), depth(3)) < std::min(depth(0), depth(2))))
-        joined = d;
-  if (joined >= 0) {
-    const int d = joined;
-    const std::vector<int> polygon{cut_vertex(d + 3, d), vertex(d),
-                                   cut_vertex(d, d),     cut_vertex(d + 1, d + 2),
-                                   vertex(d + 2),        cut_vertex(d + 2, d + 2)};
-    close_sheet(polygon, cell.odd ? 4 : 1);
-    link(polygon[2], polygon[3]);
-    link(polygon[5], polygon[0]);
-  }
-
-  // The runs of corners between two cuts, each with its deepest corner.
-  struct Run {
-    int first, last;  // corners; the cut after `last` has its number
-    float depth;
-  };
-  std::vector<Run> runs;
-  for (int k = 0; k < 4; ++k) {
-    if (cell.cut[k] < 0) continue;
-    Run run{k + 1, k + 1, depth(k + 1)};
-    while (cell.cut[run.last % 4] < 0) run.depth = std::max(run.depth, depth(++run.last));
-    const bool in_joined = joined >= 0 && (run.first - joined) % 2 == 0;
-    if (std::isfinite(run.depth) && !in_joined) runs.push_back(run);
-  }
+  const int joined = cuts == 4 ? join_opposite(cell) : -1;
+  const std::vector<Run> runs = runs_of(cell, joined);
   // With three or four cuts the middle of the cell goes to the deepest layer, which hides nothing.
   const auto deepest = std::max_element(
       runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.depth < b.depth; });
-  for (auto run = runs.begin(); run != runs.end(); ++run) {
-    std::vector<int> polygon{cut_vertex(run->first + 3, run->first)};
-    for (int k = run->first; k <= run->last; ++k) polygon.push_back(vertex(k));
-    const std::size_t last_corner = polygon.size() - 1;
-    polygon.push_back(cut_vertex(run->last, run->last));
-    if (cuts > 2 && joined < 0 && run == deepest)
-      for (int k = run->last + 1; k < run->first + 3; ++k)
-        if (cell.cut[k % 4] >= 0)
-          polygon.push_back(add_layer_vertex(cell.cut[k % 4], cell.corner[run->first % 4]));
-    close_sheet(polygon, cell.odd ? last_corner : 1);
-    for (std::size_t k = last_corner + 1; k < polygon.size(); ++k)
-      link(polygon[k], polygon[(k + 1) % polygon.size()]);
+  for (auto run = runs.begin(); run != runs.end(); ++run)
+    mesh_run(cell, *run, cuts > 2 && joined < 0 && run == deepest);
+}
+
+// Joins two opposite corners of one layer in a cell of four cuts, the nearer pair if both are of
+// one. Returns the first corner of the pair; -1: no pair is of one layer.
+int Mesher::join_opposite(const Cell& cell) {
+  int joined = -1;
+  for (int d = 0; d < 2; ++d)
+    if (std::abs(depth(cell, d) - depth(cell, d + 2)) <= z_max_ &&
+        (joined < 0 ||
+         std::min(depth(cell, 1), depth(cell, 3)) < std::min(depth(cell, 0), depth(cell, 2))))
+      joined = d;
+  if (joined < 0) return joined;
+  const int d = joined;
+  const std::vector<int> polygon{cut_vertex(cell, d + 3, d), vertex(cell, d),
+                                 cut_vertex(cell, d, d),     cut_vertex(cell, d + 1, d + 2),
+                                 vertex(cell, d + 2),        cut_vertex(cell, d + 2, d + 2)};
+  close_sheet(polygon, cell.odd ? 4 : 1);
+  link(polygon[2], polygon[3]);
+  link(polygon[5], polygon[0]);
+  return joined;
+}
+
+// The runs of corners with surface that were not joined with the opposite ones.
+std::vector<Mesher::Run> Mesher::runs_of(const Cell& cell, int joined) const {
+  std::vector<Run> runs;
+  for (int k = 0; k < 4; ++k) {
+    if (cell.cut[k] < 0) continue;
+    Run run{k + 1, k + 1, depth(cell, k + 1)};
+    while (cell.cut[run.last % 4] < 0) run.depth = std::max(run.depth, depth(cell, ++run.last));
+    const bool in_joined = joined >= 0 && (run.first - joined) % 2 == 0;
+    if (std::isfinite(run.depth) && !in_joined) runs.push_back(run);
   }
+  return runs;
+}
+
+// Closes the sheet of a run between the cuts at its ends; one that fills the middle of the cell
+// goes on to all its other cuts.
+void Mesher::mesh_run(const Cell& cell, const Run& run, bool fills_middle) {
+  std::vector<int> polygon{cut_vertex(cell, run.first + 3, run.first)};
+  for (int k = run.first; k <= run.last; ++k) polygon.push_back(vertex(cell, k));
+  const std::size_t last_corner = polygon.size() - 1;
+  polygon.push_back(cut_vertex(cell, run.last, run.last));
+  if (fills_middle)
+    for (int k = run.last + 1; k < run.first + 3; ++k)
+      if (cell.cut[k % 4] >= 0)
+        polygon.push_back(add_layer_vertex(cell.cut[k % 4], cell.corner[run.first % 4]));
+  close_sheet(polygon, cell.odd ? last_corner : 1);
+  for (std::size_t k = last_corner + 1; k < polygon.size(); ++k)
+    link(polygon[k], polygon[(k + 1) % polygon.size()]);
 }
 
 // Vertices behind the front one of their edge stay under it, on their own layer.
@@ -385,28 +425,36 @@ void Mesher::restore_folds(const std::vector<ScreenPoint>& before) {
   }
 }
 
-Mesh Mesher::unprojected() const {
+// The triangles, counter-clockwise in eye space.
+std::vector<std::array<std::uint32_t, 3>> Mesher::wound_triangles() const {
   // Right and down on the screen are right and down in eye space, unless the camera mirrors.
   const bool mirrored = view_.u_row[0] * view_.v_row[1] - view_.u_row[1] * view_.v_row[0] > 0;
-  std::vector<Vec3d> eye, area(vertices_.size());
-  std::vector<char> bridging(vertices_.size(), 0);
-  for (const Vertex& vertex : vertices_)
-    eye.push_back(point_at(view_, vertex.at.u, vertex.at.v, depth_of(vertex.at.q)));
-  Mesh mesh;
-  mesh.triangle.reserve(triangles_.size());
-  mesh.position.reserve(vertices_.size());
-  mesh.normal.reserve(vertices_.size());
+  std::vector<std::array<std::uint32_t, 3>> wound;
+  wound.reserve(triangles_.size());
   for (const auto& [a, b, c] : triangles_) {
     const std::array<int, 3> t = mirrored ? std::array{a, c, b} : std::array{a, b, c};
-    mesh.triangle.push_back({static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
-                             static_cast<std::uint32_t>(t[2])});
-    const Vec3d normal = cross(eye[t[1]] - eye[t[0]], eye[t[2]] - eye[t[0]]);
-    for (const int vertex : t) area[vertex] += normal;
+    wound.push_back({static_cast<std::uint32_t>(t[0]), static_cast<std::uint32_t>(t[1]),
+                     static_cast<std::uint32_t>(t[2])});
+  }
+  return wound;
+}
+
+// The vertices' normals in eye space: those that are known, else those of the triangles around.
+std::vector<Vec3d> Mesher::eye_normals(
+    const std::vector<Vec3d>& eye,
+    const std::vector<std::array<std::uint32_t, 3>>& triangles) const {
+  std::vector<Vec3d> area(vertices_.size());
+  std::vector<char> bridging(vertices_.size(), 0);
+  for (const auto& triangle : triangles) {
+    const auto& [a, b, c] = triangle;
+    const Vec3d normal = cross(eye[b] - eye[a], eye[c] - eye[a]);
+    for (const std::uint32_t vertex : triangle) area[vertex] += normal;
     // A steep triangle that bridges a step of the depth map is seen by neither side's normal.
-    for (const int vertex : t)
+    for (const std::uint32_t vertex : triangle)
       if (dot(Vec3d(vertices_[vertex].normal), normal) < 0) bridging[vertex] = 1;
   }
   std::vector<Vec3d> normals;
+  normals.reserve(vertices_.size());
   for (std::size_t k = 0; k < vertices_.size(); ++k) {
     const Vec3d known(vertices_[k].normal);
     normals.push_back(normalized(length(known) > 0.5 && !bridging[k] ? known : area[k]));
@@ -414,20 +462,25 @@ Mesh Mesher::unprojected() const {
   // Where large triangles outvote such a steep one, what points behind it is taken out, which may
   // turn a normal behind another triangle again. All others agree with their vertices.
   std::vector<std::array<std::uint32_t, 3>> steep;
-  for (const auto& triangle : mesh.triangle)
+  for (const auto& triangle : triangles)
     if (bridging[triangle[0]] || bridging[triangle[1]] || bridging[triangle[2]])
       steep.push_back(triangle);
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round)
-    for (const auto& triangle : steep) {
-      const auto& [a, b, c] = triangle;
-      const Vec3d facing = normalized(cross(eye[b] - eye[a], eye[c] - eye[a]), {0, 0, 0});
-      for (const std::uint32_t vertex : triangle) {
-        const double behind = dot(normals[vertex], facing);
-        const Vec3d turned = normals[vertex] - behind * facing;
-        if (behind < 0 && length(turned) > 0) normals[vertex] = normalized(turned);
-      }
-    }
+    for (const auto& triangle : steep) turn_towards(eye, triangle, normals);
+  return normals;
+}
+
+Mesh Mesher::unprojected() const {
+  std::vector<Vec3d> eye;
+  eye.reserve(vertices_.size());
+  for (const Vertex& vertex : vertices_)
+    eye.push_back(point_at(view_, vertex.at.u, vertex.at.v, depth_of(vertex.at.q)));
+  Mesh mesh;
+  mesh.triangle = wound_triangles();
+  const std::vector<Vec3d> normals = eye_normals(eye, mesh.triangle);
+  mesh.position.reserve(vertices_.size());
+  mesh.normal.reserve(vertices_.size());
   for (std::size_t k = 0; k < vertices_.size(); ++k) {
     mesh.position.push_back(Vec3(world_from_eye(view_, eye[k])));
     mesh.normal.push_back(Vec3(world_direction(view_, normals[k])));
