@@ -1,9 +1,10 @@
+// Threads that read, extract and write frames, with queues between them. A frame goes through
+// read(), extract_one() and write_outputs(); what happens to it is in its record.
 #include "program/batch/run.hpp"
 
 #include <tbb/concurrent_queue.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <exception>
 #include <filesystem>
@@ -20,9 +21,7 @@
 #include "base/elapsed.hpp"
 #include "base/printed.hpp"
 #include "device/device.hpp"
-#include "io/input_file.hpp"
-#include "io/parts.hpp"
-#include "io/seal.hpp"
+#include "program/batch/job.hpp"
 #include "program/wording.hpp"
 
 namespace meniscus {
@@ -57,46 +56,6 @@ struct Worker {
 // A device that fails so many frames in a row gets no more.
 constexpr int kPatience = 3;
 
-// What tells a file from another of its name: size, time, and a hash of its content, of which as
-// much is read as is cheap beside extracting it: all of up to 16 MiB, else pieces from its begin to
-// its end.
-std::string trace_of(const std::string& path) {
-  constexpr std::uintmax_t kPieces = 16;
-  std::vector<char> piece(std::size_t{1} << 20);
-  const OpenFile file = open_input(path);
-  std::error_code error;
-  const std::uintmax_t size = fs::file_size(path, error);
-  const auto time = fs::last_write_time(path, error).time_since_epoch().count();
-  const std::uintmax_t step = std::max<std::uintmax_t>(
-      piece.size(), size > piece.size() ? (size - piece.size()) / (kPieces - 1) : 0);
-  std::string trace =
-      fs::path(path).filename().string() + '\n' + std::to_string(size) + ' ' + std::to_string(time);
-  for (std::uintmax_t k = 0; k < kPieces; ++k) {
-    std::fseek(file.get(), static_cast<long>(k * step), SEEK_SET);
-    const std::size_t count = std::fread(piece.data(), 1, piece.size(), file.get());
-    if (count == 0) break;
-    trace += ' ' + hex_digits(content_hash(piece.data(), count));
-  }
-  return trace + '\n';
-}
-
-// How an output was made where each 16 digits of its job differ.
-constexpr std::array kOtherJobs{"by another program", "with other parameters",
-                                "with another camera", "from another input"};
-
-// What is wrong with an output, as flaw_of(); of another job also what of it differs.
-std::string flaw_in_detail(const std::string& path, const std::string& job) {
-  const std::string flaw = flaw_of(path, job);
-  if (flaw.empty()) return flaw;
-  const std::string made = stated_job(path, job.size());
-  if (made.size() != job.size() || !flaw_of(path, "").empty()) return flaw;
-  std::string differs;
-  for (std::size_t k = 0; k < kOtherJobs.size(); ++k)
-    if (const std::size_t at = 16 * k; made.compare(at, 16, job, at, 16) != 0)
-      differs.append(differs.empty() ? "was made " : ", ").append(kOtherJobs[k]);
-  return differs;
-}
-
 // Frames waiting for the next step. The end is a null pointer for each thread that waits. The
 // steps block on files and devices, so that they are threads and no tasks of oneTBB's, whose own
 // threads would be held up.
@@ -122,7 +81,15 @@ class Batch {
       : jobs_(jobs), cameras_(cameras), settings_(settings), stop_(stop), finished_(finished) {}
 
   BatchOutcome run() {
-    // PoCL and drivers take their time to open a device, so all open at once.
+    open_devices();
+    run_threads();
+    if (failure_) std::rethrow_exception(failure_);
+    return outcome_;
+  }
+
+ private:
+  // PoCL and drivers take their time to open a device, so all open at once.
+  void open_devices() {
     const int in_flight = static_cast<int>(std::min(static_cast<std::size_t>(settings_.in_flight),
                                                     std::max<std::size_t>(1, jobs_.size())));
     std::vector<std::future<Worker>> opening;
@@ -133,34 +100,33 @@ class Batch {
         }));
     for (std::future<Worker>& worker : opening) workers_.push_back(worker.get());
     for (Worker& worker : workers_) worker.device.state().on_building = settings_.on_building;
+  }
 
+  // Reads, extracts and writes all frames. The last thread of a step tells those of the next one
+  // that there is no more to come.
+  void run_threads() {
     const std::size_t writers = static_cast<std::size_t>(settings_.writers);
     readers_ = writers;  // reading is cheap, but checking outputs that may be whole is not
     extractors_ = workers_.size();
     read_.set_capacity(static_cast<std::ptrdiff_t>(workers_.size()));
     extracted_.set_capacity(static_cast<std::ptrdiff_t>(writers));
-    {
-      std::vector<std::jthread> threads;
-      for (std::size_t k = 0; k < writers; ++k) {
-        threads.emplace_back([&] {
-          read_all();
-          if (--readers_ == 0)
-            for (std::size_t i = 0; i < workers_.size(); ++i) read_.push(nullptr);
-        });
-        threads.emplace_back([&] { write_all(); });
-      }
-      for (Worker& worker : workers_)
-        threads.emplace_back([&] {
-          extract_all(worker);
-          if (--extractors_ == 0)
-            for (std::size_t i = 0; i < writers; ++i) extracted_.push(nullptr);
-        });
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < writers; ++k) {
+      threads.emplace_back([&] {
+        read_all();
+        if (--readers_ == 0)
+          for (std::size_t i = 0; i < workers_.size(); ++i) read_.push(nullptr);
+      });
+      threads.emplace_back([&] { write_all(); });
     }
-    if (failure_) std::rethrow_exception(failure_);
-    return outcome_;
+    for (Worker& worker : workers_)
+      threads.emplace_back([&, writers] {
+        extract_all(worker);
+        if (--extractors_ == 0)
+          for (std::size_t i = 0; i < writers; ++i) extracted_.push(nullptr);
+      });
   }
 
- private:
   void read_all() {
     for (std::size_t k; !halted_ && stop_ == 0 && (k = next_++) < jobs_.size();) {
       auto frame = std::make_unique<Frame>();
@@ -433,41 +399,6 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
   require(!settings.devices.empty() && settings.in_flight > 0 && settings.writers > 0,
           "run_batch: wants at least one device, frame in flight and writer");
   return Batch(jobs, cameras, settings, stop, finished).run();
-}
-
-std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
-                   const BatchSettings& settings) {
-  const auto exactly = [](double value) { return printed("%a ", value); };
-
-  std::string parameters = describe(settings.parameters);
-  for (const double value :
-       {settings.particle_radius, settings.parameters.particle_radius, settings.others_radius,
-        static_cast<double>(settings.parameters.motion), settings.frames_per_second,
-        static_cast<double>(settings.writing.compression),
-        static_cast<double>(settings.writing.half), static_cast<double>(settings.writing.preview)})
-    parameters += exactly(value);
-  for (const std::string& name : settings.reading.attributes) parameters += name + '\n';
-  if (settings.closed)
-    parameters += "closed " + exactly(settings.closed->cell) + exactly(settings.closed->adaptive);
-  parameters += settings.reading.dataset + '\n' + std::to_string(settings.reading.timestep);
-
-  std::string cameras = std::to_string(camera.width) + " " + std::to_string(camera.height) + "\n";
-  for (const auto* matrix :
-       {&camera.view, &camera.projection, &next_camera.view, &next_camera.projection})
-    for (const double value : *matrix) cameras += exactly(value);
-
-  std::string inputs;
-  for (const std::string& part : part_files(job.input)) inputs += trace_of(part);
-  for (const WhitewaterInput& input : job.whitewater) {
-    inputs += to_string(input.type) + " " + input.attribute + printed(" %.17g\n", input.value);
-    if (!input.path.empty())
-      for (const std::string& part : part_files(input.path)) inputs += trace_of(part);
-  }
-
-  std::string digits;  // in the order of kOtherJobs
-  for (const std::string& part : {settings.program, parameters, cameras, inputs})
-    digits += hex_digits(content_hash(part));
-  return digits;
 }
 
 }  // namespace meniscus

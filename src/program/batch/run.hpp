@@ -62,11 +62,4 @@ BatchOutcome run_batch(const std::vector<FrameJob>& jobs, const CameraTrack& cam
                        const BatchSettings& settings, const std::atomic<int>& stop,
                        const std::function<void(const FrameRecord&)>& finished);
 
-/// What a frame's outputs depend on, as the 64 hex digits that they carry, 16 each of: the program;
-/// the parameters and how outputs are written; the frame's camera and the next one's; and of each
-/// file of the input and of its whitewater the name, size, time and content, of which 16 MiB are
-/// looked at. Throws InputError where one cannot be read.
-std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
-                   const BatchSettings& settings);
-
 }  // namespace meniscus
