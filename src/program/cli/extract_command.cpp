@@ -9,7 +9,6 @@
 #include "api/extract_sparingly.hpp"
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
-#include "device/building.hpp"
 #include "device/device.hpp"
 #include "io/parts.hpp"
 #include "methods/programs.hpp"
@@ -19,11 +18,10 @@
 #include "program/cli/extract_warnings.hpp"
 #include "program/cli/one_frame.hpp"
 #include "program/cli/options.hpp"
-#include "program/cli/progress.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/sequence.hpp"
+#include "program/cli/terminal.hpp"
 #include "program/mpi/launch.hpp"
-#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -49,6 +47,18 @@ std::vector<std::string> inputs_of(const ExtractOptions& options) {
   return inputs;
 }
 
+// The one of --camera; none: it is to be aimed at the particles.
+std::optional<Camera> given_camera(const ExtractOptions& options, bool warns) {
+  if (options.camera_file.empty()) {
+    check_aim(options);
+    return std::nullopt;
+  }
+  const Camera camera = read_camera(options.camera_file);
+  if (warns)
+    for (const std::string& warning : warnings_of(camera, options.camera_file)) warn(warning);
+  return camera;
+}
+
 void run_frame(const ExtractOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   as_usage([&] {
@@ -60,21 +70,10 @@ void run_frame(const ExtractOptions& options) {
   if (team.leads()) probe_files(options);
 
   // Camera and device before the particles, which may take long to read.
-  std::optional<Camera> given;
-  if (options.camera_file.empty()) {
-    check_aim(options);
-  } else {
-    given = read_camera(options.camera_file);
-    if (team.leads())
-      for (const std::string& warning : warnings_of(*given, options.camera_file)) warn(warning);
-  }
-  std::string why;
-  const DeviceInfo info = select_device(options.device, &why);
-  Device device(info);
-  const std::vector<ProgramName> programs = programs_of(options.parameters, device.state());
-  Working working(programs.size(), options.quiet || !team.leads());
-  device.state().on_building = [&](int begun) { working.building(begun); };
-  const BuildAhead ahead(device, programs);
+  const std::optional<Camera> given = given_camera(options, team.leads());
+  FrameDevice opened(options, programs_of, options.quiet || !team.leads());
+  Working& working = opened.working;
+  Device& device = opened.device;
 
   const Talk say(options.quiet || !team.leads());
   working.phase("reading " + options.input);
@@ -97,7 +96,7 @@ void run_frame(const ExtractOptions& options) {
     require_room_for_frame(static_cast<std::size_t>(camera.width) *
                            static_cast<std::size_t>(camera.height));
   if (team.leads()) keep_camera(options, camera);
-  if (team.leads()) say_device(say, options, info, why);
+  if (team.leads()) say_device(say, options, opened);
 
   std::vector<StageTime> stages{{kReading, read_ms, 0, {}}};
   working.phase("extracting " + options.input);
@@ -111,9 +110,7 @@ void run_frame(const ExtractOptions& options) {
   if (!team.leads()) return;
   if (!surface.velocity.empty())
     surface.forward = screen_motion(surface, camera, options.frames_per_second);
-  for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
-  say("radius", radius_line(options, particles, surface.particle_radius));
-  if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
+  say_surface(say, options, particles, surface);
   say("method", to_string(options.parameters.method));
   say("found", counts_line(surface.counts));
 

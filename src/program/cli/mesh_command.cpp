@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "base/elapsed.hpp"
-#include "device/building.hpp"
 #include "device/device.hpp"
 #include "io/parts.hpp"
 #include "methods/programs.hpp"
@@ -13,11 +12,10 @@
 #include "program/cli/extract_warnings.hpp"
 #include "program/cli/one_frame.hpp"
 #include "program/cli/options.hpp"
-#include "program/cli/progress.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/sequence.hpp"
+#include "program/cli/terminal.hpp"
 #include "program/mpi/launch.hpp"
-#include "program/wording.hpp"
 
 namespace meniscus::cli {
 namespace {
@@ -28,13 +26,8 @@ void mesh_one(const ExtractOptions& options) {
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
   if (team.leads()) probe_files(options);
-  std::string why;
-  const DeviceInfo info = select_device(options.device, &why);
-  Device device(info);
-  const std::vector<ProgramName> programs = closed_programs(options.parameters, device.state());
-  Working working(programs.size(), options.quiet || !team.leads());
-  device.state().on_building = [&](int begun) { working.building(begun); };
-  const BuildAhead ahead(device, programs);
+  FrameDevice opened(options, closed_programs, options.quiet || !team.leads());
+  Working& working = opened.working;
 
   const Talk say(options.quiet || !team.leads());
   working.phase("reading " + options.input);
@@ -42,18 +35,16 @@ void mesh_one(const ExtractOptions& options) {
   std::vector<StageTime> stages{{kReading, milliseconds_since(start), 0, {}}};
   working.phase("");
   say_particles(say, options, *source);
-  if (team.leads()) say_device(say, options, info, why);
+  if (team.leads()) say_device(say, options, opened);
   working.phase("meshing " + options.input);
   const Surface surface = naming(options.input, [&] {
-    return extract_closed(device, *source, *options.closed, options.parameters, &stages);
+    return extract_closed(opened.device, *source, *options.closed, options.parameters, &stages);
   });
   working.built();
   working.phase("");
-  const std::vector<RankReport> ranks = reports_of(options, team, device.state(), stages);
+  const std::vector<RankReport> ranks = reports_of(options, team, opened.device.state(), stages);
   if (!team.leads()) return;
-  for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
-  say("radius", radius_line(options, *source, surface.particle_radius));
-  if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
+  say_surface(say, options, *source, surface);
   say("found", counts_line(surface.counts));
   say("mesh", counted(surface.mesh.position.size(), "vert",
                       surface.mesh.position.size() == 1 ? "ex" : "ices") +
@@ -61,7 +52,7 @@ void mesh_one(const ExtractOptions& options) {
 
   write_frame(options, surface, working, say, stages);
   say("total", printed("%.0f ms", milliseconds_since(start)));
-  if (options.timings) print_run(stages, surface.counts, device.state(), ranks);
+  if (options.timings) print_run(stages, surface.counts, opened.device.state(), ranks);
 }
 
 int run_mesh(ExtractOptions options, const CLI::App& command) {

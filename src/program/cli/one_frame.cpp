@@ -13,10 +13,18 @@
 #include "program/cli/extract_warnings.hpp"
 #include "program/cli/options.hpp"
 #include "program/cli/terminal.hpp"
+#include "program/wording.hpp"
 
 namespace meniscus::cli {
 
-void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
+FrameDevice::FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, bool quiet)
+    : info(select_device(options.device, &why)),
+      device(info),
+      programs(programs_of(options.parameters, device.state())),
+      working(programs.size(), quiet),
+      ahead(device, programs) {
+  device.state().on_building = [this](int begun) { working.building(begun); };
+}
 
 void check_one_frame(const ExtractOptions& options) {
   std::error_code ignored;
@@ -52,9 +60,16 @@ void say_particles(const Talk& say, const ExtractOptions& options,
           (parts > 1 ? " in " + std::to_string(parts) + " files, the parts of one frame" : ""));
 }
 
-void say_device(const Talk& say, const ExtractOptions& options, const DeviceInfo& info,
-                const std::string& why) {
-  say("device", info.name + ": " + why);
+void say_surface(const Talk& say, const ExtractOptions& options, const ParticleSource& particles,
+                 const Surface& surface) {
+  for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
+  say("radius", radius_line(options, particles, surface.particle_radius));
+  if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
+}
+
+void say_device(const Talk& say, const ExtractOptions& options, const FrameDevice& device) {
+  const DeviceInfo& info = device.info;
+  say("device", info.name + ": " + device.why);
   if (!options.verbose) return;
   say("", info.platform + ", driver " + info.driver + ", " + info.version);
   say("parameters", "");

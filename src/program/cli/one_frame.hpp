@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/team.hpp"
+#include "device/building.hpp"
 #include "device/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/cli/extract_options.hpp"
@@ -13,7 +14,20 @@
 
 namespace meniscus::cli {
 
-void warn(const std::string& what);
+/// The device of one frame. While particles are read its programs are built ahead, and a line on
+/// the terminal says how far the work is.
+struct FrameDevice {
+  using ProgramsOf = std::vector<ProgramName>(const Parameters& params,
+                                              const Device::State& device);
+  FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, bool quiet);
+
+  std::string why;  // it was chosen
+  DeviceInfo info;
+  Device device;
+  std::vector<ProgramName> programs;
+  Working working;
+  BuildAhead ahead;
+};
 
 /// Throws where `options.input`, which is one frame, is not there, or where options or outputs are
 /// those of a sequence.
@@ -27,8 +41,11 @@ void probe_files(const ExtractOptions& options);
 void say_particles(const Talk& say, const ExtractOptions& options, const ParticleSource& particles);
 
 /// The device and why it was chosen; with --verbose more of it, and all parameters.
-void say_device(const Talk& say, const ExtractOptions& options, const DeviceInfo& info,
-                const std::string& why);
+void say_device(const Talk& say, const ExtractOptions& options, const FrameDevice& device);
+
+/// Warns of what was noticed, and says the radius and how irregularly the particles lay.
+void say_surface(const Talk& say, const ExtractOptions& options, const ParticleSource& particles,
+                 const Surface& surface);
 
 /// Writes all outputs, and adds a row for it to `stages`.
 void write_frame(const ExtractOptions& options, const Surface& surface, Working& working,

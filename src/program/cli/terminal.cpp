@@ -31,4 +31,6 @@ void print_lines(std::FILE* stream, const std::string& text) {
   std::fputs(all.c_str(), stream);
 }
 
+void warn(const std::string& what) { print_line(stderr, "meniscus: warning: " + what); }
+
 }  // namespace meniscus::cli

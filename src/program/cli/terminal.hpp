@@ -14,4 +14,7 @@ void print_line(std::FILE* stream, const std::string& text);
 /// The same for text of several lines, which keeps its line ends.
 void print_lines(std::FILE* stream, const std::string& text);
 
+/// "meniscus: warning: ..." on standard error.
+void warn(const std::string& what);
+
 }  // namespace meniscus::cli
