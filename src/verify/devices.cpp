@@ -1,12 +1,9 @@
 #include "verify/devices.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -14,12 +11,12 @@
 #include <optional>
 #include <set>
 #include <tuple>
+#include <utility>
 
-#include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/child_process.hpp"
-#include "program/wording.hpp"
+#include "verify/child_plan.hpp"
 #include "verify/program.hpp"
 
 namespace meniscus::verify {
@@ -31,15 +28,6 @@ constexpr int kMostCrashes = 25;  // of one device; then it is given up
 constexpr int kPatience = 2;      // failures of a kernel; then the others go on without it
 constexpr double kLeastBuildSeconds = 60;
 constexpr char kBuilding[] = "building";  // see LaunchGuard
-
-// What runtimes print comes in between: a line of ours begins with this.
-constexpr std::string_view kMark = "\x1bverify ";
-
-void say(const Json& line) {
-  const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace);
-  std::printf("\n%s%s\n", kMark.data(), text.c_str());
-  std::fflush(stdout);
-}
 
 struct Found {
   int index = 0;
@@ -97,66 +85,6 @@ std::vector<Found> find_devices(const std::string& selector, double seconds) {
          line.at("problem")});
   }
 }
-
-// A kernel that ended a process, in the item that the next process begins with.
-struct Ended {
-  std::string kernel;
-  std::size_t launch = 0;  // of the item's launches
-  std::string how;         // in words
-};
-
-// What a process is to do.
-struct Plan {
-  int device = 0;
-  std::size_t from = 0;           // item
-  bool waits = false;             // for each launch
-  std::set<std::string> without;  // kernels
-  std::set<std::string> without_where_not_required;
-  std::vector<Ended> ended;
-  int output = -1;  // where a program's buffers go
-  Request request;
-};
-
-std::string to_text(const Plan& plan) {
-  Json ended = Json::array();
-  for (const Ended& one : plan.ended) ended.push_back({one.kernel, one.launch, one.how});
-  const Request& request = plan.request;
-  return Json{{"device", plan.device},
-              {"from", plan.from},
-              {"waits", plan.waits},
-              {"without", plan.without},
-              {"without_where_not_required", plan.without_where_not_required},
-              {"ended", ended},
-              {"output", plan.output},
-              {"full", request.full},
-              {"kernels", request.kernels},
-              {"repeat", request.repeat},
-              {"reproducers", request.reproducers},
-              {"program", request.program},
-              {"manifest", request.manifest}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-Plan plan_of(const std::string& text) {
-  const Json json = Json::parse(text);
-  Plan plan;
-  plan.device = json.at("device");
-  plan.from = json.at("from");
-  plan.waits = json.at("waits");
-  plan.without = json.at("without");
-  plan.without_where_not_required = json.at("without_where_not_required");
-  for (const Json& one : json.at("ended")) plan.ended.push_back({one.at(0), one.at(1), one.at(2)});
-  plan.output = json.at("output");
-  plan.request.full = json.at("full");
-  plan.request.kernels = json.at("kernels");
-  plan.request.repeat = json.at("repeat");
-  plan.request.reproducers = json.at("reproducers");
-  plan.request.program = json.at("program");
-  plan.request.manifest = json.at("manifest");
-  return plan;
-}
-
-// --- The parent ----------------------------------------------------------------------------------
 
 // What a process was about when it ended.
 struct UnderWay {
@@ -327,7 +255,7 @@ class DeviceRun {
   }
 
   const Watch& watch_;
-  Plan plan_;                  // of the next process
+  ChildPlan plan_;             // of the next process
   std::size_t first_row_ = 0;  // of the item under way
   struct Failures {
     int all = 0;
@@ -382,67 +310,6 @@ void add_agreement(VerifyRun& run, const Program& program,
   }
 }
 
-// --- The child -----------------------------------------------------------------------------------
-
-// Tells the parent what begins, and leaves out what ended processes before.
-class Guard : public LaunchGuard {
- public:
-  explicit Guard(const Plan& plan) : plan_(plan) {}
-
-  void begin_item(const Item& item, const std::vector<Ended>& ended) {
-    launches_ = 0;
-    ended_ = ended;
-    without_ = item.required ? plan_.without : plan_.without_where_not_required;
-  }
-  bool allows(const std::string& kernel) override {
-    const std::size_t launch = launches_++;
-    for (const Ended& ended : ended_)
-      if (ended.kernel == kernel && launch >= ended.launch) return false;
-    return !without_.contains(kernel);
-  }
-  void begins(const std::string& kernel, const char* doing, bool alone) override {
-    say({{"kernel", kernel}, {"doing", doing}, {"launch", launches_ - 1}, {"alone", alone}});
-  }
-  void ended() override { say({{"kernel", ""}, {"doing", ""}, {"launch", 0}, {"alone", true}}); }
-  bool waits() const override { return plan_.waits; }
-
- private:
-  const Plan& plan_;
-  std::set<std::string> without_;
-  std::vector<Ended> ended_;
-  std::size_t launches_ = 0;  // of the item, so far
-};
-
-// The other devices, opened when they are asked for.
-OtherDevices others_than(int own) {
-  auto opened = std::make_shared<std::vector<std::unique_ptr<Device>>>();
-  std::vector<DeviceInfo> infos;
-  for (const DeviceInfo& info : list_devices())
-    if (info.usable && info.index != own) infos.push_back(info);
-  return [opened, infos](std::size_t k) -> Device* {
-    while (opened->size() <= k && opened->size() < infos.size())
-      opened->push_back(std::make_unique<Device>(infos[opened->size()]));
-    return k < opened->size() ? (*opened)[k].get() : nullptr;
-  };
-}
-
-void write_all(int to, const Bytes& bytes) {
-  for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t count = ::write(to, bytes.data() + done, bytes.size() - done);
-    if (count < 0 && errno != EINTR)
-      throw Error(std::string("what the kernel left cannot be handed on: ") + std::strerror(errno) +
-                  " (name another folder in TMPDIR)");
-    done += static_cast<std::size_t>(std::max<ssize_t>(0, count));
-  }
-}
-
-Item item_of_program(const Plan& plan) {
-  return {"program", plan.request.program, "", "", true, [plan](Device& device, const Tell& tell) {
-            const Program program = read_program(plan.request.program, plan.request.manifest);
-            write_all(plan.output, joined(run_program(device, program, "program", tell)));
-          }};
-}
-
 }  // namespace
 
 VerifyRun verify_devices(const Request& request, const Watch& watch) {
@@ -459,63 +326,6 @@ VerifyRun verify_devices(const Request& request, const Watch& watch) {
   }
   if (program) add_agreement(run, *program, left, watch);
   return run;
-}
-
-void list_as_child(const std::string& selector) {
-  try {
-    for (const DeviceInfo& device :
-         selector == "all" ? list_devices() : std::vector{select_device(selector)})
-      say({{"index", device.index},
-           {"name", device.name},
-           {"platform", device.platform},
-           {"driver", device.driver},
-           {"version", device.version},
-           {"problem", device.problem}});
-    say({{"end", true}});
-  } catch (const Error& error) {
-    say({{"error", words_of(error)}});
-  }
-}
-
-void run_as_child(const std::string& text) {
-  try {
-    const Plan plan = plan_of(text);
-    const Request& request = plan.request;
-    Device device(std::to_string(plan.device));
-    Guard guard(plan);
-    device.state().guard = &guard;
-    std::optional<Reproducers> reproducers;
-    if (!request.reproducers.empty())
-      reproducers.emplace(request.reproducers, device.info(), others_than(plan.device));
-    const std::vector<Item> items = request.program.empty()
-                                        ? items_of({request.full, request.kernels, request.repeat,
-                                                    reproducers ? &*reproducers : nullptr},
-                                                   device.state().vector_width)
-                                        : std::vector<Item>{item_of_program(plan)};
-    for (std::size_t k = plan.from; k < items.size(); ++k) {
-      const Item& item = items[k];
-      say({{"item", k},
-           {"items", items.size()},
-           {"name", item.name},
-           {"group", item.group},
-           {"variant", item.variant},
-           {"size", item.size},
-           {"required", item.required}});
-      const std::vector<Ended> ended = k == plan.from ? plan.ended : std::vector<Ended>{};
-      guard.begin_item(item, ended);
-      if (reproducers) {
-        std::map<std::string, std::string> how;
-        for (const Ended& one : ended) how[one.kernel] = one.how;
-        reproducers->set_ended(std::move(how));
-      }
-      run_item(item, device, [](const Row& row) { say({{"row", to_json(row)}}); });
-    }
-    say({{"end", true}});
-    // Some drivers crash when they are let go of; all has been said.
-    std::_Exit(0);
-  } catch (const std::exception& error) {
-    say({{"error", words_of(error)}});
-  }
 }
 
 }  // namespace meniscus::verify

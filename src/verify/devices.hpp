@@ -41,9 +41,4 @@ struct Watch {
 /// or its manifest.
 VerifyRun verify_devices(const Request& request, const Watch& watch);
 
-/// What such a process does: tells of the devices that `selector` names, or does what a plan says,
-/// which is a text of the parent's. Writes lines of JSON to standard output.
-void list_as_child(const std::string& selector);
-void run_as_child(const std::string& plan);
-
 }  // namespace meniscus::verify

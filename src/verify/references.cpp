@@ -1,5 +1,8 @@
 #include "verify/references.hpp"
 
+#include <cmath>
+
+#include "base/printed.hpp"
 #include "verify/references/cases.hpp"
 
 namespace meniscus::verify {
@@ -33,6 +36,10 @@ const std::vector<StageCase>& stage_cases() {
       {"whitewater", {1, 65, 700}, whitewater_case},
   };
   return cases;
+}
+
+std::string error_in_words(double ulp) {
+  return std::isfinite(ulp) ? three_digits(ulp) + " ulp" : "infinitely many ulp";
 }
 
 }  // namespace meniscus::verify

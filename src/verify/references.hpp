@@ -18,6 +18,9 @@ struct ReferenceError {
   double allowed = 0;  // derived where the reference is (verify/reference)
 };
 
+/// Such an error, or what is allowed: "1.25 ulp".
+std::string error_in_words(double ulp);
+
 /// A stage's case: seeded inputs of a size, and the errors of what it makes of them.
 struct StageCase {
   const char* stage;

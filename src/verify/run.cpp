@@ -2,26 +2,17 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <numeric>
 #include <set>
 
 #include "base/content_hash.hpp"
 #include "base/elapsed.hpp"
-#include "base/printed.hpp"
-#include "device/probe.hpp"
-#include "meniscus/meniscus.hpp"
-#include "prepare/gather.hpp"
 #include "program/wording.hpp"
-#include "stages/project.hpp"
-#include "stages/visible.hpp"
-#include "stages/whitewater.hpp"
 #include "verify/arithmetic.hpp"
+#include "verify/cases.hpp"
 #include "verify/flaws.hpp"
 #include "verify/limits.hpp"
-#include "verify/references.hpp"
+#include "verify/probe.hpp"
 #include "verify/results.hpp"
-#include "verify/scenes.hpp"
 #include "verify/trace.hpp"
 #include "verify/with_discs.hpp"
 
@@ -30,166 +21,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// How the kernels are built and launched. All variants of a width have the same launches.
-struct Variant {
-  std::string name;
-  int width;
-  bool wide;                  // vectors of 16 where they are kept busy (Device::State::wide_width)
-  std::size_t group;          // of rows of work-items
-  std::size_t largest_group;  // that the device is taken to allow; 0: its own
-};
-
-const std::vector<Variant>& variants() {
-  static const std::vector<Variant> all{{"width 8", 8, false, kRowGroup, 0},
-                                        {"width 1", 1, false, kRowGroup, 0},
-                                        {"width 8 or 16, groups of 16", 8, true, 16, 64},
-                                        {"width 1, groups of 32", 1, false, 32, 64}};
-  return all;
-}
-
-/// Sets a device to a variant while it lives.
-class AsVariant {
- public:
-  AsVariant(Device& device, const Variant& variant)
-      : state_(device.state()),
-        width_(state_.vector_width),
-        wide_(state_.wide),
-        row_group_(state_.row_group),
-        discs_(state_.discs),
-        largest_group_(state_.info.largest_group) {
-    state_.vector_width = variant.width;
-    state_.wide = variant.wide;
-    state_.row_group = variant.group;
-    state_.discs = DiscForm::bins;  // what draws by minima has cases of its own
-    if (variant.largest_group > 0)
-      state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
-  }
-  ~AsVariant() {
-    state_.vector_width = width_;
-    state_.wide = wide_;
-    state_.row_group = row_group_;
-    state_.discs = discs_;
-    state_.info.largest_group = largest_group_;
-  }
-  AsVariant(const AsVariant&) = delete;
-  AsVariant& operator=(const AsVariant&) = delete;
-
- private:
-  Device::State& state_;
-  int width_;
-  bool wide_;
-  std::size_t row_group_;
-  DiscForm discs_;
-  std::uint64_t largest_group_;
-};
-
-/// Something that launches kernels, always the same ones.
-struct Case {
-  std::string name, size;
-  bool small, values;  // values: the canonical ones are shipped, not only their hashes
-  std::function<void(Device&)> run;
-};
-
-std::string key_of(const Case& which, int width) {
-  return which.name + ", " + which.size + ", width " + std::to_string(width);
-}
-
-// The passes over particles that stream (stream.cl).
-void run_stream(Device& device, const Scene& scene) {
-  device.state().stage = "stream";
-  const auto source = source_of(scene.particles);
-  const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
-  // All in one part: the next one would find what the last one left in the list, in any order.
-  const std::size_t all = scene.particles.size();
-  const FrontMap map = find_fronts(device, view, *source, all, 2, 4, 2, 8, 8, 4, 0.8);
-  select_near(device, view, *source, all, map, {}, [](const auto&, const auto&) {});
-  device.state().stage.clear();
-}
-
-// Who is seen (visible.cl, bins.cl), of so many that work-items meet in the atomics.
-void run_visible(Device& device, const Scene& scene) {
-  device.state().stage = "visible";
-  const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
-  const WorldParticles world{
-      scene.particles.x, scene.particles.y, scene.particles.z, {}, false, {}};
-  const Projected projected = project_particles(view, world, 2);
-  std::vector<std::int32_t> all(projected.size());
-  std::iota(all.begin(), all.end(), 0);
-  find_visible(device, view, projected, all, {}, 0);
-  device.state().stage.clear();
-}
-
-// Sums of whitewater, of so many that work-items meet in all of them; velocities are positions.
-void run_whitewater(Device& device, const Scene& scene) {
-  device.state().stage = "whitewater";
-  const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
-  const auto x = upload(device, scene.particles.x), y = upload(device, scene.particles.y),
-             z = upload(device, scene.particles.z);
-  const auto radius = upload(device, std::vector<float>(x.size, 0.3f));
-  const std::vector<float> depth(pixel_grid(view).size(), world_depth(view, 450));
-  const WhitewaterType type = WhitewaterType::bubble;
-  const WhitewaterSums sums = no_whitewater(device, view, true, true);
-  draw_whitewater(device, view, {x, y, z, radius, x, y, z}, x.size,
-                  shown_depths(device, view, type, depth, {}, 1), sums);
-  finish_whitewater(device, view, type, sums);
-  device.state().stage.clear();
-}
-
-Case case_of(const StageCase& stage, int size) {
-  const bool least = size == stage.sizes.front();
-  return {std::string("stage ") + stage.stage, "size " + std::to_string(size), least, least,
-          [&stage, size](Device& device) { stage.run(device, size); }};
-}
-
-// Two work-items that race do not collide every time.
-constexpr int kStormRounds = 6;
-
-const std::vector<Case>& kernel_cases() {
-  static const std::vector<Case> all = [] {
-    std::vector<Case> cases;
-    for (const Scene& scene : kernel_scenes()) {
-      for (const Method method : scene.methods)
-        cases.push_back({to_string(method) + " on " + scene.name, scene.size, scene.small,
-                         scene.small, [&scene, method](Device& device) {
-                           extract(device, scene.particles, scene.camera,
-                                   parameters_of(scene, method));
-                         }});
-      const bool storm = scene.methods.empty();
-      if (scene.particles.size() > 1)
-        cases.push_back({"stream on " + scene.name, scene.size, scene.small, scene.small,
-                         [&scene, storm](Device& device) {
-                           for (int k = 0; k < (storm ? kStormRounds : 1); ++k)
-                             run_stream(device, scene);
-                         }});
-      if (storm)
-        cases.push_back(
-            {"whitewater on " + scene.name, scene.size, false, false, [&scene](Device& device) {
-               for (int k = 0; k < kStormRounds; ++k) run_whitewater(device, scene);
-             }});
-      if (storm)
-        for (const DiscForm form : {DiscForm::bins, DiscForm::minima})
-          cases.push_back({form == DiscForm::bins ? "visible on " + scene.name
-                                                  : "visible by minima on " + scene.name,
-                           scene.size, false, false, [&scene, form](Device& device) {
-                             const WithDiscs with(device, form);
-                             for (int k = 0; k < kStormRounds; ++k) run_visible(device, scene);
-                           }});
-    }
-    for (const StageCase& stage : stage_cases())
-      for (const int size : stage.sizes) cases.push_back(case_of(stage, size));
-    return cases;
-  }();
-  return all;
-}
-
 const Trace& canonical_trace(const std::string& key) {
   static const Trace none;
   const auto found = shipped_canonical().traces.find(key);
   return found == shipped_canonical().traces.end() ? none : found->second;
-}
-
-std::string error_in_words(double ulp) {
-  return std::isfinite(ulp) ? three_digits(ulp) + " ulp" : "infinitely many ulp";
 }
 
 bool wanted(const Settings& settings, const std::string& kernel) {
@@ -264,10 +99,6 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
   row.reason = error;
   row.ms = milliseconds_since(begin);
   report(row);
-}
-
-std::string frame_key(const Scene& frame, Method method) {
-  return "frame " + to_string(method) + " on " + frame.name;
 }
 
 std::string frame_variant(int width, DiscForm discs) {
@@ -368,26 +199,26 @@ bool launches_wanted(const Settings& settings, const Trace& trace) {
                      [&](const TracedLaunch& launch) { return wanted(settings, launch.kernel); });
 }
 
-}  // namespace
+void add_probes(const Settings& settings, std::vector<Item>& items) {
+  items.push_back({"probe", "probes of single values", "", "", true, probe_expressions});
+  items.push_back({"probe", "probes of memory and work-items", "", "", true, probe_execution});
+  items.push_back(
+      {"limit", "limits", "", "", true, [full = settings.full](Device& device, const Tell& tell) {
+         probe_limits(device, full, tell);
+       }});
+}
 
-std::vector<Item> items_of(const Settings& settings, int device_width) {
-  std::vector<Item> items;
-  if (settings.kernels.empty()) {
-    items.push_back({"probe", "probes of single values", "", "", true, probe_expressions});
-    items.push_back({"probe", "probes of memory and work-items", "", "", true, probe_execution});
-    items.push_back(
-        {"limit", "limits", "", "", true, [full = settings.full](Device& device, const Tell& tell) {
-           probe_limits(device, full, tell);
-         }});
-  }
-  // Kernels that are watched come first: what they leave wrong is put right or not worked on, where
-  // the stages against double precision would go on and might crash.
+// Whether a case launches one of the kernels that are asked for.
+bool is_asked_for(const Settings& settings, const Case& which, const Variant& variant) {
+  return settings.kernels.empty() ||
+         launches_wanted(settings, canonical_trace(key_of(which, variant.width)));
+}
+
+void add_kernels(const Settings& settings, int device_width, std::vector<Item>& items) {
   for (const Variant& variant : variants())
     for (const Case& which : kernel_cases()) {
       if (!which.small && !settings.full) continue;
-      if (!settings.kernels.empty() &&
-          !launches_wanted(settings, canonical_trace(key_of(which, variant.width))))
-        continue;
+      if (!is_asked_for(settings, which, variant)) continue;
       const bool required = variant.width == device_width;
       items.push_back({"kernel", "kernels of " + which.name + ", " + variant.name, variant.name,
                        which.name + ", " + which.size, required,
@@ -395,13 +226,13 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
                          check_kernels(device, which, variant, required, settings, tell);
                        }});
     }
+}
+
+void add_references(const Settings& settings, int device_width, std::vector<Item>& items) {
   for (const Variant& variant : variants()) {
     if (variant.group != kRowGroup) continue;  // a stage's values do not depend on its groups
     for (const StageCase& stage : stage_cases()) {
-      if (!settings.kernels.empty() &&
-          !launches_wanted(settings, canonical_trace(key_of(case_of(stage, stage.sizes.front()),
-                                                            variant.width))))
-        continue;
+      if (!is_asked_for(settings, case_of(stage, stage.sizes.front()), variant)) continue;
       const bool required = variant.width == device_width;
       items.push_back({"reference",
                        std::string("references of ") + stage.stage + ", " + variant.name,
@@ -411,7 +242,9 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
                        }});
     }
   }
-  if (!settings.kernels.empty()) return items;
+}
+
+void add_frames(const Settings& settings, int device_width, std::vector<Item>& items) {
   for (const Scene& frame : whole_frames())
     if (frame.small || settings.full)
       for (const Method method : frame.methods)
@@ -423,6 +256,20 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
                              check_frame(device, frame, method, discs, settings, tell);
                            }});
         }
+}
+
+}  // namespace
+
+std::vector<Item> items_of(const Settings& settings, int device_width) {
+  std::vector<Item> items;
+  const bool all = settings.kernels.empty();
+  if (all) add_probes(settings, items);
+  // Kernels that are watched come first: what they leave wrong is put right or not worked on, where
+  // the stages against double precision would go on and might crash.
+  add_kernels(settings, device_width, items);
+  add_references(settings, device_width, items);
+  if (!all) return items;
+  add_frames(settings, device_width, items);
   // Last: they are known to crash some drivers.
   for (Item& item : flaw_items()) items.push_back(std::move(item));
   return items;
@@ -450,59 +297,6 @@ void run_item(const Item& item, Device& device, const Tell& tell) {
     device.state().stage.clear();
     tell(row_of(item, item.name, Result::fail, words_of(error)));
   }
-}
-
-Canonical record_canonical(Device& device, const std::function<void(const std::string&)>& say) {
-  constexpr int kWidths[] = {1, 8};  // of vectors
-  Canonical canonical;
-  const DeviceInfo& info = device.info();
-  canonical.origin.devices = {
-      title_of(DeviceName{info.name, info.platform, info.driver, info.version})};
-  // What is wrong here is not to become what all others must compute.
-  for (const int width : kWidths) {
-    const AsVariant as(device, {"", width, false, kRowGroup, 0});
-    for (const StageCase& stage : stage_cases())
-      for (const int size : stage.sizes) {
-        say(std::string("references of ") + stage.stage + ", size " + std::to_string(size) +
-            ", width " + std::to_string(width));
-        for (const ReferenceError& error : stage.run(device, size)) {
-          require(error.ulp <= error.allowed,
-                  "stage " + std::string(stage.stage) + ", width " + std::to_string(width) +
-                      ", size " + std::to_string(size) + ": " + error.output + " of " +
-                      error.kernel + " is " + error_in_words(error.ulp) +
-                      " off double precision, " + error_in_words(error.allowed) + " allowed");
-          ++canonical.origin.references;
-          if (error.allowed > 0)
-            canonical.origin.share = std::max(canonical.origin.share, error.ulp / error.allowed);
-        }
-      }
-  }
-  constexpr std::size_t kMost = 16384;  // bytes of a buffer whose values are kept
-  const auto record = [&](const std::string& key, int width, bool values, const auto& run) {
-    say(key);
-    const AsVariant as(device, {"", width, false, kRowGroup, 0});
-    std::map<std::uint64_t, std::vector<std::uint8_t>> written;
-    Tracer tracer(device, values ? &written : nullptr);
-    run();
-    canonical.traces[key] = tracer.trace();
-    for (auto& [hash, bytes] : written)
-      if (bytes.size() <= kMost) canonical.values.emplace(hash, std::move(bytes));
-  };
-  for (const int width : kWidths) {
-    for (const Case& which : kernel_cases())
-      record(key_of(which, width), width, which.values, [&] { which.run(device); });
-    for (const Scene& frame : whole_frames())
-      for (const Method method : frame.methods) {
-        const std::string name = frame_key(frame, method);
-        record(name + ", width " + std::to_string(width), width, false, [&] {
-          const std::uint64_t hash = content_hash(surface_of(device, frame, method));
-          const auto [place, first] = canonical.frames.emplace(name, hash);
-          require(first || place->second == hash,
-                  name + ": widths 1 and 8 give different bits on this device");
-        });
-      }
-  }
-  return canonical;
 }
 
 std::vector<std::string> known_kernels() {

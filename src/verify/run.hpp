@@ -38,11 +38,6 @@ Row row_of(const Item& item, const std::string& kernel, Result result, const std
 /// Runs an item: what it throws becomes a row.
 void run_item(const Item& item, Device& device, const Tell& tell);
 
-/// What this device computes, as canonical bits of all cases, with its name and the references'
-/// verdict as their origin. Throws when two vector widths differ in a frame's result, or a result
-/// is farther from double precision than allowed. Several devices: agreed().
-Canonical record_canonical(Device& device, const std::function<void(const std::string&)>& say);
-
 /// Every kernel that some canonical trace holds.
 std::vector<std::string> known_kernels();
 

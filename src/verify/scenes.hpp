@@ -24,7 +24,7 @@ struct Scene {
 /// Frames that show each kernel something else: a block with a step and splash, one particle, none,
 /// an odd number in an orthographic view, coordinates at the edges of what floats hold, a crowd on
 /// few pixels, a wall beyond the image's edges, a storm and a swarm that make atomics
-/// meet (no methods: verify/run.cpp has what is run on them).
+/// meet (no methods: verify/cases.cpp has what is run on them).
 const std::vector<Scene>& kernel_scenes();
 
 /// Whole frames as users have them.

@@ -1,0 +1,79 @@
+// What launches the kernels that are verified, and in which variants.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "verify/references.hpp"
+#include "verify/scenes.hpp"
+
+namespace meniscus::verify {
+
+/// How the kernels are built and launched. All variants of a width have the same launches.
+struct Variant {
+  std::string name;
+  int width;
+  bool wide;                  // vectors of 16 where they are kept busy (Device::State::wide_width)
+  std::size_t group;          // of rows of work-items
+  std::size_t largest_group;  // that the device is taken to allow; 0: its own
+};
+
+const std::vector<Variant>& variants();
+
+/// Sets a device to a variant while it lives.
+class AsVariant {
+ public:
+  AsVariant(Device& device, const Variant& variant)
+      : state_(device.state()),
+        width_(state_.vector_width),
+        wide_(state_.wide),
+        row_group_(state_.row_group),
+        discs_(state_.discs),
+        largest_group_(state_.info.largest_group) {
+    state_.vector_width = variant.width;
+    state_.wide = variant.wide;
+    state_.row_group = variant.group;
+    state_.discs = DiscForm::bins;  // what draws by minima has cases of its own
+    if (variant.largest_group > 0)
+      state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
+  }
+  ~AsVariant() {
+    state_.vector_width = width_;
+    state_.wide = wide_;
+    state_.row_group = row_group_;
+    state_.discs = discs_;
+    state_.info.largest_group = largest_group_;
+  }
+  AsVariant(const AsVariant&) = delete;
+  AsVariant& operator=(const AsVariant&) = delete;
+
+ private:
+  Device::State& state_;
+  int width_;
+  bool wide_;
+  std::size_t row_group_;
+  DiscForm discs_;
+  std::uint64_t largest_group_;
+};
+
+/// Something that launches kernels, always the same ones.
+struct Case {
+  std::string name, size;
+  bool small, values;  // values: the canonical ones are shipped, not only their hashes
+  std::function<void(Device&)> run;
+};
+
+/// Every method, pass and stage that launches kernels of ours.
+const std::vector<Case>& kernel_cases();
+
+/// The one of a stage and one of its sizes.
+Case case_of(const StageCase& stage, int size);
+
+/// What a case's canonical trace is called at a width of vectors; what a frame is called.
+std::string key_of(const Case& which, int width);
+std::string frame_key(const Scene& frame, Method method);
+
+}  // namespace meniscus::verify
