@@ -112,20 +112,21 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   Counts& counts = surface.counts;
   counts = extraction.counts;
   if (params.image) counts.pixels = covered;
-  if (counts.in_view == 0)
+  const std::int64_t in_view = counts.in_view + std::max<std::int64_t>(counts.spray, 0);
+  if (in_view == 0)
     surface.notices.push_back(counts.particles == 0
                                   ? Notice{.code = Code::no_particles,
                                            .text = "there are no particles: the surface is empty"}
                                   : Notice{.code = Code::none_in_view,
                                            .text = "no particle is in view: the surface is empty",
                                            .count = counts.particles});
-  else if (counts.in_view > 0 && params.image && covered == 0)
+  else if (in_view > 0 && params.image && covered == 0)
     surface.notices.push_back(
         {.code = Code::none_shown,
-         .text = "no pixel shows the particles in view (" + std::to_string(counts.in_view) +
+         .text = "no pixel shows the particles in view (" + std::to_string(in_view) +
                  "): the surface is empty (check the particle radius, and that no stray particle "
                  "has moved the camera away)",
-         .count = counts.in_view});
+         .count = in_view});
   warn_of_coarse_positions(view, surface);
   return surface;
 }

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/exact_math.hpp"
+#include "base/parallel.hpp"
 #include "prepare/canonical_order.hpp"
 
 namespace meniscus {
@@ -25,41 +27,86 @@ double percentile(std::vector<double>& values, double share) {
   return *place;
 }
 
+// Positions one after the other by x, so that a search leaves off where x alone is too far.
+class Sorted {
+ public:
+  /// Of a canonical order, which is by x; each position once.
+  Sorted(const BorrowedParticles& p, std::vector<std::size_t> order) {
+    const auto copied = [&](std::size_t a, std::size_t b) { return at_one_position(p, a, b); };
+    order.erase(std::unique(order.begin(), order.end(), copied), order.end());
+    places_.reserve(order.size());
+    for (const std::size_t i : order) places_.push_back({p.x[i], p.y[i], p.z[i]});
+  }
+
+  std::size_t size() const { return places_.size(); }
+
+  /// Squared, world units; infinite where there is no other position.
+  double nearest_of(std::size_t k) const {
+    double best = INFINITY;
+    const auto take = [&](std::size_t j) {
+      if (squared_along(0, k, j) >= best) return false;
+      best = std::min(best, squared_distance(k, j));
+      return true;
+    };
+    for (std::size_t j = k; j-- > 0 && take(j);) {
+    }
+    for (std::size_t j = k + 1; j < size() && take(j); ++j) {
+    }
+    return best;
+  }
+
+  /// The sums of 1 - (d/R)^2 for each R of kReaches, in units of `apart` (world units).
+  std::array<double, kReaches.size()> held_around(std::size_t k, double apart) const {
+    constexpr double kMost = kReaches.back() * kReaches.back();
+    const auto in_reach = [&](std::size_t j) {
+      return squared_along(0, k, j) / (apart * apart) <= kMost;
+    };
+    std::size_t j = k;
+    while (j > 0 && in_reach(j - 1)) --j;
+    std::array<double, kReaches.size()> sum{};
+    for (; j < size() && in_reach(j); ++j) {
+      const double squared = squared_distance(k, j) / (apart * apart);
+      if (squared > kMost) continue;
+      for (std::size_t r = 0; r < kReaches.size(); ++r)
+        sum[r] += std::max(0.0, 1 - squared / (kReaches[r] * kReaches[r]));
+    }
+    return sum;
+  }
+
+ private:
+  double squared_along(std::size_t axis, std::size_t i, std::size_t j) const {
+    const double d = double{places_[j][axis]} - places_[i][axis];
+    return d * d;
+  }
+  double squared_distance(std::size_t i, std::size_t j) const {
+    return squared_along(0, i, j) + squared_along(1, i, j) + squared_along(2, i, j);
+  }
+
+  std::vector<std::array<float, 3>> places_;
+};
+
 }  // namespace
 
 RadiusEstimate estimate_radius(const BorrowedParticles& p, std::vector<std::size_t> order,
                                std::size_t samples) {
-  const auto copied = [&](std::size_t a, std::size_t b) { return at_one_position(p, a, b); };
-  order.erase(std::unique(order.begin(), order.end(), copied), order.end());
-  const std::size_t step = std::max<std::size_t>(1, order.size() / samples);
-  const auto squared_distance = [&](std::size_t i, std::size_t j) {
-    const double dx = double{p.x[j]} - p.x[i], dy = double{p.y[j]} - p.y[i],
-                 dz = double{p.z[j]} - p.z[i];
-    return dx * dx + dy * dy + dz * dz;
-  };
-  std::vector<double> nearest;
-  for (std::size_t k = 0; k < order.size(); k += step) {
-    double best = INFINITY;
-    for (const std::size_t j : order) {
-      const double squared = squared_distance(order[k], j);
-      if (squared > 0) best = std::min(best, squared);
-    }
-    if (std::isfinite(best)) nearest.push_back(std::sqrt(best));
-  }
+  const Sorted sorted(p, std::move(order));
+  const std::size_t step = std::max<std::size_t>(1, sorted.size() / samples);
+  std::vector<double> nearest((sorted.size() + step - 1) / step);
+  parallel_for(nearest.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) nearest[s] = std::sqrt(sorted.nearest_of(s * step));
+  });
+  std::erase(nearest, INFINITY);  // of one position alone
   if (nearest.empty()) return {};
   const double apart = percentile(nearest, 0.5);
 
   std::array<std::vector<double>, kReaches.size()> held;
-  for (std::size_t k = 0; k < order.size(); k += step) {
-    std::array<double, kReaches.size()> sum{};
-    for (const std::size_t j : order) {
-      const double squared = squared_distance(order[k], j) / (apart * apart);
-      if (squared > kReaches.back() * kReaches.back()) continue;
-      for (std::size_t r = 0; r < kReaches.size(); ++r)
-        sum[r] += std::max(0.0, 1 - squared / (kReaches[r] * kReaches[r]));
+  for (std::vector<double>& values : held) values.resize(nearest.size());
+  parallel_for(nearest.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) {
+      const auto sum = sorted.held_around(s * step, apart);
+      for (std::size_t r = 0; r < kReaches.size(); ++r) held[r][s] = sum[r];
     }
-    for (std::size_t r = 0; r < kReaches.size(); ++r) held[r].push_back(sum[r]);
-  }
+  });
   std::array<double, kReaches.size()> spacing{};
   for (std::size_t r = 0; r < kReaches.size(); ++r) {
     const double reach = kReaches[r] * apart;
