@@ -21,13 +21,14 @@
 namespace meniscus::cli {
 namespace {
 
+constexpr int kLooks = 64;  // frames that are looked at, for one that tells something
+
 // A frame whose particles tell where the fluid is and how close they lie: the first of so many
 // particles, or the one of the most among the first frames that can be read. Emitters begin with
 // empty frames and with drops.
 std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, const Plan& plan,
                                               std::string& path) {
   constexpr std::int64_t kTelling = 256;  // particles: mostly inside of the fluid
-  constexpr int kLooks = 64;              // frames that are looked at: small ones
   std::unique_ptr<ParticleSource> best;
   std::int64_t most = 0;
   int looks = 0;
@@ -49,12 +50,26 @@ std::unique_ptr<ParticleSource> telling_frame(const ExtractOptions& options, con
   return best;
 }
 
-// Fluid moves: what frames one frame may not frame the others.
-std::vector<std::string> first_middle_last(const Plan& plan) {
-  std::vector<std::string> frames;
+// A frame that a camera is to show.
+struct SeenFrame {
+  std::string path;
+  std::unique_ptr<ParticleSource> particles;
+};
+
+// Fluid moves: what frames one frame may not frame the others. For one that is empty or cannot be
+// read, as the last one of a simulation that still runs, the nearest one before it stands.
+std::vector<SeenFrame> first_middle_last(const ExtractOptions& options, const Plan& plan) {
+  std::vector<SeenFrame> frames;
   for (const std::size_t k : {std::size_t{0}, plan.inputs.size() / 2, plan.inputs.size() - 1})
-    if (std::find(frames.begin(), frames.end(), plan.inputs[k]) == frames.end())
-      frames.push_back(plan.inputs[k]);
+    for (std::size_t back = 0; back <= std::min<std::size_t>(k, kLooks); ++back) try {
+        const std::string& path = plan.inputs[k - back];
+        if (std::ranges::count(frames, path, &SeenFrame::path) > 0) break;
+        auto particles = open_particles(path, reading_of(options));
+        if (survey_of(*particles).finite == 0) continue;
+        frames.push_back({path, std::move(particles)});
+        break;
+      } catch (const InputError&) {  // is said when it is the frame's turn
+      }
   return frames;
 }
 
@@ -64,17 +79,14 @@ std::unique_ptr<CameraTrack> aim_at_sequence(const Plan& plan, const ExtractOpti
                                              const ParticleSource& particles,
                                              const std::string& path, bool whole, const Talk& say) {
   std::string names = path;
-  std::vector<std::unique_ptr<ParticleSource>> others;
+  std::vector<SeenFrame> others;
   std::vector<const ParticleSource*> seen{&particles};
-  if (!options.eye)
-    for (const std::string& input : first_middle_last(plan)) try {
-        if (input == path) continue;
-        auto source = open_particles(input, reading_of(options));
-        if (!source->in_memory()) survey_of(*source);
-        seen.push_back(others.emplace_back(std::move(source)).get());
-        names += ", " + input;
-      } catch (const InputError&) {  // is said when it is the frame's turn
-      }
+  if (!options.eye) others = first_middle_last(options, plan);
+  for (const SeenFrame& frame : others) {
+    if (frame.path == path) continue;
+    seen.push_back(frame.particles.get());
+    names += ", " + frame.path;
+  }
   const auto [camera, origin] = aimed_camera(options, seen);
   keep_camera(options, camera);
   if (!whole && !options.eye && options.written_camera.empty())
