@@ -8,6 +8,7 @@ import warnings as _warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
@@ -18,6 +19,8 @@ from ._surface import Mesh, Surface, mesh_of
 
 #: Device memory that the passes over particles that stream may take, bytes.
 STREAM_MEMORY: int = _core.STREAM_MEMORY
+
+_ADAPTIVE = .05  # particle radii: what the program takes for --adaptive without a number
 
 _default: Device | None = None
 _lock = threading.RLock()
@@ -74,6 +77,15 @@ def default_device() -> Device:
         if _default is None:
             _default = Device()
         return _default
+
+
+def _opened(device: Device | None) -> _core.Device:
+    if device is None:
+        device = default_device()
+    if not isinstance(device, Device):
+        raise InvalidArgument(f"device is {device!r}, must be a meniscus.Device, which keeps its "
+                              f"kernels (open it once: meniscus.Device({device!r}))")
+    return device._bare
 
 
 def extract(points: ArrayLike | Particles, camera: Camera, *,
@@ -144,12 +156,14 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     if maps is not None:
         bare.set_maps(maps)
     bare.image, bare.mesh, bare.motion, bare.strict = image, mesh, motion, strict
-    bare.layers = layers
+    if not isinstance(layers, (int, np.integer)):
+        raise InvalidArgument(f"layers is {layers!r}, must be a whole number, 0 to 8")
+    bare.layers = int(layers)
     bare.particle_radius = float(particle_radius)
     for name, value in parameters.items():
         bare.set(name.replace("_", "-"), float(value))
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
-    made = _core.extract((device or default_device())._bare, frame, camera._bare(), bare, memory,
+    made = _core.extract(_opened(device), frame, camera._bare(), bare, memory,
                          timings, progress)
     del keep
     if whitewater:
@@ -174,11 +188,11 @@ def _draw_whitewater(made: _core.Surface, whitewater: Mapping[str, Any], device:
         frame, keep = frame_of(arrays["points"], arrays.get("velocities"), arrays.get("radii"), 0)
         frames.append((name, frame))
         kept.append(keep)
-    _core.draw_whitewater((device or default_device())._bare, made, frames, memory, timings,
+    _core.draw_whitewater(_opened(device), made, frames, memory, timings,
                           progress)
 
 
-def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: float = 0,
+def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: float | bool = 0,
                    memory: int = 1 << 30, velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
                    attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
                    motion: bool = True, strict: bool = False, device: Device | None = None,
@@ -191,7 +205,7 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
         times as many triangles.
     adaptive
         Fewer triangles where the mesh is flat: how far vertices of the full mesh may be from it,
-        particle radii, up to 1; .05 keeps its accuracy. 0: the full mesh.
+        particle radii, up to 1. True: .05, which keeps its accuracy. 0 or False: the full mesh.
     memory
         Bytes that a frame of 2^18 particles and more may take beside its mesh and these arrays,
         about. One that takes more is made in parts of space; the mesh is the same.
@@ -199,13 +213,15 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
     All else is as in extract(); the method is `fit`. Raises
     InvalidArgument also where cells are so small that the mesh would be too large.
     """
+    if adaptive is True:
+        adaptive = _ADAPTIVE
     bare = _core.Parameters()
     bare.motion, bare.strict = motion, strict
     bare.particle_radius = float(particle_radius)
     for name, value in parameters.items():
         bare.set(name.replace("_", "-"), float(value))
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
-    made = _core.extract_closed((device or default_device())._bare, frame, float(cell),
+    made = _core.extract_closed(_opened(device), frame, float(cell),
                                 float(adaptive), int(memory), bare, progress)
     del keep
     for notice in made.notices:

@@ -10,7 +10,7 @@ class Notice:
 
     code
         What it is about: "not_finite", "radius_estimated", "parameter_out_of_range" ...; "other": the
-        text alone tells. docs/python.md has the list.
+        text alone tells. include/meniscus/notice.hpp has the list.
     text
         The line.
     subject

@@ -24,6 +24,9 @@ def _place(values: ArrayLike, name: str, dimensions: int) -> tuple[_Place, NDArr
     if isinstance(values, np.ma.MaskedArray):
         raise InvalidArgument(f"{name} is a masked array; leave masked particles out of it: "
                               f"{name}[~mask]")
+    if isinstance(values, (str, PathLike)):
+        raise InvalidArgument(f"{name} is a file's name, must be numbers (read the file first: "
+                              "meniscus.read_particles)")
     array = np.asarray(values)
     if array.dtype.kind not in "iuf":
         raise InvalidArgument(f"{name} has dtype {array.dtype}, must be real numbers")
@@ -102,9 +105,14 @@ class Particles:
     def __repr__(self) -> str:
         return f"<meniscus.Particles: {len(self)}, radius {self.particle_radius:g}>"
 
+    _OF_BARE = ("size", "particle_radius", "has_velocity", "has_radius", "time", "x", "y", "z", "vx",
+                "vy", "vz", "density", "radius", "id", "attribute_names", "attributes")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self._OF_BARE})
+
     def __getattr__(self, name: str) -> Any:
-        if name in ("size", "particle_radius", "has_velocity", "has_radius", "time", "x", "y", "z",
-                    "vx", "vy", "vz", "density", "radius", "id", "attribute_names", "attributes"):
+        if name in self._OF_BARE:
             return getattr(self._bare, name)
         raise AttributeError(f"Particles has no attribute {name}")
 

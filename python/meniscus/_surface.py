@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._camera import Camera, _camera_of
-from ._errors import InvalidArgument, Notice
+from ._errors import InvalidArgument, Notice, OutputError
+
+_MESHES = (".ply", ".vtp", ".glb", ".obj", ".stl")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,10 @@ class Mesh:
     triangles: NDArray[np.uint32]
     attributes: dict[str, NDArray[np.float32]]
     _bare: Any = field(repr=False)
+
+    def __repr__(self) -> str:
+        return (f"<meniscus.Mesh: {len(self.positions)} vertices, {len(self.triangles)} triangles"
+                + "".join(f", {name}" for name in self.attributes) + ">")
 
     def write(self, path: str | PathLike[str]) -> None:
         """Writes .ply, .vtp, .glb, .obj or .stl, by the ending. The file appears under its name when
@@ -159,10 +165,15 @@ class Surface:
         self.camera: Camera = _camera_of(bare.camera)
         self.counts: dict[str, int] = dict(bare.counts)
 
+    _OF_BARE = ("depth", "normal", "position", "group", "kind", "residual", "velocity", "layers",
+                "thickness", "entry", "exit", "back_normal", "forward", "attributes",
+                "particle_radius", "disorder", "notices", "parameters", "timings")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self._OF_BARE})
+
     def __getattr__(self, name: str) -> Any:
-        if name in ("depth", "normal", "position", "group", "kind", "residual", "velocity",
-                    "layers", "thickness", "entry", "exit", "back_normal", "forward", "attributes",
-                    "particle_radius", "disorder", "notices", "parameters", "timings"):
+        if name in self._OF_BARE:
             return getattr(self._bare, name)
         raise AttributeError(f"Surface has no attribute {name}")
 
@@ -211,8 +222,11 @@ class Surface:
             self._bare.write_exr(name, compression, half)
         elif ending == ".png":
             self._bare.write_png(name, preview)
-        else:
+        elif ending in _MESHES:
             self._bare.write_mesh(name)
+        else:
+            raise OutputError(f"{name}: unknown ending, wanted .exr (maps), .deep.exr (layers), "
+                              f".png (picture) or {', '.join(_MESHES)} (mesh)")
 
 
 def read_exr(path: str | PathLike[str]) -> Surface:

@@ -48,6 +48,12 @@ def test_a_ball_is_where_it_is(points, camera):
     assert surface.warnings == []
 
 
+def test_prompts_complete_all_names(points, camera):
+    surface = extract(points, camera, mesh=False)
+    assert {"depth", "normal", "exit", "notices", "mesh", "write"} <= set(dir(surface))
+    assert all(hasattr(surface, name) for name in dir(surface))
+
+
 def test_the_mesh_is_of_the_ball(points, camera):
     mesh = extract(points, camera, image=False).mesh
     assert mesh.positions.shape == mesh.normals.shape and mesh.velocities is None
@@ -222,6 +228,10 @@ def test_nothing_gives_an_empty_surface(camera):
     ("passes is 1.5, must be a whole number", lambda p, c: extract(p, c, passes=1.5)),
     ("method is fitt", lambda p, c: extract(p, c, method="fitt")),
     ("aov has", lambda p, c: extract(p, c, maps="N,nonsense")),
+    ("points is a file's name.*read_particles", lambda p, c: extract("dam.ply", c)),
+    ("layers is 1.5, must be a whole number", lambda p, c: extract(p, c, layers=1.5)),
+    (r"device is 'gpu', must be a meniscus.Device.*Device\('gpu'\)",
+     lambda p, c: extract(p, c, device="gpu")),
     ("camera is a str", lambda p, c: extract(p, "front")),
     ("particle_radius is -1", lambda p, c: extract(p, c, particle_radius=-1)),
     ("memory", lambda p, c: extract(np.tile(p, (150, 1)), c, memory=10)),
@@ -407,6 +417,9 @@ def test_a_closed_mesh_has_two_triangles_at_every_edge(tmp_path):
     fewer = meniscus.extract_closed(points, cell=.8, adaptive=.05, memory=1 << 24,
                                     particle_radius=RADIUS)
     assert 0 < len(fewer.triangles) < len(mesh.triangles) / 2
+    as_the_program = meniscus.extract_closed(points, cell=.8, adaptive=True, particle_radius=RADIUS)
+    assert np.array_equal(as_the_program.positions, fewer.positions)
+    assert f"{len(fewer.triangles)} triangles" in repr(fewer) and len(repr(fewer)) < 80
     with pytest.raises(meniscus.InvalidArgument, match="adaptive is -1, must be 0 to 1 particle"):
         meniscus.extract_closed(points, adaptive=-1, particle_radius=RADIUS)
 

@@ -72,6 +72,7 @@ def test_files_of_particles_are_read(dam, tmp_path):
     table = tmp_path / "three.csv"
     table.write_text("x,y,z,vx,vy,vz,id\n1,2,3,4,5,6,9\n4,5,6,7,8,9,8\n")
     few = meniscus.read_particles(table)
+    assert {"x", "density", "points"} <= set(dir(few))
     assert few.points.tolist() == [[1, 2, 3], [4, 5, 6]]
     assert few.velocities.tolist() == [[4, 5, 6], [7, 8, 9]] and few.radius is None
     with pytest.raises(meniscus.InputError, match="missing.ply"):
@@ -160,8 +161,8 @@ def test_what_cannot_be_written_is_said(points, camera, tmp_path):
         surface.write(tmp_path / "nowhere" / "s.exr")
     with pytest.raises(meniscus.InvalidArgument, match="compression is dwaa"):
         surface.write(tmp_path / "s.exr", compression="dwaa")
-    with pytest.raises(meniscus.Error):
-        surface.write(tmp_path / "s.unknown")
+    with pytest.raises(meniscus.OutputError, match="unknown ending, wanted .exr.*png.*stl"):
+        surface.write(tmp_path / "s.jpg")
     assert list(tmp_path.iterdir()) == []
 
 

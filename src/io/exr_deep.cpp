@@ -28,7 +28,7 @@ void check_layers(const Surface& surface) {
   const Layers& layers = surface.layers;
   const Camera& camera = surface.camera;
   require(layers.most > 0,
-          "write_deep_exr: the surface has no layers (extract with Parameters::layers set)");
+          "write_deep_exr: the surface has no layers (set layers when you extract it)");
   require(camera.width > 0 && camera.height > 0,
           "write_deep_exr: the surface's camera has no pixels");
   const auto pixels =
