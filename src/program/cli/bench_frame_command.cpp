@@ -106,6 +106,8 @@ void for_each_frame(const BenchFrameOptions& options, const Measure& measure) {
 }
 
 void run_bench_frame(BenchFrameOptions options) {
+  constexpr std::int64_t kBytes = 24;  // of a particle that is held, and the order of frames
+  if (!options.particles.empty()) require_memory(std::ranges::max(options.particles), kBytes);
   use_threads(options.threads);
   const bool to_output = options.json == "-";
   std::unique_ptr<OutputFile> json;  // better now than later

@@ -116,8 +116,11 @@ void bench_kernels(const BenchOptions& options) {
   if (options.list) return print_names(bench::kernel_names());
   check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
   use_threads(options.threads);
+  constexpr std::int64_t kBytes = 250;  // of a particle with all that the kernels are given
+  require_memory(std::ranges::max(options.particles), kBytes);
   // Files that cannot be read or written are better known now than later.
   as_usage([&] { check_outputs({{options.compare}, {}}, {}, {options.json, options.html}); });
+  if (!options.html.empty()) check_page_name("--html", options.html);
   std::optional<bench::BenchRun> old;
   if (!options.compare.empty())
     old = bench::from_json(read_file(options.compare).bytes, options.compare);

@@ -1,6 +1,7 @@
 #include "program/cli/options.hpp"
 
 #include <ImfThreading.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -108,6 +109,17 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
 void check_page_name(const std::string& option, const std::string& path) {
   if (!lower_case(path).ends_with(".html"))
     throw usage_error(option + " is " + path + ", must end in .html: it is a page");
+}
+
+void require_memory(std::int64_t particles, std::int64_t bytes_each) {
+  const auto gigabytes = [](double bytes) { return printed("%.3g GB", bytes / 1e9); };
+  const double wanted = static_cast<double>(particles) * static_cast<double>(bytes_each);
+  const double has =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  if (wanted > has)
+    throw Error("--particles is " + std::to_string(particles) +
+                ", which are held in memory and take " + gigabytes(wanted) +
+                " or more, but the machine has " + gigabytes(has) + " (give fewer)");
 }
 
 CLI::Option* add_positive_option(CLI::App& command, const std::string& name,

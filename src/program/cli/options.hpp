@@ -49,6 +49,10 @@ void check_parts_of_names(const std::string& option, const std::vector<std::stri
 /// camera or image is replaced by a page.
 void check_page_name(const std::string& option, const std::string& path);
 
+/// Throws Error where so many particles take more memory than the machine has: without a word the
+/// system would end this program, or another one.
+void require_memory(std::int64_t particles, std::int64_t bytes_each);
+
 /// What a number must be: "--in-flight: is 0, must be 1 to 64".
 CLI::Validator from_to(int least, int most);
 CLI::Validator from_to(double least, double most);

@@ -109,6 +109,7 @@ void run_verify(VerifyOptions& options, int& exit_code) {
   std::vector<std::string> read = options.compare;
   read.insert(read.end(), {request.program, request.manifest});
   as_usage([&] { check_outputs({read, {}}, {}, {options.json, options.junit, options.html}); });
+  if (!options.html.empty()) check_page_name("--html", options.html);
   const bool to_output = options.json == "-";
   std::optional<OutputFile> json, junit, html, record;
   if (!options.json.empty() && !to_output) json.emplace(options.json);

@@ -1,5 +1,6 @@
 // What `meniscus bench` says of the kernels.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
@@ -153,8 +154,17 @@ TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
   expect_error(run({"bench", "--kernel", "fit", "frame"}), 2, {"--kernel", "frame"});
   expect_error(run({"bench", "--repetitions", "0"}), 2, {"--repetitions"});
   expect_error(run({"bench", "--threads", "0"}), 2, {"--threads"});
-  expect_error(run({"bench", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
+  expect_error(run({"bench", "--json", "a.html", "--html", "./a.html"}), 2,
+               {"./a.html", "named twice"});
+  expect_error(run({"bench", "--html", "frame.ply"}), 2, {"--html is frame.ply", ".html"});
   expect_error(run({"bench", "extra"}), 2, {"extra"});
+}
+
+TEST_F(ProgramBenchKernels, MoreParticlesThanMemoryHoldsAreOneLine) {
+  if (sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGE_SIZE) > 250'000'000'000)
+    GTEST_SKIP() << "the machine has memory for the largest frame";
+  expect_error(run({"bench", "--particles", "100,1e9"}), 1,
+               {"--particles is 1000000000", "250 GB", "give fewer"});
 }
 
 TEST_F(ProgramBenchKernels, FilesThatCannotBeUsedAreNamedBeforeAnythingIsMeasured) {

@@ -68,7 +68,9 @@ TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
   expect_error(run({"verify", "--kernel", ""}), 2, {"--kernel has an empty name"});
   expect_error(run({"verify", "--device", "no such"}), 1, {"no usable OpenCL device matches"});
   expect_error(run({"verify", "--size", "huge"}), 2, {"--size"});
-  expect_error(run({"verify", "--json", "a", "--html", "./a"}), 2, {"./a", "named twice"});
+  expect_error(run({"verify", "--json", "a.html", "--html", "./a.html"}), 2,
+               {"./a.html", "named twice"});
+  expect_error(run({"verify", "--html", "frame.ply"}), 2, {"--html is frame.ply", ".html"});
   write("broken.json", "{");
   for (const char* option : {"--html", "--json", "--junit"})
     expect_error(
