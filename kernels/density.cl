@@ -62,8 +62,8 @@ inline Slice slice_of(const Cells cells, const int cx, const int cy, const int c
 // particles is too high for a lone one: where a particle's own share is most of the density, it counts
 // up to `lone` times, and drops, threads and thin sheets of any size take as much room as their
 // particles.
-inline floatv level_weight(const floatv density, const floatv own, const float level,
-                           const float lone) {
+inline floatv level_weight(const floatv density, const floatv own, const float2 how) {
+  const float level = how.x, lone = how.y;
   const floatv t = clamp(2.25f * (density - 0.45f), 0.0f, 1.0f);
   const floatv share = smaller(own / density, (floatv)(1.0f));
   const floatv raised = larger(AMONG_MANY + (lone - AMONG_MANY) * share, (floatv)(1.0f));
@@ -78,9 +78,8 @@ inline floatv level_weight(const floatv density, const floatv own, const float l
 kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
                               global float* weight,  // [n] out
                               CELLS_WITH(cell_, cell_weight), const int n,
-                              const int least,    // 0: measure everywhere
-                              const float level,  // see level_weight
-                              const float lone) {
+                              const int least,     // 0: measure everywhere
+                              const float2 how) {  // level and lone, see level_weight
   const Cells cells = CELLS_OF(cell_);
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   const floatv none = (floatv)(0.0f);
@@ -106,7 +105,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
       scatter_float(none, result + 2 * n, own.at, own.used);
       scatter_float((floatv)(1.0f), result + 3 * n, own.at, own.used);
       const floatv mass = (floatv)(cell_weight[own.at[0]]);
-      scatter_float(level_weight((floatv)(1.0f), mass * NORM, level, lone) * mass, weight, own.at,
+      scatter_float(level_weight((floatv)(1.0f), mass * NORM, how) * mass, weight, own.at,
                     own.used);
     } else {
       STOREI(first + TO_INTV(LANES), place + count);
@@ -137,7 +136,7 @@ kernel void measure_gradients(global float* result,  // [4][n] x, y, z, density
     const floatv density = f.c * NORM;
     scatter_float(density, result + 3 * n, at, used);
     const floatv mass = gather_float(cell_weight, at);
-    scatter_float(level_weight(density, mass * NORM, level, lone) * mass, weight, at, used);
+    scatter_float(level_weight(density, mass * NORM, how) * mass, weight, at, used);
     k += number;
   }
 }

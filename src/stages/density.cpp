@@ -68,7 +68,7 @@ DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where
   launch(device, kernels::measure_gradients, width, range_of_blocks(n, width), field,
          levelled.weight, cells_with(cells, cells.weight), static_cast<cl_int>(n),
          where == Measured::everywhere ? 0 : kFilledCell,
-         static_cast<cl_float>(params.blob_density), static_cast<cl_float>(lone));
+         cl_float2{{static_cast<cl_float>(params.blob_density), static_cast<cl_float>(lone)}});
   return levelled;
 }
 

@@ -131,7 +131,7 @@ double build_seconds(Device& device, const std::string& option) {
     launch(device, "density.cl", "measure_gradients", {64},
            width_option(device.state().vector_width) + option, floats, floats, floats, floats,
            floats, floats, words, starts, records::CellGrid{1, 63}, cl_int{0}, cl_int{0},
-           cl_float{1}, cl_float{1});
+           cl_float2{{1, 1}});
     device.state().queue.finish();
   });
 }
