@@ -21,7 +21,7 @@ constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 // Where supports are narrowed: what residual noise alone explains against the frame's least, and
 // over which fits residuals are averaged.
 constexpr float kOverLeast = 1.5f;
-constexpr std::size_t kNoiseItems = 256;  // of find_noise, one to a float; TILE_ITEMS in prelude.cl
+constexpr std::size_t kNoiseItems = 256;  // TILE_ITEMS in prelude.cl
 constexpr SheetWeights kSheet{kResidualReach, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 4;  // values of a particle's records, see particle_fit.cl
