@@ -237,16 +237,18 @@ TEST(Layers, BeginAtTheFront) {
 
 TEST(Layers, AirThatIsTooThinIsNone) {
   const View view = orthographic();
-  for (const double gap : {0.4, 0.6}) {
-    DualMesh mesh;
-    add_box(mesh, {-100, -100, -12}, {100, 100, -10});
-    add_box(mesh, {-100, -100, -14}, {100, 100, -12 - gap});
-    const Layers layers = trace_layers(
-        view, mesh, std::vector<float>(pixels_of(view), static_cast<float>(10 * kRadius)), 2);
-    EXPECT_EQ(layers.count[7], gap < 0.5 ? 1u : 2u);
-    EXPECT_NEAR(layers.exit[7], (gap < 0.5 ? 14 : 12) * kRadius, 1e-5);
-    EXPECT_NEAR(layers.thickness[7], (gap < 0.5 ? 4 : 4 - gap) * kRadius, 1e-5);
-  }
+  // Wherever the front is: entries that lie just behind it are not looked at.
+  for (const double first : {10.0, 11.95})
+    for (const double gap : {0.4, 0.6}) {
+      DualMesh mesh;
+      add_box(mesh, {-100, -100, -12}, {100, 100, -10});
+      add_box(mesh, {-100, -100, -14}, {100, 100, -12 - gap});
+      const Layers layers = trace_layers(
+          view, mesh, std::vector<float>(pixels_of(view), static_cast<float>(first * kRadius)), 2);
+      EXPECT_EQ(layers.count[7], gap < 0.5 ? 1u : 2u);
+      EXPECT_NEAR(layers.exit[7], (gap < 0.5 ? 14 : 12) * kRadius, 1e-5);
+      EXPECT_NEAR(layers.thickness[7], (14 - first - (gap < 0.5 ? 0 : gap)) * kRadius, 1e-5);
+    }
 }
 
 TEST(Layers, CountAllAndKeepSome) {
