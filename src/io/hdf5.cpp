@@ -22,7 +22,7 @@ constexpr std::size_t kMostObjects = 10000, kMostMessages = 4096, kDeepest = 32;
 
 // What a data set's messages say.
 struct DataSet {
-  bool has_type = false, has_space = false, has_layout = false;
+  bool has_space = false, has_layout = false;
   std::optional<Scalar> type;  // none: no number that is read
   std::endian order = std::endian::little;
   std::size_t components = 1;  // of an array as an element
@@ -203,11 +203,9 @@ class Reader {
           read_space(d, data);
           break;
         case 0x03:
-          data.has_type = true;
           read_type(d, data);
           break;
         case 0x103:
-          data.has_type = true;
           data.unknown = "has a type that is kept elsewhere";
           break;
         case 0x08:

@@ -84,7 +84,6 @@ Particles read_vdb(const InputFile& file, const ReadOptions& options);
 struct SeriesFrame {
   std::string file;  // as it is written, beside the .pvd where it is relative
   double time = 0;
-  std::int64_t part = 0;
 };
 std::vector<SeriesFrame> read_pvd(const InputFile& file);
 

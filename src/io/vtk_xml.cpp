@@ -315,8 +315,6 @@ std::vector<SeriesFrame> read_pvd(const InputFile& file) {
     frame.file = tag->attribute("file", "");
     if (frame.file.empty()) fail(file, byte_place(tag->at), "a DataSet has no file");
     if (const auto time = parse_real(tag->attribute("timestep", "0"))) frame.time = *time;
-    const std::string part = tag->attribute("part", "0");
-    if (const auto number = parse_integer(part)) frame.part = *number;
     frames.push_back(std::move(frame));
   }
   if (!is_vtk) fail(file, "", "has no <VTKFile type=\"Collection\">");

@@ -14,7 +14,6 @@ constexpr double kBeside = 1;  // s; a piece of the map this near may be one too
 /// What is counted for one piece of splash.
 struct Count {
   int pixels = 0, right = 0, holes = 0;
-  double scale = 0;                        // pixels per s, of its last pixel
   std::set<int> truth_pieces, map_pieces;  // of surface
   std::set<int> right_pieces;              // of pixels at the right depth
 };
