@@ -213,23 +213,6 @@ std::vector<std::int32_t> pits_among(const View& view, const Triangulation& mesh
   return found;
 }
 
-// What is left of the visible particles without those at some places, ascending.
-Visible without(const Visible& visible, const std::vector<std::int32_t>& gone) {
-  Visible rest;
-  rest.index.reserve(visible.index.size());
-  rest.owned.reserve(visible.index.size());
-  std::size_t next = 0;
-  for (std::size_t v = 0; v < visible.index.size(); ++v) {
-    if (next < gone.size() && gone[next] == static_cast<std::int32_t>(v)) {
-      ++next;
-      continue;
-    }
-    rest.index.push_back(visible.index[v]);
-    rest.owned.push_back(visible.owned[v]);
-  }
-  return rest;
-}
-
 }  // namespace
 
 Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
@@ -239,12 +222,6 @@ Triangulation triangulate(const View& view, const Projected& projected, const Vi
   list_fans(mesh);
   measure_triangles(view, mesh);
   return mesh;
-}
-
-Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible) {
-  std::vector<std::int32_t> all(mesh.position.size());
-  std::iota(all.begin(), all.end(), 0);
-  return without(visible, pits_among(view, mesh, all));
 }
 
 SeenMesh triangulate_without_pits(const View& view, const Projected& projected,

@@ -73,19 +73,16 @@ struct Triangulation {
 Triangulation triangulate(const View& view, const Projected& projected, const Visible& visible,
                           const TriangleParams& params);
 
-/// The visible particles without those of the layer below that show through a gap of the surface:
-/// vertices more than 0.9 particle radii plus the ring's own RMS distance behind the plane through
-/// their ring of at least four neighbours.
-Visible without_pits(const View& view, const Triangulation& mesh, const Visible& visible);
-
 /// Visible particles and their triangulation.
 struct SeenMesh {
   Visible visible;
   Triangulation mesh;
 };
 
-/// triangulate() of the visible particles without_pits(), over and over until none is left in a
-/// pit, at most three times: particles side by side in a pit go one after the other.
+/// triangulate() of the visible particles without those of the layer below that show through a gap
+/// of the surface: vertices more than 0.9 particle radii plus the ring's own RMS distance behind
+/// the plane through their ring of at least four neighbours. Over and over until none is left in
+/// such a pit, at most three times: particles side by side in a pit go one after the other.
 SeenMesh triangulate_without_pits(const View& view, const Projected& projected,
                                   const Visible& visible, const TriangleParams& params);
 

@@ -60,8 +60,8 @@ Projected field(int n, unsigned seed, Depth&& depth) {
   return place(uvt);
 }
 
-inline Triangulation triangulated(const Projected& p, const TriangleParams& params = {}) {
-  return triangulate(plain_view(), p, all_visible(p), params);
+inline Triangulation triangulated(const Projected& p) {
+  return triangulate(plain_view(), p, all_visible(p), {});
 }
 
 /// Depths of surfaces.
