@@ -26,15 +26,6 @@
 #define ENOUGH 0.1f
 // Sheets whose centres lie within this of each other's planes are between convex and concave.
 #define HINGE 0.25f
-// Blend and field are compared as in settle.cl, which has the same for a disorder of 1.
-#define NEAR_FIELD 0.5f
-#define OFF_FIELD 1.0f
-#define TURNED_OFF 0.6f
-#define TURNED_ALIKE 0.92f
-#define NEAR_MORE 0.5f
-#define OFF_MORE 1.0f
-#define TURNED_OFF_MORE (-0.6f)
-#define TURNED_ALIKE_MORE (-0.32f)
 
 // A function's value and gradient.
 typedef struct {
@@ -390,10 +381,7 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
     const floatv apart = fabs(fitted.level.f - level.f);
     const floatv alike =
         dot_of(fitted.level.x, fitted.level.y, fitted.level.z, level.x, level.y, level.z);
-    const float d = of.disorder;
-    const floatv agreement =
-        (1.0f - smooth_step(NEAR_FIELD + NEAR_MORE * d, OFF_FIELD + OFF_MORE * d, apart)) *
-        smooth_step(TURNED_OFF + TURNED_OFF_MORE * d, TURNED_ALIKE + TURNED_ALIKE_MORE * d, alike);
+    const floatv agreement = agreement_of(apart, alike, of.disorder);
     const floatv compared = clamp(100.0f * doubt, 0.0f, 1.0f) * (1.0f - fitted.edge);
     share *= (1.0f - compared * (1.0f - agreement)) * (1.0f - smooth_step(FILLING, FILLED, c));
     level = mix_of(level, fitted.level, SELECT(none, share, open));

@@ -12,20 +12,6 @@
 #define REFINE 8                 // positions of a crossing within a step, at most
 #define NEWTON (1.0f / 2048.0f)  // particle radii: a shorter step of Newton's need not be taken
 
-// Where blend and field tell different things the field is right: on violent scenes, samples over half
-// a radius apart err by .2 to .5 s in the blend and by .2 to .3 s in the field, those over two radii
-// apart by .8 to 1.4 s and .1 to .5 s (docs/method.md). From these distances (particle radii, along
-// the blend's normal) and these cosines of normals on the blend gives way, up to those where it is gone.
-// The field of irregular particles has pits and bumps of its own: what is added for a disorder of 1.
-#define NEAR_FIELD 0.5f
-#define OFF_FIELD 1.0f
-#define TURNED_OFF 0.6f
-#define TURNED_ALIKE 0.92f
-#define NEAR_MORE 0.5f
-#define OFF_MORE 1.0f
-#define TURNED_OFF_MORE (-0.6f)
-#define TURNED_ALIKE_MORE (-0.32f)
-
 typedef struct {
   floatv depth;       // +infinity: nowhere, or already reached at the start
   floatv nx, ny, nz;  // unit outward normal, eye axes
@@ -286,10 +272,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
     mz = gather_float(normal + 2 * n, at);
     const floatv apart = fabs(c.depth - t) * fabs(mx * r.dx + my * r.dy - mz);
     const floatv alike = mx * c.nx + my * c.ny + mz * c.nz;
-    const float d = limits.disorder;
-    const floatv agreement =
-        (1.0f - smooth_step(NEAR_FIELD + NEAR_MORE * d, OFF_FIELD + OFF_MORE * d, apart)) *
-        smooth_step(TURNED_OFF + TURNED_OFF_MORE * d, TURNED_ALIKE + TURNED_ALIKE_MORE * d, alike);
+    const floatv agreement = agreement_of(apart, alike, limits.disorder);
     share = SELECT(share, share * agreement, compared & !on_edge);
   }
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
