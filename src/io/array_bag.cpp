@@ -36,13 +36,21 @@ bool has_use(const std::string& given) {
          field_of_attribute(name, 1) != Field::none;
 }
 
-void refuse_transposed(const Bytes& file, const std::string& place, const std::string& name,
-                       std::uint64_t rows, std::uint64_t across) {
+void refuse_shape(const Bytes& file, const std::string& place, const std::string& name,
+                  const std::vector<std::uint64_t>& shape) {
   constexpr std::uint64_t kMostNumbers = 16;  // of a particle
-  if ((rows == 2 || rows == 3) && across > kMostNumbers && is_position(name))
-    fail(file, place,
-         "has shape (" + std::to_string(rows) + ", " + std::to_string(across) +
-             "), wanted (n, 3): transposed?");
+  if (!is_position(name) || shape.size() < 2) return;
+  const bool transposed =
+      shape.size() == 2 && (shape[0] == 2 || shape[0] == 3) && shape[1] > kMostNumbers;
+  const bool deep = std::any_of(shape.begin() + 1, shape.end() - 1,
+                                [](std::uint64_t length) { return length != 1; });
+  if (!transposed && !deep) return;
+  std::string found;
+  for (const std::uint64_t length : shape)
+    found += (found.empty() ? "" : ", ") + std::to_string(length);
+  fail(file, place,
+       "has shape (" + found + "), wanted (n, 3)" +
+           (transposed ? ": transposed?" : " (give each frame a file of its own)"));
 }
 
 bool may_unpack_to(std::uint64_t packed, std::uint64_t unpacked) {

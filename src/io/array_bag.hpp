@@ -26,10 +26,11 @@ bool is_position(const std::string& name);
 /// Whether an array so named has a use: one that cannot be read is then an error.
 bool has_use(const std::string& name);
 
-/// Throws InputError where an array of positions of shape (rows, across) seems to be transposed:
-/// two or three rows of more numbers than particles have. Other names are not looked at.
-void refuse_transposed(const Bytes& file, const std::string& place, const std::string& name,
-                       std::uint64_t rows, std::uint64_t across);
+/// Throws InputError where an array of positions seems to be transposed: two or three rows of more
+/// numbers than particles have; or holds tables, such as those of several frames. Other names are
+/// not looked at.
+void refuse_shape(const Bytes& file, const std::string& place, const std::string& name,
+                  const std::vector<std::uint64_t>& shape);
 
 /// Whether so many packed bytes of particles may unpack to so many: they become a tenth or a third,
 /// not a hundredth, of their size. Up to 16 MiB are always believed.

@@ -410,9 +410,7 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   std::uint64_t across = 1;
   for (std::size_t k = 1; k < data.shape.size(); ++k)
     if (__builtin_mul_overflow(across, data.shape[k], &across)) across = UINT64_MAX >> 20;
-  if (!data.shape.empty())
-    refuse_transposed(*file, place, found.path.substr(found.path.rfind('/') + 1), data.shape[0],
-                      across);
+  refuse_shape(*file, place, name_in_folder(found.path), data.shape);
   constexpr std::uint64_t kMostAcross = 4096;
   if (across > kMostAcross) fail(*file, place, "has rows that are too long");
   BagArray array;

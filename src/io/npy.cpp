@@ -194,8 +194,7 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
     std::uint64_t offset = 0, components = 1;
   };
   const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
-  if (single)
-    refuse_transposed(file, place + "header", item.empty() ? "positions" : item, rows, across);
+  if (single) refuse_shape(file, place + "header", item.empty() ? "positions" : item, header.shape);
   std::vector<Placed> placed;
   std::uint64_t row = 0;
   for (const Header::Field& field : header.fields) {

@@ -212,10 +212,10 @@ TEST_F(FormatsOnDisk, DataSetsThatStateTooLittleRoomAreRefused) {
   EXPECT_THAT(error_of("a.h5", h5), testing::HasSubstr("has room for 400 bytes, wanted 444"));
 }
 
-TEST_F(FormatsOnDisk, TransposedArraysAreRefused) {
-  const auto npy = [&](int rows, int across) {
+TEST_F(FormatsOnDisk, TransposedArraysAndTablesOfFramesAreRefused) {
+  const auto npy = [&](int rows, int across, const std::string& also = "") {
     std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" +
-                         std::to_string(rows) + ", " + std::to_string(across) + "), }\n";
+                         std::to_string(rows) + ", " + also + std::to_string(across) + "), }\n";
     return std::string("\x93NUMPY\x01\x00", 8) +
            stored(static_cast<std::uint16_t>(header.size()), std::endian::little) + header +
            std::string(static_cast<std::size_t>(4 * rows * across), '\0');
@@ -223,6 +223,10 @@ TEST_F(FormatsOnDisk, TransposedArraysAreRefused) {
   EXPECT_THAT(error_of("a.npy", npy(3, 4913)),
               testing::HasSubstr("has shape (3, 4913), wanted (n, 3): transposed?"));
   EXPECT_THAT(error_of("a.npy", npy(2, 300000)), testing::HasSubstr("transposed?"));
+  // One frame in a list of frames was taken for one particle of many numbers.
+  EXPECT_THAT(error_of("a.npy", npy(1, 3, "1000, ")),
+              testing::HasSubstr("has shape (1, 1000, 3), wanted (n, 3)"));
+  EXPECT_EQ(read("a.npy", npy(5, 3, "1, ")).size(), 5u);
   EXPECT_EQ(read("a.npy", npy(3, 3)).size(), 3u);
   EXPECT_EQ(read("a.npy", npy(2, 3)).size(), 2u);
   EXPECT_EQ(read("a.npy", npy(3, 6)).vx.size(), 3u);
@@ -310,6 +314,25 @@ TEST_F(FormatsOnDisk, FolderOfNumberedFilesIsOneSequence) {
   ASSERT_TRUE(pattern);
   EXPECT_EQ(pattern->existing().size(), 2u);
   EXPECT_TRUE(pattern->existing().contains(12));
+}
+
+// What follows the frame's number may hold a number, too, such as that of a version.
+TEST_F(FormatsOnDisk, TheFramesNumberIsTheOneThatDiffers) {
+  const std::string bytes = content(sample("vtk_raw.vtp"));
+  std::string first;
+  for (const char* name : {"dam3.0001.v2.vtp", "dam3.0002.v2.vtp", "dam3.0010.v2.vtp"})
+    first = write(name, bytes);
+  const std::string folder = std::filesystem::path(first).parent_path().string();
+  EXPECT_EQ(sequence_in_folder(folder), folder + "/dam3.{}.v2.vtp");
+  for (int k = 0; k < 40; ++k)
+    write("other" + std::to_string(k) + ".0001.v" + std::to_string(k) + ".vtp", bytes);
+  try {
+    sequence_in_folder(folder);
+    FAIL() << "there are several sequences";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("several sequences"));
+    EXPECT_THAT(error.what(), testing::EndsWith(" and 33 more"));
+  }
 }
 
 }  // namespace
