@@ -4,6 +4,7 @@
 #include <charconv>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -107,43 +108,77 @@ bool is_output(const fs::path& path) {
   return head.find("meniscus.hash") != std::string::npos;
 }
 
+// Where a number in the stem of a file's name is: the last one, or so many `back`.
+struct NumberPlace {
+  std::size_t first, end;
+};
+std::optional<NumberPlace> number_in(const std::string& name, std::size_t back) {
+  std::size_t end = name.size() - particle_ending(name).size();
+  for (;; --back) {
+    while (end > 0 && !is_digit(name[end - 1])) --end;
+    if (end == 0) return {};
+    std::size_t first = end;
+    while (first > 0 && is_digit(name[first - 1])) --first;
+    if (back == 0) return NumberPlace{first, end};
+    end = first;
+  }
+}
+
+// The name with a place for that number; empty where it has none.
+std::string pattern_of(const std::string& name, std::size_t back) {
+  const auto number = number_in(name, back);
+  return number ? name.substr(0, number->first) + "{}" + name.substr(number->end) : "";
+}
+
 }  // namespace
 
 std::string sequence_in_folder(const std::string& path) {
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) return path;
-  std::set<std::string> patterns, plain;  // with a number in the name, and without
+  std::map<std::string, std::vector<std::string>> sequences;  // names, by the pattern they follow
+  std::set<std::string> plain;                                // names without a number
   for (fs::directory_iterator entry(path, ignored), end; entry != end; entry.increment(ignored)) {
     if (ignored) break;
     const std::string name = entry->path().filename().string();
     if (!entry->is_regular_file(ignored) || name.starts_with(".") || !is_particle_file(name))
       continue;
-    const std::string whole = (fs::path(path) / name).string();
-    const std::string ending = particle_ending(name);
-    const std::string stem = name.substr(0, name.size() - ending.size());
-    const std::size_t last = stem.find_last_of("0123456789");
-    if (last == std::string::npos) {
-      if (!is_output(entry->path())) plain.insert(whole);
-      continue;
-    }
-    std::size_t first = last;
-    while (first > 0 && is_digit(stem[first - 1])) --first;
-    const std::string start = stem.substr(0, first);
     // FLIP Fluids keeps velocities and others beside the positions.
-    if (lower_case(ending) == ".ffp3" && lower_case(start) != "fluidparticles") continue;
-    const std::string pattern =
-        (fs::path(path) / (start + "{}" + stem.substr(last + 1) + ending)).string();
-    if (patterns.contains(pattern) || is_output(entry->path())) continue;
-    patterns.insert(pattern);
+    if (const auto number = number_in(name, 0);
+        number && lower_case(particle_ending(name)) == ".ffp3" &&
+        lower_case(name.substr(0, number->first)) != "fluidparticles")
+      continue;
+    const std::string pattern = pattern_of(name, 0);
+    const auto known = sequences.find(pattern);
+    if (known != sequences.end())
+      known->second.push_back(name);
+    else if (is_output(entry->path()))
+      continue;
+    else if (pattern.empty())
+      plain.insert(name);
+    else
+      sequences[pattern].push_back(name);
   }
-  std::set<std::string> all = patterns;
-  all.insert(plain.begin(), plain.end());
-  if (all.empty())
+  const auto in_folder = [&](const std::string& name) { return (fs::path(path) / name).string(); };
+  if (sequences.empty() && plain.empty())
     throw InputError(path + ": is a folder without files of particles, wanted one sequence");
-  if (patterns.size() == 1) return *patterns.begin();
-  if (patterns.empty() && plain.size() == 1) return *plain.begin();
+  if (sequences.empty() && plain.size() == 1) return in_folder(*plain.begin());
+  if (sequences.size() == 1) return in_folder(sequences.begin()->first);
+  // A number behind the frame's may be the same in all: of a version, as in dam.0001.v2.ply.
+  if (!sequences.empty())
+    for (std::size_t back = 1; number_in(sequences.begin()->second[0], back); ++back) {
+      std::set<std::string> patterns;
+      for (const auto& [pattern, names] : sequences)
+        for (const std::string& name : names) patterns.insert(pattern_of(name, back));
+      if (patterns.size() == 1) return in_folder(*patterns.begin());
+    }
+  constexpr std::size_t kListed = 10;
+  std::set<std::string> all = plain;
+  for (const auto& [pattern, names] : sequences) all.insert(pattern);
   std::string list;
-  for (const std::string& one : all) list += (list.empty() ? "" : ", ") + one;
+  std::size_t listed = 0;
+  for (const std::string& one : all)
+    if (listed++ < kListed) list += (list.empty() ? "" : ", ") + in_folder(one);
+  if (listed > kListed) list += " and " + std::to_string(listed - kListed) + " more";
   throw InputError(path + ": is a folder with several sequences, say which: " + list);
 }
 

@@ -10,9 +10,10 @@
 namespace meniscus {
 
 /// What a folder stands for as an input: the one sequence in it, as a pattern with {} for the last
-/// number in the names, or the only file. Files whose ending no reader knows are left out,
-/// meshes that this program wrote, and .ffp3 files that hold no positions. Any other path is
-/// returned as it is. Throws InputError where there is none, or several.
+/// number in the names, or the last that makes one sequence of them, or the only file. Files whose
+/// ending no reader knows are left out, meshes that this program wrote, and .ffp3 files that hold
+/// no positions. Any other path is returned as it is. Throws InputError where there is none, or
+/// several.
 std::string sequence_in_folder(const std::string& path);
 
 /// A name such as dam.####.ply, dam.%04d.ply, dam.$F4.ply or dam.{}.ply. A place has a width, to
