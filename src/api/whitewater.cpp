@@ -26,6 +26,10 @@ constexpr std::array kTypes{std::pair{WhitewaterType::foam, "foam"},
 
 constexpr double kShareOfWater = 0.25;  // the radius where nobody states one, of the water's
 
+// Of the water's radius. Larger discs are of another unit, and would cover the image once for each
+// particle, which takes hours.
+constexpr double kMostOfWater = 16;
+
 constexpr std::size_t kBytesPerParticle = 28;  // position, radius and velocity
 
 std::string name_of(const WhitewaterSource& source) {
@@ -161,6 +165,17 @@ class Drawing {
                                       setting("whitewater-radius") + " to override)",
                               .place = place,
                               .found = radius});
+    if (radius > kMostOfWater * view_.radius)
+      throw InputError(
+          Notice{.code = Code::bad_radius,
+                 .text = source_.particles->name(place) +
+                         printed(": radius is %g, must be at most %g times the water's, %g (in "
+                                 "another unit? give ",
+                                 static_cast<double>(radius), kMostOfWater, view_.radius) +
+                         setting("whitewater-radius") + " to override)",
+                 .place = place,
+                 .found = radius,
+                 .wanted = kMostOfWater * view_.radius});
     if (!std::isfinite(chunk.x[i]) || !std::isfinite(chunk.y[i]) || !std::isfinite(chunk.z[i])) {
       if (bad_++ == 0) first_bad_ = place;
       radius = 0;

@@ -269,6 +269,7 @@ TEST_P(WhitewaterOn, CoversTheScreenWhereADiscIsLarger) {
   Particles particles;
   add(particles, 0, 0, 0, 1000);
   Surface surface = exact_surface(20);
+  surface.particle_radius = 100;  // discs of foam are not much larger than the water's
   const WhitewaterMaps maps = drawn(device_, WhitewaterType::foam, particles, surface);
   for (std::size_t s = 0; s < maps.density.size(); ++s) {
     EXPECT_EQ(maps.density[s], 1);
@@ -387,6 +388,12 @@ TEST_P(WhitewaterOn, RefusesWhatItCannotDraw) {
       [&] {
         draw({{WhitewaterType::foam, bad.get()}});
       });
+  Particles millimetres = particles;
+  millimetres.radius = {static_cast<float>(250 * kRadius)};
+  const auto large = source_of(millimetres);
+  expect_refused<InputError>("must be at most 16 times the water's", [&] {
+    draw({{WhitewaterType::foam, large.get()}});
+  });
   surface.depth.pop_back();
   expect_refused<InvalidArgument>("767 depths for 768 pixels", [&] { draw({foam}); });
   surface = exact_surface(16);

@@ -106,7 +106,7 @@ void for_each_frame(const BenchFrameOptions& options, const Measure& measure) {
 }
 
 void run_bench_frame(BenchFrameOptions options) {
-  constexpr std::int64_t kBytes = 24;  // of a particle that is held, and the order of frames
+  constexpr std::int64_t kBytes = 64;  // of a particle that is held, with what reads it
   if (!options.particles.empty()) require_memory(std::ranges::max(options.particles), kBytes);
   use_threads(options.threads);
   const bool to_output = options.json == "-";
