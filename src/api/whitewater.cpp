@@ -170,9 +170,9 @@ class Drawing {
           Notice{.code = Code::bad_radius,
                  .text = source_.particles->name(place) +
                          printed(": radius is %g, must be at most %g times the water's, %g (in "
-                                 "another unit? give ",
+                                 "another unit? ",
                                  static_cast<double>(radius), kMostOfWater, view_.radius) +
-                         setting("whitewater-radius") + " to override)",
+                         setting("whitewater-radius") + " sets it)",
                  .place = place,
                  .found = radius,
                  .wanted = kMostOfWater * view_.radius});
