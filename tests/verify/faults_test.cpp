@@ -12,8 +12,8 @@
 
 #include "device/device.hpp"
 #include "io/temporary_folder.hpp"
-#include "verify/repro.hpp"
 #include "verify/record.hpp"
+#include "verify/repro.hpp"
 #include "verify/run.hpp"
 
 namespace meniscus::verify {
