@@ -32,8 +32,8 @@ void project_some(const records::Projection& to, const WorldParticles& particles
       ex[i] = turn[0] * px + turn[1] * py + turn[2] * pz + to.shift[0];
       ey[i] = turn[3] * px + turn[4] * py + turn[5] * pz + to.shift[1];
       ez[i] = turn[6] * px + turn[7] * py + turn[8] * pz + to.shift[2];
-      const auto along = [&, i](const float* row) {
-        return row[0] * ex[i] + row[1] * ey[i] + row[2] * ez[i] + row[3];
+      const auto along = [x = ex[i], y = ey[i], z = ez[i]](const float* row) {
+        return row[0] * x + row[1] * y + row[2] * z + row[3];
       };
       const float w = along(to.w_row);
       u[i] = along(to.u_row) / w;
