@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "base/exact_math.hpp"
 #include "device/kernels.hpp"
@@ -24,11 +25,19 @@ constexpr double kNoise = 0.002, kNoiseOfTwo = 0.02;
 // No surface follows noise: it adds to both squares and would look like two sheets. Irregular
 // particles add this times d (1 - d / 2), d their disorder up to 1 (the more there is, the more
 // it was evened out); it is taken from what lies above that of orderly ones (radii^2).
-constexpr double kOfDisorder = 0.055, kOrderly = 0.011;
+constexpr double kOfDisorder = 0.045, kOrderly = 0.011;
 // Where bends begin to tell, and which scores speak for one quadric. See docs/method.md for how
 // these were found.
 constexpr double kBentFrom = 0.005, kBentTo = 0.02;
-constexpr double kRoundFrom = 1.9, kRoundTo = 2.1;
+constexpr double kRoundFrom = 1.8, kRoundTo = 1.95;
+
+// How much of a say a bend has where scores are averaged. Waves beside an edge score like round
+// water, and so do the corners where edges meet: the most say have bends of about .04. Never none,
+// so that a mean goes steadily with the particles where only slight bends are near.
+float say_of(float bend) {
+  constexpr double kFrom = 0.01, kTo = 0.04, kLeast = 0.01;
+  return static_cast<float>(smooth_step(kFrom, kTo, bend) + kLeast) / std::sqrt(bend);
+}
 
 // What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend
 // twice.
@@ -136,7 +145,7 @@ std::vector<float> measure_roundness(Device& device, const Projected& projected,
       at.push_back(position[k]);
       normal.push_back({toward[p], toward[count + p], toward[2 * count + p]});
       gate.push_back(static_cast<float>(bends));
-      share.push_back(shares[p] * gate.back());
+      share.push_back(shares[p] * gate.back() * say_of(bend[p]));
       score.push_back(static_cast<float>(2 * logarithm(orderly(two[p]) + kNoiseOfTwo) -
                                          4 * logarithm(orderly(one[p]) + kNoise) +
                                          1.5 * logarithm(bend[p] + kNoise)));

@@ -43,9 +43,10 @@ Evidence measure_evidence(Device& device, const Projected& projected, const Visi
 ///
 ///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002),
 ///
-/// averaged over the bent places within 32; smoothstep(1.9, 2.1, score) smoothstep(.005, .02,
-/// bend). Irregular particles miss any surface: both squares are less by .055 d (1 - d/2), d their
-/// disorder (relax.hpp), down to .011. Waits. Throws DeviceError.
+/// averaged over the bent places within 32, those with bends of about .04 most;
+/// smoothstep(1.8, 1.95, score) smoothstep(.005, .02, bend). Irregular particles miss any surface:
+/// both squares are less by .045 d (1 - d/2), d their disorder (relax.hpp), down to .011. Waits.
+/// Throws DeviceError.
 std::vector<float> measure_roundness(Device& device, const Projected& projected,
                                      const Visible& seen, const SurfaceParticles& around,
                                      const FitNeighbours& neighbours, const FitParams& params,
