@@ -30,7 +30,8 @@ constexpr double kCell = 2, kBand = 2;
 constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .sheets_by_mean = true};
 
 // Crossings that lie less than this behind the front (particle radii) and face the eye by more than
-// this cosine are the front itself, of which the mesh need not tell anything.
+// this cosine are the front itself. The mesh has nothing of cells that have no others: rays enter
+// there, and the front tells where.
 constexpr double kBehindFront = 0.75, kFacing = 0.3;
 
 // The fit of every particle of the surface is much like those beside it. Of the particles that the
@@ -152,7 +153,7 @@ Points seeds_of(Device& device, const KnownFluid& known) {
   return seeds;
 }
 
-// 2.4 and 2.5: the mesh that rays leave.
+// 2.4 and 2.5: the mesh that rays leave, open where the front shows all of it.
 DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>& front,
                      const KnownFluid& known, const ImplicitFunction& function,
                      const Disorder& disorder, StageClock& clock) {
@@ -167,11 +168,12 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
   guess_crossings(grid, edges);
-  measure_crossings(device, function, of_same_cells(grid, edges, list_hidden(view, front, edges)),
-                    edges);
+  const std::vector<std::uint32_t> asked =
+      of_same_cells(grid, edges, list_hidden(view, front, edges));
+  measure_crossings(device, function, asked, edges);
   clock.start("mesh");
-  DualMesh mesh = place_vertices(grid, edges, kPlacing);
-  join_vertices(grid, edges, mesh);
+  DualMesh mesh = place_vertices(grid, edges, asked, kPlacing);
+  join_vertices(grid, edges, asked, mesh);
   drop_crumbs(mesh, kLeastFluid, least_air(disorder));
   return mesh;
 }

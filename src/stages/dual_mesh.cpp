@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -137,14 +138,14 @@ NextEdges link_edges(const Values& value) {
 // Numbers the pieces of surface of a cell: follows each from edge to edge until it is back.
 void find_pieces(const Values& value, SurfaceCell& cell) {
   const NextEdges next = link_edges(value);
-  std::uint32_t seen = 0;
+  std::uint16_t seen = 0;
   cell.pieces = 0;
   cell.piece = 0;
   for (int start = 0; start < 12; ++start) {
     if (!crossed(value, start) || (seen >> start & 1) != 0) continue;
     int edge = start, face = kTables.faces[start][0];
     do {
-      seen |= 1u << edge;
+      seen |= static_cast<std::uint16_t>(1 << edge);
       cell.piece |= static_cast<std::uint32_t>(cell.pieces) << 2 * edge;
       const int to = next[edge][kTables.faces[edge][0] == face ? 0 : 1];
       // On across the other one of the two faces on which that edge lies.
@@ -153,6 +154,7 @@ void find_pieces(const Values& value, SurfaceCell& cell) {
     } while (edge != start);
     ++cell.pieces;
   }
+  cell.crossed = seen;
 }
 
 std::uint32_t piece_of(const SurfaceCell& cell, int edge) { return cell.piece >> 2 * edge & 3; }
@@ -173,16 +175,14 @@ std::uint32_t count_before(std::uint64_t mask, int bit) {
   return static_cast<std::uint32_t>(std::popcount(mask & ((std::uint64_t{1} << bit) - 1)));
 }
 
-// The place of a cell's edge among all crossed ones; none where it is not crossed.
-std::optional<std::uint32_t> crossing_of(const SpaceGrid& grid, const CrossedEdges& edges,
-                                         const SurfaceCell& cell, int edge) {
+// The place of a cell's crossed edge among all.
+std::uint32_t crossing_of(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
+                          int edge) {
   const Corner lower =
       corner_of_cell(grid, static_cast<std::size_t>(cell.block), cell.bit, kTables.ends[edge][0]);
   const auto block = static_cast<std::size_t>(lower.block),
              axis = static_cast<std::size_t>(edge / 4);
-  const std::uint64_t mask = edges.mask[block][axis];
-  if ((mask >> lower.bit & 1) == 0) return std::nullopt;
-  return edges.first[block][axis] + count_before(mask, lower.bit);
+  return edges.first[block][axis] + count_before(edges.mask[block][axis], lower.bit);
 }
 
 // The place of a cell among all.
@@ -269,12 +269,11 @@ Piece find_piece(const SpaceGrid& grid, const CrossedEdges& edges, const Surface
                  std::uint32_t which) {
   Piece piece;
   for (int e = 0; e < 12; ++e) {
-    if (piece_of(cell, e) != which) continue;
-    const auto crossing = crossing_of(grid, edges, cell, e);
-    if (!crossing) continue;
-    piece.crossing[piece.count++] = *crossing;
-    piece.middle += edges.position[*crossing];
-    piece.normal += edges.normal[*crossing];
+    if ((cell.crossed >> e & 1) == 0 || piece_of(cell, e) != which) continue;
+    const std::uint32_t crossing = crossing_of(grid, edges, cell, e);
+    piece.crossing[piece.count++] = crossing;
+    piece.middle += edges.position[crossing];
+    piece.normal += edges.normal[crossing];
   }
   piece.middle = piece.middle / static_cast<double>(piece.count);
   return piece;
@@ -306,8 +305,7 @@ Planes planes_of(const Piece& piece, const CrossedEdges& edges, double most_off)
 
 // Where the planes of a piece's crossings meet, its normal, and whether it is on a crease.
 void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
-                  std::uint32_t which, const Placing& placing, DualMesh& mesh) {
-  const Piece piece = find_piece(grid, edges, cell, which);
+                  const Piece& piece, std::uint32_t which, const Placing& placing, DualMesh& mesh) {
   const Planes planes = planes_of(piece, edges, placing.most_off);
   const double margin = placing.margin * grid.cell, side = grid.cell - 2 * margin;
   const Vec3d low =
@@ -354,13 +352,14 @@ class VerticesBetween {
     Vec3d middle, normal;
     for (int q = 1; q < 4; ++q) {
       if (q == to[0]) continue;
-      const std::uint32_t e = *crossing_of(grid_, edges_, of, around[q]);
+      const std::uint32_t e = crossing_of(grid_, edges_, of, around[q]);
       middle += edges_.position[e] * 0.5;
       normal += edges_.normal[e];
     }
     mesh_.position.push_back(middle);
     mesh_.normal.push_back(normalized(normal));
     mesh_.sharp.push_back(0);
+    mesh_.open.push_back(0);
     mesh_.between.push_back({cell, face / 2, block});
     return entry->second;
   }
@@ -462,15 +461,16 @@ std::size_t middle_of_fan(const Ring& ring, const DualMesh& mesh, const Vec3d& c
   return badness(1) < badness(0) ? 1 : 0;
 }
 
-// The cells of a block that the surface passes through, their vertices not numbered yet.
-std::vector<SurfaceCell> find_cells(const SpaceGrid& grid, std::size_t block) {
+// Those cells of a block whose corners are all known, their vertices not numbered yet. The surface
+// passes through them.
+std::vector<SurfaceCell> find_cells(const SpaceGrid& grid, std::size_t block,
+                                    std::uint64_t wanted) {
   std::vector<SurfaceCell> cells;
-  for (int bit = 0; bit < 64; ++bit) {
-    if ((grid.blocks[block].known >> bit & 1) == 0) continue;
+  cells.reserve(static_cast<std::size_t>(std::popcount(wanted)));
+  for (std::uint64_t left = wanted; left != 0; left &= left - 1) {
+    const int bit = std::countr_zero(left);
     Values value;
     if (!values_of(grid, block, bit, value)) continue;
-    const auto as_first = [&](float v) { return inside(v) == inside(value[0]); };
-    if (std::all_of(value.begin(), value.end(), as_first)) continue;
     SurfaceCell cell;
     cell.block = static_cast<std::int32_t>(block);
     cell.bit = static_cast<std::uint8_t>(bit);
@@ -481,12 +481,14 @@ std::vector<SurfaceCell> find_cells(const SpaceGrid& grid, std::size_t block) {
   return cells;
 }
 
-// A mesh of all cells that the surface passes through, with room for their vertices.
-DualMesh list_cells(const SpaceGrid& grid) {
+// A mesh of the cells around some edges, with room for their vertices.
+DualMesh list_cells(const SpaceGrid& grid, const CrossedEdges& edges,
+                    const std::vector<std::uint32_t>& some) {
   const std::size_t blocks = grid.blocks.size();
+  const std::vector<std::uint64_t> wanted = cells_of(grid, edges, some);
   std::vector<std::vector<SurfaceCell>> found(blocks);
   parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) found[b] = find_cells(grid, b);
+    for (std::size_t b = begin; b < end; ++b) found[b] = find_cells(grid, b, wanted[b]);
   });
   DualMesh mesh;
   mesh.mask.resize(blocks);
@@ -504,8 +506,30 @@ DualMesh list_cells(const SpaceGrid& grid) {
   mesh.position.resize(vertices);
   mesh.normal.resize(vertices);
   mesh.sharp.resize(vertices);
+  mesh.open.resize(vertices);
   mesh.bounds.resize(vertices);
   return mesh;
+}
+
+// A quadrangle around each of some crossed edges.
+void join_around(const SpaceGrid& grid, const CrossedEdges& edges,
+                 const std::vector<std::uint32_t>& some, DualMesh& mesh) {
+  VerticesBetween between(grid, edges, mesh);
+  mesh.triangle.reserve(2 * some.size());
+  mesh.triangles_of.assign(grid.blocks.size(), 0);
+  for (const std::uint32_t e : some) {
+    Ring ring = ring_around(grid, edges, e, mesh, between);
+    const CornerBlock& block = grid.blocks[static_cast<std::size_t>(edges.block[e])];
+    const bool outward_up = inside(block.value[static_cast<std::size_t>(edges.bit[e])]);
+    if (!outward_up) turn_round(ring);
+    const std::size_t from =
+        middle_of_fan(ring, mesh, edges.position[e], edges.normal[e], grid.cell);
+    for (std::size_t k = 1; k + 1 < ring.count; ++k)
+      mesh.triangle.push_back({ring.vertex[from], ring.vertex[(from + k) % ring.count],
+                               ring.vertex[(from + k + 1) % ring.count]});
+    mesh.triangles_of[static_cast<std::size_t>(edges.block[e])] +=
+        static_cast<std::uint32_t>(ring.count) - 2;
+  }
 }
 
 // [vertices] the lowest vertex of the piece of the mesh that each belongs to.
@@ -540,11 +564,25 @@ std::vector<double> volumes_of(const DualMesh& mesh, const std::vector<std::uint
 }  // namespace
 
 DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing) {
-  DualMesh mesh = list_cells(grid);
+  std::vector<std::uint32_t> all(edges.size());
+  std::iota(all.begin(), all.end(), 0u);
+  return place_vertices(grid, edges, all, placing);
+}
+
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
+                        const std::vector<std::uint32_t>& some, const Placing& placing) {
+  DualMesh mesh = list_cells(grid, edges, some);
+  std::vector<std::uint8_t> joined(edges.size(), 0);
+  for (const std::uint32_t e : some) joined[e] = 1;
   parallel_for(mesh.cells.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c)
-      for (std::uint32_t piece = 0; piece < mesh.cells[c].pieces; ++piece)
-        place_vertex(grid, edges, mesh.cells[c], piece, placing, mesh);
+      for (std::uint32_t which = 0; which < mesh.cells[c].pieces; ++which) {
+        const Piece piece = find_piece(grid, edges, mesh.cells[c], which);
+        place_vertex(grid, edges, mesh.cells[c], piece, which, placing, mesh);
+        mesh.open[mesh.cells[c].first + which] =
+            std::any_of(piece.crossing.begin(), piece.crossing.begin() + piece.count,
+                        [&](std::uint32_t e) { return joined[e] == 0; });
+      }
   });
   return mesh;
 }
@@ -574,29 +612,24 @@ void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh&
 
 void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh,
                    const CornerBox& within) {
-  VerticesBetween between(grid, edges, mesh);
-  mesh.triangle.reserve(2 * edges.size());
-  mesh.triangles_of.assign(grid.blocks.size(), 0);
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    if (!begins_in(within, grid, edges, e)) continue;
-    Ring ring = ring_around(grid, edges, e, mesh, between);
-    const CornerBlock& block = grid.blocks[static_cast<std::size_t>(edges.block[e])];
-    const bool outward_up = inside(block.value[static_cast<std::size_t>(edges.bit[e])]);
-    if (!outward_up) turn_round(ring);
-    const std::size_t from =
-        middle_of_fan(ring, mesh, edges.position[e], edges.normal[e], grid.cell);
-    for (std::size_t k = 1; k + 1 < ring.count; ++k)
-      mesh.triangle.push_back({ring.vertex[from], ring.vertex[(from + k) % ring.count],
-                               ring.vertex[(from + k + 1) % ring.count]});
-    mesh.triangles_of[static_cast<std::size_t>(edges.block[e])] +=
-        static_cast<std::uint32_t>(ring.count) - 2;
-  }
+  std::vector<std::uint32_t> begin_within;
+  begin_within.reserve(edges.size());
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (begins_in(within, grid, edges, e)) begin_within.push_back(static_cast<std::uint32_t>(e));
+  join_around(grid, edges, begin_within, mesh);
+}
+
+void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
+                   const std::vector<std::uint32_t>& some, DualMesh& mesh) {
+  join_around(grid, edges, some, mesh);
 }
 
 std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
   constexpr std::uint32_t kDropped = ~0u;
   const std::vector<std::uint32_t> piece = pieces_of(mesh);
-  const std::vector<double> volume = volumes_of(mesh, piece);
+  std::vector<double> volume = volumes_of(mesh, piece);
+  for (std::size_t v = 0; v < mesh.open.size(); ++v)
+    if (mesh.open[v]) volume[piece[v]] = std::numeric_limits<double>::infinity();
   const auto vertices = static_cast<std::uint32_t>(mesh.position.size());
   std::vector<std::uint32_t> place(vertices, kDropped), kept;
   kept.reserve(vertices);
@@ -620,6 +653,7 @@ std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, doubl
     for (std::uint32_t& v : t) v = place[v];
   // What stood for cells stands for others now.
   mesh.cells.clear();
+  mesh.open.clear();
   mesh.bounds.clear();
   mesh.between.clear();
   mesh.triangles_of.clear();

@@ -20,11 +20,12 @@ namespace meniscus {
 /// A cell that the surface passes through.
 struct SurfaceCell {
   std::int32_t block = 0;
-  std::uint8_t bit = 0;      // of its lowest corner
-  std::uint8_t pieces = 0;   // of surface, one vertex each; 1 to 4
-  std::uint8_t doubled = 0;  // faces, a bit each, that one piece crosses twice
-  std::uint32_t piece = 0;   // of each of the 12 edges, two bits each
-  std::uint32_t first = 0;   // its first vertex
+  std::uint8_t bit = 0;       // of its lowest corner
+  std::uint8_t pieces = 0;    // of surface, one vertex each; 1 to 4
+  std::uint8_t doubled = 0;   // faces, a bit each, that one piece crosses twice
+  std::uint16_t crossed = 0;  // which of the 12 edges are, a bit each
+  std::uint32_t piece = 0;    // of each of them, two bits each
+  std::uint32_t first = 0;    // its first vertex
 };
 
 /// A vertex between two doubled neighbours, in the second edge through the low face of a cell.
@@ -35,12 +36,13 @@ struct VertexBetween {
 };
 
 struct DualMesh {
-  std::vector<SurfaceCell> cells;            // in the order of blocks and bits
-  std::vector<std::uint64_t> mask;           // [blocks] which cells these are
-  std::vector<std::uint32_t> first_cell;     // [blocks]
-  std::vector<Vec3d> position;               // [vertices] particle radii
-  std::vector<Vec3d> normal;                 // [vertices] unit, outward
-  std::vector<std::uint8_t> sharp;           // [vertices] on a crease or a corner
+  std::vector<SurfaceCell> cells;         // in the order of blocks and bits
+  std::vector<std::uint64_t> mask;        // [blocks] which cells these are
+  std::vector<std::uint32_t> first_cell;  // [blocks]
+  std::vector<Vec3d> position;            // [vertices] particle radii
+  std::vector<Vec3d> normal;              // [vertices] unit, outward
+  std::vector<std::uint8_t> sharp;        // [vertices] on a crease or a corner
+  std::vector<std::uint8_t> open;  // [vertices] some triangles around it are left out; or empty
   std::vector<std::array<Vec3d, 2>> bounds;  // [vertices] of the vertex's place in its cell
   std::vector<std::array<std::uint32_t, 3>> triangle;  // counter-clockwise seen from outside
   std::vector<VertexBetween> between;                  // [vertices that are no cell's]
@@ -64,6 +66,10 @@ struct Placing {
 /// distance from the planes, directions with less than `flat` of the largest eigenvalue left out).
 DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing);
 
+/// Those of the cells around some of the edges.
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
+                        const std::vector<std::uint32_t>& some, const Placing& placing);
+
 /// Moves vertices that are on no crease onto F = 0, within their cells, and gives them F's normals.
 /// Waits.
 void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh& mesh);
@@ -74,8 +80,14 @@ void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh&
 void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh,
                    const CornerBox& within = {});
 
+/// The same around some of the edges, ascending, whose cells have their vertices. The mesh is open
+/// where others are left out.
+void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
+                   const std::vector<std::uint32_t>& some, DualMesh& mesh);
+
 /// Leaves out pieces of the mesh that enclose less fluid, or less air, than so much (particle radii
-/// cubed), and the vertices that are theirs. Returns which vertices are left, ascending.
+/// cubed), and the vertices that are theirs. Open pieces stay. Returns which vertices are left,
+/// ascending.
 std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air);
 
 }  // namespace meniscus

@@ -253,6 +253,13 @@ class BandCrossings {
     return static_cast<std::size_t>(first_) * static_cast<std::size_t>(view_.width);
   }
 
+  // The only crossing of a pixel, where there is one alone, and it is an exit.
+  const Crossing* only_exit(std::size_t pixel) const {
+    const std::uint32_t at = head_[pixel - first_pixel()];
+    if (at == kEnd || links_[at].next != kEnd || links_[at].crossing.enters > 0) return nullptr;
+    return &links_[at].crossing;
+  }
+
   // Those of a pixel, in order.
   void list(std::size_t pixel, std::vector<Crossing>& sorted) const {
     sorted.clear();
@@ -357,36 +364,56 @@ struct Tracer {
   void write(int column, int row, std::size_t pixel, const std::vector<Crossing>& crossings,
              std::vector<Interval>& bodies) const {
     const float first = front[pixel];
-    const Vec3d along = ray_direction(view, column + 0.5, row + 0.5);
-    const double stretch = length(along), depth_of_radius = view.radius / stretch;
+    const double stretch = stretch_of(column, row), depth_of_radius = view.radius / stretch;
     list_intervals(crossings, static_cast<float>(kThinAir * depth_of_radius), bodies);
     if (bodies.empty() || bodies[0].from > first + kMeetsFront * depth_of_radius)
       bodies.insert(bodies.begin(),
                     {first, static_cast<float>(first + kFilm * depth_of_radius), kNoFace});
-
-    const std::size_t pixels = front.size();
-    const auto most = static_cast<std::size_t>(layers.most);
+    bodies[0] = {first, std::max(bodies[0].to, next_above(first)), bodies[0].leaving};
     double thickness = 0;
-    std::size_t count = 0;
+    std::uint32_t count = 0;
     float last = 0;  // where the layer before ends
     for (const Interval& body : bodies) {
-      const float from = count == 0 ? first : std::max(body.from, next_above(last));
-      const float to = count == 0 ? std::max(body.to, next_above(from)) : body.to;
-      if (!(to > from)) continue;
-      if (count < most) {
-        layers.entry[count * pixels + pixel] = from;
-        layers.exit[count * pixels + pixel] = to;
-      }
-      if (count == 0)
-        layers.back_normal[pixel] =
-            static_cast<Vec3>(body.leaving != kNoFace ? normal_at(screen, body.leaving, column, row)
-                                                      : world_direction(view, normalized(along)));
-      thickness += (double{to} - double{from}) * stretch;
-      ++count;
-      last = to;
+      const float from = std::max(body.from, next_above(last));
+      if (!(body.to > from)) continue;
+      put(pixel, count++, from, body.to);
+      thickness += (double{body.to} - double{from}) * stretch;
+      last = body.to;
     }
-    layers.count[pixel] = static_cast<std::uint32_t>(count);
+    put_first(column, row, pixel, bodies[0].leaving);
+    layers.count[pixel] = count;
     layers.thickness[pixel] = static_cast<float>(thickness);
+  }
+
+  // The same of a ray that leaves the mesh once behind the front and meets it nowhere else, as most
+  // do.
+  void write(int column, int row, std::size_t pixel, const Crossing& exit) const {
+    const float from = front[pixel];
+    put(pixel, 0, from, exit.depth);
+    put_first(column, row, pixel, exit.face);
+    layers.count[pixel] = 1;
+    layers.thickness[pixel] =
+        static_cast<float>((double{exit.depth} - double{from}) * stretch_of(column, row));
+  }
+
+ private:
+  // How long the way along a ray is for its depth.
+  double stretch_of(int column, int row) const {
+    return length(ray_direction(view, column + 0.5, row + 0.5));
+  }
+
+  void put(std::size_t pixel, std::uint32_t layer, float from, float to) const {
+    if (layer >= static_cast<std::uint32_t>(layers.most)) return;
+    layers.entry[layer * front.size() + pixel] = from;
+    layers.exit[layer * front.size() + pixel] = to;
+  }
+
+  // The normal where the first body ends.
+  void put_first(int column, int row, std::size_t pixel, std::uint32_t leaving) const {
+    layers.back_normal[pixel] = static_cast<Vec3>(
+        leaving != kNoFace
+            ? normal_at(screen, leaving, column, row)
+            : world_direction(view, normalized(ray_direction(view, column + 0.5, row + 0.5))));
   }
 };
 
@@ -427,6 +454,10 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
       for (int row = first; row < behind; ++row)
         for (int column = 0; column < view.width; ++column, ++pixel) {
           if (!(front[pixel] < kNoSurface)) continue;
+          if (const Crossing* const exit = band.only_exit(pixel)) {
+            tracer.write(column, row, pixel, *exit);
+            continue;
+          }
           band.list(pixel, crossings);
           tracer.write(column, row, pixel, crossings, bodies);
         }

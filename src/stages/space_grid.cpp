@@ -488,13 +488,20 @@ void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
   });
 }
 
-std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
-                                         const std::vector<std::uint32_t>& some) {
+std::vector<std::uint64_t> cells_of(const SpaceGrid& grid, const CrossedEdges& edges,
+                                    const std::vector<std::uint32_t>& some) {
   std::vector<std::uint64_t> cells(grid.blocks.size(), 0);
   for (const std::uint32_t e : some)
     each_cell_around(grid, edges, e, [&](const Corner& lowest) {
-      cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
+      if (lowest.block != kNoBlock)
+        cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
     });
+  return cells;
+}
+
+std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
+                                         const std::vector<std::uint32_t>& some) {
+  const std::vector<std::uint64_t> cells = cells_of(grid, edges, some);
   std::vector<std::uint32_t> all;
   for (std::size_t e = 0; e < edges.size(); ++e) {
     bool any = false;

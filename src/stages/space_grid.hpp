@@ -134,6 +134,10 @@ CrossedEdges list_crossings(const SpaceGrid& grid);
 /// normal.
 void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges);
 
+/// The cells around some of the crossings: masks of their lowest corners, by block.
+std::vector<std::uint64_t> cells_of(const SpaceGrid& grid, const CrossedEdges& edges,
+                                    const std::vector<std::uint32_t>& some);
+
 /// Some crossings, ascending, and all others of the cells that these belong to.
 std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
                                          const std::vector<std::uint32_t>& some);

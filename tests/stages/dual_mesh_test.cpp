@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <set>
+
 #include "accuracy/closed.hpp"
 #include "thrown.hpp"
 #include "verify/references/inputs.hpp"
@@ -139,6 +142,42 @@ TEST(DualMesh, OfABoxHasItsCorners) {
   const Vec3d size = high - low;
   // All vertices are on the box, its corners among them: the volume is off by floats alone.
   EXPECT_NEAR(figures.volume, size.x * size.y * size.z, 1e-4);
+}
+
+// The upper half of a ball: its triangles are those of the whole, and however little it encloses,
+// it stays.
+TEST(DualMesh, LeavesOutPartOfTheSurface) {
+  const Vec3d centre(3, 3, 3);
+  const SpaceGrid grid =
+      grid_of(15, [&](const Vec3d& p) { return static_cast<float>(length(p - centre) - 1.6); });
+  const CrossedEdges edges = halved(grid);
+  std::vector<std::uint32_t> upper;
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (edges.position[e].z > centre.z) upper.push_back(static_cast<std::uint32_t>(e));
+  DualMesh whole = place_vertices(grid, edges, {}), half = place_vertices(grid, edges, upper, {});
+  join_vertices(grid, edges, whole);
+  join_vertices(grid, edges, upper, half);
+  const auto drawn = [](const DualMesh& mesh) {
+    std::set<std::array<double, 9>> all;
+    for (const auto& t : mesh.triangle) {
+      std::array<double, 9> corners;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d& at = mesh.position[t[k]];
+        corners[3 * k] = at.x, corners[3 * k + 1] = at.y, corners[3 * k + 2] = at.z;
+      }
+      all.insert(corners);
+    }
+    return all;
+  };
+  const auto of_whole = drawn(whole), of_half = drawn(half);
+  EXPECT_EQ(of_half.size(), 2 * upper.size());
+  EXPECT_LT(of_half.size(), of_whole.size());
+  EXPECT_LT(half.position.size(), whole.position.size());
+  for (const auto& triangle : of_half) EXPECT_TRUE(of_whole.contains(triangle));
+  drop_crumbs(half, 1e9, 1e9);
+  EXPECT_EQ(drawn(half), of_half);
+  drop_crumbs(whole, 1e9, 1e9);
+  EXPECT_TRUE(drawn(whole).empty());
 }
 
 // A ball of fluid of radius 1.5 with air of radius .5 in it, and a drop of radius .3 beside it.
