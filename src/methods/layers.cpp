@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "methods/closed_steps.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
@@ -37,6 +38,11 @@ constexpr double kBehindFront = 0.75, kFacing = 0.3;
 // The fit of every particle of the surface is much like those beside it. Of the particles that the
 // front has not fitted one a cube of this side (particle radii) and side of the fluid is.
 constexpr double kApart = 3.5;
+
+// Where normals of the field turn by less on the mean, 1 - cosine (11 degrees), the surface is
+// flat, as far as roundness goes. Those by more than 120 degrees off are of the other side.
+constexpr double kFlat = 0.02, kOtherSide = -0.5;
+constexpr std::size_t kGrain = 256;  // particles that are worth a thread
 
 // The cube of a point, and which of six ways its normal points. Points farther than 2^19 cubes away
 // share cubes.
@@ -82,15 +88,62 @@ Visible choose_hidden(const KnownFluid& known) {
   return hidden;
 }
 
+// Those of them about which normals turn. Where they do not, no trial is needed to tell that the
+// surface is flat.
+Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
+  const SurfaceParticles& around = known.around;
+  const NearLists near = list_near(known.particles, hidden.index, around.index, kEvidenceReach);
+  const std::vector<std::int32_t> places = places_in(around.index, hidden.index);
+  const auto turn_at = [&](std::size_t k) {
+    const auto own = static_cast<std::size_t>(places[k]);
+    const Vec3d at = known.particles.eye(static_cast<std::size_t>(around.index[own]));
+    double all = 0, turn = 0;
+    for (const cl_int j : near[k]) {
+      const auto other = static_cast<std::size_t>(j);
+      const Vec3d to = known.particles.eye(static_cast<std::size_t>(around.index[other])) - at;
+      const double cosine = dot(around.normal[own], around.normal[other]);
+      if (cosine < kOtherSide) continue;
+      const double near_by =
+          std::max(0.0, 1 - dot(to, to) / (double{kEvidenceReach} * kEvidenceReach));
+      const double weight = around.weight[other] * near_by * near_by * near_by;
+      all += weight;
+      turn += weight * (1 - cosine);
+    }
+    return turn / all;  // the particle itself counts
+  };
+  std::vector<double> turn(hidden.index.size());
+  parallel_for(turn.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) turn[k] = turn_at(k);
+  });
+  Visible bent;
+  for (std::size_t k = 0; k < turn.size(); ++k)
+    if (turn[k] > kFlat) bent.index.push_back(hidden.index[k]);
+  bent.owned.assign(bent.index.size(), 1);
+  return bent;
+}
+
+// How round the surface is at hidden particles.
+std::vector<float> measure_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
+                                  const Parameters& params) {
+  const Visible bent = choose_bent(known, hidden);
+  const FitNeighbours trial =
+      find_neighbours(device, known.particles, bent.index, known.around.index, kTrialReach);
+  const std::vector<float> found =
+      measure_roundness(device, known.particles, bent, known.around, trial, params.fit,
+                        params.blend, params.disorder);
+  const std::vector<std::int32_t> places = places_in(hidden.index, bent.index);
+  std::vector<float> roundness(hidden.index.size(), 0.0f);
+  for (std::size_t k = 0; k < found.size(); ++k)
+    roundness[static_cast<std::size_t>(places[k])] = found[k];
+  return roundness;
+}
+
 ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
                         const Parameters& params) {
   const SurfaceParticles& around = known.around;
-  const FitNeighbours trial =
-      find_neighbours(device, known.particles, hidden.index, around.index, kTrialReach);
   const FitNeighbours neighbours =
       find_neighbours(device, known.particles, hidden.index, around.index, params.fit.support);
-  const std::vector<float> roundness = measure_roundness(
-      device, known.particles, hidden, around, trial, params.fit, params.blend, params.disorder);
+  const std::vector<float> roundness = measure_hidden(device, known, hidden, params);
   DeviceFits fits =
       make_fits(device, known.particles, hidden, around, neighbours, roundness, params.fit);
   measure_surroundings(device, known.cells, fits);
