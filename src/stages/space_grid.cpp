@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
+#include "stages/cells.hpp"
 
 namespace meniscus {
 namespace {
@@ -515,13 +516,25 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
 
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
+  // Points in one row of the field's cells are asked together.
+  const float inverse_cell = function.levelled.grid.inverse_cell;
+  const auto cell_at = [&](double v) { return cell_of(static_cast<float>(v), inverse_cell); };
+  std::vector<std::uint64_t> order;  // the cell, and the crossing
+  order.reserve(some.size());
+  for (const std::uint32_t e : some) {
+    const Vec3d& at = edges.position[e];
+    order.push_back(std::uint64_t{tag_of(cell_at(at.x), cell_at(at.y), cell_at(at.z))} << 32 | e);
+  }
+  std::sort(order.begin(), order.end());
   Points points;
-  points.reserve(some.size());
-  for (const std::uint32_t e : some) points.add(edges.position[e]);
+  points.reserve(order.size());
+  for (const std::uint64_t place : order)
+    points.add(edges.position[static_cast<std::uint32_t>(place)]);
   const Levels levels = measure_implicit(device, function, points);
-  for (std::size_t k = 0; k < some.size(); ++k) {
-    edges.value[some[k]] = levels.value[k];
-    edges.normal[some[k]] = Vec3d(levels.gradient[k]);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const auto e = static_cast<std::uint32_t>(order[k]);
+    edges.value[e] = levels.value[k];
+    edges.normal[e] = Vec3d(levels.gradient[k]);
   }
 }
 
