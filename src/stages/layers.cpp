@@ -77,7 +77,8 @@ std::int64_t side_of(const ScreenCorner& a, const ScreenCorner& b, std::int64_t 
 }
 
 // How far a point lies to the right of each edge of a triangle.
-std::array<std::int64_t, 3> sides_of(const FaceCorners& corner, std::int64_t u, std::int64_t v) {
+using Sides = std::array<std::int64_t, 3>;
+Sides sides_of(const FaceCorners& corner, std::int64_t u, std::int64_t v) {
   return {side_of(*corner[1], *corner[2], u, v), side_of(*corner[2], *corner[0], u, v),
           side_of(*corner[0], *corner[1], u, v)};
 }
@@ -107,8 +108,7 @@ FaceNormals normals_of(const View& view, const DualMesh& mesh, const ScreenMesh&
   normals.flat =
       normalized(world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from)));
   const FaceCorners corner = corners_of(screen, face.corner);
-  const std::array<std::int64_t, 3> sides =
-      sides_of(corner, centre_of(face.columns[0]), centre_of(face.rows[0]));
+  const Sides sides = sides_of(corner, centre_of(face.columns[0]), centre_of(face.rows[0]));
   for (std::size_t k = 0; k < 3; ++k) {
     const ScreenCorner &own = *corner[k], &next = *corner[(k + 1) % 3],
                        &last = *corner[(k + 2) % 3];
@@ -180,15 +180,19 @@ struct Crossing {
   }
 };
 
-// Narrows a range of columns, the first and the one behind the last, to where a number that is
-// `room` at column 0 and grows by `step` a column is not below 0.
-void narrow(std::int64_t room, std::int64_t step, std::int64_t& first, std::int64_t& behind) {
-  if (room < 0 && step <= 0)
-    behind = 0;
-  else if (room < 0)
-    first = std::max(first, (step - 1 - room) / step);
-  else if (step < 0)
-    behind = std::min(behind, room / -step + 1);
+// The columns of a row that a triangle covers, the first and the one behind the last, of n from
+// where its sides are `at`. Most triangles are few pixels wide.
+std::array<int, 2> covered(Sides at, const Sides& to_right, const Sides& least, int n) {
+  for (std::size_t k = 0; k < 3; ++k) at[k] -= least[k];
+  const auto step = [&] {
+    for (std::size_t k = 0; k < 3; ++k) at[k] += to_right[k];
+  };
+  const auto inside = [&] { return (at[0] | at[1] | at[2]) >= 0; };
+  int from = 0;
+  for (; from < n && !inside(); ++from) step();
+  int to = from;
+  for (; to < n && inside(); ++to) step();
+  return {from, to};
 }
 
 // What lies behind the fronts of a band of rows: the crossings of each of its pixels, one after the
@@ -206,6 +210,7 @@ class BandCrossings {
     behind_ = behind;
     const auto rows = static_cast<std::size_t>(behind - first);
     head_.assign(rows * static_cast<std::size_t>(view_.width), kEnd);
+    if (links_.size() < head_.size()) links_.resize(head_.size());
     used_ = 0;
   }
 
@@ -215,37 +220,39 @@ class BandCrossings {
   void draw(std::uint32_t number) {
     const Face& face = screen_.face[number];
     const FaceCorners corner = corners_of(screen_, face.corner);
-    std::array<std::int64_t, 3> to_right, least;  // of sides: by a column; on the inside
-    std::array<double, 3> above, below;           // of the depth, by the side
-    double above_step = 0, below_step = 0;        // by a column
+    Sides to_right, down, least;            // of sides: by a column, by a row; on the inside
+    std::array<double, 3> above, below;     // of the depth, by the side
+    double above_step = 0, below_step = 0;  // by a column
     for (std::size_t k = 0; k < 3; ++k) {
       const ScreenCorner &from = *corner[(k + 1) % 3], &to = *corner[(k + 2) % 3];
       to_right[k] = (from.v - to.v) * kSubpixels;
+      down[k] = (to.u - from.u) * kSubpixels;
       least[k] = owns_edge(from, to) ? 0 : 1;
       below[k] = corner[k]->inverse_w;
       above[k] = below[k] * corner[k]->depth;
       above_step += static_cast<double>(to_right[k]) * above[k];
       below_step += static_cast<double>(to_right[k]) * below[k];
     }
+    const Crossing crossing{0, number, face.enters ? 1 : -1};
     const float nearest = face.enters ? least_air_ : 0;
-    const int last = std::min(behind_, face.rows[1]);
-    for (int row = std::max(first_, face.rows[0]); row < last; ++row) {
-      const std::array<std::int64_t, 3> side =
-          sides_of(corner, centre_of(face.columns[0]), centre_of(row));
-      std::int64_t from = 0, to = face.columns[1] - face.columns[0];
-      for (std::size_t k = 0; k < 3; ++k) narrow(side[k] - least[k], to_right[k], from, to);
-      if (from >= to) continue;
-      double top = 0, bottom = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto at = static_cast<double>(side[k] + from * to_right[k]);
-        top += at * above[k];
-        bottom += at * below[k];
+    const int top = std::max(first_, face.rows[0]), end = std::min(behind_, face.rows[1]);
+    Sides left = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
+    for (int row = top; row < end; ++row) {
+      const auto [from, to] = covered(left, to_right, least, face.columns[1] - face.columns[0]);
+      if (from < to) {
+        Line above_line{0, above_step}, below_line{0, below_step};
+        for (std::size_t k = 0; k < 3; ++k) {
+          const auto at = static_cast<double>(left[k] + from * to_right[k]);
+          above_line.at += at * above[k];
+          below_line.at += at * below[k];
+        }
+        const std::size_t pixel =
+            static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
+            static_cast<std::size_t>(face.columns[0] + from);
+        add_row(pixel, static_cast<std::size_t>(to - from), above_line, below_line, nearest,
+                crossing);
       }
-      const std::size_t pixel =
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
-          static_cast<std::size_t>(face.columns[0] + from);
-      add_row(pixel, static_cast<std::size_t>(to - from), {top, above_step}, {bottom, below_step},
-              nearest, {0, number, face.enters ? 1 : -1});
+      for (std::size_t k = 0; k < 3; ++k) left[k] += down[k];
     }
   }
 
