@@ -335,8 +335,8 @@ struct Interval {
 };
 
 // The bodies along one ray behind its front, from its crossings there in order; air of less depth
-// than `least_air` is none. The mesh is closed: what a ray leaves more often than it enters it
-// behind the front, it is in there, and its body begins before it.
+// than `least_air` is none. The mesh is closed but for the front: what a ray leaves more often than
+// it enters it behind the front, it is in there, and its body begins before it.
 void list_intervals(const std::vector<Crossing>& crossings, float least_air,
                     std::vector<Interval>& bodies) {
   bodies.clear();

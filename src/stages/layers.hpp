@@ -1,10 +1,10 @@
-// layers: where the ray of each pixel enters and leaves a closed mesh of the fluid, and how that
-// goes with the front that the pixel shows.
+// layers: where the ray of each pixel enters and leaves a mesh of the fluid, and how that goes with
+// the front that the pixel shows. The mesh is closed but for what the front shows.
 //
 // The mesh is drawn as it is: its vertices at 4096ths of a pixel, so that whether a triangle covers
 // a pixel's centre is decided in whole numbers, and triangles that share an edge never both cover
 // it nor both leave it out. So a ray leaves a closed mesh as often as it enters it, and intervals
-// between the two are told by counting.
+// between the two are told by counting; what it leaves more often, it entered at the front.
 //
 // The front is right about where there is fluid first: the first interval begins there. What the
 // mesh has before the front is left out, what it has behind a pixel without a front, too. Where the
@@ -20,8 +20,8 @@ namespace meniscus {
 
 /// The layers along the rays through pixel centres; `most` are kept of each.
 ///
-///   mesh   closed, in the view's eye space: positions, normals and triangles. Triangles that reach
-///          behind the eye are left out
+///   mesh   in the view's eye space: positions, normals and triangles. Triangles that reach behind
+///          the eye are left out
 ///   front  [pixels] depths that the pixels show, world units; kNoSurface
 Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<float>& front,
                     int most);

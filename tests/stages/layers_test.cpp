@@ -235,6 +235,25 @@ TEST(Layers, BeginAtTheFront) {
   expect_near(intervals(31), {31, 31.02});
 }
 
+// The front tells where rays enter: the mesh need not.
+TEST(Layers, OfAMeshWithoutItsFrontAreTheSame) {
+  const View view = perspective();
+  DualMesh mesh;
+  add_box(mesh, {-20, -20, -62}, {20, 20, -60});
+  add_box(mesh, {-90, -90, -80}, {90, 90, -70});
+  const std::vector<float> front = front_by_loop(view, mesh);
+  DualMesh open = mesh;
+  std::erase_if(open.triangle, [](const auto& t) { return t[0] == 4 || t[0] == 5; });
+  ASSERT_LT(open.triangle.size(), mesh.triangle.size());
+  const Layers all = trace_layers(view, mesh, front, 2), same = trace_layers(view, open, front, 2);
+  EXPECT_EQ(*std::max_element(all.count.begin(), all.count.end()), 2u);
+  EXPECT_TRUE(same_bits(same.count, all.count));
+  EXPECT_TRUE(same_bits(same.thickness, all.thickness));
+  EXPECT_TRUE(same_bits(same.back_normal, all.back_normal));
+  EXPECT_TRUE(same_bits(same.entry, all.entry));
+  EXPECT_TRUE(same_bits(same.exit, all.exit));
+}
+
 TEST(Layers, AirThatIsTooThinIsNone) {
   const View view = orthographic();
   // Wherever the front is: entries that lie just behind it are not looked at.
