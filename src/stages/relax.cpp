@@ -4,13 +4,14 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "base/exact_math.hpp"
 #include "base/parallel.hpp"
+#include "stages/lane_lists.hpp"
 #include "stages/particle_fit.hpp"
+#include "stages/push_lanes.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {
@@ -32,7 +33,6 @@ constexpr double kAtRest = 1.161, kAtRestIrregular = 1.153;
 // Who is near is looked up once, a little wider than forces reach, which are as good as nothing at
 // that distance.
 constexpr float kWider = 1.1f;
-constexpr std::size_t kGrain = 512;  // particles that are worth a thread
 // Added to the second moments of the neighbours' places (squared reaches): few neighbours, or such
 // in a plane, do not tell how the motion that they have in common changes from place to place.
 constexpr double kFewNeighbours = 0.3;
@@ -89,53 +89,63 @@ std::vector<Around> look_inside(const Projected& particles, const std::vector<st
   return sample;
 }
 
-// What each particle has moved in common with those near it: the value at it of the function,
-// linear in the place, that is nearest to how far they have moved (weighted least squares).
-std::vector<Vec3d> common_motions(const std::vector<Vec3d>& at, const std::vector<Vec3d>& moved,
-                                  const NearLists& lists, double reach) {
-  std::vector<Vec3d> common(at.size());
-  parallel_for(at.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      double weights = 0;
-      Vec3d place, motion;               // weighted sums, places from here in reaches
-      std::array<Vec3d, 3> moments, by;  // sums of places' products, and of motions by x, y, z
-      for (const cl_int other : lists[i]) {
-        const std::size_t j = static_cast<std::size_t>(other);
-        const Vec3d to = (at[j] - at[i]) / reach;
-        const double fades = std::max(1 - dot(to, to), 0.0), weight = fades * fades;
-        const std::array<double, 3> along{weight * to.x, weight * to.y, weight * to.z};
-        weights += weight;
-        place += to * weight;
-        motion += moved[j] * weight;
-        for (std::size_t k = 0; k < 3; ++k) {
-          moments[k] += to * along[k];
-          by[k] += moved[j] * along[k];
-        }
-      }
-      const Vec3d mean = place / weights;
-      const std::array<double, 3> off{mean.x, mean.y, mean.z};
-      for (std::size_t k = 0; k < 3; ++k) {
-        moments[k] += place * -off[k];
-        by[k] += motion * -off[k];
-      }
-      auto& [x, y, z] = moments;
-      x.x += kFewNeighbours;
-      y.y += kFewNeighbours;
-      z.z += kFewNeighbours;
-      const Vec3d across = cross(y, z);
-      const double per = 1 / dot(x, across);
-      common[i] = motion / weights - by[0] * (dot(mean, across) * per) -
-                  by[1] * (dot(x, cross(mean, z)) * per) - by[2] * (dot(x, cross(y, mean)) * per);
-    }
-  });
-  return common;
+Vec3d place_in(const Places& places, std::size_t i) {
+  return {places.x[i], places.y[i], places.z[i]};
 }
 
-std::vector<Vec3d> places_of(const Projected& particles) {
-  std::vector<Vec3d> places;
-  places.reserve(particles.size());
-  for (std::size_t i = 0; i < particles.size(); ++i) places.push_back(particles.eye(i));
-  return places;
+// What a particle has moved in common with those near it: the value at it of the function, linear
+// in the place, that is nearest to how far they have moved (weighted least squares).
+Vec3d common_motion(std::size_t i, const std::vector<std::int32_t>& near, const Places& before,
+                    const Places& after, double reach) {
+  const Vec3d own = place_in(after, i);
+  double weights = 0;
+  Vec3d place, motion;               // weighted sums, places from here in reaches
+  std::array<Vec3d, 3> moments, by;  // sums of places' products, and of motions by x, y, z
+  for (const std::int32_t other : near) {
+    const std::size_t j = static_cast<std::size_t>(other);
+    const Vec3d at = place_in(after, j), moved = at - place_in(before, j);
+    const Vec3d to = (at - own) / reach;
+    const double fades = std::max(1 - dot(to, to), 0.0), weight = fades * fades;
+    const std::array<double, 3> along{weight * to.x, weight * to.y, weight * to.z};
+    weights += weight;
+    place += to * weight;
+    motion += moved * weight;
+    for (std::size_t k = 0; k < 3; ++k) {
+      moments[k] += to * along[k];
+      by[k] += moved * along[k];
+    }
+  }
+  const Vec3d mean = place / weights;
+  const std::array<double, 3> off{mean.x, mean.y, mean.z};
+  for (std::size_t k = 0; k < 3; ++k) {
+    moments[k] += place * -off[k];
+    by[k] += motion * -off[k];
+  }
+  auto& [x, y, z] = moments;
+  x.x += kFewNeighbours;
+  y.y += kFewNeighbours;
+  z.z += kFewNeighbours;
+  const Vec3d across = cross(y, z);
+  const double per = 1 / dot(x, across);
+  return motion / weights - by[0] * (dot(mean, across) * per) -
+         by[1] * (dot(x, cross(mean, z)) * per) - by[2] * (dot(x, cross(y, mean)) * per);
+}
+
+// Calls each(i, list of those near it) for all particles of a block.
+template <class Each>
+void each_list(const LaneLists::Block& block, Each&& each) {
+  std::vector<std::int32_t> near;
+  for (std::size_t g = 0; g + 1 < block.groups.size(); ++g)
+    for (std::int32_t lane = 0; lane < block.groups[g].count; ++lane) {
+      std::size_t count = 0;
+      near.resize(block.groups[g + 1].near - block.groups[g].near);
+      LaneLists::visit(block, g, [&](std::int32_t place, std::uint32_t lanes) {
+        near[count] = place;  // no branches, which would be mispredicted
+        count += lanes >> lane & 1;
+      });
+      near.resize(count);
+      each(static_cast<std::size_t>(block.groups[g].first + lane), near);
+    }
 }
 
 }  // namespace
@@ -191,52 +201,34 @@ Disorder find_disorder(const Projected& particles, const Cells& cells, const Par
 }
 
 void relax(Projected& particles, double spacing, double disorder) {
-  const std::size_t n = particles.size();
   const double at_rest = between(kAtRest, kAtRestIrregular, disorder) * spacing;
-  const float reach = static_cast<float>(kRelaxReach / 2 * spacing), far = 1 / (reach * reach),
-              rest = static_cast<float>(1 / (at_rest * at_rest)),
-              step = static_cast<float>(kStep * disorder);
-  std::vector<std::int32_t> all(n);
-  std::iota(all.begin(), all.end(), 0);
-  const NearLists lists = list_near(particles, all, all, kWider * reach);
-  const std::vector<Vec3d> before = places_of(particles);
-  std::vector<float> x(n), y(n), z(n);
-  for (int round = 0; round < kRelaxRounds; ++round) {
-    parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const float at_x = particles.x[i], at_y = particles.y[i], at_z = particles.z[i];
-        float to_x = 0, to_y = 0, to_z = 0;
-        for (const cl_int other : lists[i]) {
-          const std::size_t j = static_cast<std::size_t>(other);
-          const float dx = at_x - particles.x[j], dy = at_y - particles.y[j],
-                      dz = at_z - particles.z[j];
-          const float squared = dx * dx + dy * dy + dz * dz;
-          const float fades = std::max(1 - squared * far, 0.0f), fades2 = fades * fades;
-          const float push = (1 - squared * rest) * (fades2 * fades2);
-          to_x += dx * push;
-          to_y += dy * push;
-          to_z += dz * push;
-        }
-        x[i] = at_x + step * to_x;
-        y[i] = at_y + step * to_y;
-        z[i] = at_z + step * to_z;
-      }
+  const float reach = static_cast<float>(kRelaxReach / 2 * spacing);
+  const PairForce force{1 / (reach * reach), static_cast<float>(1 / (at_rest * at_rest)),
+                        static_cast<float>(kStep * disorder)};
+  Cells cells = lane_cells(particles.x, particles.y, particles.z, kWider * reach);
+  const LaneLists lists = list_lanes(cells, kWider * reach);
+  const auto each_block = [&](const auto& work) {
+    parallel_for(lists.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) work(lists.blocks[b]);
     });
-    particles.x.swap(x);
-    particles.y.swap(y);
-    particles.z.swap(z);
+  };
+  PushLanes* const push = lane_pushers()[0];
+  const Places before{std::move(cells.x), std::move(cells.y), std::move(cells.z)};
+  Places after = before, to = before;
+  for (int round = 0; round < kRelaxRounds; ++round) {
+    each_block([&](const LaneLists::Block& block) { push(block, force, after, to); });
+    std::swap(after, to);
   }
   // The forces also press drops and sheets together: what neighbours move in common is not noise.
-  const std::vector<Vec3d> after = places_of(particles);
-  std::vector<Vec3d> moved(n);
-  for (std::size_t i = 0; i < n; ++i) moved[i] = after[i] - before[i];
-  const std::vector<Vec3d> common = common_motions(after, moved, lists, kWider * reach);
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec3d at = after[i] - common[i];
-    particles.x[i] = static_cast<float>(at.x);
-    particles.y[i] = static_cast<float>(at.y);
-    particles.z[i] = static_cast<float>(at.z);
-  }
+  each_block([&](const LaneLists::Block& block) {
+    each_list(block, [&](std::size_t p, const std::vector<std::int32_t>& near) {
+      const Vec3d at = place_in(after, p) - common_motion(p, near, before, after, kWider * reach);
+      const std::size_t i = static_cast<std::size_t>(cells.item[p]);
+      particles.x[i] = static_cast<float>(at.x);
+      particles.y[i] = static_cast<float>(at.y);
+      particles.z[i] = static_cast<float>(at.z);
+    });
+  });
 }
 
 double relax_influence(const Disorder& disorder) {
