@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "api/host_threads.hpp"
@@ -15,10 +16,10 @@
 #include "methods/closed.hpp"
 #include "methods/closed_parts.hpp"
 #include "methods/closed_steps.hpp"
-#include "methods/placed_fluid.hpp"
 #include "output/simplify.hpp"
 #include "output/straighten.hpp"
 #include "output/to_world.hpp"
+#include "prepare/even_parts.hpp"
 #include "prepare/fill.hpp"
 #include "prepare/parts.hpp"
 #include "prepare/sampled_disorder.hpp"
@@ -67,6 +68,11 @@ void check_reach(const View& view, const WorldParticles& particles, double cell)
   }
 }
 
+// What is left of so many bytes beside places that are held: half of them at least.
+std::size_t left_beside(const EvenedPlaces& places, std::size_t memory) {
+  return memory - std::min(memory / 2, 3 * sizeof(float) * places.x.size());
+}
+
 // A frame that streams, in parts where it is large or several processes share it.
 Surface mesh_parts(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
                    std::vector<StageTime>* timings) {
@@ -78,15 +84,22 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   const Disorder disorder = find_disorder(source, frame.view, params);
   filling.clock.stop();
   const double halo = halo_of_parts(closed.cell, params, disorder);
-  const std::vector<BlockBox> parts = share_space(filling, frame, block, halo, team.size());
+  std::vector<BlockBox> parts = share_space(filling.memory, frame, block, halo, team.size());
   std::vector<PartTally> tallies(parts.size());
+  std::optional<EvenedPlaces> evened;
+  if (parts.size() > 1 && disorder.amount > 0) {
+    tallies.clear();
+    evened = even_out_in_parts(filling, source, frame, disorder, block, tallies);
+    parts = share_space(left_beside(*evened, filling.memory), frame, block, halo, team.size());
+  }
   const FillPart fill = [&](std::size_t part, const std::vector<SpaceBox>& boxes,
                             const SpaceBox& own) {
     PartTally tally;
-    WorldParticles particles = fill_part(filling, source, frame, boxes, own, tally);
-    check_reach(frame.view, particles, closed.cell);
-    if (part < parts.size()) tallies[part] = tally;
-    return particles;
+    PlacedParticles filled = evened ? fill_part(filling, source, frame, boxes, *evened)
+                                    : fill_part(filling, source, frame, boxes, own, tally);
+    check_reach(frame.view, filled.particles, closed.cell);
+    if (!evened && part < parts.size()) tallies[part] = tally;
+    return filled;
   };
   // For the first process; the others get nothing.
   std::vector<SpaceBox> everything(static_cast<std::size_t>(team.size()), SpaceBox::nowhere());
@@ -94,7 +107,7 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   const bool carries = frame.moving || !source.attributes().empty();
   Extraction made;
   if (parts.size() == 1) {
-    const WorldParticles particles = fill(0, everything, {});
+    const WorldParticles particles = fill(0, everything, {}).particles;
     if (team.leads())
       made = run_closed(filling.device, frame.view, particles, closed, params, disorder, timings);
   } else {
@@ -102,12 +115,10 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
                                disorder, carries && frame.all_known, timings);
     // Where what some particles carry is not known, particles from anywhere may speak for them.
     if (carries && !frame.all_known) {
-      const WorldParticles particles = fill(parts.size(), everything, {});
-      if (team.leads()) {
-        const View view = coarser(frame.view, disorder.unit());
-        const PlacedFluid fluid = even_fluid(view, disorder, place_particles(view, particles));
-        carry_values(filling.device, view, fluid.particles, particles, params, made);
-      }
+      const PlacedParticles all = fill(parts.size(), everything, {});
+      if (team.leads())
+        carry_values(filling.device, coarser(frame.view, disorder.unit()), all.placed,
+                     all.particles, params, made);
     }
   }
   Surface surface;

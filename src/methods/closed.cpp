@@ -210,6 +210,7 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   const View in_its_unit = coarser(view, disorder.unit());
   Projected placed = place_particles(in_its_unit, particles);
   clock.start("relax");
+  even_out(placed, disorder);
   return mesh_fluid(device, even_fluid(in_its_unit, disorder, std::move(placed)), particles, closed,
                     params, clock);
 }

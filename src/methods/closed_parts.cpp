@@ -35,7 +35,7 @@ struct Halo {
   double particles;  // all
 };
 
-Halo halo_of(const Parameters& params, const Disorder& disorder) {
+Halo halo_of(const Parameters& params) {
   constexpr double kRounding = 0.5;
   // Who sees the 27 cells around it filled is inside (measure_gradients()); a particle's levelled
   // weight and its normal follow from that. Crowds are told in cubes of two radii, which must be
@@ -52,7 +52,7 @@ Halo halo_of(const Parameters& params, const Disorder& disorder) {
   // Their roundness is a mean over bent places of means over what trial fits around say.
   const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
-  return {fitted, tried, surface + kField + relax_influence(disorder) + kRounding};
+  return {fitted, tried, surface + kField + kRounding};
 }
 
 // What is taken for known of the whole frame, or was found.
@@ -71,18 +71,6 @@ struct Made {
   int rounds = 0;               // after which no more of its own corners were wanted
   std::int64_t particles = 0, fits = 0;
 };
-
-// The space of blocks and of so many corners around them, particle radii.
-SpaceBox space_of(const BlockBox& blocks, int more, double cell) {
-  SpaceBox box;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (blocks.low[axis] != -BlockBox::kAll)
-      box.low[axis] = cell * (double{kBlockSide} * blocks.low[axis] - more);
-    if (blocks.high[axis] != BlockBox::kAll)
-      box.high[axis] = cell * (double{kBlockSide} * blocks.high[axis] + more);
-  }
-  return box;
-}
 
 Points points_in(const SpaceBox& box, const Points& points) {
   Points inside;
@@ -113,14 +101,15 @@ class PartMaker {
         carry_(carry),
         clock_(clock) {}
 
-  Made make(const BlockBox& own, const WorldParticles& particles, const Known& known) const {
+  Made make(const BlockBox& own, PlacedParticles part, const Known& known) const {
+    const WorldParticles& particles = part.particles;
     Made made;
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.carried.attributes.push_back({attribute.name, {}});
-    const PlacedFluid placed = even_fluid(view_, disorder_, place_particles(view_, particles));
+    const PlacedFluid placed = even_fluid(view_, disorder_, std::move(part.placed));
     if (placed.particles.size() == 0) return made;
-    const SpaceBox inside = space_of(own, 0, cell_), asked = space_of(own, known.rounds, cell_);
+    const SpaceBox inside = space_of(own, cell_), asked = space_of(own, cell_, known.rounds);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)
       made.particles += inside.holds(placed.particles.eye(i));
     FittedFluid fluid = fit(placed, asked, known);
@@ -139,7 +128,7 @@ class PartMaker {
 
  private:
   FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known) const {
-    const Halo halo = halo_of(params_, disorder_);
+    const Halo halo = halo_of(params_);
     FitScope scope;
     scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
     scope.fitted = [box = asked.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
@@ -151,7 +140,7 @@ class PartMaker {
   void contour(const FittedFluid& fluid, const BlockBox& own, int around, Made& made) const {
     clock_.start("corners");
     const double band = band_of(cell_);
-    const SpaceBox near = space_of(own, around, cell_).wider(band + 2 * kBlockSide * cell_);
+    const SpaceBox near = space_of(own, cell_, around).wider(band + 2 * kBlockSide * cell_);
     SpaceGrid grid =
         grid_around(points_in(near, fluid.seeds), band, cell_, corners_of(own, around));
     const std::vector<std::size_t> added = close_grid(fluid.function, own, grid, made.rounds);
@@ -253,12 +242,12 @@ Whole make_parts(const PartMaker& maker, Team& team, const std::vector<BlockBox>
   for (std::size_t first = 0; first < parts.size(); first += processes) {
     std::vector<SpaceBox> boxes(processes, SpaceBox::nowhere());
     for (std::size_t k = 0; k < processes && first + k < parts.size(); ++k)
-      boxes[k] = space_of(parts[first + k], known.rounds, cell).wider(halo);
+      boxes[k] = space_of(parts[first + k], cell, known.rounds).wider(halo);
     const std::size_t part = std::min(first + static_cast<std::size_t>(team.rank()), parts.size());
     const bool any = part < parts.size();
-    const SpaceBox own = any ? space_of(parts[part], 0, cell) : SpaceBox::nowhere();
-    const WorldParticles particles = fill(part, boxes, own);
-    add_parts(team, maker.make(any ? parts[part] : BlockBox{}, particles, known), whole);
+    const SpaceBox own = any ? space_of(parts[part], cell) : SpaceBox::nowhere();
+    add_parts(team, maker.make(any ? parts[part] : BlockBox{}, fill(part, boxes, own), known),
+              whole);
   }
   return whole;
 }
@@ -334,7 +323,7 @@ void carry_over(const std::vector<Mesh>& carried, const JoinedMesh& joined,
 }  // namespace
 
 double halo_of_parts(double cell, const Parameters& params, const Disorder& disorder) {
-  return halo_of(params, disorder).particles * disorder.unit() + kRoundsAround * cell;
+  return halo_of(params).particles * disorder.unit() + kRoundsAround * cell;
 }
 
 Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
@@ -343,7 +332,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
                                const Disorder& disorder, bool carry,
                                std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  const double unit = disorder.unit(), halo = halo_of(params, disorder).particles * unit;
+  const double unit = disorder.unit(), halo = halo_of(params).particles * unit;
   const View coarse = coarser(view, unit);
   const PartMaker maker(device, coarse, disorder, closed.cell / unit, params, carry, clock);
   Whole whole = make_whole(maker, team, parts, fill, closed.cell, halo, params);

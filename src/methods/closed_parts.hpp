@@ -15,23 +15,25 @@
 
 namespace meniscus {
 
-/// How far around a part particles are needed; particle radii.
+/// How far around a part particles are needed, where they lie once they are evened out; particle
+/// radii.
 double halo_of_parts(double cell, const Parameters& params, const Disorder& disorder);
 
 /// Fills a part for each process, of which there may be none: the particles in each one's box (eye
-/// space, particle radii), which reaches beyond what is its own.
+/// space, particle radii), which reaches beyond what is its own; placed where they lie once they
+/// are evened out, in the disorder's unit of length.
 ///
 ///   part  this process's, among all; where there is none, the number of parts
 ///   own   what is this part's own
-using FillPart = std::function<WorldParticles(std::size_t part, const std::vector<SpaceBox>& boxes,
-                                              const SpaceBox& own)>;
+using FillPart = std::function<PlacedParticles(std::size_t part, const std::vector<SpaceBox>& boxes,
+                                               const SpaceBox& own)>;
 
 /// Meshes all particles, of which no more than those in one part and around it are held at a time.
 /// All processes of the team call this; the first one gets the mesh.
 ///
 ///   view      make_world_view()
 ///   parts     fill all of space
-///   disorder  of the whole frame, which no part could tell
+///   disorder  of the whole frame, which no part could tell; they were evened out by it
 ///   carry     whether what particles carry goes to the mesh
 ///
 /// Returns mesh and counts, the same as run_closed() of all particles with this disorder.

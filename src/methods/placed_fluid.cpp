@@ -14,9 +14,12 @@ Cells cells_of(const Projected& particles) {
 }
 
 void even_out(PlacedFluid& fluid) {
-  even_out(fluid.particles, fluid.host_cells, fluid.disorder);
-  const bool on_screen = !fluid.particles.u.empty();
-  if (on_screen && fluid.disorder.amount > 0) project_again(fluid.view, fluid.particles);
+  if (fluid.disorder.amount == 0) return;
+  fluid.host_cells = {};  // which take room, and are made anew
+  even_out(fluid.particles, fluid.disorder);
+  fluid.host_cells = cells_of(fluid.particles);
+  if (const bool on_screen = !fluid.particles.u.empty(); on_screen)
+    project_again(fluid.view, fluid.particles);
 }
 
 }  // namespace
@@ -41,9 +44,7 @@ PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& 
 
 PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles) {
   Cells cells = cells_of(particles);
-  PlacedFluid fluid{view, disorder, std::move(particles), std::move(cells)};
-  even_out(fluid);
-  return fluid;
+  return {view, disorder, std::move(particles), std::move(cells)};
 }
 
 }  // namespace meniscus

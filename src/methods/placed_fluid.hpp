@@ -25,7 +25,7 @@ struct PlacedFluid {
 PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& clock,
                         const std::function<Projected(const View& view)>& place);
 
-/// The same of particles that are placed in the unit of their disorder, which is known.
+/// The same of particles that have been evened out in the unit of their disorder.
 PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles);
 
 }  // namespace meniscus

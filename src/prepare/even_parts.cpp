@@ -13,10 +13,10 @@ namespace {
 
 constexpr float kLeftOut = std::numeric_limits<float>::quiet_NaN();
 
-// The same places for so many particles, of which nothing is known yet.
-EvenedPlaces unknown_places(std::size_t particles) {
-  std::vector<float> none(particles, kLeftOut);
-  return {none, none, none};
+// So many places that are not known yet.
+EvenedPlaces unknown_places(const Disorder& disorder, std::size_t particles) {
+  const std::vector<float> none(particles, kLeftOut);
+  return {disorder.unit(), none, none, none};
 }
 
 // Where particles go that a process was sent, as far as they are the part's own.
@@ -26,8 +26,8 @@ EvenedPlaces even_out_part(const PartedFrame& frame, const Disorder& disorder,
   const std::vector<std::size_t> order = order_of_part(frame, given, own, tally);
   Projected placed = place_particles(coarser(frame.view, disorder.unit()),
                                      particles_in_order(given, order, frame.radius, false));
-  even_out(placed, disorder);
-  EvenedPlaces places = unknown_places(given.size());
+  even_out(placed, disorder, own.scaled(1 / disorder.unit()));
+  EvenedPlaces places = unknown_places(disorder, given.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::size_t i = order[k];
     if (!own.holds(eye_from_world(frame.view, {given.x[i], given.y[i], given.z[i]}))) continue;
@@ -44,7 +44,8 @@ void send_back(Team& team, const PickedParticles& picked, const std::vector<floa
                std::vector<float>& to) {
   auto from = values.begin();
   for (int rank = 0; rank < team.size(); ++rank) {
-    const auto end = from + static_cast<std::ptrdiff_t>(picked.received[static_cast<std::size_t>(rank)]);
+    const auto end =
+        from + static_cast<std::ptrdiff_t>(picked.received[static_cast<std::size_t>(rank)]);
     team.gather(
         std::vector<float>(from, end),
         [&](int by, std::vector<float>&& some) {
@@ -68,7 +69,7 @@ EvenedPlaces even_out_in_parts(const Filling& filling, const ParticleSource& sou
   const auto processes = static_cast<std::size_t>(team.size());
   std::size_t share = 0;
   for (const ParticleRange& range : source.share()) share += static_cast<std::size_t>(range.count);
-  EvenedPlaces all = unknown_places(share);
+  EvenedPlaces all = unknown_places(disorder, share);
   const std::vector<BlockBox> parts =
       share_space(filling.memory, frame, block, around, team.size());
   for (std::size_t first = 0; first < parts.size(); first += processes) {
@@ -81,8 +82,8 @@ EvenedPlaces even_out_in_parts(const Filling& filling, const ParticleSource& sou
     const PickedParticles picked = pick_particles(source, frame, boxes);
     filling.clock.start("relax");
     PartTally tally;
-    const EvenedPlaces places = even_out_part(
-        frame, disorder, picked, own[static_cast<std::size_t>(team.rank())], tally);
+    const EvenedPlaces places =
+        even_out_part(frame, disorder, picked, own[static_cast<std::size_t>(team.rank())], tally);
     tallies.push_back(tally);
     send_back(team, picked, places.x, all.x);
     send_back(team, picked, places.y, all.y);

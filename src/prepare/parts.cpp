@@ -108,6 +108,86 @@ class Checks {
   std::vector<ValueCheck> values_;
 };
 
+// Adds a particle of a chunk.
+void add_particle(const ParticleChunk& chunk, std::size_t i, Particles& to) {
+  to.x.push_back(chunk.x[i]);
+  to.y.push_back(chunk.y[i]);
+  to.z.push_back(chunk.z[i]);
+  if (!chunk.radius.empty()) to.radius.push_back(chunk.radius[i]);
+  if (!chunk.vx.empty()) {
+    to.vx.push_back(chunk.vx[i]);
+    to.vy.push_back(chunk.vy[i]);
+    to.vz.push_back(chunk.vz[i]);
+  }
+  for (std::size_t a = 0; a < chunk.attributes.size(); ++a)
+    to.attributes[a].values.push_back(chunk.attributes[a][i]);
+}
+
+// Sends each process what was kept for it.
+void exchange(Team& team, std::vector<Particles>& kept, PickedParticles& picked) {
+  picked.received = {kept[0].size()};
+  for (std::size_t to = 0; to < kept.size() && team.size() > 1; ++to) {
+    std::vector<std::size_t> counts;
+    team.gather(
+        std::vector<std::size_t>{kept[to].size()},
+        [&](int, std::vector<std::size_t>&& count) { counts.push_back(count[0]); },
+        static_cast<int>(to));
+    if (static_cast<int>(to) == team.rank()) picked.received = counts;
+    for (std::vector<float>* const values : arrays_of(kept[to])) {
+      std::vector<float> all;
+      team.gather(
+          std::move(*values),
+          [&](int, std::vector<float>&& some) { all.insert(all.end(), some.begin(), some.end()); },
+          static_cast<int>(to));
+      *values = std::move(all);
+    }
+  }
+  picked.particles = std::move(kept[static_cast<std::size_t>(team.rank())]);
+  require(picked.particles.size() < (std::size_t{1} << 31),
+          "particles: more than 2^31 - 1 in one part");
+}
+
+// Picks particles by where they are, or where they have gone: then x, y and z of that place are
+// their last attributes. Where they are to be evened out it is noted which ones are sent, and only
+// what their order takes goes with them.
+PickedParticles pick(const ParticleSource& source, const PartedFrame& frame,
+                     std::vector<SpaceBox> boxes, bool to_even_out,
+                     const EvenedPlaces* evened = nullptr) {
+  const ChunkValues also{.radius = true, .velocity = frame.moving, .attributes = !to_even_out};
+  std::vector<std::string> carried;
+  if (also.attributes) carried = source.attributes();
+  if (evened) carried.insert(carried.end(), {"x", "y", "z"});
+  std::vector<Particles> kept(boxes.size());
+  for (Particles& some : kept)
+    for (const std::string& name : carried) some.attributes.push_back({name, {}});
+  // The boxes in the space of the places, which are many.
+  for (SpaceBox& box : boxes)
+    box = evened ? box.scaled(1 / evened->unit) : in_world(frame.view, box);
+  PickedParticles picked;
+  picked.sent.resize(boxes.size());
+  std::size_t before = 0;  // particles of chunks before
+  for_each_chunk(source, kChunk, also, [&](ParticleChunk& chunk) {
+    for (std::size_t i = 0; i < chunk.count; ++i) {
+      const std::size_t k = before + i;
+      const Vec3d at = evened ? Vec3d{evened->x[k], evened->y[k], evened->z[k]}
+                              : Vec3d{chunk.x[i], chunk.y[i], chunk.z[i]};
+      for (std::size_t b = 0; b < boxes.size(); ++b) {
+        if (!boxes[b].holds(at) || !is_finite(chunk, i)) continue;
+        add_particle(chunk, i, kept[b]);
+        if (to_even_out) picked.sent[b].push_back(k);
+        if (!evened) continue;
+        const std::array place{evened->x[k], evened->y[k], evened->z[k]};
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          (kept[b].attributes.end() - 3 + static_cast<std::ptrdiff_t>(axis))
+              ->values.push_back(place[axis]);
+      }
+    }
+    before += chunk.count;
+  });
+  exchange(source.team(), kept, picked);
+  return picked;
+}
+
 // Marks what cannot be used, which has been told before.
 void check_values(WorldParticles& world) {
   VelocityCheck velocities;
@@ -207,7 +287,7 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
   return frame;
 }
 
-std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& frame, double block,
+std::vector<BlockBox> share_space(std::size_t memory, const PartedFrame& frame, double block,
                                   double halo, int processes) {
   const double side = frame.blocks * block, around = halo / side;
   const auto thinnest = static_cast<std::int32_t>(std::ceil(kThinnest / side));
@@ -219,7 +299,7 @@ std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& fra
     left.erase(most);
     std::array<Box, 2> halves;
     const bool few = left.size() + whole.size() + 1 < static_cast<std::size_t>(processes);
-    bool cuts = (few || box.bytes > static_cast<double>(filling.memory)) &&
+    bool cuts = (few || box.bytes > static_cast<double>(memory)) &&
                 cut(box.cubes, frame.cubes, thinnest, halves[0].cubes, halves[1].cubes);
     if (cuts)
       for (Box& half : halves) half.bytes = bytes_of(half.cubes, frame.cubes, around);
@@ -244,63 +324,27 @@ std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& fra
   return parts;
 }
 
-WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
-                         const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
-                         const SpaceBox& own, PartTally& tally) {
-  filling.clock.start("order");
-  std::vector<Particles> kept(boxes.size());
-  std::vector<SpaceBox> places;  // the boxes in the world, which is looked at many times
-  for (const SpaceBox& box : boxes) places.push_back(in_world(frame.view, box));
-  for (Particles& some : kept)
-    for (const std::string& name : source.attributes()) some.attributes.push_back({name, {}});
-  for_each_chunk(
-      source, kChunk, {.radius = true, .velocity = frame.moving, .attributes = true},
-      [&](ParticleChunk& chunk) {
-        for (std::size_t i = 0; i < chunk.count; ++i) {
-          for (std::size_t b = 0; b < boxes.size(); ++b) {
-            if (!places[b].holds({chunk.x[i], chunk.y[i], chunk.z[i]}) || !is_finite(chunk, i))
-              continue;
-            Particles& to = kept[b];
-            to.x.push_back(chunk.x[i]);
-            to.y.push_back(chunk.y[i]);
-            to.z.push_back(chunk.z[i]);
-            if (!chunk.radius.empty()) to.radius.push_back(chunk.radius[i]);
-            if (!chunk.vx.empty()) {
-              to.vx.push_back(chunk.vx[i]);
-              to.vy.push_back(chunk.vy[i]);
-              to.vz.push_back(chunk.vz[i]);
-            }
-            for (std::size_t a = 0; a < chunk.attributes.size(); ++a)
-              to.attributes[a].values.push_back(chunk.attributes[a][i]);
-          }
-        }
-      });
-  Team& team = source.team();
-  for (std::size_t to = 0; to < boxes.size() && team.size() > 1; ++to)
-    for (std::vector<float>* const values : arrays_of(kept[to])) {
-      std::vector<float> all;
-      team.gather(
-          std::move(*values),
-          [&](int, std::vector<float>&& some) { all.insert(all.end(), some.begin(), some.end()); },
-          static_cast<int>(to));
-      *values = std::move(all);
-    }
+PickedParticles pick_particles(const ParticleSource& source, const PartedFrame& frame,
+                               const std::vector<SpaceBox>& boxes) {
+  return pick(source, frame, boxes, true);
+}
 
-  const Particles& mine = kept[static_cast<std::size_t>(team.rank())];
-  require(mine.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in one part");
+std::vector<std::size_t> order_of_part(const PartedFrame& frame, const Particles& particles,
+                                       const SpaceBox& own, PartTally& tally) {
   const bool owns_all = own == SpaceBox{};
   const auto is_own = [&](std::size_t i) {
-    return owns_all || own.holds(eye_from_world(frame.view, {mine.x[i], mine.y[i], mine.z[i]}));
+    return owns_all ||
+           own.holds(eye_from_world(frame.view, {particles.x[i], particles.y[i], particles.z[i]}));
   };
   std::vector<Notice> told;
-  std::vector<std::size_t> order = canonical_order(mine, {}, told);
+  std::vector<std::size_t> order = canonical_order(particles, {}, told);
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (!is_own(order[k])) continue;
     ++tally.had;
-    if (k > 0 && at_one_position(mine, order[k - 1], order[k])) ++tally.copies;
+    if (k > 0 && at_one_position(particles, order[k - 1], order[k])) ++tally.copies;
   }
   told.clear();
-  order = without_crowds(mine, std::move(order), frame.radius, told);
+  order = without_crowds(particles, std::move(order), frame.radius, told);
   tally.dropped =
       tally.had - static_cast<std::int64_t>(std::count_if(order.begin(), order.end(), is_own));
   for (const Notice& notice : told) {
@@ -308,10 +352,40 @@ WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
     if (notice.code == Code::radius_too_large) tally.too_large = notice.found / notice.wanted;
     if (notice.code == Code::radius_too_small) tally.too_small = notice.wanted / notice.found;
   }
-  WorldParticles world = particles_in_order(mine, order, frame.radius, frame.moving);
-  check_values(world);
+  return order;
+}
+
+PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
+                          const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
+                          const SpaceBox& own, PartTally& tally) {
+  filling.clock.start("order");
+  const Particles mine = pick(source, frame, boxes, false).particles;
+  PlacedParticles part;
+  part.particles =
+      particles_in_order(mine, order_of_part(frame, mine, own, tally), frame.radius, frame.moving);
+  check_values(part.particles);
+  part.placed = place_particles(frame.view, part.particles);
   filling.clock.stop();
-  return world;
+  return part;
+}
+
+PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
+                          const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
+                          const EvenedPlaces& evened) {
+  filling.clock.start("order");
+  const Particles mine = pick(source, frame, boxes, false, &evened).particles;
+  std::vector<Notice> told_before;
+  PlacedParticles part;
+  part.particles =
+      particles_in_order(mine, canonical_order(mine, {}, told_before), frame.radius, frame.moving);
+  part.placed = place_particles(frame.view, part.particles);
+  for (std::vector<float>* const to : {&part.placed.z, &part.placed.y, &part.placed.x}) {
+    *to = std::move(part.particles.attributes.back().values);
+    part.particles.attributes.pop_back();
+  }
+  check_values(part.particles);
+  filling.clock.stop();
+  return part;
 }
 
 void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,

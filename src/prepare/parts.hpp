@@ -37,10 +37,29 @@ struct PartedFrame {
 PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block);
 
 /// Shares space out: boxes of blocks that fill it, of which none with the particles in `halo`
-/// particle radii around it takes more than filling.memory, as far as boxes are not thinner than 64
+/// particle radii around it takes more than `memory` bytes, as far as boxes are not thinner than 64
 /// particle radii; at least as many as there are processes where that leaves none of them thinner.
-std::vector<BlockBox> share_space(const Filling& filling, const PartedFrame& frame, double block,
+std::vector<BlockBox> share_space(std::size_t memory, const PartedFrame& frame, double block,
                                   double halo, int processes);
+
+/// Where the particles of a process's share go that are evened out (even_parts.hpp), as it reads
+/// them: eye space, in the disorder's unit of length; NaN: left out.
+struct EvenedPlaces {
+  double unit = 1;  // of length, particle radii
+  std::vector<float> x, y, z;
+};
+
+/// Particles that a process was sent, of all that some boxes hold.
+struct PickedParticles {
+  Particles particles;                         // in the order of who sent them
+  std::vector<std::size_t> received;           // [processes] how many each sent
+  std::vector<std::vector<std::size_t>> sent;  // [processes] which of this one's share they got
+};
+
+/// Picks particles for all processes, which call this with the same boxes, one for each of them
+/// (eye space, particle radii); each gets those in its own. No attributes.
+PickedParticles pick_particles(const ParticleSource& source, const PartedFrame& frame,
+                               const std::vector<SpaceBox>& boxes);
 
 /// What a part had, to be told once all have been.
 struct PartTally {
@@ -49,13 +68,23 @@ struct PartTally {
   double too_large = 0, too_small = 0;            // its radius; 0: it is not
 };
 
-/// The particles of a part in canonical order. All processes call this with the same boxes, one for
-/// each of them (eye space, particle radii), and each gets those in its own.
+/// The canonical order of the particles of a part and of those around it, without crowds.
+///
+///   own  where the part ends and others begin
+std::vector<std::size_t> order_of_part(const PartedFrame& frame, const Particles& particles,
+                                       const SpaceBox& own, PartTally& tally);
+
+/// Fills a part for each process. All call this with the same boxes as pick_particles().
 ///
 ///   own  where this process's part ends and others' begin
-WorldParticles fill_part(const Filling& filling, const ParticleSource& source,
-                         const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
-                         const SpaceBox& own, PartTally& tally);
+PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
+                          const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
+                          const SpaceBox& own, PartTally& tally);
+
+/// The same of a frame whose particles were evened out, those that have gone to the boxes.
+PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
+                          const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
+                          const EvenedPlaces& evened);
 
 /// Warns of what all parts together had.
 void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,

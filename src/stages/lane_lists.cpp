@@ -181,7 +181,7 @@ LaneLists::Block list_block(const Cells& cells, std::int32_t begin, std::int32_t
     block.groups.push_back(group);
   }
   block.groups.push_back({end, 0, static_cast<std::uint32_t>(block.runs.size()),
-                          static_cast<std::uint32_t>(block.near.size())});
+                          static_cast<std::uint32_t>(block.near.size()), 0});
   block.runs.shrink_to_fit();
   block.near.shrink_to_fit();
   return block;

@@ -18,6 +18,7 @@ struct LaneLists {
   struct Group {
     std::int32_t first = 0, count = 0;  // points, in bucket order
     std::uint32_t runs = 0, near = 0;   // where its own begin in the block
+    int rounds = 0;                     // in how many it is moved, see push_lanes.hpp
   };
   /// Points that are near some of a group: the first one, and how many.
   struct Run {

@@ -163,6 +163,17 @@ class Joining {
 
 }  // namespace
 
+SpaceBox space_of(const BlockBox& blocks, double cell, int more) {
+  SpaceBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (blocks.low[axis] != -BlockBox::kAll)
+      box.low[axis] = cell * (double{kBlockSide} * blocks.low[axis] - more);
+    if (blocks.high[axis] != BlockBox::kAll)
+      box.high[axis] = cell * (double{kBlockSide} * blocks.high[axis] + more);
+  }
+  return box;
+}
+
 CornerBox corners_of(const BlockBox& blocks, int more) {
   CornerBox corners;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "stages/dual_mesh.hpp"
+#include "stages/space_box.hpp"
 
 namespace meniscus {
 
@@ -21,6 +22,10 @@ struct BlockBox {
     return true;
   }
 };
+
+/// The space of blocks and of so many corners around them, in the unit of `cell`, the side of a
+/// cell.
+SpaceBox space_of(const BlockBox& blocks, double cell, int more = 0);
 
 /// The corners of these blocks, and of `more` around them.
 CornerBox corners_of(const BlockBox& blocks, int more = 0);

@@ -30,11 +30,18 @@ struct Projected {
   Vec3d eye(std::size_t i) const { return {x[i], y[i], z[i]}; }
 };
 
+/// Particles, and where they are in eye space.
+struct PlacedParticles {
+  WorldParticles particles;
+  Projected placed;
+};
+
 /// A view as kernels take it; margin: particle radii around the screen.
 records::Projection projection_of(const View& view, double margin);
 
 /// Projects every particle and keeps those beyond the near plane whose disc of `margin` particle
-/// radii meets the screen. On the host, which needs them next: a device would have to be waited for.
+/// radii meets the screen. On the host, which needs them next: a device would have to be waited
+/// for.
 Projected project_particles(const View& view, const WorldParticles& particles, double margin);
 
 /// Sets the pixels of particles that were moved: u, v, ku, kv. They need not be in view any more.

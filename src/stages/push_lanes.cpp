@@ -22,12 +22,13 @@ void put(const LaneLists::Group& group, const float* lanes, std::vector<float>& 
   std::copy(lanes, lanes + group.count, to.begin() + group.first);
 }
 
-void push_lanes(const LaneLists::Block& block, const PairForce& force, const Places& from,
-                Places& to) {
+void push_lanes(const LaneLists::Block& block, const PairForce& force, int round,
+                const Places& from, Places& to) {
   constexpr LaneBits kBits{1, 2, 4, 8, 16, 32, 64, 128};
   const Lanes none{};
   for (std::size_t g = 0; g + 1 < block.groups.size(); ++g) {
     const LaneLists::Group& group = block.groups[g];
+    if (group.rounds <= round) continue;
     Lanes at_x, at_y, at_z, to_x{}, to_y{}, to_z{};
     std::memcpy(&at_x, from.x.data() + group.first, sizeof at_x);
     std::memcpy(&at_y, from.y.data() + group.first, sizeof at_y);
@@ -62,8 +63,8 @@ void push_lanes(const LaneLists::Block& block, const PairForce& force, const Pla
 #ifdef MENISCUS_X86
 // The same in one register: half the time. No fused instructions, whose bits are others.
 __attribute__((target("avx2"))) void push_lanes_avx2(const LaneLists::Block& block,
-                                                     const PairForce& force, const Places& from,
-                                                     Places& to) {
+                                                     const PairForce& force, int round,
+                                                     const Places& from, Places& to) {
   static_assert(kListLanes == 8);
   const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
   const __m256 none = _mm256_setzero_ps(), one = _mm256_set1_ps(1), far = _mm256_set1_ps(force.far),
@@ -71,6 +72,7 @@ __attribute__((target("avx2"))) void push_lanes_avx2(const LaneLists::Block& blo
   const float *const x = from.x.data(), *const y = from.y.data(), *const z = from.z.data();
   for (std::size_t g = 0; g + 1 < block.groups.size(); ++g) {
     const LaneLists::Group& group = block.groups[g];
+    if (group.rounds <= round) continue;
     const __m256 at_x = _mm256_loadu_ps(x + group.first), at_y = _mm256_loadu_ps(y + group.first),
                  at_z = _mm256_loadu_ps(z + group.first);
     __m256 to_x = none, to_y = none, to_z = none;

@@ -18,10 +18,10 @@ struct PairForce {
   float step;       // how far it moves particles
 };
 
-/// One round for the particles of a block: from where all are to where these go, by the force of
-/// those that are near in the lists.
-using PushLanes = void(const LaneLists::Block& block, const PairForce& force, const Places& from,
-                       Places& to);
+/// One round, counted from 0, for the particles of a block: from where all are to where these go,
+/// by the force of those that are near in the lists. Groups of fewer rounds are left out.
+using PushLanes = void(const LaneLists::Block& block, const PairForce& force, int round,
+                       const Places& from, Places& to);
 
 /// Those that this processor can run, all with the same result, the fastest first.
 std::vector<PushLanes*> lane_pushers();

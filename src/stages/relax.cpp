@@ -89,37 +89,53 @@ std::vector<Around> look_inside(const Projected& particles, const std::vector<st
   return sample;
 }
 
-Vec3d place_in(const Places& places, std::size_t i) {
-  return {places.x[i], places.y[i], places.z[i]};
+// Three values and one that does not count, which compilers put into two registers.
+using Pair = double __attribute__((vector_size(2 * sizeof(double))));
+struct Pairs {
+  Pair xy{}, z0{};
+  void add(const Pairs& other, double weight) {
+    xy += other.xy * weight;
+    z0 += other.z0 * weight;
+  }
+};
+Vec3d vector_of(const Pairs& pairs) { return {pairs.xy[0], pairs.xy[1], pairs.z0[0]}; }
+
+Pairs place_in(const Places& places, std::size_t i) {
+  const double x = places.x[i], y = places.y[i], z = places.z[i];
+  return {Pair{x, y}, Pair{z, 0}};
 }
 
 // What a particle has moved in common with those near it: the value at it of the function, linear
 // in the place, that is nearest to how far they have moved (weighted least squares).
-Vec3d common_motion(std::size_t i, const std::vector<std::int32_t>& near, const Places& before,
-                    const Places& after, double reach) {
-  const Vec3d own = place_in(after, i);
+Vec3d common_motion(std::size_t i, const std::int32_t* near, std::size_t count,
+                    const Places& before, const Places& after, double reach) {
+  const Pairs own = place_in(after, i);
   double weights = 0;
-  Vec3d place, motion;               // weighted sums, places from here in reaches
-  std::array<Vec3d, 3> moments, by;  // sums of places' products, and of motions by x, y, z
-  for (const std::int32_t other : near) {
-    const std::size_t j = static_cast<std::size_t>(other);
-    const Vec3d at = place_in(after, j), moved = at - place_in(before, j);
-    const Vec3d to = (at - own) / reach;
-    const double fades = std::max(1 - dot(to, to), 0.0), weight = fades * fades;
-    const std::array<double, 3> along{weight * to.x, weight * to.y, weight * to.z};
+  Pairs place_sum, motion_sum;                // weighted sums, places from here in reaches
+  std::array<Pairs, 3> moment_sums, by_sums;  // sums of places' products, and of motions by x, y, z
+  for (const std::int32_t* const end = near + count; near < end; ++near) {
+    const std::size_t j = static_cast<std::size_t>(*near);
+    const Pairs at = place_in(after, j), was = place_in(before, j);
+    const Pairs moved{at.xy - was.xy, at.z0 - was.z0},
+        to{(at.xy - own.xy) / reach, (at.z0 - own.z0) / reach};
+    const Pair squares = to.xy * to.xy;
+    const double squared = squares[0] + squares[1] + to.z0[0] * to.z0[0];
+    const double fades = std::max(1 - squared, 0.0), weight = fades * fades;
+    const std::array along{weight * to.xy[0], weight * to.xy[1], weight * to.z0[0]};
     weights += weight;
-    place += to * weight;
-    motion += moved * weight;
+    place_sum.add(to, weight);
+    motion_sum.add(moved, weight);
     for (std::size_t k = 0; k < 3; ++k) {
-      moments[k] += to * along[k];
-      by[k] += moved * along[k];
+      moment_sums[k].add(to, along[k]);
+      by_sums[k].add(moved, along[k]);
     }
   }
-  const Vec3d mean = place / weights;
-  const std::array<double, 3> off{mean.x, mean.y, mean.z};
+  const Vec3d place = vector_of(place_sum), motion = vector_of(motion_sum), mean = place / weights;
+  const std::array off{mean.x, mean.y, mean.z};
+  std::array<Vec3d, 3> moments, by;
   for (std::size_t k = 0; k < 3; ++k) {
-    moments[k] += place * -off[k];
-    by[k] += motion * -off[k];
+    moments[k] = vector_of(moment_sums[k]) + place * -off[k];
+    by[k] = vector_of(by_sums[k]) + motion * -off[k];
   }
   auto& [x, y, z] = moments;
   x.x += kFewNeighbours;
@@ -131,21 +147,47 @@ Vec3d common_motion(std::size_t i, const std::vector<std::int32_t>& near, const 
          by[1] * (dot(x, cross(mean, z)) * per) - by[2] * (dot(x, cross(y, mean)) * per);
 }
 
-// Calls each(i, list of those near it) for all particles of a block.
+// Calls each(i, list, length) for all particles of a block that are moved in more than
+// kRelaxRounds, with those near each.
 template <class Each>
 void each_list(const LaneLists::Block& block, Each&& each) {
-  std::vector<std::int32_t> near;
-  for (std::size_t g = 0; g + 1 < block.groups.size(); ++g)
-    for (std::int32_t lane = 0; lane < block.groups[g].count; ++lane) {
-      std::size_t count = 0;
-      near.resize(block.groups[g + 1].near - block.groups[g].near);
-      LaneLists::visit(block, g, [&](std::int32_t place, std::uint32_t lanes) {
-        near[count] = place;  // no branches, which would be mispredicted
-        count += lanes >> lane & 1;
-      });
-      near.resize(count);
-      each(static_cast<std::size_t>(block.groups[g].first + lane), near);
+  std::array<std::vector<std::int32_t>, kListLanes> near;
+  for (std::size_t g = 0; g + 1 < block.groups.size(); ++g) {
+    const LaneLists::Group& group = block.groups[g];
+    if (group.rounds <= kRelaxRounds) continue;
+    const std::size_t most = block.groups[g + 1].near - group.near;
+    std::array<std::int32_t*, kListLanes> end;
+    for (std::size_t lane = 0; lane < kListLanes; ++lane) {
+      if (near[lane].size() < most) near[lane].resize(2 * most);
+      end[lane] = near[lane].data();
     }
+    LaneLists::visit(block, g, [&](std::int32_t place, std::uint32_t lanes) {
+      for (std::size_t lane = 0; lane < kListLanes; ++lane) {
+        *end[lane] = place;  // no branches, which would be mispredicted
+        end[lane] += lanes >> lane & 1;
+      }
+    });
+    for (std::int32_t lane = 0; lane < group.count; ++lane) {
+      const std::int32_t* const list = near[static_cast<std::size_t>(lane)].data();
+      each(static_cast<std::size_t>(group.first + lane), list,
+           static_cast<std::size_t>(end[static_cast<std::size_t>(lane)] - list));
+    }
+  }
+}
+
+// In how many rounds groups are moved: all, and one more where what they move in common is taken
+// back. Who lies outside what is wanted is looked at by fewer, each of which looks as far as lists.
+void set_rounds(LaneLists::Block& block, const Places& at, const SpaceBox& wanted, double reach) {
+  constexpr double kRounding = 0.25;  // particle radii
+  for (LaneLists::Group& group : block.groups) {
+    double outside = SpaceBox::kFar;
+    for (std::int32_t lane = 0; lane < group.count; ++lane) {
+      const std::size_t p = static_cast<std::size_t>(group.first + lane);
+      outside = std::min(outside, wanted.outside({at.x[p], at.y[p], at.z[p]}) - kRounding);
+    }
+    const double fewer = std::clamp(std::ceil(outside / reach), 0.0, kRelaxRounds + 1.0);
+    group.rounds = kRelaxRounds + 1 - static_cast<int>(fewer);
+  }
 }
 
 }  // namespace
@@ -200,13 +242,13 @@ Disorder find_disorder(const Projected& particles, const Cells& cells, const Par
   return {disorder_of(order), order.spacing};
 }
 
-void relax(Projected& particles, double spacing, double disorder) {
+void relax(Projected& particles, double spacing, double disorder, const SpaceBox& wanted) {
   const double at_rest = between(kAtRest, kAtRestIrregular, disorder) * spacing;
   const float reach = static_cast<float>(kRelaxReach / 2 * spacing);
   const PairForce force{1 / (reach * reach), static_cast<float>(1 / (at_rest * at_rest)),
                         static_cast<float>(kStep * disorder)};
   Cells cells = lane_cells(particles.x, particles.y, particles.z, kWider * reach);
-  const LaneLists lists = list_lanes(cells, kWider * reach);
+  LaneLists lists = list_lanes(cells, kWider * reach);
   const auto each_block = [&](const auto& work) {
     parallel_for(lists.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t b = begin; b < end; ++b) work(lists.blocks[b]);
@@ -214,15 +256,17 @@ void relax(Projected& particles, double spacing, double disorder) {
   };
   PushLanes* const push = lane_pushers()[0];
   const Places before{std::move(cells.x), std::move(cells.y), std::move(cells.z)};
+  each_block([&](LaneLists::Block& block) { set_rounds(block, before, wanted, kWider * reach); });
   Places after = before, to = before;
   for (int round = 0; round < kRelaxRounds; ++round) {
-    each_block([&](const LaneLists::Block& block) { push(block, force, after, to); });
+    each_block([&](const LaneLists::Block& block) { push(block, force, round, after, to); });
     std::swap(after, to);
   }
   // The forces also press drops and sheets together: what neighbours move in common is not noise.
   each_block([&](const LaneLists::Block& block) {
-    each_list(block, [&](std::size_t p, const std::vector<std::int32_t>& near) {
-      const Vec3d at = place_in(after, p) - common_motion(p, near, before, after, kWider * reach);
+    each_list(block, [&](std::size_t p, const std::int32_t* near, std::size_t count) {
+      const Vec3d at = vector_of(place_in(after, p)) -
+                       common_motion(p, near, count, before, after, kWider * reach);
       const std::size_t i = static_cast<std::size_t>(cells.item[p]);
       particles.x[i] = static_cast<float>(at.x);
       particles.y[i] = static_cast<float>(at.y);
@@ -237,10 +281,9 @@ double relax_influence(const Disorder& disorder) {
   return (kRelaxRounds + 1) * kWider * kRelaxReach / 2 * disorder.spacing / disorder.unit();
 }
 
-void even_out(Projected& particles, Cells& cells, const Disorder& disorder) {
+void even_out(Projected& particles, const Disorder& disorder, const SpaceBox& wanted) {
   if (disorder.amount == 0) return;
-  relax(particles, disorder.spacing / disorder.unit(), disorder.within_cubes());
-  cells = make_cells(particles.x, particles.y, particles.z, static_cast<float>(kRelaxReach));
+  relax(particles, disorder.spacing / disorder.unit(), disorder.within_cubes(), wanted);
 }
 
 RegionParams for_disorder(RegionParams params, const Disorder& disorder) {

@@ -15,6 +15,7 @@
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
 #include "stages/project.hpp"
+#include "stages/space_box.hpp"
 
 namespace meniscus {
 
@@ -79,17 +80,19 @@ Disorder find_disorder(const Projected& particles, const Cells& cells, const Par
 /// Then what it has moved in common with those near it is taken back: the value at it of the linear
 /// function of the place that is nearest to how far they have moved. Pixels stay those of where the
 /// particles were, see project_again().
-void relax(Projected& particles, double spacing, double disorder);
+///
+///   wanted  those elsewhere end up anywhere, and cost less the farther away they are
+void relax(Projected& particles, double spacing, double disorder, const SpaceBox& wanted = {});
 
 /// Who lies farther away has no say in where even_out() puts a particle; in the disorder's unit of
 /// length.
 double relax_influence(const Disorder& disorder);
 
-/// Relaxes particles as far as their disorder says, where there is any.
+/// Relaxes particles as far as their disorder says, where there is any; they are in its unit of
+/// length.
 ///
-///   particles  in the disorder's unit of length
-///   cells      of the particles, of side kRelaxReach; made anew where they move
-void even_out(Projected& particles, Cells& cells, const Disorder& disorder);
+///   wanted  as in relax()
+void even_out(Projected& particles, const Disorder& disorder, const SpaceBox& wanted = {});
 
 /// Parameters of the density field alone: its level is higher, because a particle that lies by
 /// itself is rather one that noise has moved than a drop.

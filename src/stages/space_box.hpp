@@ -1,6 +1,7 @@
 // A box in space, whose sides may lie at infinity.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -26,6 +27,19 @@ struct SpaceBox {
       box.high[axis] += by;
     }
     return box;
+  }
+  SpaceBox scaled(double by) const {
+    SpaceBox box = *this;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.low[axis] *= by;
+      box.high[axis] *= by;
+    }
+    return box;
+  }
+  /// How far outside a point lies, along the axis along which that is most; below 0: inside.
+  double outside(const Vec3d& at) const {
+    return std::max({low[0] - at.x, at.x - high[0], low[1] - at.y, at.y - high[1], low[2] - at.z,
+                     at.z - high[2]});
   }
   /// One that holds nothing.
   static SpaceBox nowhere() { return {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}; }

@@ -96,7 +96,9 @@ TEST(PushLanes, DoesWhatALoopOverPairsDoes) {
   const Places places = clumps();
   const auto seen = seen_by_all(places);
   Cells cells = lane_cells(places.x, places.y, places.z, kReach);
-  const LaneLists lists = list_lanes(cells, kReach);
+  LaneLists lists = list_lanes(cells, kReach);
+  for (LaneLists::Block& block : lists.blocks)
+    for (LaneLists::Group& group : block.groups) group.rounds = 3;
   const PairForce force{1 / 16.0f, 1 / 5.3f, 0.4f};
   // Some have come nearer than they were, others gone out of reach.
   Places from{cells.x, cells.y, cells.z};
@@ -107,8 +109,11 @@ TEST(PushLanes, DoesWhatALoopOverPairsDoes) {
   for (std::size_t p = 0; p < cells.item.size(); ++p)
     place_of[static_cast<std::size_t>(cells.item[p])] = p;
   for (PushLanes* const push : lane_pushers()) {
+    Places as_before = from;
+    for (const LaneLists::Block& block : lists.blocks) push(block, force, 3, from, as_before);
+    EXPECT_EQ(as_before.x, from.x) << "groups of three rounds";
     Places to = from;
-    for (const LaneLists::Block& block : lists.blocks) push(block, force, from, to);
+    for (const LaneLists::Block& block : lists.blocks) push(block, force, 2, from, to);
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const std::size_t p = place_of[i];
       std::array<float, 3> sum{};
