@@ -20,8 +20,8 @@ namespace {
 
 using Place = std::array<float, 3>;  // world units
 
-// Evening out takes most of a large frame's time and memory (docs/mesh.md). Less disorder than this
-// is not worth them: Gaussian noise of .1 s has .18, FLIP and MPM 1 and more.
+// Evening out makes a large frame take half as long again (docs/mesh.md). Less disorder than this
+// is not worth that: Gaussian noise of .1 s has .18, FLIP and MPM 1 and more.
 constexpr double kWorthwhile = 0.3;
 
 // Some places of the sample, sorted and spread over all: four times as many as of a frame at hand,
