@@ -37,10 +37,10 @@ typedef struct {
   float key;
 } Share;
 
-// Of the work-item's disc, of `count`: nothing so far.
-inline Share share_among(const int count) {
-  const int p = get_global_id(0) / SHARES;
-  const Share share = {p < count ? p : -1,  // the range is rounded up to whole work-groups
+// Of the work-item's disc, of `count` that `before` others have their items before: nothing so far.
+inline Share share_among(const int before, const int count) {
+  const int p = (int)get_global_id(0) / SHARES - before;
+  const Share share = {p >= 0 && p < count ? p : -1,  // the range is rounded up to whole work-groups
                        0, -1, 0, -1, 0.0f};
   return share;
 }
@@ -54,7 +54,7 @@ inline void take_rows(Share* share, const int i0, const int i1, const int j0, co
 
 // What outlines say.
 inline Share share_of_box(global const int* box, global const float* key, const Outlined all) {
-  Share share = share_among(all.count);
+  Share share = share_among(0, all.count);
   const int p = share.p, stride = all.stride;
   if (p >= 0)
     take_rows(&share, box[p], box[stride + p], box[2 * stride + p], box[3 * stride + p], key[p]);
@@ -68,8 +68,9 @@ inline Share share_of_box(global const int* box, global const float* key, const 
 #define FIRST_LANE(v) (v).s0
 #endif
 inline Share share_of_particle(global const float* particles,  // [6][stride] as of outline_discs
-                               const DrawnSpheres all, const Lattice samples, float8* disc) {
-  Share share = share_among(all.count);
+                               const int before, const DrawnSpheres all, const Lattice samples,
+                               float8* disc) {
+  Share share = share_among(before, all.count);
   if (share.p < 0) return share;
   const Spheres s =
       spheres_of(particles + share.p, all.stride, (float2)(all.footprint, all.bulge));
@@ -207,28 +208,22 @@ kernel void lower_discs(global const float* disc, OUTLINES(const, box, key),
   draw_share(share, vload8(share.p, disc), bound, all.across, samples, 0, 0, depth, 0, 0, 0, 0, 0);
 }
 
-// The same of particles, and at how many samples of each block there is one.
-kernel void lower_fronts(global const float* particles,  // [6][stride] t, u, v, ku, kv, scale
-                         global const float* bound,
-                         global uint* depth,    // [samples] +infinity before
-                         global int* occupied,  // [blocks] 0 before
-                         const DrawnSpheres all, const Lattice samples) {
+// The nearest front of some particles and, of others, the farthest back as well; at how many samples of
+// each block there is one. Few are splash, and those are large: a launch of their own would leave most of a
+// GPU idle.
+kernel void lower_fronts_and_extents(global const float* seen,    // [6][stride] t, u, v, ku, kv, scale
+                                     global const float* splash,  // the same
+                                     global const float* bound, LOWERED(depth, occupied),
+                                     LOWERED_AND_RAISED(from, to, of_splash),
+                                     const DrawnSpheres fronts, const DrawnSpheres extents,
+                                     const Lattice samples) {
   float8 disc;
-  const Share share = share_of_particle(particles, all, samples, &disc);
-  if (share.p < 0) return;
-  draw_share(share, disc, bound, all.across, samples, 0, 0, depth, occupied, 0, 0, 0, 0);
-}
-
-// And the farthest back.
-kernel void lower_and_raise_discs(global const float* particles, global const float* bound,
-                                  global uint* from,     // [samples] +infinity before
-                                  global uint* to,       // [samples] 0 before
-                                  global int* occupied,  // [blocks] 0 before
-                                  const DrawnSpheres all, const Lattice samples) {
-  float8 disc;
-  const Share share = share_of_particle(particles, all, samples, &disc);
-  if (share.p < 0) return;
-  draw_share(share, disc, bound, all.across, samples, 0, 0, from, occupied, to, 0, 0, 0);
+  const Share front = share_of_particle(seen, 0, fronts, samples, &disc);
+  if (front.p >= 0)
+    draw_share(front, disc, bound, fronts.across, samples, 0, 0, depth, occupied, 0, 0, 0, 0);
+  const Share extent = share_of_particle(splash, fronts.count, extents, samples, &disc);
+  if (extent.p >= 0)
+    draw_share(extent, disc, bound, extents.across, samples, 0, 0, from, of_splash, to, 0, 0, 0);
 }
 
 // The disc whose front is the map's, the lowest index of several.
@@ -261,7 +256,7 @@ kernel void lower_discs_behind(global const float* particles, global const float
                                const DrawnSpheres all, const Lattice samples,
                                const float gap) {  // particle radii
   float8 disc;
-  const Share share = share_of_particle(particles, all, samples, &disc);
+  const Share share = share_of_particle(particles, 0, all, samples, &disc);
   if (share.p < 0) return;
   draw_share(share, disc, bound, all.across, samples, behind, gap, depth, 0, 0, 0, 0, 0);
 }
@@ -350,7 +345,7 @@ kernel void lower_triangles(global const float* corners,  // [9][stride] as of o
                             global uint* depth,  // [samples] +infinity before
                             const Outlined all, const Lattice samples, const int perspective,
                             global const int* asked) {  // [blocks] 0: no sample of it is read
-  Share share = share_among(all.count);
+  Share share = share_among(0, all.count);
   if (share.p < 0) return;
   const TriangleOutline o =
       outline_of_triangle(corners, share.p, all.stride, samples, perspective);

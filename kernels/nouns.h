@@ -56,6 +56,13 @@
 #define ENTRIES(end, entry) \
   global const int* end, global const int2* entry
 
+// What atomic minima and maxima draw into (minima.cl), [samples] +infinity and 0 before, and at how many
+// samples of each block they do, [blocks] 0 before.
+#define LOWERED(depth, occupied) \
+  global uint* depth, global int* occupied
+#define LOWERED_AND_RAISED(from, to, occupied) \
+  global uint* from, global uint* to, global int* occupied
+
 // Between which depths of a sample there may be anything. [samples].
 #define EXTENT(access, from, to) \
   global access float* from, global access float* to
@@ -115,17 +122,17 @@
 // A pass over lanes: [3][lanes] and [lanes] residual as in TELLING; [10][lanes] quadric around the
 // particles; [slots] weights.
 #define FITTED(support, quadric, residual, weight) \
-  global const float* support, global float* quadric, global float* residual, global float* weight
+  global float* support, global float* quadric, global float* residual, global float* weight
+
+// What supports are narrowed by before the last pass: [fits] the mean residual of the sheet around each
+// in bucket order, not above 0 where nothing is known; [1] what noise explains of it, particle radii.
+#define NARROWED(mean, noise) \
+  global const float* mean, global const float* noise
 
 // What is measured behind the last pass: [8][lanes] rows; the weights are that pass's.
 #define MEASURED(support, quadric, weight, residual, rows) \
   global const float* support, global const float* quadric, global const float* weight, \
   global float* residual, global float* rows
-
-// Fits of lanes: [10][lanes] quadric around the particles; [lanes] residual, -1: no fit; [8][lanes] as
-// kernel measure_edges leaves them.
-#define MADE(quadric, residual, rows) \
-  global const float* quadric, global const float* residual, global const float* rows
 
 // Where the fits of lanes are in a sheet (sheet.cl), [lanes] in bucket order, -1: the lane is not in use.
 // Out, of all fits: [3][fits] unit normals; [fits] how much each counts; [values][fits].

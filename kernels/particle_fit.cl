@@ -134,6 +134,17 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
   return SELECT((floatv)(0.0f), u * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
 }
 
+// The support of WIDTH lanes where noise does not explain the mean residual r of the sheet around:
+// `full` times (noise / r)^2 at most, but no more than a share of `least` is taken.
+inline floatv narrowed_support(const floatv widest, global const int* to, global const float* mean,
+                               global const float* noise, const FitPass by) {
+  int at[WIDTH];
+  STOREI(max(LOADI(to), (intv)(0)), at);
+  const floatv r = gather_float(mean, at), share = *noise / r;
+  const floatv narrowed = by.full * clamp(share * share, (floatv)(by.least), (floatv)(1.0f));
+  return SELECT(widest, smaller(narrowed, widest), (r > 0.0f) & (LOADI(to) >= 0));
+}
+
 // Puts the normals of WIDTH lanes, and how much they count, where their fits are in a sheet.
 inline void put_in_sheet(const Particles own, const floatv counts, const int* at, const intv used,
                          const int fits, global float* toward, global float* share) {
@@ -143,7 +154,7 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
   scatter_float(counts, share, at, used);
 }
 
-// One pass. Neighbour j weighs in the fit around particle i at distance l with normals n_i, n_j:
+// One pass, which may narrow the supports first. Neighbour j weighs in the fit around particle i at distance l with normals n_i, n_j:
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
 // (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
@@ -164,7 +175,7 @@ kernel void fit_particles(
     AROUND(particle, neighbour, first, length),  // a lane's fit; its neighbours
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
-    IN_SHEET(to, toward, share, value), const FitPass by) {
+    IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
   const int lanes = by.lanes, nobody = by.nobody, left = by.left;
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
@@ -184,8 +195,12 @@ kernel void fit_particles(
 #pragma unroll
     for (int k = 0; k < 10; ++k) c[k] = SELECT(none, LOADF(quadric + k * lanes + lane), refit);
   }
-  const floatv rho = LOADF(support + lane), inverse_rho = 1.0f / rho;
-  const floatv roundness = LOADF(support + lanes + lane);
+  floatv rho = LOADF(support + lane);
+  if (by.narrows) {
+    rho = narrowed_support(rho, to + lane, mean, noise, by);
+    STOREF(rho, support + lane);
+  }
+  const floatv inverse_rho = 1.0f / rho, roundness = LOADF(support + lanes + lane);
   const floatv delta = off_surface_of(roundness, model) / rho;
   const floatv falloff = falloff_of(roundness, model);
   const floatv inverse_tau = 1.0f / tau_of(roundness, model);
@@ -335,22 +350,6 @@ kernel void find_noise(global const float* residual,  // [fits]
   if (get_local_id(0) == 0) *noise = found;
 }
 
-// Narrows the supports of lanes where noise does not explain the mean residual r of the sheet around:
-// to `full` times (noise / r)^2 at most, but no more than to a share of `least`.
-kernel void narrow_supports(global float* support,     // [3][lanes] as in TELLING; the first row is changed
-                            global const int* to,      // [lanes] as in IN_SHEET
-                            global const float* mean,  // [fits] r; not above 0: nothing is known
-                            global const float* noise, const Narrowing by) {
-  const int lane = get_global_id(0) * WIDTH;
-  if (lane >= by.lanes) return;
-  int at[WIDTH];
-  STOREI(max(LOADI(to + lane), (intv)(0)), at);
-  const floatv r = gather_float(mean, at), share = *noise / r, widest = LOADF(support + lane);
-  const floatv narrowed = by.full * clamp(share * share, (floatv)(by.least), (floatv)(1.0f));
-  STOREF(SELECT(widest, smaller(narrowed, widest), (r > 0.0f) & (LOADI(to + lane) >= 0)),
-         support + lane);
-}
-
 // How far a fit can be relied on, and the normal of its particle, eight rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the particles elsewhere whose normals agree,
@@ -369,11 +368,18 @@ kernel void narrow_supports(global float* support,     // [3][lanes] as in TELLI
 // - the support.
 // The first two count as far as a group tells where the fits are those of groups.
 // Fits get their residual, the RMS distance with the weights of the last pass.
+//
+// What their trust is told from goes into a sheet (trust.hpp): normals; how much each fit counts, which is
+// its firmness, 0 without a fit; and behind two values, which become densities, the RMS distance twice. The
+// densities are asked for at the foot of each, on its surface next to its particle, and `deep` behind it.
+// Without a fit a particle is its own foot.
 kernel void measure_edges(global const float4* place, global const float4* normal,
                           AROUND(particle, neighbour, first, length),
                           MEASURED(support, quadric, kept, residual, rows),  // see above
-                          const FitPass by, const float reach) {  // particle radii
-  const int lanes = by.lanes;
+                          IN_SHEET(to, toward, sheet_share, value),
+                          global float* asked,  // [3][2 fits] out: feet, then what is behind
+                          const FitPass by, const Feet feet) {
+  const int lanes = by.lanes, fits = by.fits;
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH;
   if (lane >= lanes) return;
@@ -406,7 +412,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       weight += w;
       squares += w * apart * apart;
       number += p.w;
-      const floatv q = share_of(p.w, l, reach);
+      const floatv q = share_of(p.w, l, feet.reach);
       floatv agreeing = same;
       if (round) {
         floatv gx, gy, gz;
@@ -422,16 +428,32 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   }
   const floatv least = (floatv)(0.005f), all = own.u + near;
   const floatv counts = by.groups ? LOADF(support + 2 * lanes + lane) : one;
+  const floatv firmness =
+      counts * SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
+  const floatv spread = SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f);
   STOREF(counts * edge_of(own.u, near, agree), rows + lane);
-  STOREF(counts *
-             SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f),
-         rows + lanes + lane);
-  STOREF(SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f), rows + 2 * lanes + lane);
+  STOREF(firmness, rows + lanes + lane);
+  STOREF(spread, rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);
   STOREF(own.nx, rows + 4 * lanes + lane);
   STOREF(own.ny, rows + 5 * lanes + lane);
   STOREF(own.nz, rows + 6 * lanes + lane);
   STOREF(LOADF(support + lane), rows + 7 * lanes + lane);
   const floatv before = LOADF(residual + lane);
-  STOREF(SELECT(before, sqrt(distances / total), before >= 0.0f), residual + lane);
+  const intv fitted = before >= 0.0f, used = LOADI(to + lane) >= 0;
+  STOREF(SELECT(before, sqrt(distances / total), fitted), residual + lane);
+
+  const floatv behind = clamp(-c[0], -1.0f, 1.0f);
+  const floatv foot = SELECT(none, feet.offset + behind, fitted), deep = foot - feet.deep;
+  int at[WIDTH];
+  STOREI(LOADI(to + lane), at);
+  put_in_sheet(own, SELECT(none, firmness, fitted), at, used, fits, toward, sheet_share);
+  scatter_float(spread, value + 2 * fits, at, used);
+  scatter_float(spread, value + 3 * fits, at, used);
+  scatter_float(fma(foot, own.nx, own.x), asked, at, used);
+  scatter_float(fma(foot, own.ny, own.y), asked + 2 * fits, at, used);
+  scatter_float(fma(foot, own.nz, own.z), asked + 4 * fits, at, used);
+  scatter_float(fma(deep, own.nx, own.x), asked + fits, at, used);
+  scatter_float(fma(deep, own.ny, own.y), asked + 3 * fits, at, used);
+  scatter_float(fma(deep, own.nz, own.z), asked + 5 * fits, at, used);
 }

@@ -187,6 +187,9 @@ RECORD(FitPass) {
   int fits;        // of all lanes
   int done, left;  // passes before and after this one
   int groups;      // 1: of groups, whose e and firmness count as far as each tells
+  int narrows;     // 1: supports are narrowed first, see narrowed_support in particle_fit.cl,
+  float full;      // to so much times the square at most (the support of a fit between two sheets),
+  float least;     // but no more than to this share of it
   FitModel model;
   float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
 };
@@ -198,17 +201,9 @@ RECORD(Noise) {
   float over;   // times the residual that a twentieth are below
 };
 
-// How supports are narrowed (particle_fit.cl).
-RECORD(Narrowing) {
-  int lanes;
-  float full;   // support of a fit between two sheets, particle radii
-  float least;  // share of it that is left at least
-};
-
-// What trust is told from (trust.cl).
+// How far fits' edges look, and where the density around fits is asked for (particle_fit.cl).
 RECORD(Feet) {
-  int lanes;
-  int fits;      // of all lanes
+  float reach;   // of edges, particle radii
   float offset;  // of the surface from particles, particle radii
   float deep;    // how far behind the feet the density is asked for, too, particle radii
 };

@@ -52,7 +52,7 @@ constexpr const char* kPocl = "Portable Computing Language";
 // cache by the preprocessed text. Their names do not collide.
 constexpr std::array<std::string_view, 2> kTogether{
     "visible.cl bins.cl region.cl interpolate.cl behind.cl specks.cl",
-    "density.cl particle_fit.cl roundness.cl trust.cl fairing.cl choose_groups.cl"};
+    "density.cl particle_fit.cl roundness.cl fairing.cl choose_groups.cl"};
 
 // Binaries where the platform has no cache of its own. PoCL would compile every kernel a second
 // time to give a binary away, for groups of any size, which it does not launch. Nothing where

@@ -51,7 +51,14 @@ void draw_minima(Device& device, const auto& kernel, const Buffer<float>& record
       maps);
 }
 
-/// The same of a kernel that works out by itself what particles may cover.
+/// Particles as kernels take them that work out by themselves what these may cover.
+inline records::DrawnSpheres drawn_spheres(const SampleGrid& grid, const SplatParticles& particles,
+                                           cl_float2 sphere, Drawn drawn) {
+  return {particles.count, particles.stride, bins_of(grid).nx, static_cast<int>(drawn),
+          sphere.s[0],     sphere.s[1],      1.0f / grid.step};
+}
+
+/// Launches such a kernel.
 ///
 ///   sphere  footprint, particle radii, and bulge over footprint
 template <class... Maps, class... More>
@@ -59,9 +66,7 @@ void draw_minima(Device& device, const auto& kernel, const SplatParticles& parti
                  cl_float2 sphere, Drawn drawn, const Buffer<float>& bound, const SampleGrid& grid,
                  const std::tuple<Maps&...>& maps, const More&... more) {
   const int width = device.state().vector_width;
-  const records::DrawnSpheres all{particles.count,         particles.stride, bins_of(grid).nx,
-                                  static_cast<int>(drawn), sphere.s[0],      sphere.s[1],
-                                  1.0f / grid.step};
+  const records::DrawnSpheres all = drawn_spheres(grid, particles, sphere, drawn);
   std::apply(
       [&](Maps&... drawn_into) {
         launch(device, kernel, width, disc_items(particles.count, width), particles.values, bound,

@@ -221,8 +221,18 @@ records::FitModel model_of(const FitParams& params) {
 
 records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const LaneSheet& sheet,
                          const FitPass& pass, const FitParams& params) {
-  return {lanes.count(), surface.nobody,   sheet.fits(), pass.done,    pass.left,
-          pass.groups,   model_of(params), kHeight,      kHeightGrowth};
+  return {lanes.count(),
+          surface.nobody,
+          sheet.fits(),
+          pass.done,
+          pass.left,
+          pass.groups,
+          pass.noise.size > 0,
+          static_cast<float>(params.support),
+          static_cast<float>(params.least_support),
+          model_of(params),
+          kHeight,
+          kHeightGrowth};
 }
 
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
@@ -261,26 +271,15 @@ std::vector<float> widest_supports(const std::vector<float>& roundness, const Fi
   return rho;
 }
 
-// Narrows the fits' supports for the last pass, see make_fits.
-void narrow_supports(Device& device, const LaneSheet& sheet, const FitParams& params,
-                     std::optional<double> known, std::vector<FitLanes>& parts) {
-  average_lanes(device, sheet, kSheet);
-  const auto& [toward, share, residual, mean] = sheet.found.parts;
+// What noise explains of the residuals in a sheet, [1].
+Buffer<float> noise_of(Device& device, const LaneSheet& sheet, std::optional<double> known) {
+  if (known) return upload(device, std::vector<float>{static_cast<float>(*known)});
+  const auto noise = allocate<float>(device, 1);
   const int width = device.state().wide_width();
-  Buffer<float> noise;
-  if (known) {
-    noise = upload(device, std::vector<float>{static_cast<float>(*known)});
-  } else {
-    noise = allocate<float>(device, 1);
-    const std::size_t items = width == 1 ? kNoiseItems : 1;
-    launch(device, kernels::find_noise, width, {items, 1, items, 1}, residual, noise,
-           records::Noise{sheet.fits(), static_cast<float>(kLeastNoise), kOverLeast});
-  }
-  for (std::size_t part = 0; part < parts.size(); ++part)
-    launch(device, kernels::narrow_supports, width, range_of_lanes(device, parts[part]),
-           parts[part].support, sheet.cells->to[part], mean, noise,
-           records::Narrowing{parts[part].count(), static_cast<float>(params.support),
-                              static_cast<float>(params.least_support)});
+  const std::size_t items = width == 1 ? kNoiseItems : 1;
+  launch(device, kernels::find_noise, width, {items, 1, items, 1}, sheet.found.part<2>(), noise,
+         records::Noise{sheet.fits(), static_cast<float>(kLeastNoise), kOverLeast});
+  return noise;
 }
 
 // Room for the fits of the seen particles, with what is known of them without a fit.
@@ -472,9 +471,14 @@ Range range_of_trials(Device& device, const FitLanes& lanes) {
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const LaneSheet& sheet, std::size_t part, const Buffer<float>& from,
                const Buffer<float>& turned, const FitPass& pass, const FitParams& params) {
+  struct Narrowed {
+    const Buffer<float>&mean, &noise;
+  };
+  const Buffer<float>& mean = sheet.found.part<3>();
   launch(device, kernels::fit_particles, device.state().wide_width(),
          range_of_trials(device, lanes), surface.place, from, *lanes.part, lanes, turned,
-         part_in_sheet(sheet, part), pass_of(surface, lanes, sheet, pass, params));
+         part_in_sheet(sheet, part), Narrowed{mean, pass.noise.size > 0 ? pass.noise : mean},
+         pass_of(surface, lanes, sheet, pass, params));
 }
 
 LaneSheet::LaneSheet(Device& device, const LaneCells& of, int values)
@@ -510,23 +514,28 @@ DeviceFits make_fits(Device& device, const Projected& projected, const Visible& 
         .set(device, widest, {&roundness, 1}, seen);
   const LaneSheet sheet(device, neighbours.sheet, 2);
   for (int pass = 0; pass < params.passes; ++pass) {
-    const int left = params.passes - 1 - pass;
-    if (pass > 0 && left == 0 && params.least_support < 1) {
-      narrow_supports(device, sheet, params, noise, fits.parts);
+    FitPass now{pass, params.passes - 1 - pass};
+    if (pass > 0 && now.left == 0 && params.least_support < 1) {
+      average_lanes(device, sheet, kSheet);
+      now.noise = noise_of(device, sheet, noise);
       fits.rough = sheet.found.part<2>();
     }
     for (std::size_t part = 0; part < fits.parts.size(); ++part)
-      fit_lanes(device, fits.surface, fits.parts[part], sheet, part, normals, turned, {pass, left},
-                params);
+      fit_lanes(device, fits.surface, fits.parts[part], sheet, part, normals, turned, now, params);
     std::swap(normals, turned);
     // While the device is at the first pass.
     if (pass == 0) fits.known = unfitted(projected, seen, around);
   }
-  for (const FitLanes& lanes : fits.parts)
+  fits.around.emplace(device, neighbours.sheet, static_cast<int>(kSurroundings));
+  fits.feet = allocate<float>(device, 6 * seen.index.size());
+  for (std::size_t part = 0; part < fits.parts.size(); ++part) {
+    const FitLanes& lanes = fits.parts[part];
     launch(device, kernels::measure_edges, device.state().wide_width(),
            range_of_lanes(device, lanes), fits.surface.place, normals, *lanes.part, lanes,
+           part_in_sheet(*fits.around, part), fits.feet,
            pass_of(fits.surface, lanes, sheet, {params.passes, 0, !extent.empty()}, params),
-           kEdgeReach);
+           records::Feet{kEdgeReach, static_cast<float>(params.offset), kDeep});
+  }
   fits.known.roundness.assign(roundness.begin(), roundness.end());
   fits.known.extent = extent;
   return fits;

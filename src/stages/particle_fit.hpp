@@ -49,6 +49,9 @@ inline constexpr double kLeastNoise = 0.14;
 /// How far a fit's edge e looks (kernel measure_edges), particle radii.
 inline constexpr float kEdgeReach = 4;
 
+/// How far behind fits' feet the density is asked for, too (trust.hpp), particle radii.
+inline constexpr float kDeep = 3;
+
 /// What fits have where one quadric explains the surroundings (roundness 1), where FitParams says
 /// it for roundness 0.
 inline constexpr double kRoundSigma = 1.2;       // normal difference that a fit crosses, unitless
@@ -178,6 +181,8 @@ struct FitLanes {
 struct FitPass {
   int done, left;       // passes before and after it
   bool groups = false;  // whether e and firmness count as far as each fit tells
+  Buffer<float>
+      noise{};  // [1] what supports are narrowed by, with the sheet's means; empty: are not
 };
 
 /// What kernels say of the fits of lanes, in a sheet in which it is averaged. One command reads it:
@@ -221,6 +226,8 @@ struct DeviceFits {
   const FitNeighbours* neighbours = nullptr;
   Buffer<float> rough;              // residuals before the last pass, [fits] in bucket order;
                                     // empty: no supports are narrowed by them
+  std::optional<LaneSheet> around;  // what their trust is told from, but for the densities
+  Buffer<float> feet;               // [3][2 fits] where these are asked for
   double offset = 0;                // FitParams::offset
   bool knows_surroundings = false;  // whether the first part's means are what trust is told from
   ParticleFits known;               // what the host knows of the fits before it has them

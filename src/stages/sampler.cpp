@@ -135,9 +135,8 @@ Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& s
                     std::move(behind),
                     surface_of(device, grid, maps.some<7, float, float, cl_uchar>(device))};
   const double footprint = params.region.reference, bulge = params.fit.offset / footprint;
-  splat_fronts(device, seen, grid, footprint, bulge, on.fronts);
+  draw_fronts(device, grid, seen, footprint, bulge, on.fronts, splash, on.splash);
   draw_triangles(device, view, triangles, grid, on.fronts.occupied, on.triangles);
-  splash_extent(device, splash, grid, on.fronts.occupied, on.splash);
   return on;
 }
 

@@ -71,9 +71,10 @@ void settle_gaps(Device& device, const View& view, const SampleLists& lists,
          settling(view, surface.grid, params, disorder, kFarSearch, true));
 }
 
-void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
-                   const OccupiedBlocks& asked, const Extent& into) {
-  splat_extent(device, splash, grid, kBlobReach, asked, into);
+void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& seen,
+                 double footprint, double bulge, const Fronts& fronts, const SplatParticles& splash,
+                 const Extent& extent) {
+  splat_fronts_and_extent(device, grid, seen, footprint, bulge, fronts, splash, kBlobReach, extent);
 }
 
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,

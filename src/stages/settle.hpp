@@ -37,11 +37,14 @@ void settle_gaps(Device& device, const View& view, const SampleLists& lists,
                  const RegionParams& params, double disorder);
 
 /// Where rays may meet the levelled field around splash particles: within spheres that hold it.
-/// Waits, but for atomic minima. Drawn into maps as by splat_extent(), or new ones.
-void splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
-                   const OccupiedBlocks& asked, const Extent& into);
+/// Waits, but for atomic minima.
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
                      const OccupiedBlocks& asked);
+
+/// The same into maps, with the fronts of those that are seen, see splat_fronts_and_extent().
+void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& seen,
+                 double footprint, double bulge, const Fronts& fronts, const SplatParticles& splash,
+                 const Extent& extent);
 
 /// Draws the first crossing of the levelled field within `extent` where it lies in front of the
 /// surface, at those of the listed samples whose extent begins before it, and where `open`, if

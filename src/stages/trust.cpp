@@ -1,7 +1,6 @@
 #include "stages/trust.hpp"
 
 #include "base/parallel.hpp"
-#include "device/kernels.hpp"
 #include "stages/sheet.hpp"
 
 namespace meniscus {
@@ -15,8 +14,7 @@ static_assert(kTrustSheet <= kResidualReach);
 // (settle.cl); see Spreads.
 constexpr double kTrace = 0.01;
 
-// Water is thin where the density this far behind the feet (particle radii) is below these.
-constexpr float kDeep = 3;
+// Water is thin where the density kDeep behind the feet is below these.
 constexpr double kThin = 0.5, kThick = 0.8;
 
 // Thin water is a sheet, as fits are, where it is flat, wide, which the number of a fit's
@@ -41,17 +39,9 @@ struct Spreads {
 
 void measure_surroundings(Device& device, const DeviceCells& cells, DeviceFits& fits) {
   if (fits.parts.empty()) return;
-  const LaneSheet sheet(device, fits.neighbours->sheet, kSurroundings);
-  const auto points = allocate<float>(device, 6 * static_cast<std::size_t>(sheet.fits()));
-  for (std::size_t part = 0; part < fits.parts.size(); ++part) {
-    const FitLanes& lanes = fits.parts[part];
-    launch(device, kernels::place_feet, device.state().wide_width(), range_of_lanes(device, lanes),
-           fits.surface.place, lanes.part->particle, lanes, part_in_sheet(sheet, part), points,
-           records::Feet{lanes.count(), sheet.fits(), static_cast<float>(fits.offset), kDeep});
-  }
-  const InSheet all = part_in_sheet(sheet, 0);
-  measure_density(device, cells, points, all.value);
-  average_sheet(device, {sheet.cells->cells, all.toward, all.share, all.value}, kSheet,
+  const auto& [toward, share, value, none] = fits.around->found.parts;
+  measure_density(device, cells, fits.feet, value);
+  average_sheet(device, {fits.around->cells->cells, toward, share, value}, kSheet,
                 fits.parts[0].mean);
   fits.knows_surroundings = true;
 }

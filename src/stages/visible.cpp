@@ -86,6 +86,27 @@ void lower_discs(Device& device, const BoundDiscs& bound, const SampleGrid& grid
               grid, std::tie(bound.depth), lattice_of(grid));
 }
 
+// Particles that are drawn as spheres, and where their fronts or extents go.
+template <class Maps>
+struct Drawing {
+  const SplatParticles& particles;
+  cl_float2 sphere;  // footprint; bulge over footprint
+  const Maps& into;
+};
+
+// Both by atomic minima, in one launch.
+void lower_fronts_and_extents(Device& device, const SampleGrid& grid, const Drawing<Fronts>& fronts,
+                              const Drawing<Extent>& extents) {
+  const int width = device.state().vector_width;
+  const auto spheres_of = [&](const auto& drawing) {
+    return drawn_spheres(grid, drawing.particles, drawing.sphere, Drawn::every);
+  };
+  launch(device, kernels::lower_fronts_and_extents, width,
+         disc_items(fronts.particles.count + extents.particles.count, width),
+         fronts.particles.values, extents.particles.values, no_bound(device, grid), fronts.into,
+         extents.into, spheres_of(fronts), spheres_of(extents), lattice_of(grid));
+}
+
 // Draws all bins with a kernel of visible.cl.
 template <class T>
 void draw(Device& device, const auto& kernel, const Discs& discs, const Buffer<float>& bound,
@@ -199,12 +220,14 @@ void splat_fronts(Device& device, const SplatParticles& particles, const SampleG
                   double footprint, double bulge, const Fronts& into) {
   if (particles.count == 0) return;
   const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
-  const auto maps = std::tie(into.depth, into.occupied);
-  if (draws_by_minima(device))
-    return draw_minima(device, kernels::lower_fronts, particles, sphere, Drawn::every,
-                       no_bound(device, grid), grid, maps);
+  if (draws_by_minima(device)) {
+    const SplatParticles none{particles.values, 0, particles.stride};
+    return lower_fronts_and_extents(device, grid, {particles, sphere, into},
+                                    {none, sphere, {into.depth, into.depth, into.occupied}});
+  }
   draw_all(device, kernels::splat_fronts,
-           outline_discs(device, particles, grid, sphere, Drawn::every), grid, maps);
+           outline_discs(device, particles, grid, sphere, Drawn::every), grid,
+           std::tie(into.depth, into.occupied));
 }
 
 Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
@@ -222,12 +245,26 @@ void splat_extent(Device& device, const SplatParticles& particles, const SampleG
     return;
   }
   const cl_float2 sphere = sphere_of(footprint);
-  if (by_minima)
-    return draw_minima(device, kernels::lower_and_raise_discs, particles, sphere, Drawn::every,
-                       no_bound(device, grid), grid, std::tie(into.from, into.to, into.occupied));
+  if (by_minima) {
+    const SplatParticles none{particles.values, 0, particles.stride};
+    return lower_fronts_and_extents(device, grid, {none, sphere, {into.from, into.occupied}},
+                                    {particles, sphere, into});
+  }
   draw_all(device, kernels::splat_extent,
            outline_discs(device, particles, grid, sphere, Drawn::every), grid,
            std::tie(into, into.occupied, asked));
+}
+
+void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const SplatParticles& seen,
+                             double footprint, double bulge, const Fronts& fronts,
+                             const SplatParticles& others, double radius, const Extent& extent) {
+  if (!draws_by_minima(device)) {
+    splat_fronts(device, seen, grid, footprint, bulge, fronts);
+    return splat_extent(device, others, grid, radius, fronts.occupied, extent);
+  }
+  const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
+  lower_fronts_and_extents(device, grid, {seen, sphere, fronts},
+                           {others, sphere_of(radius), extent});
 }
 
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,

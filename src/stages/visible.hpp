@@ -84,6 +84,12 @@ struct Extent {
 void splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                   double footprint, const OccupiedBlocks& asked, const Extent& into);
 
+/// The fronts of some and the extent of others, which is `radius` of their radii, drawn so that it
+/// is written where there are fronts.
+void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const SplatParticles& seen,
+                             double footprint, double bulge, const Fronts& fronts,
+                             const SplatParticles& others, double radius, const Extent& extent);
+
 /// The same into new maps.
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                     double footprint, const OccupiedBlocks& asked);

@@ -109,7 +109,8 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
 
   see_counts(device, p, all, errors);
 
-  Worst nearest("lower_fronts", "depth"), covered("lower_fronts", "occupied");
+  Worst nearest("lower_fronts_and_extents", "depth"),
+      covered("lower_fronts_and_extents", "occupied by fronts");
   const auto front = [&](auto part) {
     return download(device, splat_fronts(device, splats, grid, 1.8, 0.45).*part);
   };
@@ -121,8 +122,8 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
   errors.push_back(nearest.error());
   errors.push_back(covered.error());
 
-  Worst extents("lower_and_raise_discs", "from and to"),
-      blocks("lower_and_raise_discs", "occupied");
+  Worst extents("lower_fronts_and_extents", "from and to"),
+      blocks("lower_fronts_and_extents", "occupied by extents");
   const auto extent = [&](auto part) {
     return download(device, splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
   };

@@ -1,4 +1,4 @@
-// fit_particles: every pass against the pass before; measure_edges; find_noise and narrow_supports.
+// fit_particles: every pass against the pass before; measure_edges; find_noise.
 #include "stages/particle_fit.hpp"
 
 #include "verify/reference/particle_fit.hpp"
@@ -68,7 +68,7 @@ void see_supports(Device& device, int size, Worst& support) {
 ReferenceErrors particle_fit_case(Device& device, int size) {
   Worst equation("fit_particles", "normal equations"), residual("measure_edges", "residual"),
       edge("measure_edges", "edge"), firmness("measure_edges", "firmness"),
-      supporters("measure_edges", "supporters"), support("narrow_supports", "support");
+      supporters("measure_edges", "supporters"), support("fit_particles", "support");
   for (const auto& surface : {hills, roof}) {
     Projected particles = field(size, 2, surface);
     // Two that lie all but on each other.

@@ -1,4 +1,4 @@
-// place_feet: what is measured around the fits of a surface, given the fits themselves.
+// measure_edges: what is measured around the fits of a surface, given the fits themselves.
 #include "stages/trust.hpp"
 
 #include "verify/reference/trust.hpp"
@@ -9,8 +9,8 @@
 namespace meniscus::verify {
 
 ReferenceErrors trust_case(Device& device, int size) {
-  Worst dense("place_feet", "density at feet"), deep("place_feet", "density behind them"),
-      apart("place_feet", "spread");
+  Worst dense("measure_edges", "density at feet"), deep("measure_edges", "density behind them"),
+      apart("measure_edges", "spread");
   for (const auto& surface : {hills, roof}) {
     const FittedSurface scene = fitted_surface(field(size, 2, surface));
     const Projected& p = scene.projected;
