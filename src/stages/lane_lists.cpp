@@ -9,11 +9,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#include <immintrin.h>
-#define MENISCUS_X86
-#endif
+#include "base/x86.hpp"
 
 namespace meniscus {
 namespace {

@@ -5,10 +5,7 @@
 #include <cstddef>
 #include <cstring>
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#include <immintrin.h>
-#define MENISCUS_X86
-#endif
+#include "base/x86.hpp"
 
 namespace meniscus {
 namespace {
