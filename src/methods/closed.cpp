@@ -211,8 +211,8 @@ Extraction run_closed(Device& device, const View& view, const WorldParticles& pa
   Projected placed = place_particles(in_its_unit, particles);
   clock.start("relax");
   even_out(placed, disorder);
-  return mesh_fluid(device, even_fluid(in_its_unit, disorder, std::move(placed)), particles, closed,
-                    params, clock);
+  return mesh_fluid(device, evened_fluid(in_its_unit, disorder, std::move(placed)), particles,
+                    closed, params, clock);
 }
 
 }  // namespace meniscus

@@ -107,7 +107,7 @@ class PartMaker {
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.carried.attributes.push_back({attribute.name, {}});
-    const PlacedFluid placed = even_fluid(view_, disorder_, std::move(part.placed));
+    const PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
     if (placed.particles.size() == 0) return made;
     const SpaceBox inside = space_of(own, cell_), asked = space_of(own, cell_, known.rounds);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)

@@ -42,7 +42,7 @@ PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& 
   return fluid;
 }
 
-PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles) {
+PlacedFluid evened_fluid(const View& view, const Disorder& disorder, Projected particles) {
   Cells cells = cells_of(particles);
   return {view, disorder, std::move(particles), std::move(cells)};
 }

@@ -26,6 +26,6 @@ PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& 
                         const std::function<Projected(const View& view)>& place);
 
 /// The same of particles that have been evened out in the unit of their disorder.
-PlacedFluid even_fluid(const View& view, const Disorder& disorder, Projected particles);
+PlacedFluid evened_fluid(const View& view, const Disorder& disorder, Projected particles);
 
 }  // namespace meniscus
