@@ -154,7 +154,8 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
   scatter_float(counts, share, at, used);
 }
 
-// One pass, which may narrow the supports first. Neighbour j weighs in the fit around particle i at distance l with normals n_i, n_j:
+// One pass, which may narrow the supports first. Neighbour j weighs in the fit around particle i at
+// distance l with normals n_i, n_j:
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
 // (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
