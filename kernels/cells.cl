@@ -77,24 +77,29 @@ typedef struct {
   intv used;
 } Together;
 
+// Those of `left` particles x, y, z at the places `at` that lie in `span` cells of a row with the first
+// one, up to the first that does not.
+inline Together those_together(const Cells cells, const int span, const intv at, const floatv x,
+                               const floatv y, const floatv z, const int left) {
+  const float c = cells.inverse_cell;
+  const intv lane = TO_INTV(LANES), cx = cells_of(x, c), cy = cells_of(y, c), cz = cells_of(z, c);
+  Together t;
+  STOREI(at, t.at);
+  t.cx = cell_of(cells.x[t.at[0]], c);
+  t.cy = cell_of(cells.y[t.at[0]], c);
+  t.cz = cell_of(cells.z[t.at[0]], c);
+  const int same = BITS((cx >= t.cx) & (cx < t.cx + span) & (cy == t.cy) & (cz == t.cz) & (lane < left));
+  t.count = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
+  t.wide = cell_of(cells.x[t.at[t.count - 1]], c) - t.cx + 1;
+  t.used = lane < t.count;
+  return t;
+}
+
 // The particle at `first` and those that follow it in `span` cells of a row, before `end`.
 inline Together particles_together(const Cells cells, const int span, const int first,
                                    const int end, const int n) {
-  const float c = cells.inverse_cell;
-  const intv lane = TO_INTV(LANES);
-  const intv x = cells_of(LOADF(cells.x + first), c), y = cells_of(LOADF(cells.y + first), c),
-             z = cells_of(LOADF(cells.z + first), c);
-  Together t;
-  t.cx = cell_of(cells.x[first], c);
-  t.cy = cell_of(cells.y[first], c);
-  t.cz = cell_of(cells.z[first], c);
-  const int same = BITS((x >= t.cx) & (x < t.cx + span) & (y == t.cy) & (z == t.cz) &
-                        (lane < end - first));
-  t.count = popcount(same ^ (same + 1)) - 1;  // ones before the first zero
-  t.wide = cell_of(cells.x[first + t.count - 1], c) - t.cx + 1;
-  STOREI(min(first + lane, (intv)(n - 1)), t.at);
-  t.used = lane < t.count;
-  return t;
+  return those_together(cells, span, min(first + TO_INTV(LANES), (intv)(n - 1)), LOADF(cells.x + first),
+                        LOADF(cells.y + first), LOADF(cells.z + first), end - first);
 }
 
 // Appends the taken lanes of the values from `first` on; without branches, which nobody could

@@ -109,18 +109,14 @@
 #define FOUND(depth, normal, group) \
   global float* depth, global float* normal, global int* group
 
-// The lanes of fits (particle_fit.cl) and the particles around them: [lanes]; [slots]; [batches] each.
-#define AROUND(particle, neighbour, first, length) \
-  global const int* particle, global const int* neighbour, \
+// The lanes of fits (particle_fit.cl): [lanes] each one's particle, and how much it tells its neighbours,
+// 0 .. 1. The particles around them: [slots]; [batches] each.
+#define AROUND(particle, telling, neighbour, first, length) \
+  global const int* particle, global const float* telling, global const int* neighbour, \
   global const int* first, global const int* length
 
-// How the fits of lanes are made: [3][lanes] support, particle radii; roundness; how much each
-// tells its neighbours, 0 .. 1. [lanes] residual, -1: no fit.
-#define TELLING(support, residual) \
-  global const float* support, global const float* residual
-
-// A pass over lanes: [3][lanes] and [lanes] residual as in TELLING; [10][lanes] quadric around the
-// particles; [slots] weights.
+// A pass over lanes: [2][lanes] support, particle radii, and roundness; [10][lanes] quadric around the
+// particles; [lanes] residual, -1: no fit; [slots] weights.
 #define FITTED(support, quadric, residual, weight) \
   global float* support, global float* quadric, global float* residual, global float* weight
 
@@ -129,12 +125,12 @@
 #define NARROWED(mean, noise) \
   global const float* mean, global const float* noise
 
-// What is measured behind the last pass: [8][lanes] rows; the weights are that pass's.
+// What is measured behind the last pass: [9][lanes] rows; the weights are that pass's.
 #define MEASURED(support, quadric, weight, residual, rows) \
   global const float* support, global const float* quadric, global const float* weight, \
   global float* residual, global float* rows
 
-// Where the fits of lanes are in a sheet (sheet.cl), [lanes] in bucket order, -1: the lane is not in use.
+// Where fits, or those of lanes, are in a sheet (sheet.cl), in bucket order; -1: the lane is not in use.
 // Out, of all fits: [3][fits] unit normals; [fits] how much each counts; [values][fits].
 #define IN_SHEET(to, toward, share, value) \
   global const int* to, global float* toward, global float* share, global float* value

@@ -4,7 +4,8 @@
 //
 // A fit is a lane of a batch: slot k of lane l of batch b lies at first[b] + BATCH k + l. The slots
 // name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
-// batch. Particles are records of four values: x, y, z (particle radii), u; and the unit normal.
+// batch. Particles are records of four values: x, y, z (particle radii), u; the unit normal, and how
+// round the surface is there (tell_roundness).
 // Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
 //
 // uses: fit.cl
@@ -134,6 +135,13 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
   return SELECT((floatv)(0.0f), u * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
 }
 
+// How round the surface is at the particles of WIDTH lanes.
+inline floatv roundness_at(global const float4* normal, global const int* particle) {
+  int at[WIDTH];
+  STOREI(4 * LOADI(particle) + 3, at);
+  return gather_float((global const float*)normal, at);
+}
+
 // The support of WIDTH lanes where noise does not explain the mean residual r of the sheet around:
 // `full` times (noise / r)^2 at most, but no more than a share of `least` is taken.
 inline floatv narrowed_support(const floatv widest, global const int* to, global const float* mean,
@@ -154,8 +162,8 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
   scatter_float(counts, share, at, used);
 }
 
-// One pass, which may narrow the supports first. Neighbour j weighs in the fit around particle i at
-// distance l with normals n_i, n_j:
+// One pass. The first one sets supports and roundness, a later one may narrow the supports. Neighbour j
+// weighs in the fit around particle i at distance l with normals n_i, n_j:
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
 // (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
@@ -166,14 +174,14 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 // Of the pass before, and out: quadric, [10][lanes] f through the particle, from it along the eye axes,
 // particle radii, divided by |grad f|; residual, [lanes] negative where there is no fit, and where one
 // pass is to come the RMS of f. Out where one is to come or none: weight, [slots]. Where one is to come,
-// the fits go into their sheet, with the RMS as both of two values; those of residual 0 count nothing.
+// the fits go into their sheet, with the RMS; those of residual 0 count nothing.
 //
 // Several trials, each as the range's second dimension says, have all that lanes have and `turned` of
 // their own, one behind the other; their weights are not kept.
 kernel void fit_particles(
     global const float4* place,                  // [n + 1] of the particles
     global const float4* normal,                 // [n + 1] as the pass before left them
-    AROUND(particle, neighbour, first, length),  // a lane's fit; its neighbours
+    AROUND(particle, telling, neighbour, first, length),  // a lane's fit; its neighbours
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
     IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
@@ -181,7 +189,7 @@ kernel void fit_particles(
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
   if (lane >= lanes) return;
-  support += 3 * lanes * trial;
+  support += 2 * lanes * trial;
   quadric += 10 * lanes * trial;
   residual += lanes * trial;
   turned += 4 * (nobody + 1) * trial;
@@ -196,12 +204,21 @@ kernel void fit_particles(
 #pragma unroll
     for (int k = 0; k < 10; ++k) c[k] = SELECT(none, LOADF(quadric + k * lanes + lane), refit);
   }
-  floatv rho = LOADF(support + lane);
+  floatv rho, roundness;
+  if (by.done == 0) {
+    roundness = by.tries ? (floatv)(trial == 0 ? 1.0f : 0.0f) : roundness_at(normal, particle + lane);
+    rho = fma(roundness, (floatv)(by.round_gain), (floatv)(by.full));
+    STOREF(rho, support + lane);
+    STOREF(roundness, support + lanes + lane);
+  } else {
+    rho = LOADF(support + lane);
+    roundness = LOADF(support + lanes + lane);
+  }
   if (by.narrows) {
     rho = narrowed_support(rho, to + lane, mean, noise, by);
     STOREF(rho, support + lane);
   }
-  const floatv inverse_rho = 1.0f / rho, roundness = LOADF(support + lanes + lane);
+  const floatv inverse_rho = 1.0f / rho;
   const floatv delta = off_surface_of(roundness, model) / rho;
   const floatv falloff = falloff_of(roundness, model);
   const floatv inverse_tau = 1.0f / tau_of(roundness, model);
@@ -302,10 +319,9 @@ kernel void fit_particles(
   if (left != 1) return;
   const floatv rest = SELECT((floatv)(-1.0f), rms, good);
   STOREI(LOADI(to + lane), at);
-  put_in_sheet(own, SELECT(none, LOADF(support + 2 * lanes + lane), rest > 0.0f), at, wanted,
+  put_in_sheet(own, SELECT(none, LOADF(telling + lane), rest > 0.0f), at, wanted,
                by.fits, toward, share);
   scatter_float(rest, value, at, wanted);
-  scatter_float(rest, value + by.fits, at, wanted);
 }
 
 // How many residuals are above 0 and below the float of these bits, in all. Bits of floats that are not
@@ -351,7 +367,7 @@ kernel void find_noise(global const float* residual,  // [fits]
   if (get_local_id(0) == 0) *noise = found;
 }
 
-// How far a fit can be relied on, and the normal of its particle, eight rows:
+// How far a fit can be relied on, and the normal of its particle, nine rows:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the particles elsewhere whose normals agree,
 //     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, a_ij)) /
@@ -366,16 +382,17 @@ kernel void find_noise(global const float* residual,  // [fits]
 //   but for the height;
 // - the number of its neighbours, each by its weight u;
 // - x, y and z of the normal as the passes left it;
-// - the support.
+// - the support;
+// - the roundness.
 // The first two count as far as a group tells where the fits are those of groups.
 // Fits get their residual, the RMS distance with the weights of the last pass.
 //
 // What their trust is told from goes into a sheet (trust.hpp): normals; how much each fit counts, which is
-// its firmness, 0 without a fit; and behind two values, which become densities, the RMS distance twice. The
+// its firmness, 0 without a fit; and behind two values, which become densities, the RMS distance. The
 // densities are asked for at the foot of each, on its surface next to its particle, and `deep` behind it.
 // Without a fit a particle is its own foot.
 kernel void measure_edges(global const float4* place, global const float4* normal,
-                          AROUND(particle, neighbour, first, length),
+                          AROUND(particle, telling, neighbour, first, length),
                           MEASURED(support, quadric, kept, residual, rows),  // see above
                           IN_SHEET(to, toward, sheet_share, value),
                           global float* asked,  // [3][2 fits] out: feet, then what is behind
@@ -428,7 +445,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
     }
   }
   const floatv least = (floatv)(0.005f), all = own.u + near;
-  const floatv counts = by.groups ? LOADF(support + 2 * lanes + lane) : one;
+  const floatv counts = by.groups ? LOADF(telling + lane) : one;
   const floatv firmness =
       counts * SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
   const floatv spread = SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f);
@@ -440,6 +457,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   STOREF(own.ny, rows + 5 * lanes + lane);
   STOREF(own.nz, rows + 6 * lanes + lane);
   STOREF(LOADF(support + lane), rows + 7 * lanes + lane);
+  STOREF(roundness, rows + 8 * lanes + lane);
   const floatv before = LOADF(residual + lane);
   const intv fitted = before >= 0.0f, used = LOADI(to + lane) >= 0;
   STOREF(SELECT(before, sqrt(distances / total), fitted), residual + lane);
@@ -450,7 +468,6 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   STOREI(LOADI(to + lane), at);
   put_in_sheet(own, SELECT(none, firmness, fitted), at, used, fits, toward, sheet_share);
   scatter_float(spread, value + 2 * fits, at, used);
-  scatter_float(spread, value + 3 * fits, at, used);
   scatter_float(fma(foot, own.nx, own.x), asked, at, used);
   scatter_float(fma(foot, own.ny, own.y), asked + 2 * fits, at, used);
   scatter_float(fma(foot, own.nz, own.z), asked + 4 * fits, at, used);

@@ -187,9 +187,11 @@ RECORD(FitPass) {
   int fits;        // of all lanes
   int done, left;  // passes before and after this one
   int groups;      // 1: of groups, whose e and firmness count as far as each tells
-  int narrows;     // 1: supports are narrowed first, see narrowed_support in particle_fit.cl,
-  float full;      // to so much times the square at most (the support of a fit between two sheets),
-  float least;     // but no more than to this share of it
+  int tries;       // 1: of trial fits (roundness.cl): one quadric in the first trial, two sheets in the second
+  int narrows;     // 1: supports are narrowed first, see narrowed_support in particle_fit.cl
+  float full;      // the support of a fit between two sheets, particle radii
+  float round_gain;  // of roundness 1 over that
+  float least;       // to which share of `full` supports are narrowed at most
   FitModel model;
   float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
 };
@@ -254,6 +256,19 @@ RECORD(PointsOnTiles) {
 RECORD(SheetWeights) {
   float reach;      // particle radii
   float low, high;  // cosines between normals from which fits begin to count, and count in full
+};
+
+RECORD(SheetMeans) {
+  int fits;
+  int values;  // 1 or 3
+  SheetWeights weights;
+};
+
+// How bends are scored (sheet.cl).
+RECORD(BendScores) {
+  int fits;
+  SheetWeights near;  // over which evidence is averaged
+  float noise;        // squared distance that irregular particles add, radii^2
 };
 
 // How intersections are blended (blend.cl).

@@ -14,9 +14,9 @@
 // weighs u_i, a narrow one e u_i with its edge (edge_of); 0 where there is no fit.
 kernel void place_models(global const float4* place,   // [n + 1] as in fit_particles
                          global const float4* normal,  // [2][n + 1] as the trials left them
-                         AROUND(particle, neighbour, first, length),
+                         AROUND(particle, telling, neighbour, first, length),
                          global const float* quadric,  // [2][10][lanes]
-                         TELLING(support, residual),   // [2] of each
+                         global const float* residual, // [2][lanes]
                          global float* model,          // [2][MODEL][n + 1][4] out
                          global float* weight,         // [2][n + 1] out; 0 before
                          const Trial trial) {
@@ -25,7 +25,6 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
   if (lane >= lanes) return;
   normal += (nobody + 1) * which;
   quadric += 10 * lanes * which;
-  support += 3 * lanes * which;
   residual += lanes * which;
   model += MODEL * row * which;
   const Particles own = load_particles(place, normal, particle + lane);
@@ -43,7 +42,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
     }
     counts *= edge_of(own.u, near, agree);
   }
-  counts *= LOADF(support + 2 * lanes + lane);
+  counts *= LOADF(telling + lane);
   counts = SELECT((floatv)(0.0f), counts, LOADF(residual + lane) >= 0.0f);
   int at[WIDTH];
   const intv wanted = LOADI(particle + lane) != nobody;
@@ -129,12 +128,12 @@ inline void add_told(Side* side, const Told t, const floatv share) {
 // - from the narrow ones in two sheets that meet as in blend_at, in max(f_A, f_B) where they are convex
 //   and in min where they are concave;
 // - how far it bends: 1 - n_i.n_j of the wide ones' normals.
-// All are 0 where no neighbour has a fit. They go into the sheet of the wide fits, the last one twice.
+// All are 0 where no neighbour has a fit. They go into the sheet of the wide fits.
 kernel void measure_evidence(global const float4* place,   // [n + 1]
                              global const float4* normal,  // [2][n + 1] as the trials left them
                              global const float4* model,   // [2][MODEL][n + 1] of place_models
                              global const float* weight,   // [2][n + 1]
-                             AROUND(particle, neighbour, first, length),
+                             AROUND(particle, telling, neighbour, first, length),
                              IN_SHEET(to, toward, share, value), const Trial trial) {
   const int lanes = trial.lanes, fits = trial.fits, row = trial.nobody + 1;
   const float reach = trial.reach;
@@ -161,7 +160,6 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   put_in_sheet(around, counts, item, used, fits, toward, share);
   scatter_float(squares / larger(total, tiny), value, item, used);
   scatter_float(bend / larger(total, tiny), value + 2 * fits, item, used);
-  scatter_float(bend / larger(total, tiny), value + 3 * fits, item, used);
 
   const Particles own = load_particles(place, narrow.normal, particle + lane);
   // The gradient that dominates: that of the heaviest after two rounds of mean shift.

@@ -1,4 +1,5 @@
-// sheet.cl: means over the fits of the same sheet around each fit (docs/method.md, fit and trust).
+// sheet.cl: means over the fits of the same sheet around each fit (docs/method.md, fit and trust), and
+// the roundness that follows from such means (docs/method.md, roundness).
 //
 // uses: cells.cl
 
@@ -6,81 +7,189 @@
 typedef struct {
   Cells cells;
   int n;
+  int values;                  // 1 or 3
   global const float* normal;  // [3][n] in bucket order
   global const float* share;   // [n]
-  global const float* value;   // [2][n] a pair of rows
-  float reach, low, high;
+  global const float* value;   // [values][n]
+  SheetWeights weights;
 } Fits;
 
-// Sums of the weights of fits, and of what they weigh.
+// Fits that ask for means.
 typedef struct {
-  floatv weight, a, b;
+  floatv x, y, z, nx, ny, nz;
+} Asking;
+
+// Sums of the weights of fits, and of what they weigh; or means.
+typedef struct {
+  floatv weight, a, b, c;
 } Sums;
 
-// Adds the listed fits at places x, y, z with normals nx, ny, nz.
-inline void add_fits(const Fits fits, const int* item, const int count, const floatv x,
-                     const floatv y, const floatv z, const floatv nx, const floatv ny,
-                     const floatv nz, Sums* result) {
+// Adds the listed fits to the sums of those that ask.
+inline void add_fits(const Fits fits, const int* item, const int count, const Asking at, Sums* result) {
   Sums sums = *result;  // see add_listed in field.cl
   const int n = fits.n;
   global const float* normal = fits.normal;
   for (int k = 0; k < count; ++k) {
     const int p = item[k];
-    const floatv dx = x - fits.cells.x[p], dy = y - fits.cells.y[p], dz = z - fits.cells.z[p];
-    const floatv near = 1.0f - sqrt(dx * dx + dy * dy + dz * dz) * (1.0f / fits.reach);
-    const floatv same = nx * normal[p] + ny * normal[n + p] + nz * normal[2 * n + p];
-    const floatv w =
-        fits.share[p] * larger(near, (floatv)(0.0f)) * smooth_step(fits.low, fits.high, same);
+    const floatv dx = at.x - fits.cells.x[p], dy = at.y - fits.cells.y[p], dz = at.z - fits.cells.z[p];
+    const floatv near = 1.0f - sqrt(dx * dx + dy * dy + dz * dz) * (1.0f / fits.weights.reach);
+    const floatv same = at.nx * normal[p] + at.ny * normal[n + p] + at.nz * normal[2 * n + p];
+    const floatv w = fits.share[p] * larger(near, (floatv)(0.0f)) *
+                     smooth_step(fits.weights.low, fits.weights.high, same);
     sums.weight += w;
     sums.a += w * fits.value[p];
+    if (fits.values == 1) continue;
     sums.b += w * fits.value[n + p];
+    sums.c += w * fits.value[2 * n + p];
   }
   *result = sums;
+}
+
+// The means of the values around fits of SPAN cells of a row; 0 where nothing weighs anything. Those that
+// count nothing are left out before they are summed.
+inline Sums means_around(const Fits fits, const Together own, const Asking at) {
+  const Cells cells = fits.cells;
+  const floatv none = (floatv)(0.0f);
+  const Box box = box_of(at.x, at.y, at.z, own.used);
+  Sums sums = {none, none, none, none};
+  int item[AT_A_TIME + 2 * WIDTH], count = 0;
+  for (int k = -1; k <= 1; ++k)
+    for (int j = -1; j <= 1; ++j) {
+      const int tag = (int)tag_of(own.cx, own.cy + j, own.cz + k);
+      Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, own.wide + 2, cells.mask);
+      while (next_range(&row, cells.start, cells.mask))
+        for (int p = row.begin; p < row.end; p += WIDTH) {
+          const intv counts = (LOADF(fits.share + p) > 0.0f) & (LANES < (float)(row.end - p));
+          if (!ANY(counts)) continue;
+          count = append(counts & near_box(box, cells, p, fits.weights.reach) &
+                             SAME_ROW(LOADI((global const int*)cells.tag + p), tag),
+                         p, item, count);
+          if (count < AT_A_TIME) continue;
+          add_fits(fits, item, count, at, &sums);
+          count = 0;
+        }
+    }
+  add_fits(fits, item, count, at, &sums);
+  const floatv scale = SELECT(none, 1.0f / sums.weight, sums.weight > 0.0f);
+  const Sums means = {sums.weight, sums.a * scale, sums.b * scale, sums.c * scale};
+  return means;
+}
+
+// Those at `first` and behind it.
+inline Asking asking_from(const Fits fits, const int first) {
+  const Asking at = {LOADF(fits.cells.x + first),
+                     LOADF(fits.cells.y + first),
+                     LOADF(fits.cells.z + first),
+                     LOADF(fits.normal + first),
+                     LOADF(fits.normal + fits.n + first),
+                     LOADF(fits.normal + 2 * fits.n + first)};
+  return at;
 }
 
 // Up to WIDTH fits of SPAN cells of a row at a time, BLOCK a work-item. A fit at distance l whose
 // normal is n' weighs
 //   share (1 - l / reach) smoothstep(low, high, n.n').
-// Along the second dimension: pairs of values.
 kernel void average_on_sheets(
-    global float* mean,  // [2 pairs][n] of the values; 0 where nothing weighs anything
-    CELLS(cell_), const int n,
+    global float* mean,  // [values][n] of the values; 0 where nothing weighs anything
+    CELLS(cell_),
     global const float* normal,  // [3][n] in bucket order
     global const float* share,   // [n]
-    global const float* value,   // [2 pairs][n]
-    const SheetWeights weights) {
-  const Cells cells = CELLS_OF(cell_);
-  const int pair = 2 * n * (int)get_global_id(1);
-  const Fits fits = {cells, n, normal, share, value + pair, weights.reach, weights.low, weights.high};
+    global const float* value,   // [values][n]
+    const SheetMeans by) {
+  const int n = by.fits;
+  const Fits fits = {CELLS_OF(cell_), n, by.values, normal, share, value, by.weights};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
-  const floatv none = (floatv)(0.0f);
   for (int first = begin; first < end;) {
-    const Together own = particles_together(cells, SPAN, first, end, n);
-    const floatv x = LOADF(cell_x + first), y = LOADF(cell_y + first), z = LOADF(cell_z + first);
-    const floatv nx = LOADF(normal + first), ny = LOADF(normal + n + first),
-                 nz = LOADF(normal + 2 * n + first);
-    const Box box = box_of(x, y, z, own.used);
-    Sums sums = {none, none, none};
-    int item[AT_A_TIME + 2 * WIDTH], count = 0;
-    for (int k = -1; k <= 1; ++k)
-      for (int j = -1; j <= 1; ++j) {
-        const int tag = (int)tag_of(own.cx, own.cy + j, own.cz + k);
-        Row row = row_of(own.cx - 1, own.cy + j, own.cz + k, own.wide + 2, cells.mask);
-        while (next_range(&row, cells.start, cells.mask))
-          for (int p = row.begin; p < row.end; p += WIDTH) {
-            count = append(near_box(box, cells, p, fits.reach) &
-                               SAME_ROW(LOADI((global const int*)cells.tag + p), tag) &
-                               (LANES < (float)(row.end - p)),
-                           p, item, count);
-            if (count < AT_A_TIME) continue;
-            add_fits(fits, item, count, x, y, z, nx, ny, nz, &sums);
-            count = 0;
-          }
-      }
-    add_fits(fits, item, count, x, y, z, nx, ny, nz, &sums);
-    const floatv scale = SELECT(none, 1.0f / sums.weight, sums.weight > 0.0f);
-    scatter_float(sums.a * scale, mean + pair, own.at, own.used);
-    scatter_float(sums.b * scale, mean + pair + n, own.at, own.used);
+    const Together own = particles_together(fits.cells, SPAN, first, end, n);
+    const Sums means = means_around(fits, own, asking_from(fits, first));
+    scatter_float(means.a, mean, own.at, own.used);
+    if (by.values > 1) {
+      scatter_float(means.b, mean + n, own.at, own.used);
+      scatter_float(means.c, mean + 2 * n, own.at, own.used);
+    }
+    first += own.count;
+  }
+}
+
+// No surface follows noise: it adds to the squares of distances and would look like two sheets. What
+// irregular particles add is taken from what lies above the square of orderly ones, .011 radii^2.
+inline floatv without_noise(const floatv square, const float noise) {
+  return larger(square - noise, smaller(square, (floatv)(0.011f)));
+}
+
+// 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002), by one logarithm. What noise leaves of each,
+// .002, keeps it finite. How well two sheets follow says little: they follow a rounded edge, too; how badly
+// they do says that there are none. So their noise is higher.
+inline floatv score_of(const floatv one, const floatv two, const floatv bend) {
+  const floatv o = one + 0.002f, t = two + 0.02f, b = bend + 0.002f, o2 = o * o;
+  return logarithm(t * t * (b * sqrt(b)) / (o2 * o2));
+}
+
+// How much of a say a bend has where scores are averaged. Waves beside an edge score like round water, and
+// so do the corners where edges meet: the most say have bends of about .04. Never none, so that a mean goes
+// steadily with the particles where only slight bends are near.
+inline floatv say_of(const floatv bend) {
+  return (smooth_step(0.01f, 0.04f, bend) + 0.01f) / sqrt(larger(bend, (floatv)(1e-6f)));
+}
+
+// The evidence for one quadric or two sheets (measure_evidence) is averaged over the sheet around each fit
+// and scored. What it says goes into a sheet of wider cells: how much it counts, 0 where nothing bends; the
+// score; and how far it bends, 0 .. 1.
+kernel void score_bends(CELLS(cell_), global const float* normal,  // as for average_on_sheets
+                        global const float* share, global const float* value,
+                        IN_SHEET(to, toward, bent_share, bent_value),  // [fits]
+                        const BendScores by) {
+  const int n = by.fits;
+  const Fits fits = {CELLS_OF(cell_), n, 3, normal, share, value, by.near};
+  const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  for (int first = begin; first < end;) {
+    const Together own = particles_together(fits.cells, SPAN, first, end, n);
+    const Asking at = asking_from(fits, first);
+    const Sums means = means_around(fits, own, at);
+    const floatv bend = means.c, bends = smooth_step(0.005f, 0.02f, bend);
+    const floatv score =
+        score_of(without_noise(means.a, by.noise), without_noise(means.b, by.noise), bend);
+    int place[WIDTH];
+    STOREI(LOADI(to + first), place);
+    scatter_float(at.nx, toward, place, own.used);
+    scatter_float(at.ny, toward + n, place, own.used);
+    scatter_float(at.nz, toward + 2 * n, place, own.used);
+    scatter_float(LOADF(share + first) * bends * say_of(bend), bent_share, place, own.used);
+    scatter_float(score, bent_value, place, own.used);
+    scatter_float(bends, bent_value + n, place, own.used);
+    first += own.count;
+  }
+}
+
+// The roundness of bent fits, from the mean of the scores around: behind the normal of each one's particle.
+// Only those of a block that bend ask.
+kernel void tell_roundness(global float* surface,  // [particles][4] normals, in and out
+                           CELLS(cell_),
+                           global const float* normal,  // [3][n] in bucket order
+                           global const float* share,   // [n] 0 where nothing bends
+                           global const float* value,   // [2][n] score; how far it bends
+                           global const int* particle,  // [n] in the surface
+                           const SheetMeans by) {
+  const int n = by.fits;
+  const Fits fits = {CELLS_OF(cell_), n, 1, normal, share, value, by.weights};
+  const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  int bent[BLOCK + 2 * WIDTH], count = 0;
+  for (int p = begin; p < end; p += WIDTH)
+    count = append((LOADF(value + n + p) > 0.0f) & (LANES < (float)(end - p)), p, bent, count);
+  if (count == 0) return;
+  for (int l = 0; l < WIDTH; ++l) bent[count + l] = bent[count - 1];
+  for (int first = 0; first < count;) {
+    const int* item = bent + first;
+    const Asking at = {gather_float(cell_x, item),     gather_float(cell_y, item),
+                       gather_float(cell_z, item),     gather_float(normal, item),
+                       gather_float(normal + n, item), gather_float(normal + 2 * n, item)};
+    const Together own =
+        those_together(fits.cells, SPAN, LOADI(item), at.x, at.y, at.z, count - first);
+    const Sums means = means_around(fits, own, at);
+    const floatv round = gather_float(value + n, item) * smooth_step(1.8f, 1.95f, means.a);
+    int of[WIDTH];
+    for (int l = 0; l < WIDTH; ++l) of[l] = 4 * particle[item[l]] + 3;
+    scatter_float(round, surface, of, own.used);
     first += own.count;
   }
 }

@@ -41,16 +41,6 @@ Visible fitted_of(const Projected& placed, const FieldSurface& shell,
   return fitted;
 }
 
-// The values of some particles, of those of more; both ascending.
-std::vector<float> values_of(const Visible& some, const Visible& more,
-                             const std::vector<float>& values) {
-  std::vector<float> taken;
-  taken.reserve(some.index.size());
-  for (const std::int32_t place : places_in(more.index, some.index))
-    taken.push_back(values[static_cast<std::size_t>(place)]);
-  return taken;
-}
-
 // What is made of particles.
 struct Closed {
   DualMesh mesh;  // in their eye space
@@ -139,16 +129,14 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   // 2.2, 2.3: a quadric around each of them.
   clock.start("fit");
   const Visible tried = scope.tried ? fitted_of(placed, found, scope.tried) : fitted;
-  const FitNeighbours trial =
-      find_neighbours(device, placed, tried.index, found.index, kTrialReach);
+  const TrialPlaces trials = find_trials(device, placed, tried, found.index);
   const FitNeighbours neighbours =
-      find_neighbours(device, placed, fitted.index, found.index, params.fit.support);
+      find_neighbours(device, placed, fitted, found.index, params.fit.support);
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
-  std::vector<float> roundness =
-      measure_roundness(device, placed, tried, around, trial, params.fit, params.blend, disorder);
-  if (scope.tried) roundness = values_of(fitted, tried, roundness);
+  const FitSurface surface = upload_surface(device, placed, around);
+  measure_roundness(device, surface, trials, params.fit, params.blend, disorder);
   DeviceFits made =
-      make_fits(device, placed, fitted, around, neighbours, roundness, params.fit, {}, scope.noise);
+      make_fits(device, surface, placed, fitted, around, neighbours, params.fit, {}, scope.noise);
   clock.start("trust");
   measure_surroundings(device, cells, made);
   if (scope.noise) fluid.rough = rough_residuals(device, made);

@@ -85,8 +85,8 @@ struct Shell {
   SeenMesh triangulated;
   FieldSurface found;
   Visible rim;           // the particles that are fitted, or merge first
-  FitNeighbours trial;   // of the rim, for its roundness
-  NearLists near;        // the same on the host, where particles merge
+  TrialPlaces trials;    // of the rim, for its roundness
+  NearLists near;        // who is near, on the host, where particles merge
   FitNeighbours fitted;  // of the rim, where each of its particles is fitted
   SplatParticles splash;
   double least_radius = 0;  // of a particle on the screen, pixels
@@ -96,20 +96,19 @@ struct Shell {
 struct Seeds {
   Visible places;
   FitNeighbours neighbours;
-  std::vector<float> roundness;  // [places]
-  std::vector<double> extent;    // [places] of groups (merge.hpp); else empty
+  std::vector<double> extent;  // [places] of groups (merge.hpp); else empty
 };
 
 // How a method chooses its seeds: what it looks for while the triangulation keeps the other
 // processor busy, and the rest.
 struct Seeding {
-  std::int64_t Counts::*counted;                    // what its fits count as
-  double rim_reach;                                 // see with_rim(), particle radii
-  bool merges;                                      // whether Shell::near is wanted
-  double (*trial_reach)(const Parameters& params);  // of Shell::trial, at least kTrialReach
+  std::int64_t Counts::*counted;                   // what its fits count as
+  double rim_reach;                                // see with_rim(), particle radii
+  bool merges;                                     // whether Shell::near is wanted
+  double (*near_reach)(const Parameters& params);  // of Shell::near, at least kTrialReach
   FitNeighbours (*look_ahead)(const Frame& frame, const Fluid& fluid, const Shell& shell);
   Seeds (*choose)(const Frame& frame, const Fluid& fluid, Shell& shell,
-                  const SurfaceParticles& around, std::vector<float> roundness);
+                  const SurfaceParticles& around);
 };
 
 // Method fit: every particle of the rim.
@@ -119,12 +118,11 @@ constexpr Seeding kEveryParticle{
     false,
     [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
-      return find_neighbours(frame.device, fluid.particles, shell.rim.index, shell.found.index,
+      return find_neighbours(frame.device, fluid.particles, shell.rim, shell.found.index,
                              frame.params.fit.support);
     },
-    [](const Frame&, const Fluid&, Shell& shell, const SurfaceParticles&,
-       std::vector<float> roundness) {
-      return Seeds{shell.rim, std::move(shell.fitted), std::move(roundness), {}};
+    [](const Frame&, const Fluid&, Shell& shell, const SurfaceParticles&) {
+      return Seeds{shell.rim, std::move(shell.fitted), {}};
     }};
 
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
@@ -135,19 +133,15 @@ constexpr Seeding kMergedGroups{
     true,
     [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
     [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
-    [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around,
-       std::vector<float> roundness) {
+    [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around) {
       const auto& [device, view, params, clock] = frame;
       clock.start("merge");
       MergedGroups groups =
           merge_particles(view, fluid.particles, shell.rim, around, shell.near, params.merge);
       clock.start("fit");
-      Seeds seeds{std::move(groups.seed), {}, {}, std::move(groups.extent)};
-      seeds.neighbours = find_neighbours(device, fluid.particles, seeds.places.index, around.index,
-                                         params.fit.support);
-      for (const std::int32_t place : places_in(shell.rim.index, seeds.places.index))
-        seeds.roundness.push_back(roundness[static_cast<std::size_t>(place)]);
-      return seeds;
+      FitNeighbours neighbours =
+          find_neighbours(device, fluid.particles, groups.seed, around.index, params.fit.support);
+      return Seeds{std::move(groups.seed), std::move(neighbours), std::move(groups.extent)};
     }};
 
 // Triangles keep some processors busy; meanwhile the surface's particles and their neighbours are
@@ -170,9 +164,8 @@ Shell find_shell(const Frame& frame, const Fluid& fluid, const Visible& seen,
         shell.rim = with_rim(fluid.particles, seen, shell.found, seeding.rim_reach);
         shell.fitted = seeding.look_ahead(frame, fluid, shell);
         NearLists near = list_near(fluid.particles, shell.rim.index, shell.found.index,
-                                   seeding.trial_reach(params));
-        shell.trial =
-            upload_neighbours(device, fluid.particles, near, shell.rim.index, shell.found.index);
+                                   seeding.near_reach(params));
+        shell.trials = upload_trials(device, fluid.particles, near, shell.rim, shell.found.index);
         if (seeding.merges) shell.near = std::move(near);
         shell.splash = upload_splats(device, fluid.particles, fluid.split.splash, kLargestDrop);
         shell.least_radius =
@@ -222,12 +215,11 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   // 2.3: a quadric around each seed.
   clock.start("fit");
   const SurfaceParticles around = orient(frame, fluid, seen, shell);
-  const Seeds seeds =
-      seeding.choose(frame, fluid, shell, around,
-                     measure_roundness(device, fluid.particles, shell.rim, around, shell.trial,
-                                       params.fit, params.blend, params.disorder));
-  DeviceFits made = make_fits(device, fluid.particles, seeds.places, around, seeds.neighbours,
-                              seeds.roundness, params.fit, seeds.extent);
+  const FitSurface surface = upload_surface(device, fluid.particles, around);
+  measure_roundness(device, surface, shell.trials, params.fit, params.blend, params.disorder);
+  const Seeds seeds = seeding.choose(frame, fluid, shell, around);
+  DeviceFits made = make_fits(device, surface, fluid.particles, seeds.places, around,
+                              seeds.neighbours, params.fit, seeds.extent);
   clock.start("trust");
   measure_surroundings(device, fluid.cells, made);
   ParticleFits fits = download(device, std::move(made));
@@ -247,9 +239,9 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
                                params.aovs.group || params.aovs.residual, clock);
   if (params.mesh) {
     const SampleGrid grid = node_grid(view, params.grid.cell);
-    const SurfaceBuffers surface = sample_grid(sampler, grid, backdrop_of(grid), false, clock);
+    const SurfaceBuffers on_nodes = sample_grid(sampler, grid, backdrop_of(grid), false, clock);
     clock.start("mesh");  // 2.5
-    const SurfaceMap nodes = download(device, surface);
+    const SurfaceMap nodes = download(device, on_nodes);
     result.mesh = make_mesh(view, nodes, cut_silhouettes(sampler, nodes), params.grid);
   }
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);

@@ -122,30 +122,17 @@ Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
   return bent;
 }
 
-// How round the surface is at hidden particles.
-std::vector<float> measure_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
-                                  const Parameters& params) {
-  const Visible bent = choose_bent(known, hidden);
-  const FitNeighbours trial =
-      find_neighbours(device, known.particles, bent.index, known.around.index, kTrialReach);
-  const std::vector<float> found =
-      measure_roundness(device, known.particles, bent, known.around, trial, params.fit,
-                        params.blend, params.disorder);
-  const std::vector<std::int32_t> places = places_in(hidden.index, bent.index);
-  std::vector<float> roundness(hidden.index.size(), 0.0f);
-  for (std::size_t k = 0; k < found.size(); ++k)
-    roundness[static_cast<std::size_t>(places[k])] = found[k];
-  return roundness;
-}
-
 ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
                         const Parameters& params) {
   const SurfaceParticles& around = known.around;
   const FitNeighbours neighbours =
-      find_neighbours(device, known.particles, hidden.index, around.index, params.fit.support);
-  const std::vector<float> roundness = measure_hidden(device, known, hidden, params);
+      find_neighbours(device, known.particles, hidden, around.index, params.fit.support);
+  const TrialPlaces trials =
+      find_trials(device, known.particles, choose_bent(known, hidden), around.index);
+  const FitSurface surface = upload_surface(device, known.particles, around);
+  measure_roundness(device, surface, trials, params.fit, params.blend, params.disorder);
   DeviceFits fits =
-      make_fits(device, known.particles, hidden, around, neighbours, roundness, params.fit);
+      make_fits(device, surface, known.particles, hidden, around, neighbours, params.fit);
   measure_surroundings(device, known.cells, fits);
   return download(device, std::move(fits));
 }

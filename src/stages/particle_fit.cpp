@@ -227,8 +227,10 @@ records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const
           pass.done,
           pass.left,
           pass.groups,
+          lanes.trials > 1,
           pass.noise.size > 0,
           static_cast<float>(params.support),
+          static_cast<float>(std::min(kRoundSupport, params.support) - params.support),
           static_cast<float>(params.least_support),
           model_of(params),
           kHeight,
@@ -236,7 +238,9 @@ records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const
 }
 
 // Writes the records of the surface's particles and of nobody, those of normals to several places.
-void write_records(const Projected& projected, const SurfaceParticles& around, float* places,
+// A roundness that is empty is 0.
+void write_records(const Projected& projected, const SurfaceParticles& around,
+                   const std::vector<float>& roundness, float* places,
                    const std::vector<float*>& normals) {
   const std::size_t n = around.index.size();
   constexpr std::size_t kGrain = 2048;  // particles that are worth a thread
@@ -253,22 +257,12 @@ void write_records(const Projected& projected, const SurfaceParticles& around, f
         normal[0] = static_cast<float>(around.normal[k].x);
         normal[1] = static_cast<float>(around.normal[k].y);
         normal[2] = static_cast<float>(around.normal[k].z);
-        normal[3] = 0;
+        normal[3] = roundness.empty() ? 0 : roundness[k];
       }
     }
   });
   std::fill_n(places + kRecord * n, kRecord, 0.0f);
   for (float* const all : normals) std::fill_n(all + kRecord * n, kRecord, 0.0f);
-}
-
-// The widest supports: of round surroundings each fit follows its own bend.
-std::vector<float> widest_supports(const std::vector<float>& roundness, const FitParams& params) {
-  std::vector<float> rho;
-  rho.reserve(roundness.size());
-  const double round = std::min(kRoundSupport, params.support);
-  for (const float r : roundness)
-    rho.push_back(static_cast<float>(params.support + r * (round - params.support)));
-  return rho;
 }
 
 // What noise explains of the residuals in a sheet, [1].
@@ -297,7 +291,7 @@ ParticleFits unfitted(const Projected& projected, const Visible& seen,
   }
   fits.foot = fits.position;
   for (std::vector<double>* values :
-       {&fits.edge, &fits.firmness, &fits.spread, &fits.supporters, &fits.support})
+       {&fits.edge, &fits.firmness, &fits.spread, &fits.supporters, &fits.support, &fits.roundness})
     values->resize(count);
   fits.residual.resize(count);
   fits.normal.resize(count);
@@ -324,6 +318,7 @@ void take_fits(const FitLanes& part, const ViewTogether<float, float, float, flo
       fits.supporters[k] = row[3 * lanes + l];
       fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
       fits.support[k] = row[7 * lanes + l];
+      fits.roundness[k] = row[8 * lanes + l];
       std::array<float, 10>& quadric = fits.quadric[k];
       for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
       if (fits.residual[k] < 0) continue;
@@ -347,7 +342,7 @@ double noise_of(std::vector<float> residual) {
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around) {
   const std::size_t values = kRecord * (around.index.size() + 1);
   FitRecords records{std::vector<float>(values), std::vector<float>(values)};
-  write_records(projected, around, records.place.data(), {records.normal.data()});
+  write_records(projected, around, {}, records.place.data(), {records.normal.data()});
   return records;
 }
 
@@ -383,52 +378,54 @@ std::vector<FitLists> list_neighbours(const Projected& projected,
   return parts;
 }
 
-FitNeighbours find_neighbours(Device& device, const Projected& projected,
-                              const std::vector<std::int32_t>& centre,
+FitNeighbours find_neighbours(Device& device, const Projected& projected, const Visible& centre,
                               const std::vector<std::int32_t>& around, double reach) {
-  return upload_neighbours(device, projected, list_near(projected, centre, around, reach), centre,
-                           around);
+  return upload_neighbours(device, projected, list_near(projected, centre.index, around, reach),
+                           centre, around);
 }
 
 FitNeighbours upload_neighbours(Device& device, const Projected& projected, const NearLists& near,
-                                const std::vector<std::int32_t>& centre,
-                                const std::vector<std::int32_t>& around) {
+                                const Visible& centre, const std::vector<std::int32_t>& around) {
   FitNeighbours neighbours;
-  const std::vector<Block> blocks = list_blocks(near, centre, around);
+  const std::vector<Block> blocks = list_blocks(near, centre.index, around);
   in_parts(blocks, most_slots(device), [&](Blocks part) {
     const std::size_t slots = slots_of(part);
     require(slots < kMostSlots,
             "fit: too many points for 32-bit indices (use a smaller " + setting("support") + ")");
     const std::size_t batches = batches_of(part);
-    UploadTogether<cl_int, cl_int, cl_int, cl_int> arrays(
-        device, {kLanes * batches, slots, batches, batches});
-    FitLists lists = joined(part, static_cast<cl_int>(around.size()), arrays.data<1>());
+    UploadTogether<cl_int, float, cl_int, cl_int, cl_int> arrays(
+        device, {kLanes * batches, kLanes * batches, slots, batches, batches});
+    FitLists lists = joined(part, static_cast<cl_int>(around.size()), arrays.data<2>());
     std::copy(lists.particle.begin(), lists.particle.end(), arrays.data<0>());
-    std::copy(lists.first.begin(), lists.first.end(), arrays.data<2>());
-    std::copy(lists.length.begin(), lists.length.end(), arrays.data<3>());
-    auto [particle, neighbour, first, length] = arrays.done();
-    neighbours.parts.push_back({std::move(lists), particle, neighbour, first, length});
+    std::ranges::transform(lists.fit, arrays.data<1>(), [&](std::int32_t fit) {
+      return fit < 0 ? 0 : centre.telling(static_cast<std::size_t>(fit));
+    });
+    std::copy(lists.first.begin(), lists.first.end(), arrays.data<3>());
+    std::copy(lists.length.begin(), lists.length.end(), arrays.data<4>());
+    auto [particle, telling, neighbour, first, length] = arrays.done();
+    neighbours.parts.push_back({std::move(lists), particle, telling, neighbour, first, length});
   });
-  neighbours.sheet = upload_lane_cells(device, projected, centre, neighbours);
+  neighbours.sheet = upload_lane_cells(device, projected, centre.index, neighbours);
   return neighbours;
 }
 
 FitSurface upload_surface(Device& device, const Projected& projected,
-                          const SurfaceParticles& around, int trials) {
-  const std::size_t values = kRecord * (around.index.size() + 1),
-                    all = static_cast<std::size_t>(trials);
-  UploadTogether<float, float, float> records(device, {values, values, all * values});
-  std::vector<float*> normals{records.data<1>()};
-  for (std::size_t trial = 0; trial < all; ++trial)
-    normals.push_back(records.data<2>() + trial * values);
-  write_records(projected, around, records.data<0>(), normals);
-  const auto [place, normal, turned] = records.done();
-  return {place, normal, turned, static_cast<cl_int>(around.index.size())};
+                          const SurfaceParticles& around, const std::vector<float>& roundness) {
+  const std::size_t values = kRecord * (around.index.size() + 1);
+  UploadTogether<float, float, float, float> records(device,
+                                                     {values, values, values, kTrials * values});
+  std::vector<float*> normals{records.data<1>(), records.data<2>()};
+  for (std::size_t trial = 0; trial < kTrials; ++trial)
+    normals.push_back(records.data<3>() + trial * values);
+  write_records(projected, around, roundness, records.data<0>(), normals);
+  const auto [place, normal, turned, tried] = records.done();
+  return {place, normal, turned, tried, static_cast<cl_int>(around.index.size())};
 }
 
 FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials, std::size_t means)
     : part(&of),
       trials(in_trials),
+      support(allocate<float>(device, 2 * static_cast<std::size_t>(trials) * of.lists.fit.size())),
       found(device, {10 * static_cast<std::size_t>(trials) * of.lists.fit.size(),
                      static_cast<std::size_t>(trials) * of.lists.fit.size(),
                      kFitRows * of.lists.fit.size(), means}),
@@ -437,24 +434,6 @@ FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials,
       rows(found.part<2>()),
       mean(found.part<3>()),
       weight(allocate<float>(device, of.neighbour.size)) {}
-
-void FitLanes::set(Device& device, const std::vector<float>& rho,
-                   std::span<const std::vector<float>> roundness, const Visible& seen) {
-  const std::vector<std::int32_t>& fit = part->lists.fit;
-  const std::size_t lanes = fit.size();
-  Upload<float> values(device, 3 * lanes * roundness.size());
-  for (std::size_t trial = 0; trial < roundness.size(); ++trial) {
-    float* const own = values.data() + 3 * lanes * trial;
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const bool used = fit[l] >= 0;
-      const std::size_t k = used ? static_cast<std::size_t>(fit[l]) : 0;
-      own[l] = used ? rho[k] : 1;
-      own[lanes + l] = used ? roundness[trial][k] : 0;
-      own[2 * lanes + l] = used ? seen.telling(k) : 0;
-    }
-  }
-  support = values.done();
-}
 
 Range range_of_lanes(Device& device, const FitLanes& lanes) {
   // Small work-groups spread few items of much work over the compute units.
@@ -497,22 +476,20 @@ void average_lanes(Device& device, const LaneSheet& sheet, const SheetWeights& w
   average_sheet(device, {sheet.cells->cells, toward, share, value}, weights, mean);
 }
 
-DeviceFits make_fits(Device& device, const Projected& projected, const Visible& seen,
-                     const SurfaceParticles& around, const FitNeighbours& neighbours,
-                     const std::vector<float>& roundness, const FitParams& params,
+DeviceFits make_fits(Device& device, const FitSurface& surface, const Projected& projected,
+                     const Visible& seen, const SurfaceParticles& around,
+                     const FitNeighbours& neighbours, const FitParams& params,
                      const std::vector<double>& extent, std::optional<double> noise) {
   DeviceFits fits;
   fits.neighbours = &neighbours;
   fits.offset = params.offset;
   if (seen.index.empty()) return fits;
-  fits.surface = upload_surface(device, projected, around);
+  fits.surface = surface;
   Buffer<float>&normals = fits.surface.normal, &turned = fits.surface.turned;
-  const std::vector<float> widest = widest_supports(roundness, params);
   std::size_t means = kSurroundings * seen.index.size();
   for (const FitNeighbours::Part& part : neighbours.parts)
-    fits.parts.emplace_back(device, part, 1, std::exchange(means, 0))
-        .set(device, widest, {&roundness, 1}, seen);
-  const LaneSheet sheet(device, neighbours.sheet, 2);
+    fits.parts.emplace_back(device, part, 1, std::exchange(means, 0));
+  const LaneSheet sheet(device, neighbours.sheet, 1);
   for (int pass = 0; pass < params.passes; ++pass) {
     FitPass now{pass, params.passes - 1 - pass};
     if (pass > 0 && now.left == 0 && params.least_support < 1) {
@@ -536,7 +513,6 @@ DeviceFits make_fits(Device& device, const Projected& projected, const Visible& 
            pass_of(fits.surface, lanes, sheet, {params.passes, 0, !extent.empty()}, params),
            records::Feet{kEdgeReach, static_cast<float>(params.offset), kDeep});
   }
-  fits.known.roundness.assign(roundness.begin(), roundness.end());
   fits.known.extent = extent;
   return fits;
 }

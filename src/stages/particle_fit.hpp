@@ -64,7 +64,7 @@ inline constexpr double kRoundRidge = 1e-4;      // on the quadratic terms, at m
 /// is 0.
 struct FitRecords {
   std::vector<float> place;   // [n + 1][4] eye space, particle radii; u
-  std::vector<float> normal;  // [n + 1][4] unit; a value that is not used
+  std::vector<float> normal;  // [n + 1][4] unit; roundness, 0
 };
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around);
 
@@ -123,7 +123,9 @@ struct LaneCells {
 struct FitNeighbours {
   struct Part {
     FitLists lists;  // but for the neighbours
-    Buffer<cl_int> particle, neighbour, first, length;
+    Buffer<cl_int> particle;
+    Buffer<float> telling;  // [lanes] Visible::tells of the fit
+    Buffer<cl_int> neighbour, first, length;
   };
   std::vector<Part> parts;
   LaneCells sheet;
@@ -132,43 +134,44 @@ struct FitNeighbours {
 /// Lists of neighbours, as list_near() makes them of the same arrays, on the device. Throws
 /// DeviceError.
 FitNeighbours upload_neighbours(Device& device, const Projected& projected, const NearLists& near,
-                                const std::vector<std::int32_t>& centre,
-                                const std::vector<std::int32_t>& around);
+                                const Visible& centre, const std::vector<std::int32_t>& around);
 
 /// What fits need of places alone: the neighbours within `reach` (particle radii) of each of
 /// `centre` among the surface's particles `around`. Throws DeviceError.
-FitNeighbours find_neighbours(Device& device, const Projected& projected,
-                              const std::vector<std::int32_t>& centre,
+FitNeighbours find_neighbours(Device& device, const Projected& projected, const Visible& centre,
                               const std::vector<std::int32_t>& around, double reach);
+
+/// Trial fits of a particle (roundness.hpp).
+inline constexpr int kTrials = 2;
 
 /// The surface's particles on the device, see FitRecords.
 struct FitSurface {
   Buffer<float> place, normal;
-  Buffer<float> turned;  // as `normal`, of each trial; passes turn the normals of those that are
-                         // fitted
+  Buffer<float> turned;  // as `normal`; passes turn the normals of those that are fitted
+  Buffer<float> tried;   // the same of each trial
   cl_int nobody = 0;
 };
+
+/// Copies them. Roundness may be given of each particle; else it is 0 until measure_roundness()
+/// tells.
 FitSurface upload_surface(Device& device, const Projected& projected,
-                          const SurfaceParticles& around, int trials = 1);
+                          const SurfaceParticles& around, const std::vector<float>& roundness = {});
 
 /// Rows of what is measured of fits (kernel measure_edges).
-inline constexpr std::size_t kFitRows = 8;
+inline constexpr std::size_t kFitRows = 9;
 
-/// Values that trust is told from, twice the last one (trust.hpp).
-inline constexpr std::size_t kSurroundings = 4;
+/// Values that trust is told from (trust.hpp).
+inline constexpr std::size_t kSurroundings = 3;
 
 /// The fits of one part's lanes on the device, in one or several trials that are made together.
 struct FitLanes {
   /// `means`: how many values are read with what is found.
   FitLanes(Device& device, const FitNeighbours::Part& of, int trials = 1, std::size_t means = 0);
-  /// Sets rho and the roundness of each trial, [fits], and what each of the fits of `seen` tells.
-  void set(Device& device, const std::vector<float>& rho,
-           std::span<const std::vector<float>> roundness, const Visible& seen);
   int count() const { return static_cast<int>(part->lists.fit.size()); }
 
   const FitNeighbours::Part* part;
   int trials;
-  Buffer<float> support;  // [trials][3][lanes] rho, particle radii; roundness; what it tells
+  Buffer<float> support;                       // [trials][2][lanes] rho, particle radii; roundness
   Together<float, float, float, float> found;  // the next four, to be read by one command
   Buffer<float> quadric;                       // [trials][10][lanes] through the particles
   Buffer<float> residual;                      // [trials][lanes] particle radii; negative: no fit
@@ -187,7 +190,7 @@ struct FitPass {
 
 /// What kernels say of the fits of lanes, in a sheet in which it is averaged. One command reads it:
 /// normals [3][n], shares [n], values and their means [values][n], all in bucket order. Values are
-/// two or four.
+/// one or three.
 struct LaneSheet {
   LaneSheet(Device& device, const LaneCells& cells, int values);
   int fits() const { return static_cast<int>(cells->host.item.size()); }
@@ -207,8 +210,9 @@ InSheet part_in_sheet(const LaneSheet& sheet, std::size_t part);
 /// kResidualReach at most. Does not wait.
 void average_lanes(Device& device, const LaneSheet& sheet, const SheetWeights& weights);
 
-/// One pass over a part's lanes in all trials (kernel fit_particles): from the normals `from` to
-/// `turned`. The last but one puts the residuals into the sheet. Enqueues.
+/// One pass over a part's lanes (kernel fit_particles), in several trials side by side if they are
+/// trial fits: from the normals `from` to `turned`. The last but one puts the residuals into the
+/// sheet. Enqueues.
 void fit_lanes(Device& device, const FitSurface& surface, const FitLanes& lanes,
                const LaneSheet& sheet, std::size_t part, const Buffer<float>& from,
                const Buffer<float>& turned, const FitPass& pass, const FitParams& params);
@@ -245,18 +249,18 @@ struct DeviceFits {
 ///
 ///   seen        particles to fit, ascending
 ///   around      the surface, `seen` among it
+///   surface     `around`, with how far one quadric explains each one's surroundings
+///               (roundness.hpp), 0 .. 1: it takes sigma, tau, support, off-surface distance and
+///               ridge to kRound...
 ///   neighbours  of `seen` within params.support; they outlive the fits
-///   roundness   [seen] how far one quadric explains each one's surroundings (roundness.hpp), 0 ..
-///   1:
-///               it takes sigma, tau, support, off-surface distance and ridge to kRound...
 ///   extent      [seen] as in MergedGroups, where the fits are those of groups: each counts as far
 ///               as its group is one of its own, and reaches as far as its members lie; else empty
 ///   noise       what noise explains, where more fits than these are known; else noise_of() these
 ///
 /// Does not wait. Throws DeviceError.
-DeviceFits make_fits(Device& device, const Projected& projected, const Visible& seen,
-                     const SurfaceParticles& around, const FitNeighbours& neighbours,
-                     const std::vector<float>& roundness, const FitParams& params,
+DeviceFits make_fits(Device& device, const FitSurface& surface, const Projected& projected,
+                     const Visible& seen, const SurfaceParticles& around,
+                     const FitNeighbours& neighbours, const FitParams& params,
                      const std::vector<double>& extent = {}, std::optional<double> noise = {});
 
 /// Their residuals before the last pass, [fits], as noise_of() takes them; 0 where no supports are
@@ -266,21 +270,15 @@ std::vector<float> rough_residuals(Device& device, const DeviceFits& fits);
 /// The fits themselves. Waits.
 ParticleFits download(Device& device, DeviceFits fits);
 
-/// Makes fits with a search for the neighbours. Waits. Throws DeviceError.
+/// Makes fits with a search for the neighbours, of a given roundness [around]; empty: all of them
+/// between sheets (0). Waits. Throws DeviceError.
 inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                                  const SurfaceParticles& around,
-                                  const std::vector<float>& roundness, const FitParams& params) {
+                                  const SurfaceParticles& around, const FitParams& params,
+                                  const std::vector<float>& roundness = {}) {
   const FitNeighbours neighbours =
-      find_neighbours(device, projected, seen.index, around.index, params.support);
-  return download(device,
-                  make_fits(device, projected, seen, around, neighbours, roundness, params));
-}
-
-/// The same, all fits between sheets (roundness 0).
-inline ParticleFits fit_particles(Device& device, const Projected& projected, const Visible& seen,
-                                  const SurfaceParticles& around, const FitParams& params) {
-  return fit_particles(device, projected, seen, around, std::vector<float>(seen.index.size(), 0.0f),
-                       params);
+      find_neighbours(device, projected, seen, around.index, params.support);
+  return download(device, make_fits(device, upload_surface(device, projected, around, roundness),
+                                    projected, seen, around, neighbours, params));
 }
 
 }  // namespace meniscus

@@ -19,6 +19,25 @@ inline constexpr float kEvidenceSheet = 5;
 /// particle radii.
 inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 32;
 
+/// What trial fits need of places alone.
+struct TrialPlaces {
+  FitNeighbours neighbours;  // within kTrialReach, or farther: those count nothing
+  DeviceCells cells;         // the fits in cells of side kBentSheet, without weights
+  Buffer<cl_int> to;         // [n] where each one, in the order of neighbours.sheet, is in these
+  Buffer<cl_int> particle;   // [n] places in the surface, in the order of `cells`
+};
+
+/// The same on the device, of lists that list_near() made of these arrays. Throws DeviceError.
+///
+///   tried   the particles whose roundness is wanted, ascending
+///   around  the surface, `tried` among it
+TrialPlaces upload_trials(Device& device, const Projected& projected, const NearLists& near,
+                          const Visible& tried, const std::vector<std::int32_t>& around);
+
+/// The same with a search within kTrialReach.
+TrialPlaces find_trials(Device& device, const Projected& projected, const Visible& tried,
+                        const std::vector<std::int32_t>& around);
+
 /// The evidence at a particle: means over the trial fits around it.
 struct Evidence {
   std::vector<float> one;     // [n] squared distance of wide fits, radii^2
@@ -29,27 +48,35 @@ struct Evidence {
 };
 
 /// Makes the trial fits and compares them (kernel measure_evidence). Waits.
-///
-///   seen        the particles to fit, ascending
-///   around      the surface, `seen` among it
-///   neighbours  of `seen` within kTrialReach, or farther: those count nothing
-Evidence measure_evidence(Device& device, const Projected& projected, const Visible& seen,
-                          const SurfaceParticles& around, const FitNeighbours& neighbours,
+Evidence measure_evidence(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                           const FitParams& params, const BlendParams& blend);
 
-/// The roundness of each fitted particle, [n], 0 .. 1: 0 where two sheets meet or the surface is
-/// flat, 1 where one quadric goes round a bend. With the means of the evidence over the sheet
-/// within 5,
+/// Makes and compares the trial fits, and scores what they say: with the means of the evidence over
+/// the sheet within 5,
 ///
 ///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002),
 ///
-/// averaged over the bent places within 32, those with bends of about .04 most;
-/// smoothstep(1.8, 1.95, score) smoothstep(.005, .02, bend). Irregular particles miss any surface:
-/// both squares are less by .045 d (1 - d/2), d their disorder (relax.hpp), down to .011. Waits.
-/// Throws DeviceError.
-std::vector<float> measure_roundness(Device& device, const Projected& projected,
-                                     const Visible& seen, const SurfaceParticles& around,
-                                     const FitNeighbours& neighbours, const FitParams& params,
-                                     const BlendParams& blend, double disorder = 0);
+/// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
+/// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
+/// Irregular particles miss any surface: both squares are less by .045 d (1 - d/2), d their
+/// disorder (relax.hpp), down to .011. Does not wait. Throws DeviceError.
+SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
+                      const FitParams& params, const BlendParams& blend, double disorder = 0);
+
+/// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
+/// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
+/// mean score of the bent places within 32: smoothstep(1.8, 1.95, score) as far as it bends (kernel
+/// tell_roundness). Does not wait. Throws DeviceError.
+void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
+                    const FitSurface& surface);
+
+/// Both.
+inline void measure_roundness(Device& device, const FitSurface& surface, const TrialPlaces& trials,
+                              const FitParams& params, const BlendParams& blend,
+                              double disorder = 0) {
+  if (trials.to.size == 0) return;
+  tell_roundness(device, score_bends(device, surface, trials, params, blend, disorder), trials,
+                 surface);
+}
 
 }  // namespace meniscus

@@ -13,7 +13,7 @@ SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec
                        const std::vector<float>& share,
                        const std::vector<std::vector<float>>& values) {
   // Normals, shares and values in bucket order behind the cells.
-  const std::size_t n = cells.item.size(), rows = (values.size() + 1) / 2 * 2;
+  const std::size_t n = cells.item.size(), rows = values.size();
   UploadTogether<float, float, float, cl_uint, cl_int, float, float, float> fits(
       device, {n, n, n, n, cells.start.size(), 3 * n, n, rows * n});
   std::copy_n(cells.x.data(), n, fits.data<0>());
@@ -29,10 +29,7 @@ SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec
     normals[n + p] = static_cast<float>(normal[k].y);
     normals[2 * n + p] = static_cast<float>(normal[k].z);
     shares[p] = share[k];
-    for (std::size_t r = 0; r < rows; ++r) {
-      const auto& value = values[std::min(r, values.size() - 1)];
-      row[r * n + p] = value.empty() ? 0 : value[k];
-    }
+    for (std::size_t r = 0; r < rows; ++r) row[r * n + p] = values[r][k];
   }
   const auto [x, y, z, tag, start, toward, own_share, value] = fits.done();
   return {{x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}}, toward, own_share, value};
@@ -41,29 +38,21 @@ SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec
 void average_sheet(Device& device, const SheetFits& fits, const SheetWeights& weights,
                    const Buffer<float>& mean) {
   const std::size_t n = fits.share.size;
+  if (n == 0) return;
   const int width = device.state().vector_width;
-  Range range = range_of_blocks(n, width);
-  range.ny = n > 0 ? fits.value.size / (2 * n) : 0;
-  launch(device, kernels::average_on_sheets, width, range, mean, fits.cells, static_cast<cl_int>(n),
-         fits.normal, fits.share, fits.value, weights);
+  launch(device, kernels::average_on_sheets, width, range_of_blocks(n, width), mean, fits.cells,
+         fits.normal, fits.share, fits.value,
+         records::SheetMeans{static_cast<cl_int>(n), static_cast<cl_int>(fits.value.size / n),
+                             weights});
 }
 
-std::array<std::vector<float>, 2> average_on_sheets(Device& device,
-                                                    const std::vector<Vec3d>& position,
-                                                    const std::vector<Vec3d>& normal,
-                                                    const std::vector<float>& share,
-                                                    const std::array<std::vector<float>, 2>& values,
-                                                    const SheetWeights& weights) {
-  auto means = average_in_cells(device, make_cells(position, weights.reach), normal, share,
-                                {values[0], values[1]}, weights);
-  return {std::move(means[0]), std::move(means[1])};
-}
-
-std::vector<std::vector<float>> average_in_cells(Device& device, const Cells& cells,
-                                                 const std::vector<Vec3d>& normal,
-                                                 const std::vector<float>& share,
-                                                 const std::vector<std::vector<float>>& values,
-                                                 const SheetWeights& weights) {
+std::vector<std::vector<float>> average_on_sheets(Device& device,
+                                                  const std::vector<Vec3d>& position,
+                                                  const std::vector<Vec3d>& normal,
+                                                  const std::vector<float>& share,
+                                                  const std::vector<std::vector<float>>& values,
+                                                  const SheetWeights& weights) {
+  const Cells cells = make_cells(position, weights.reach);
   if (cells.item.empty()) return std::vector<std::vector<float>>(values.size());
   const SheetFits fits = upload_sheet(device, cells, normal, share, values);
   const auto mean = allocate<float>(device, fits.value.size);

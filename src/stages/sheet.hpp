@@ -2,7 +2,6 @@
 // where those over all fits around would mix two sheets.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "device/device.hpp"
@@ -22,11 +21,10 @@ struct SheetFits {
   DeviceCells cells;     // without weights
   Buffer<float> normal;  // [3][n] unit, in bucket order
   Buffer<float> share;   // [n] how much each fit counts, 0 .. 1
-  Buffer<float> value;   // [values][n], two or four
+  Buffer<float> value;   // [values][n], one or three
 };
 
-/// Copies fits into new buffers. A value that is empty is for the device to
-/// write; the last one is repeated where their number is odd. Arguments as below.
+/// Copies fits into new buffers. Arguments as below.
 SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec3d>& normal,
                        const std::vector<float>& share,
                        const std::vector<std::vector<float>>& values);
@@ -36,24 +34,18 @@ SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec
 void average_sheet(Device& device, const SheetFits& fits, const SheetWeights& weights,
                    const Buffer<float>& mean);
 
-/// The mean of two values over the sheet around each of n fits [n]; 0 where nothing counts. Waits.
+/// The means of one or three values over the sheet around each of n fits [n]; 0 where nothing
+/// counts. Waits.
 ///
 ///   position  [n] eye space, particle radii
 ///   normal    [n] unit
 ///   share     [n] how much each fit counts, 0 .. 1
 ///   values    [n] each
-std::array<std::vector<float>, 2> average_on_sheets(Device& device,
-                                                    const std::vector<Vec3d>& position,
-                                                    const std::vector<Vec3d>& normal,
-                                                    const std::vector<float>& share,
-                                                    const std::array<std::vector<float>, 2>& values,
-                                                    const SheetWeights& weights);
-
-/// The same of one to four values, where positions are in cells of side weights.reach already.
-std::vector<std::vector<float>> average_in_cells(Device& device, const Cells& cells,
-                                                 const std::vector<Vec3d>& normal,
-                                                 const std::vector<float>& share,
-                                                 const std::vector<std::vector<float>>& values,
-                                                 const SheetWeights& weights);
+std::vector<std::vector<float>> average_on_sheets(Device& device,
+                                                  const std::vector<Vec3d>& position,
+                                                  const std::vector<Vec3d>& normal,
+                                                  const std::vector<float>& share,
+                                                  const std::vector<std::vector<float>>& values,
+                                                  const SheetWeights& weights);
 
 }  // namespace meniscus

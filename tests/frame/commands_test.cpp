@@ -28,8 +28,8 @@ void take_form(Device& device, const Form& form) {
   state.discs = DiscForm::minima;
 }
 
-constexpr Form kProcessor{"OnAProcessor", false, 8, {91, 1022, 0, 22, 10, 2}};
-constexpr Form kGpu{"OnAGpu", true, 1, {60, 785, 2, 6, 5, 2}};
+constexpr Form kProcessor{"OnAProcessor", false, 8, {91, 1028, 0, 19, 8, 2}};
+constexpr Form kGpu{"OnAGpu", true, 1, {60, 791, 2, 4, 3, 2}};
 
 class Commands : public testing::TestWithParam<Form> {};
 

@@ -28,7 +28,7 @@ ParticleFits fit(Device& device, const Scene& scene, const FitParams& params) {
 std::vector<float> mixed_roundness(const Scene& scene) {
   Random random(7);
   std::vector<float> roundness;
-  for (std::size_t k = 0; k < scene.seen.index.size(); ++k)
+  for (std::size_t k = 0; k < scene.around.index.size(); ++k)
     roundness.push_back(k % 3 == 0 ? 0 : k % 3 == 1 ? 1 : static_cast<float>(random(0, 1)));
   return roundness;
 }
@@ -188,10 +188,11 @@ TEST_P(ParticleFit, RoundFitsCrossWiderAnglesAndSeeLess) {
     ParticleFits before;
     for (params.passes = 1; params.passes <= 3; ++params.passes) {
       const ParticleFits after =
-          fit_particles(device_, scene.projected, scene.seen, scene.around, roundness, params);
+          fit_particles(device_, scene.projected, scene.seen, scene.around, params, roundness);
       for (std::size_t k = 0; k < after.size(); ++k) {
-        EXPECT_EQ(after.roundness[k], roundness[k]);
-        EXPECT_FLOAT_EQ(static_cast<float>(after.support[k]), 10 - 3 * roundness[k]);
+        const float round = roundness[static_cast<std::size_t>(scene.place[k])];
+        EXPECT_EQ(after.roundness[k], round);
+        EXPECT_FLOAT_EQ(static_cast<float>(after.support[k]), 10 - 3 * round);
       }
       expect_pass(scene, before, after, params, params.passes);
       before = after;
@@ -248,7 +249,7 @@ TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
     const Scene scene = fitted_surface(field(18, 4, surface));
     const FitParams params;
     const ParticleFits fits = fit_particles(device_, scene.projected, scene.seen, scene.around,
-                                            mixed_roundness(scene), params);
+                                            params, mixed_roundness(scene));
     const Surroundings all = scene.surroundings(fits);
     std::size_t decided = 0;
     for (std::size_t k = 0; k < fits.size(); ++k) {
@@ -359,14 +360,14 @@ TEST_P(ParticleFit, InPartsTheBitsAreTheSame) {
   const Scene scene = fitted_surface(field(24, 2, roof));
   const std::vector<float> roundness = mixed_roundness(scene);
   const auto all = [&] {
-    return fit_particles(device_, scene.projected, scene.seen, scene.around, roundness, {});
+    return fit_particles(device_, scene.projected, scene.seen, scene.around, {}, roundness);
   };
   const ParticleFits whole = all();
   std::size_t& largest = device_.state().info.largest_buffer;
   const std::size_t before = std::exchange(largest, std::size_t{65} << 10);
-  const std::size_t parts = find_neighbours(device_, scene.projected, scene.seen.index,
-                                            scene.around.index, FitParams{}.support)
-                                .parts.size();
+  const std::size_t parts =
+      find_neighbours(device_, scene.projected, scene.seen, scene.around.index, FitParams{}.support)
+          .parts.size();
   const ParticleFits apart = all();
   largest = before;
   EXPECT_GT(parts, 1u);

@@ -75,13 +75,6 @@ FittedSurface rounded_edge(double radius, double noise) {
   return placed_surface(at, normal, noise);
 }
 
-std::vector<float> roundness_of(Device& device, const FittedSurface& scene, double disorder = 0) {
-  return measure_roundness(
-      device, scene.projected, scene.seen, scene.around,
-      find_neighbours(device, scene.projected, scene.seen.index, scene.around.index, kTrialReach),
-      {}, {}, disorder);
-}
-
 TEST_P(Roundness, EvidenceMatchesTheReference) {
   std::size_t decided = 0, all = 0;
   double most_two = 0, apart = 0;
@@ -169,9 +162,7 @@ TEST_P(Roundness, InPartsIsTheSame) {
   const std::vector<float> whole = roundness_of(device_, scene);
   std::size_t& largest = device_.state().info.largest_buffer;
   const std::size_t before = std::exchange(largest, std::size_t{52} << 10);
-  const std::size_t parts =
-      find_neighbours(device_, scene.projected, scene.seen.index, scene.around.index, kTrialReach)
-          .parts.size();
+  const std::size_t parts = trials_of(device_, scene).neighbours.parts.size();
   const std::vector<float> apart = roundness_of(device_, scene);
   largest = before;
   EXPECT_GT(parts, 1u);

@@ -15,9 +15,9 @@ TEST_P(Sheets, WhereNothingCountsTheMeanIsZero) {
   const std::vector<Vec3d> position(50, Vec3d{1, 2, -30}), normal(50, Vec3d{0, 0, 1});
   const std::vector<float> value(50, 1);
   for (const std::vector<float>& mean : average_on_sheets(
-           device_, position, normal, std::vector<float>(50, 0), {value, value}, kWeights))
+           device_, position, normal, std::vector<float>(50, 0), {value, value, value}, kWeights))
     EXPECT_EQ(mean, std::vector<float>(50, 0));
-  EXPECT_TRUE(average_on_sheets(device_, {}, {}, {}, {}, kWeights)[0].empty());
+  EXPECT_TRUE(average_on_sheets(device_, {}, {}, {}, {{}}, kWeights).at(0).empty());
 }
 
 MENISCUS_ON_EVERY_DEVICE(Sheets);

@@ -65,9 +65,9 @@ ParticleFits measured(Device& device, const Projected& p, std::size_t seen) {
   const FoundSurface found = surface_of(device, p, seen);
   const Visible rim = with_rim(p, found.seen, found.field);
   const FitNeighbours neighbours =
-      find_neighbours(device, p, rim.index, found.surface.index, FitParams{}.support);
-  DeviceFits fits = make_fits(device, p, rim, found.surface, neighbours,
-                              std::vector<float>(rim.index.size(), 0.0f), {});
+      find_neighbours(device, p, rim, found.surface.index, FitParams{}.support);
+  DeviceFits fits = make_fits(device, upload_surface(device, p, found.surface), p, rim,
+                              found.surface, neighbours, {});
   measure_surroundings(device, cells_of(device, p), fits);
   return download(device, std::move(fits));
 }
@@ -147,7 +147,7 @@ TEST_P(Trust, ASprayIsNot) {
 TEST_P(Trust, NoFitsHaveNone) {
   const Projected p = block(3, 3, 3);
   const FitNeighbours none = find_neighbours(device_, p, {}, {}, 5);
-  DeviceFits fits = make_fits(device_, p, {}, {}, none, {}, {});
+  DeviceFits fits = make_fits(device_, {}, p, {}, {}, none, {});
   measure_surroundings(device_, cells_of(device_, p), fits);
   EXPECT_TRUE(trust_of(download(device_, std::move(fits))).empty());
 }

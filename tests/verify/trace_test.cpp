@@ -20,7 +20,7 @@ TEST(ArgumentNames, AreThoseOfTheKernel) {
   // Those behind nouns, as the kernel calls them.
   EXPECT_THAT(argument_names("sheet.cl", "average_on_sheets"),
               ElementsAre("mean", "cell_x", "cell_y", "cell_z", "cell_tag", "cell_start",
-                          "cell_grid", "n", "normal", "share", "value", "weights"));
+                          "cell_grid", "normal", "share", "value", "by"));
   EXPECT_THAT(argument_names("list_samples.cl", "keep_samples"),
               ElementsAre("sample", "count", "nearer", "depth", "unwanted", "kept", "kept_count",
                           "tiles", "where"));

@@ -1,5 +1,5 @@
 // The evidence for one quadric or two sheets in double precision, from its definition
-// (roundness.hpp, roundness.cl), given the trial fits.
+// (roundness.hpp, roundness.cl), given the trial fits; and what follows from it.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "verify/reference/fit.hpp"
+#include "verify/reference/sheet.hpp"
 
 namespace meniscus::reference {
 
@@ -101,6 +102,59 @@ inline double two_sheets(const std::vector<TrialFit>& fits, std::size_t own) {
   if (convex ? fb <= fa : fb >= fa) return of_a;
   const double meets = smooth_step(0.003, 0.02, b.weight / (a.weight + b.weight));
   return of_a + meets * (b.squares / b.weight - of_a);
+}
+
+/// A value, and how far floats may be from it.
+struct Estimate {
+  double value = 0, error = 0;
+};
+
+/// f of a value that is off by as much as it may be; f itself rounds ten times.
+template <class F>
+Estimate passed_on(const Estimate& of, const F& f) {
+  const double value = f(of.value);
+  const double off = std::max(std::abs(f(of.value + of.error) - value),
+                              std::abs(f(std::max(of.value - of.error, 0.0)) - value));
+  return {value, 2 * off + 10 * kEpsilon * std::abs(value)};
+}
+
+/// What kernel score_bends says of a fit.
+struct ScoredBend {
+  Estimate share, score, bends;
+};
+
+/// Of means of the evidence at it. `share` is its own, `noise` that of irregular particles,
+/// radii^2.
+inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const SheetMean& bend,
+                              double share, double noise) {
+  const auto orderly = [&](double square) {
+    return std::max(square - noise, std::min(square, 0.011));
+  };
+  const auto logarithm = [](double factor, double noise_left) {
+    return [=](double x) { return factor * std::log(x + noise_left); };
+  };
+  const Estimate all[] = {
+      passed_on({orderly(one.mean), one.error + kEpsilon * one.mean}, logarithm(-4, 0.002)),
+      passed_on({orderly(two.mean), two.error + kEpsilon * two.mean}, logarithm(2, 0.02)),
+      passed_on({bend.mean, bend.error}, logarithm(1.5, 0.002))};
+  ScoredBend scored;
+  for (const Estimate& part : all) {
+    scored.score.value += part.value;
+    scored.score.error += part.error;
+  }
+  scored.score.error += 20 * kEpsilon;  // of the product, and the logarithm itself
+  const auto bends = [](double x) { return smooth_step(0.005, 0.02, x); };
+  scored.bends = passed_on({bend.mean, bend.error}, bends);
+  scored.share = passed_on({bend.mean, bend.error}, [&](double x) {
+    return share * bends(x) * (smooth_step(0.01, 0.04, x) + 0.01) / std::sqrt(std::max(x, 1e-6));
+  });
+  return scored;
+}
+
+/// The roundness of a fit that bends so far, of the mean score around.
+inline Estimate roundness_of(const SheetMean& score, double bends) {
+  return passed_on({score.mean, score.error},
+                   [&](double x) { return bends * smooth_step(1.8, 1.95, x); });
 }
 
 }  // namespace meniscus::reference

@@ -1,10 +1,59 @@
 // measure_evidence: what the trial fits say of each particle, given the fits themselves.
+// score_bends, given the evidence; tell_roundness, given the scores.
 #include "verify/references/roundness.hpp"
 
 #include "verify/references/cases.hpp"
 #include "verify/references/worst.hpp"
 
 namespace meniscus::verify {
+
+namespace {
+
+// Averages as the kernels take them (docs/method.md).
+constexpr SheetWeights kNear{5, -0.6f, -0.2f}, kFar{32, -0.6f, -0.2f};
+
+// Next to nothing may be nothing in floats.
+bool tells(const reference::SheetMean& mean) { return mean.weight == 0 || mean.weight > 1e-3; }
+
+struct BendErrors {
+  Worst share{"score_bends", "share"}, score{"score_bends", "score"}, bends{"score_bends", "bend"},
+      round{"tell_roundness", "roundness"};
+};
+
+// Of a hilly surface whose particles are rough by `noise`, so that scores are about where they
+// tell.
+void see_bends(Device& device, int size, double noise, double disorder, BendErrors& worst) {
+  Random random(13);
+  const FittedSurface scene = fitted_surface(
+      field(size, 3, [&](double u, double v) { return hills(u, v) + random(-noise, noise); }));
+  const std::size_t n = scene.seen.index.size();
+  const Evidence evidence = evidence_of(device, scene);
+  std::vector<Vec3d> position;
+  for (const std::int32_t i : scene.seen.index)
+    position.push_back(scene.projected.eye(static_cast<std::size_t>(i)));
+  const ScoredBends scored = scored_bends(device, scene, disorder);
+  const double added = 0.045 * disorder * (1 - disorder / 2);
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto mean = [&](const std::vector<float>& values, const SheetWeights& weights) {
+      const bool far = &weights == &kFar;
+      return reference::sheet_mean(position, evidence.normal, far ? scored.share : evidence.share,
+                                   values, k, weights);
+    };
+    const auto one = mean(evidence.one, kNear), two = mean(evidence.two, kNear),
+               bend = mean(evidence.bend, kNear);
+    if (!tells(one)) continue;
+    const auto expected = reference::scored_bend(one, two, bend, evidence.share[k], added);
+    worst.share.see(scored.share[k], expected.share.value, expected.share.error, 1);
+    worst.score.see(scored.score[k], expected.score.value, expected.score.error, 1);
+    worst.bends.see(scored.bends[k], expected.bends.value, expected.bends.error, 1);
+    const auto score = mean(scored.score, kFar);
+    if (!tells(score)) continue;
+    const auto round = reference::roundness_of(score, scored.bends[k]);
+    worst.round.see(scored.roundness[k], round.value, round.error, 1);
+  }
+}
+
+}  // namespace
 
 ReferenceErrors roundness_case(Device& device, int size) {
   Worst one("measure_evidence", "one quadric"), two("measure_evidence", "two sheets"),
@@ -24,7 +73,11 @@ ReferenceErrors roundness_case(Device& device, int size) {
       two.see(evidence.two[k], expected, 4 * kEvidenceBound);
     }
   }
-  return {one.error(), two.error(), bend.error()};
+  BendErrors bends;
+  for (const double noise : {0.1, 0.25, 0.4})
+    for (const double disorder : {0.0, 0.5}) see_bends(device, size, noise, disorder, bends);
+  return {one.error(),         two.error(),         bend.error(),       bends.share.error(),
+          bends.score.error(), bends.bends.error(), bends.round.error()};
 }
 
 }  // namespace meniscus::verify

@@ -14,8 +14,8 @@ inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedS
   params.support = kTrialReach;
   params.passes = 1;
   const ParticleFits fits =
-      fit_particles(device, scene.projected, scene.seen, scene.around,
-                    std::vector<float>(scene.seen.index.size(), wide ? 1.0f : 0.0f), params);
+      fit_particles(device, scene.projected, scene.seen, scene.around, params,
+                    std::vector<float>(scene.around.index.size(), wide ? 1.0f : 0.0f));
   std::vector<reference::TrialFit> trial;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     std::array<float, 10> quadric = fits.quadric[k];
@@ -46,11 +46,47 @@ inline std::vector<reference::TrialFit> rounded(std::vector<reference::TrialFit>
   return fits;
 }
 
+inline TrialPlaces trials_of(Device& device, const FittedSurface& scene) {
+  return find_trials(device, scene.projected, scene.seen, scene.around.index);
+}
+
 inline Evidence evidence_of(Device& device, const FittedSurface& scene) {
-  return measure_evidence(
-      device, scene.projected, scene.seen, scene.around,
-      find_neighbours(device, scene.projected, scene.seen.index, scene.around.index, kTrialReach),
-      {}, {});
+  return measure_evidence(device, upload_surface(device, scene.projected, scene.around),
+                          trials_of(device, scene), {}, {});
+}
+
+/// What the kernels behind it make of the evidence, of the fitted particles.
+struct ScoredBends {
+  std::vector<float> share, score, bends, roundness;
+};
+
+inline ScoredBends scored_bends(Device& device, const FittedSurface& scene, double disorder = 0) {
+  const FitSurface surface = upload_surface(device, scene.projected, scene.around);
+  const TrialPlaces trials = trials_of(device, scene);
+  const std::size_t n = scene.seen.index.size();
+  const std::vector<float> none(n);
+  ScoredBends result{none, none, none, none};
+  if (n == 0) return result;
+  const SheetFits scored = score_bends(device, surface, trials, {}, {}, disorder);
+  tell_roundness(device, scored, trials, surface);
+  const HostView to(device, trials.to);
+  const HostView share(device, scored.share), value(device, scored.value),
+      records(device, surface.normal);
+  for (std::size_t p = 0; p < n; ++p) {
+    const auto k = static_cast<std::size_t>(trials.neighbours.sheet.host.item[p]);
+    const auto at = static_cast<std::size_t>(to.data()[p]);
+    result.share[k] = share.data()[at];
+    result.score[k] = value.data()[at];
+    result.bends[k] = value.data()[n + at];
+    result.roundness[k] = records.data()[4 * static_cast<std::size_t>(scene.place[k]) + 3];
+  }
+  return result;
+}
+
+/// Their roundness.
+inline std::vector<float> roundness_of(Device& device, const FittedSurface& scene,
+                                       double disorder = 0) {
+  return scored_bends(device, scene, disorder).roundness;
 }
 
 }  // namespace meniscus

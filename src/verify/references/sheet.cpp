@@ -13,7 +13,7 @@ ReferenceErrors sheet_case(Device& device, int size) {
   const auto rounded = [](const Vec3d& v) { return Vec3d(Vec3(v)); };
   std::vector<Vec3d> position, normal;
   std::vector<float> share;
-  std::array<std::vector<float>, 2> values;
+  std::vector<std::vector<float>> values(3);
   for (std::size_t i = 0; i < n; ++i) {
     position.push_back(rounded({random(-9, 9), random(-9, 9), random(-31, -29)}));
     normal.push_back(
@@ -27,19 +27,24 @@ ReferenceErrors sheet_case(Device& device, int size) {
     normal[1] = normal[0];
     share[0] = share[1] = 1;
   }
-  Worst first("average_on_sheets", "first mean"), second("average_on_sheets", "second mean");
-  // As trust and roundness take them (docs/method.md), and a narrow one.
+  std::vector<Worst> means;
+  for (const char* of : {"first mean", "second mean", "third mean"})
+    means.emplace_back("average_on_sheets", of);
+  Worst alone("average_on_sheets", "mean of one value");
+  // As trust takes them (docs/method.md), and a narrow one.
   for (const SheetWeights weights : {SheetWeights{5, 0.4f, 0.6f}, SheetWeights{2.5f, 0.8f, 0.9f}}) {
     const auto found = average_on_sheets(device, position, normal, share, values, weights);
+    const auto of_one = average_on_sheets(device, position, normal, share, {values[0]}, weights);
     for (std::size_t k = 0; k < n; ++k)
-      for (const std::size_t v : {0u, 1u}) {
+      for (std::size_t v = 0; v < values.size(); ++v) {
         const auto expected = reference::sheet_mean(position, normal, share, values[v], k, weights);
         // Next to nothing may be nothing in floats.
         if (expected.weight > 0 && expected.weight < 1e-3) continue;
-        (v ? second : first).see(found[v][k], expected.mean, expected.error, 1);
+        means[v].see(found[v][k], expected.mean, expected.error, 1);
+        if (v == 0) alone.see(of_one[0][k], expected.mean, expected.error, 1);
       }
   }
-  return {first.error(), second.error()};
+  return {means[0].error(), means[1].error(), means[2].error(), alone.error()};
 }
 
 }  // namespace meniscus::verify
