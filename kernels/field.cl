@@ -119,16 +119,21 @@ inline int at_lane(const intv v, const intv lane) {
 #endif
 }
 
-// Takes those that lie in the cell of the first that is left, or in others of `span` cells of the row
-// from there on.
-inline intv take_cells(Points* p, const int span) {
+// Which cells are at most so many away from one along an axis.
+inline intv near_cell(const intv cell, const int from, const int away) {
+  return (cell >= from - away) & (cell <= from + away);
+}
+
+// Takes those that lie in the cell of the first that is left, or at most so many cells `away` from it
+// along each axis.
+inline intv take_cells(Points* p, const int away) {
   const int left = BITS(p->left);
   const intv first = TO_INTV(LANES) == popcount((left & -left) - 1);
   p->cx = at_lane(p->x, first);
   p->cy = at_lane(p->y, first);
   p->cz = at_lane(p->z, first);
-  const intv here = p->left & (p->x >= p->cx) & (p->x < p->cx + span) & (p->y == p->cy) &
-                    (p->z == p->cz);
+  const intv here = p->left & near_cell(p->x, p->cx, away) & near_cell(p->y, p->cy, away) &
+                    near_cell(p->z, p->cz, away);
   p->left &= !here;
   return here;
 }
@@ -200,7 +205,7 @@ inline Field field_at(const Cells cells, global const float* weight, const Lines
   Field field = {none, none, none, none};
   Points points = points_at(cells, s.x, s.y, s.z);
   while (ANY(points.left)) {
-    const intv here = take_cells(&points, 1);
+    const intv here = take_cells(&points, 0);
     Field sum = {none, none, none, none};
     for (int row_at = 0; row_at < 9; ++row_at) {
       const int y_at = points.cy + row_at % 3 - 1, z_at = points.cz + row_at / 3 - 1;

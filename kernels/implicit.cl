@@ -351,7 +351,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
                   smooth_step(ALONE, COMPANY, firm);
 }
 
-// F and its gradient at points that lie in few cells of a row, where wanted.
+// F and its gradient at points that lie in cells beside each other, where wanted.
 inline void implicit_at(const Cells cells, global const float* weight, const FitCells fits,
                         const floatv x, const floatv y, const floatv z, const intv wanted,
                         const Implicit of, Level* result) {
@@ -405,7 +405,7 @@ kernel void measure_implicit(
   Points points = points_at(cells, px, py, pz);
   points.left = TO_INTV(LANES) < n - p;  // what lies beyond is in no order
   while (ANY(points.left)) {
-    const intv here = take_cells(&points, SPAN);
+    const intv here = take_cells(&points, 1);
     Level at;
     implicit_at(cells, level_weight, fits, px, py, pz, here, of, &at);
     level = select_level(level, at, here);

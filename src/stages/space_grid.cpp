@@ -516,25 +516,24 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
 
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
-  // Points in one row of the field's cells are asked together.
-  const float inverse_cell = function.levelled.grid.inverse_cell;
-  const auto cell_at = [&](double v) { return cell_of(static_cast<float>(v), inverse_cell); };
-  std::vector<std::uint64_t> order;  // the cell, and the crossing
-  order.reserve(some.size());
-  for (const std::uint32_t e : some) {
-    const Vec3d& at = edges.position[e];
-    order.push_back(std::uint64_t{tag_of(cell_at(at.x), cell_at(at.y), cell_at(at.z))} << 32 | e);
+  // Those of one block corner by corner: points that lie near each other are asked together.
+  std::vector<std::uint32_t> order = some;
+  for (auto begin = order.begin(); begin != order.end();) {
+    const std::int32_t block = edges.block[*begin];
+    const auto end =
+        std::find_if(begin, order.end(), [&](std::uint32_t e) { return edges.block[e] != block; });
+    std::sort(begin, end, [&](std::uint32_t a, std::uint32_t b) {
+      return edges.bit[a] != edges.bit[b] ? edges.bit[a] < edges.bit[b] : a < b;
+    });
+    begin = end;
   }
-  std::sort(order.begin(), order.end());
   Points points;
   points.reserve(order.size());
-  for (const std::uint64_t place : order)
-    points.add(edges.position[static_cast<std::uint32_t>(place)]);
+  for (const std::uint32_t e : order) points.add(edges.position[e]);
   const Levels levels = measure_implicit(device, function, points);
   for (std::size_t k = 0; k < order.size(); ++k) {
-    const auto e = static_cast<std::uint32_t>(order[k]);
-    edges.value[e] = levels.value[k];
-    edges.normal[e] = Vec3d(levels.gradient[k]);
+    edges.value[order[k]] = levels.value[k];
+    edges.normal[order[k]] = Vec3d(levels.gradient[k]);
   }
 }
 
