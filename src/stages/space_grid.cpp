@@ -108,20 +108,33 @@ std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
          (own.inside ^ of_next(own.inside, other.inside, axis));
 }
 
-// The cells around an edge along `axis` have 18 corners: two along it, three along the others.
-template <class Visit>
-void each_corner_around(int bit, int axis, Visit&& visit) {
+// Corners of a block and of those around it, as in SpaceGrid::around.
+using CornersAround = std::array<std::uint64_t, 27>;
+
+// The 18 corners of the cells around an edge: two along its axis, three along the others.
+constexpr CornersAround corners_around(int bit, int axis) {
+  CornersAround corners{};
   const int b = (axis + 1) % 3, c = (axis + 2) % 3;
   for (int along = 0; along <= 1; ++along)
     for (int db = -1; db <= 1; ++db)
       for (int dc = -1; dc <= 1; ++dc) {
-        std::array<int, 3> corner = place_in_block(bit);
-        corner[axis] += along;
-        corner[b] += db;
-        corner[c] += dc;
-        visit(corner[0], corner[1], corner[2]);
+        std::array<int, 3> at = place_in_block(bit);  // from the block before on
+        at[axis] += kBlockSide + along;
+        at[b] += kBlockSide + db;
+        at[c] += kBlockSide + dc;
+        corners[at[0] / 4 + 3 * (at[1] / 4) + 9 * (at[2] / 4)] |=
+            std::uint64_t{1} << (at[0] % 4 + 4 * (at[1] % 4) + 16 * (at[2] % 4));
       }
+  return corners;
 }
+
+// Of each axis and each bit at an edge's lower end.
+constexpr auto kCornersAround = [] {
+  std::array<std::array<CornersAround, 64>, 3> all{};
+  for (int axis = 0; axis < 3; ++axis)
+    for (int bit = 0; bit < 64; ++bit) all[axis][bit] = corners_around(bit, axis);
+  return all;
+}();
 
 // The blocks with a corner that may lie within `reach` of a point: from the first to the last one
 // along each axis. Block b has the corners side b .. side (b + 1) - cell.
@@ -222,43 +235,46 @@ void want_near(SpaceGrid& grid, const Points& points, double reach) {
   });
 }
 
-// A corner whose block is not there: the block's key, and the corner's bit as a mask.
-using MissingCorner = std::pair<std::uint64_t, std::uint64_t>;
+// Corners whose block is not there: its key, and their mask.
+using MissingCorners = std::pair<std::uint64_t, std::uint64_t>;
 
-// Wants the corner (i, j, k) from a block's first one. Returns whether its block is there and its
-// value is not known; where the block is not there, adds the corner to `missing`.
-bool want_corner(SpaceGrid& grid, std::size_t from, int i, int j, int k,
-                 std::vector<MissingCorner>& missing) {
-  const Place& at = grid.blocks[from].at;
-  if (!grid.within.holds(std::int64_t{kBlockSide} * at[0] + i, std::int64_t{kBlockSide} * at[1] + j,
-                         std::int64_t{kBlockSide} * at[2] + k))
-    return false;
-  const Corner corner = corner_at(grid, from, i, j, k);
-  const std::uint64_t mask = std::uint64_t{1} << corner.bit;
-  if (corner.block == kNoBlock) {
-    missing.emplace_back(key_of({at[0] + (i >> 2), at[1] + (j >> 2), at[2] + (k >> 2)}), mask);
+// Wants those corners of the block around another one that are not known. Returns whether there are
+// any; where the block is not there, adds them to `missing`.
+bool want_corners(SpaceGrid& grid, std::size_t from, std::size_t around, std::uint64_t corners,
+                  std::vector<MissingCorners>& missing) {
+  const std::int32_t block = grid.around[from][around];
+  if (block != kNoBlock) corners &= ~grid.blocks[static_cast<std::size_t>(block)].known;
+  if (corners == 0) return false;
+  const auto n = static_cast<std::int32_t>(around);
+  Place at = grid.blocks[from].at;
+  at = {at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1};
+  corners &= grid.within.mask_of(at);
+  if (corners == 0) return false;
+  if (block == kNoBlock) {
+    missing.emplace_back(key_of(at), corners);
     return false;
   }
-  CornerBlock& block = grid.blocks[static_cast<std::size_t>(corner.block)];
-  if ((block.known & mask) != 0) return false;
-  std::atomic_ref<std::uint64_t>(block.wanted).fetch_or(mask, std::memory_order_relaxed);
+  std::atomic_ref<std::uint64_t>(grid.blocks[static_cast<std::size_t>(block)].wanted)
+      .fetch_or(corners, std::memory_order_relaxed);
   return true;
 }
 
-// want_corner() for all corners of the cells around a block's crossed edges, but for edges that an
-// earlier call has gone through. Returns whether it is true for any of them.
-bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<MissingCorner>& missing) {
-  bool any = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::uint64_t& done = grid.blocks[block].closed[static_cast<std::size_t>(axis)];
-    const std::uint64_t crossed = crossed_from(grid, block, axis);
+// want_corners() of the cells around a block's crossed edges, but for edges that an earlier call
+// has gone through. Returns whether it is true for any of them.
+bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<MissingCorners>& missing) {
+  CornersAround corners{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::uint64_t& done = grid.blocks[block].closed[axis];
+    const std::uint64_t crossed = crossed_from(grid, block, static_cast<int>(axis));
     each_bit(crossed & ~done, [&](int bit) {
-      each_corner_around(bit, axis, [&](int i, int j, int k) {
-        any |= want_corner(grid, block, i, j, k, missing);
-      });
+      const CornersAround& more = kCornersAround[axis][static_cast<std::size_t>(bit)];
+      for (std::size_t n = 0; n < corners.size(); ++n) corners[n] |= more[n];
     });
     done |= crossed;
   }
+  bool any = false;
+  for (std::size_t n = 0; n < corners.size(); ++n)
+    any |= want_corners(grid, block, n, corners[n], missing);
   return any;
 }
 
@@ -417,10 +433,10 @@ void fill_corners(SpaceGrid& grid,
 
 bool want_closed(SpaceGrid& grid) {
   std::mutex joining;
-  std::vector<MissingCorner> missing;
+  std::vector<MissingCorners> missing;
   std::atomic<bool> any{false};
   parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<MissingCorner> own;
+    std::vector<MissingCorners> own;
     bool wants = false;
     for (std::size_t b = begin; b < end; ++b) wants |= want_cells_around(grid, b, own);
     if (wants) any = true;

@@ -28,7 +28,7 @@ struct CornerBlock {
 };
 
 /// The (i, j, k) of the corner that a bit stands for.
-inline std::array<int, 3> place_in_block(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
+constexpr std::array<int, 3> place_in_block(int bit) { return {bit & 3, bit >> 2 & 3, bit >> 4}; }
 
 /// Corners from `low` on and before `high`, counted from the origin; all there are.
 struct CornerBox {
