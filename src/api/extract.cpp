@@ -75,8 +75,9 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
     extraction.counts.spray = static_cast<std::int64_t>(frame.spray.size());
   }
   if (layers_apart)
-    extraction.layers = run_layers(device, streamed.view, streamed.particles,
-                                   front_of(device, frame.view, extraction.image), params, timings);
+    extraction.layers =
+        run_layers(device, streamed.view, streamed.particles,
+                   front_of(device, frame.view, extraction.image, params.layers), params, timings);
   return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
 }
 

@@ -253,7 +253,7 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
     result.layers = find_layers(device, view,
                                 {fluid.particles, fluid.host_cells, fluid.cells, fluid.levelled,
                                  fluid.measured.part<0>(), around, std::move(fits), trust},
-                                front_of(device, view, result.image), params, clock);
+                                front_of(device, view, result.image, params.layers), params, clock);
   clock.stop();
   return result;
 }

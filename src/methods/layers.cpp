@@ -220,15 +220,18 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
 
 }  // namespace
 
-std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffers& image) {
+std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffers& image,
+                            int layers) {
   const HostView depth(device, image.depth);
-  std::vector<float> front(image.grid.size());
+  std::vector<float> front;
+  front.reserve(image.grid.size() * static_cast<std::size_t>(layers));
+  front.resize(image.grid.size());
   for (std::size_t s = 0; s < front.size(); ++s) front[s] = world_depth(view, depth[s]);
   return front;
 }
 
-Layers find_layers(Device& device, const View& view, KnownFluid known,
-                   const std::vector<float>& front, const Parameters& params, StageClock& clock) {
+Layers find_layers(Device& device, const View& view, KnownFluid known, std::vector<float> front,
+                   const Parameters& params, StageClock& clock) {
   clock.start("fit");
   const Visible hidden = choose_hidden(known);
   const ParticleFits more = fit_hidden(device, known, hidden, params);
@@ -242,20 +245,20 @@ Layers find_layers(Device& device, const View& view, KnownFluid known,
   const DualMesh mesh =
       mesh_behind(device, view, front, known, function, {.amount = params.disorder}, clock);
   clock.start("layers");
-  Layers layers = trace_layers(view, mesh, front, params.layers);
+  Layers layers = trace_layers(view, mesh, std::move(front), params.layers);
   clock.stop();
   return layers;
 }
 
 Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
-                  const std::vector<float>& front, const Parameters& given,
+                  std::vector<float> front, const Parameters& given,
                   std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
   const PlacedFluid fluid = place_fluid(view, given, clock, [&](const View& in) {
     return project_particles(in, particles, kMargin);
   });
   const auto& [in, disorder, placed, host_cells] = fluid;
-  if (placed.size() == 0) return trace_layers(view, {}, front, given.layers);
+  if (placed.size() == 0) return trace_layers(view, {}, std::move(front), given.layers);
   const Parameters params = for_disorder(given, disorder);
   clock.start("field");
   const auto [cells, levelled, field] = measure_field(device, fluid, given.region);
@@ -267,7 +270,7 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
   }
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
   return find_layers(device, in, {placed, host_cells, cells, levelled, field, around, {}, {}},
-                     front, params, clock);
+                     std::move(front), params, clock);
 }
 
 }  // namespace meniscus

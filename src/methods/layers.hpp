@@ -26,15 +26,16 @@ struct KnownFluid {
 /// The layers along the rays of a view.
 ///
 ///   front  [pixels] depths that the view's pixels show, world units; kNoSurface
-Layers find_layers(Device& device, const View& view, KnownFluid known,
-                   const std::vector<float>& front, const Parameters& params, StageClock& clock);
+Layers find_layers(Device& device, const View& view, KnownFluid known, std::vector<float> front,
+                   const Parameters& params, StageClock& clock);
 
 /// The same of particles whose front was made from others.
 Layers run_layers(Device& device, const View& view, const WorldParticles& particles,
-                  const std::vector<float>& front, const Parameters& params,
+                  std::vector<float> front, const Parameters& params,
                   std::vector<StageTime>* timings);
 
-/// The depths that pixels show, world units.
-std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffers& image);
+/// The depths that pixels show, world units, with room for so many layers of them.
+std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffers& image,
+                            int layers);
 
 }  // namespace meniscus

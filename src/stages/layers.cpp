@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "base/parallel.hpp"
 
@@ -364,13 +365,12 @@ float next_above(float depth) {
 struct Tracer {
   const View& view;
   const ScreenMesh& screen;
-  const std::vector<float>& front;
-  Layers& layers;
+  Layers& layers;  // whose first entries are the front
 
   // Writes what is kept of one ray. `bodies` is room to work in.
   void write(int column, int row, std::size_t pixel, const std::vector<Crossing>& crossings,
              std::vector<Interval>& bodies) const {
-    const float first = front[pixel];
+    const float first = layers.entry[pixel];
     const double stretch = stretch_of(column, row), depth_of_radius = view.radius / stretch;
     list_intervals(crossings, static_cast<float>(kThinAir * depth_of_radius), bodies);
     if (bodies.empty() || bodies[0].from > first + kMeetsFront * depth_of_radius)
@@ -395,8 +395,8 @@ struct Tracer {
   // The same of a ray that leaves the mesh once behind the front and meets it nowhere else, as most
   // do.
   void write(int column, int row, std::size_t pixel, const Crossing& exit) const {
-    const float from = front[pixel];
-    put(pixel, 0, from, exit.depth);
+    const float from = layers.entry[pixel];
+    layers.exit[pixel] = exit.depth;
     put_first(column, row, pixel, exit.face);
     layers.count[pixel] = 1;
     layers.thickness[pixel] =
@@ -411,8 +411,9 @@ struct Tracer {
 
   void put(std::size_t pixel, std::uint32_t layer, float from, float to) const {
     if (layer >= static_cast<std::uint32_t>(layers.most)) return;
-    layers.entry[layer * front.size() + pixel] = from;
-    layers.exit[layer * front.size() + pixel] = to;
+    const std::size_t at = layer * layers.count.size() + pixel;
+    layers.entry[at] = from;
+    layers.exit[at] = to;
   }
 
   // The normal where the first body ends.
@@ -434,22 +435,22 @@ double most_stretch(const View& view) {
 
 }  // namespace
 
-Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<float>& front,
-                    int most) {
+Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> front, int most) {
   Layers layers;
   const std::size_t pixels = front.size();
   layers.most = most;
   layers.count.resize(pixels, 0);
   layers.thickness.resize(pixels, 0);
   layers.back_normal.resize(pixels);
+  layers.entry = std::move(front);
   layers.entry.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
   const ScreenMesh screen = project_mesh(view, mesh);
-  const Tracer tracer{view, screen, front, layers};
+  const Tracer tracer{view, screen, layers};
   const auto least_air = static_cast<float>(kThinAir * view.radius / most_stretch(view));
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
-    BandCrossings band(view, screen, front, least_air);
+    BandCrossings band(view, screen, layers.entry, least_air);
     std::vector<Crossing> crossings;
     std::vector<Interval> bodies;
     for (std::size_t k = begin; k < end; ++k) {
@@ -460,7 +461,7 @@ Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<fl
       std::size_t pixel = band.first_pixel();
       for (int row = first; row < behind; ++row)
         for (int column = 0; column < view.width; ++column, ++pixel) {
-          if (!(front[pixel] < kNoSurface)) continue;
+          if (!(layers.entry[pixel] < kNoSurface)) continue;
           if (const Crossing* const exit = band.only_exit(pixel)) {
             tracer.write(column, row, pixel, *exit);
             continue;

@@ -22,8 +22,8 @@ namespace meniscus {
 ///
 ///   mesh   in the view's eye space: positions, normals and triangles. Triangles that reach behind
 ///          the eye are left out
-///   front  [pixels] depths that the pixels show, world units; kNoSurface
-Layers trace_layers(const View& view, const DualMesh& mesh, const std::vector<float>& front,
-                    int most);
+///   front  [pixels] depths that the pixels show, world units; kNoSurface. They become the first
+///          entries: room for `most` times as many saves a copy
+Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> front, int most);
 
 }  // namespace meniscus
