@@ -47,12 +47,12 @@ struct Face {
   std::array<std::uint32_t, 3> corner;
   std::array<int, 2> columns, rows;  // whose centres it may cover, first and behind the last
   bool enters;                       // it faces the eye
-  std::uint32_t normals;             // their place in ScreenMesh, of those that rays leave through
 };
 
 // The outward normals of a triangle, world axes: its own, and the mean of its corners', which is
 // linear on the screen but for its length.
 struct FaceNormals {
+  int column, row;  // the face's first ones
   Vec3d flat;
   Vec3d first;              // at the first column and row
   Vec3d by_column, by_row;  // by which it changes
@@ -62,7 +62,6 @@ struct FaceNormals {
 struct ScreenMesh {
   std::vector<ScreenCorner> corner;  // [vertices]
   std::vector<Face> face;
-  std::vector<FaceNormals> normals;
   std::vector<std::vector<std::uint32_t>> of_band;  // [bands] their faces, ascending
 };
 
@@ -106,6 +105,8 @@ FaceNormals normals_of(const View& view, const DualMesh& mesh, const ScreenMesh&
   const auto& [a, b, c] = face.corner;
   const Vec3d& from = mesh.position[a];
   FaceNormals normals;
+  normals.column = face.columns[0];
+  normals.row = face.rows[0];
   normals.flat =
       normalized(world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from)));
   const FaceCorners corner = corners_of(screen, face.corner);
@@ -143,7 +144,6 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
   });
   screen.of_band.resize(static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn));
   screen.face.reserve(mesh.triangle.size());
-  std::vector<std::uint32_t> leaving;  // [normals] their faces
   for (std::array<std::uint32_t, 3> t : mesh.triangle) {
     const auto [a, b, c] = corners_of(screen, t);
     if (!a->usable || !b->usable || !c->usable) continue;
@@ -157,21 +157,15 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
       screen.of_band[static_cast<std::size_t>(band)].push_back(number);
     const bool enters = area < 0;  // rows run down
     if (enters) std::swap(t[1], t[2]);
-    screen.face.push_back({t, columns, rows, enters, static_cast<std::uint32_t>(leaving.size())});
-    if (!enters) leaving.push_back(number);
+    screen.face.push_back({t, columns, rows, enters});
   }
-  screen.normals.resize(leaving.size());
-  parallel_for(leaving.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k)
-      screen.normals[k] = normals_of(view, mesh, screen, screen.face[leaving[k]]);
-  });
   return screen;
 }
 
 // Where a ray meets a triangle.
 struct Crossing {
-  float depth;  // world units
-  std::uint32_t face;
+  float depth;          // world units
+  std::uint32_t face;   // of the band
   std::int32_t enters;  // 1, or -1 where the ray leaves
 
   bool operator<(const Crossing& other) const {
@@ -201,25 +195,27 @@ std::array<int, 2> covered(Sides at, const Sides& to_right, const Sides& least, 
 class BandCrossings {
  public:
   // `least_air`: between two bodies, along the depth, of all rays of the view.
-  BandCrossings(const View& view, const ScreenMesh& screen, const std::vector<float>& front,
-                float least_air)
-      : view_(view), screen_(screen), front_(front), least_air_(least_air) {}
+  BandCrossings(const View& view, const DualMesh& mesh, const ScreenMesh& screen,
+                const std::vector<float>& front, float least_air)
+      : view_(view), mesh_(mesh), screen_(screen), front_(front), least_air_(least_air) {}
 
-  // Forgets all, for the rows `first` and up to before `behind`.
-  void begin(int first, int behind) {
+  // Forgets all, for the rows `first` and up to before `behind`, which have so many faces.
+  void begin(int first, int behind, std::size_t faces) {
     first_ = first;
     behind_ = behind;
     const auto rows = static_cast<std::size_t>(behind - first);
     head_.assign(rows * static_cast<std::size_t>(view_.width), kEnd);
     if (links_.size() < head_.size()) links_.resize(head_.size());
     used_ = 0;
+    normals_.resize(faces);
   }
 
-  // The rows of a face that lie in the band. Its depth is a quotient of two numbers that are linear
-  // on the screen. An entry that is less than `least_air` behind the front tells nothing: the first
-  // body begins at the front, and air between both would be none.
-  void draw(std::uint32_t number) {
-    const Face& face = screen_.face[number];
+  // The rows of a face that lie in the band, which is the band's `number`-th. Its depth is a
+  // quotient of two numbers that are linear on the screen. An entry that is less than `least_air`
+  // behind the front tells nothing: the first body begins at the front, and air between both would
+  // be none.
+  void draw(const Face& face, std::uint32_t number) {
+    const std::uint32_t before = used_;
     const FaceCorners corner = corners_of(screen_, face.corner);
     Sides to_right, down, least;            // of sides: by a column, by a row; on the inside
     std::array<double, 3> above, below;     // of the depth, by the side
@@ -255,7 +251,11 @@ class BandCrossings {
       }
       for (std::size_t k = 0; k < 3; ++k) left[k] += down[k];
     }
+    if (used_ > before && !face.enters) normals_[number] = normals_of(view_, mesh_, screen_, face);
   }
+
+  // Of a face through which rays leave.
+  const FaceNormals& normals(std::uint32_t face) const { return normals_[face]; }
 
   std::size_t first_pixel() const {
     return static_cast<std::size_t>(first_) * static_cast<std::size_t>(view_.width);
@@ -309,22 +309,22 @@ class BandCrossings {
   }
 
   const View& view_;
+  const DualMesh& mesh_;
   const ScreenMesh& screen_;
   const std::vector<float>& front_;
   const float least_air_;
   int first_ = 0, behind_ = 0;
   std::vector<std::uint32_t> head_;  // [pixels] of the band
   std::vector<Link> links_;
-  std::uint32_t used_ = 0;  // links
+  std::uint32_t used_ = 0;            // links
+  std::vector<FaceNormals> normals_;  // [faces] of those through which rays leave
 };
 
 // The mesh's normal where a ray leaves it through a face, world axes.
-Vec3d normal_at(const ScreenMesh& screen, std::uint32_t number, int column, int row) {
-  const Face& face = screen.face[number];
-  const FaceNormals& normals = screen.normals[face.normals];
+Vec3d normal_at(const FaceNormals& normals, int column, int row) {
   return normalized(normals.first +
-                        normals.by_column * static_cast<double>(column - face.columns[0]) +
-                        normals.by_row * static_cast<double>(row - face.rows[0]),
+                        normals.by_column * static_cast<double>(column - normals.column) +
+                        normals.by_row * static_cast<double>(row - normals.row),
                     normals.flat);
 }
 
@@ -364,7 +364,7 @@ float next_above(float depth) {
 
 struct Tracer {
   const View& view;
-  const ScreenMesh& screen;
+  const BandCrossings& band;
   Layers& layers;  // whose first entries are the front
 
   // Writes what is kept of one ray. `bodies` is room to work in.
@@ -420,7 +420,7 @@ struct Tracer {
   void put_first(int column, int row, std::size_t pixel, std::uint32_t leaving) const {
     layers.back_normal[pixel] = static_cast<Vec3>(
         leaving != kNoFace
-            ? normal_at(screen, leaving, column, row)
+            ? normal_at(band.normals(leaving), column, row)
             : world_direction(view, normalized(ray_direction(view, column + 0.5, row + 0.5))));
   }
 };
@@ -447,17 +447,19 @@ Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> f
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
   const ScreenMesh screen = project_mesh(view, mesh);
-  const Tracer tracer{view, screen, layers};
   const auto least_air = static_cast<float>(kThinAir * view.radius / most_stretch(view));
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
-    BandCrossings band(view, screen, layers.entry, least_air);
+    BandCrossings band(view, mesh, screen, layers.entry, least_air);
+    const Tracer tracer{view, band, layers};
     std::vector<Crossing> crossings;
     std::vector<Interval> bodies;
     for (std::size_t k = begin; k < end; ++k) {
       const int first = static_cast<int>(k) * kRowsDrawn,
                 behind = std::min(first + kRowsDrawn, view.height);
-      band.begin(first, behind);
-      for (const std::uint32_t face : screen.of_band[k]) band.draw(face);
+      const std::vector<std::uint32_t>& faces = screen.of_band[k];
+      band.begin(first, behind, faces.size());
+      for (std::uint32_t number = 0; number < faces.size(); ++number)
+        band.draw(screen.face[faces[number]], number);
       std::size_t pixel = band.first_pixel();
       for (int row = first; row < behind; ++row)
         for (int column = 0; column < view.width; ++column, ++pixel) {
