@@ -174,7 +174,7 @@ std::vector<std::uint64_t> blocks_near(const Points& points, double reach, doubl
   std::atomic<bool> too_far{false};
   parallel_for(points.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint64_t> own;
-    std::uint64_t last = ~std::uint64_t{0};
+    KeyTable seen;
     for (std::size_t p = begin; p < end; ++p) {
       const BlockRange range = blocks_around(points, p, reach, cell);
       for (std::size_t axis = 0; axis < 3; ++axis)
@@ -183,12 +183,9 @@ std::vector<std::uint64_t> blocks_near(const Points& points, double reach, doubl
       if (too_far) return;
       each_block(range, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
         const std::uint64_t key = key_at(i, j, k);
-        if (key != last) own.push_back(key);
-        last = key;
+        if (seen.add(key) == own.size()) own.push_back(key);
       });
     }
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
     const std::scoped_lock lock(joining);
     keys.insert(keys.end(), own.begin(), own.end());
   });
