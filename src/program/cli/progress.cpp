@@ -15,8 +15,9 @@ namespace meniscus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{500};
-constexpr int kBar = 30;                // of the bar, characters
-constexpr std::size_t kMostWords = 44;  // characters of a step
+constexpr std::chrono::seconds kSaid{30};  // between lines that stay
+constexpr int kBar = 30;                   // of the bar, characters
+constexpr std::size_t kMostWords = 44;     // characters of a step
 
 }  // namespace
 
@@ -65,11 +66,13 @@ void Progress::reached(std::int64_t done, const std::string& step) {
 
 Working::Working(std::size_t programs, bool quiet)
     : programs_(programs), quiet_(quiet), shown_(!quiet && isatty(STDERR_FILENO) == 1) {
-  if (!shown_) return;
+  if (quiet_) return;
   thread_ = std::jthread([this] {
     std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, kRedrawn, [this] { return over_; }))
-      if ((!phase_.empty() || begun_ > 0) && Clock::now() - start_ > kPatience) draw();
+    while (!ended_.wait_for(lock, shown_ ? kRedrawn : kSaid, [this] { return over_; })) {
+      if (shown_ && (!phase_.empty() || begun_ > 0) && Clock::now() - start_ > kPatience) draw();
+      if (!shown_ && !phase_.empty()) say();
+    }
   });
 }
 
@@ -116,13 +119,17 @@ void Working::hide() {
   }
 }
 
+std::string Working::how_far() const {
+  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const std::string far = share_ > 0 ? printed("%.0f %%, ", 100 * share_) : "";
+  return printed("%s, %s%.0f s", phase_.c_str(), far.c_str(), seconds);
+}
+
+void Working::say() { print_line(stderr, printed("%-10s ", "working") + how_far()); }
+
 void Working::draw() {
   drawn_ = true;
-  if (begun_ == 0) {
-    const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-    const std::string far = share_ > 0 ? printed("%.0f %%, ", 100 * share_) : "";
-    return draw_over(printed("%s, %s%.0f s", phase_.c_str(), far.c_str(), seconds));
-  }
+  if (begun_ == 0) return draw_over(how_far());
   if (programs_ == 0) return draw_over(printed("building kernels, once per device (%d)", begun_));
   constexpr std::size_t kShort = 20;  // characters
   const std::size_t done = static_cast<std::size_t>(begun_ - 1);

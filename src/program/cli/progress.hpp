@@ -49,8 +49,8 @@ class Progress {
 /// "extracting   12 s", or "writing a.png, 35 %, 2 s" where it is known how far that is; or, while
 /// kernels are built for the first time on a device, "building kernels, once per device (7 of 19)
 /// [#######      ]": one line on standard error, from half a second on, kept up to date by a thread
-/// of its own. Where standard error is no terminal, the building of kernels is one line that stays.
-/// All functions may be called by several threads.
+/// of its own. Where standard error is no terminal, the building of kernels is one line that stays,
+/// and what goes on is one every 30 seconds. All functions may be called by several threads.
 class Working {
  public:
   /// `programs` there are in all; 0: that is not known.
@@ -67,7 +67,9 @@ class Working {
  private:
   using Clock = std::chrono::steady_clock;
   void draw();
+  void say();
   void hide();
+  std::string how_far() const;  // the phase
 
   std::size_t programs_;
   bool quiet_, shown_, drawn_ = false, said_ = false, over_ = false;
