@@ -84,13 +84,13 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   const Disorder disorder = find_disorder(source, frame.view, params);
   filling.clock.stop();
   const double halo = halo_of_parts(closed.cell, params, disorder);
-  std::vector<BlockBox> parts = share_space(filling.memory, frame, block, halo, team.size());
+  std::vector<BlockBox> parts = share_parts(filling.memory, frame, block, halo, team.size());
   std::vector<PartTally> tallies(parts.size());
   std::optional<EvenedPlaces> evened;
   if (parts.size() > 1 && disorder.amount > 0) {
     tallies.clear();
     evened = even_out_in_parts(filling, source, frame, disorder, block, tallies);
-    parts = share_space(left_beside(*evened, filling.memory), frame, block, halo, team.size());
+    parts = share_parts(left_beside(*evened, filling.memory), frame, block, halo, team.size());
   }
   const FillPart fill = [&](std::size_t part, const std::vector<SpaceBox>& boxes,
                             const SpaceBox& own) {

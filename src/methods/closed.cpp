@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "device/give_back.hpp"
 #include "device/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
+#include "methods/contour.hpp"
 #include "methods/methods.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/implicit.hpp"
@@ -47,22 +49,42 @@ struct Closed {
   ParticleFits fits;
 };
 
+// All of a surface.
+DualMesh mesh_at_once(const Contoured& of) {
+  of.clock.start("corners");
+  SpaceGrid grid = grid_around(of.seeds, band_of(of.cell), of.cell);
+  do {
+    fill_corners(grid, [&](const Points& points) {
+      return measure_implicit(of.device, of.function, points).value;
+    });
+  } while (want_closed(grid));
+  return mesh_grid(of.device, of.function, grid, of.clock);
+}
+
+// The same, box after box.
+DualMesh mesh_boxes(const Contoured& of, const std::vector<BlockBox>& boxes) {
+  for (int around = kRoundsAround;;) {
+    std::vector<MeshPart> parts;
+    int rounds = 0;
+    for (const BlockBox& box : boxes) {
+      parts.push_back(mesh_box(of, box, around, rounds));
+      give_back_idle(of.device);
+    }
+    if (enough_around(rounds) <= around) return join_parts(std::move(parts)).mesh;
+    around = enough_around(rounds);
+  }
+}
+
 // Section 2 of the paper; cells of side `cell`, in the fluid's unit of length.
-Closed close_surface(Device& device, const PlacedFluid& placed, double cell,
+Closed close_surface(Device& device, const PlacedFluid& placed, double cell, std::size_t memory,
                      const Parameters& params, StageClock& clock) {
   FittedFluid fluid = fit_fluid(device, placed, params, clock);
 
   // 2.4: F at the corners of cells around the surface.
-  clock.start("corners");
-  SpaceGrid grid = grid_around(fluid.seeds, band_of(cell), cell);
-  do {
-    fill_corners(grid, [&](const Points& points) {
-      return measure_implicit(device, fluid.function, points).value;
-    });
-  } while (want_closed(grid));
-
+  const Contoured contoured{device, fluid.function, fluid.seeds, cell, clock};
+  const std::vector<BlockBox> boxes = share_cells(contoured, {}, memory);
   Closed made;
-  made.mesh = mesh_grid(device, fluid.function, grid, clock);
+  made.mesh = boxes.size() == 1 ? mesh_at_once(contoured) : mesh_boxes(contoured, boxes);
   drop_crumbs(made.mesh, kLeastFluid, least_air(placed.disorder));
   made.fits = std::move(fluid.fits);
   return made;
@@ -79,7 +101,7 @@ Extraction mesh_fluid(Device& device, const PlacedFluid& fluid, const WorldParti
     return result;
   }
 
-  Closed made = close_surface(device, fluid, closed.cell / unit, params, clock);
+  Closed made = close_surface(device, fluid, closed.cell / unit, closed.memory / 2, params, clock);
   result.mesh = to_world(fluid.view, std::move(made.mesh));
   result.counts.fits = static_cast<std::int64_t>(made.fits.size());
   result.residual = std::move(made.fits.residual);

@@ -8,24 +8,19 @@
 #include "methods/closed_parts.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <utility>
 
+#include "device/give_back.hpp"
 #include "device/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
+#include "methods/contour.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/trust.hpp"
 
 namespace meniscus {
 namespace {
-
-// Corners around a part's own that are asked too: a corner is wanted for the sake of one beside it,
-// so what lies farther away than there are rounds has no say.
-constexpr int kRoundsAround = 8;
-// Corners of these that are needed to mesh the part's own cells: those of the cells around them.
-constexpr int kMeshed = 1;
 
 // How far around the corners that are asked particles bear on F, step by step backwards; in the
 // unit of length of the particles' disorder (relax.hpp).
@@ -64,39 +59,25 @@ struct Known {
 
 // A part, made.
 struct Made {
-  MeshPart mesh;
-  Mesh carried;                 // velocities and attributes of its vertices
+  std::vector<MeshPart> mesh;   // of its boxes
+  std::vector<Mesh> carried;    // velocities and attributes of their vertices
+  Mesh nothing;                 // of no vertices
   std::vector<float> residual;  // of its own fits before the last pass
   double reach = 1;             // of these, the farthest
   int rounds = 0;               // after which no more of its own corners were wanted
   std::int64_t particles = 0, fits = 0;
 };
 
-Points points_in(const SpaceBox& box, const Points& points) {
-  Points inside;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const Vec3d at{points.x[p], points.y[p], points.z[p]};
-    if (box.holds(at)) inside.add(at);
-  }
-  return inside;
-}
-
-std::size_t wanted_in(const SpaceGrid& grid, const BlockBox& own) {
-  std::size_t corners = 0;
-  for (const CornerBlock& block : grid.blocks)
-    if (own.holds(block.at)) corners += static_cast<std::size_t>(std::popcount(block.wanted));
-  return corners;
-}
-
 // One part of a frame of which this is known.
 class PartMaker {
  public:
   PartMaker(Device& device, const View& view, const Disorder& disorder, double cell,
-            const Parameters& params, bool carry, StageClock& clock)
+            std::size_t memory, const Parameters& params, bool carry, StageClock& clock)
       : device_(device),
         view_(view),
         disorder_(disorder),
         cell_(cell),
+        memory_(memory),
         params_(params),
         carry_(carry),
         clock_(clock) {}
@@ -106,7 +87,7 @@ class PartMaker {
     Made made;
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
-        made.carried.attributes.push_back({attribute.name, {}});
+        made.nothing.attributes.push_back({attribute.name, {}});
     const PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
     if (placed.particles.size() == 0) return made;
     const SpaceBox inside = space_of(own, cell_), asked = space_of(own, cell_, known.rounds);
@@ -120,9 +101,14 @@ class PartMaker {
         made.residual.push_back(fluid.rough[k]);
       }
     fluid.fits = {};
-    contour(fluid, own, known.rounds, made);
-    if (carry_) carry(placed.particles, particles, made);
-    clock_.stop();
+    give_back_idle(device_);
+    const Contoured contoured{device_, fluid.function, fluid.seeds, cell_, clock_};
+    for (const BlockBox& box : share_cells(contoured, own, memory_)) {
+      made.mesh.push_back(mesh_box(contoured, box, known.rounds, made.rounds));
+      if (carry_) made.carried.push_back(carried(placed.particles, particles, made.mesh.back()));
+      clock_.stop();
+      give_back_idle(device_);
+    }
     return made;
   }
 
@@ -137,51 +123,22 @@ class PartMaker {
     return fit_fluid(device_, placed, params_, clock_, scope);
   }
 
-  void contour(const FittedFluid& fluid, const BlockBox& own, int around, Made& made) const {
-    clock_.start("corners");
-    const double band = band_of(cell_);
-    const SpaceBox near = space_of(own, cell_, around).wider(band + 2 * kBlockSide * cell_);
-    SpaceGrid grid =
-        grid_around(points_in(near, fluid.seeds), band, cell_, corners_of(own, around));
-    const std::vector<std::size_t> added = close_grid(fluid.function, own, grid, made.rounds);
-    forget_outside(grid, corners_of(own, kMeshed));
-    const DualMesh mesh = mesh_grid(device_, fluid.function, grid, clock_, corners_of(own));
-    made.mesh = part_of(grid, mesh, added, own);
-  }
-
-  // Asks for corners until the surface is closed. Returns how many blocks there were at first and
-  // after each round; `last_wanted` becomes the last round that wanted corners of the part's own.
-  std::vector<std::size_t> close_grid(const ImplicitFunction& function, const BlockBox& own,
-                                      SpaceGrid& grid, int& last_wanted) const {
-    std::vector<std::size_t> added{grid.blocks.size()};
-    std::size_t wanted = wanted_in(grid, own);
-    for (bool more = true; more;) {
-      fill_corners(grid, [&](const Points& points) {
-        return measure_implicit(device_, function, points).value;
-      });
-      more = want_closed(grid);
-      added.push_back(grid.blocks.size());
-      const std::size_t now = wanted_in(grid, own);
-      if (now > wanted) last_wanted = static_cast<int>(added.size()) - 1;
-      wanted = now;
-    }
-    return added;
-  }
-
-  void carry(const Projected& placed, const WorldParticles& particles, Made& made) const {
+  Mesh carried(const Projected& placed, const WorldParticles& particles,
+               const MeshPart& mesh) const {
     clock_.start("motion");
     Extraction carried;
-    for (const Vec3d& at : made.mesh.position)
+    for (const Vec3d& at : mesh.position)
       carried.mesh.position.push_back(static_cast<Vec3>(world_from_eye(view_, at)));
     carry_values(device_, view_, placed, particles, params_, carried);
-    made.carried = std::move(carried.mesh);
-    made.carried.position = {};
+    carried.mesh.position = {};
+    return std::move(carried.mesh);
   }
 
   Device& device_;
   const View& view_;
   const Disorder& disorder_;
   double cell_;
+  std::size_t memory_;  // of the cells that are held at a time
   const Parameters& params_;
   bool carry_;
   StageClock& clock_;
@@ -205,33 +162,43 @@ void gather(Team& team, std::vector<T>&& mine, std::vector<Part>& parts, std::ve
   });
 }
 
-// Adds the parts that the processes have made.
+// Adds a box's mesh of each process.
+void add_box(Team& team, MeshPart mesh, Mesh carried_by_own, Whole& whole) {
+  const auto processes = static_cast<std::size_t>(team.size());
+  std::vector<MeshPart> boxes(processes);
+  gather(team, std::move(mesh.blocks), boxes, &MeshPart::blocks);
+  gather(team, std::move(mesh.vertex), boxes, &MeshPart::vertex);
+  gather(team, std::move(mesh.between), boxes, &MeshPart::between);
+  gather(team, std::move(mesh.position), boxes, &MeshPart::position);
+  gather(team, std::move(mesh.normal), boxes, &MeshPart::normal);
+  gather(team, std::move(mesh.others), boxes, &MeshPart::others);
+  gather(team, std::move(mesh.triangle), boxes, &MeshPart::triangle);
+  std::vector<Mesh> carried(processes);
+  gather(team, std::move(carried_by_own.velocity), carried, &Mesh::velocity);
+  for (Attribute& attribute : carried_by_own.attributes)
+    team.gather(std::move(attribute.values), [&](int rank, std::vector<float>&& values) {
+      carried[static_cast<std::size_t>(rank)].attributes.push_back(
+          {attribute.name, std::move(values)});
+    });
+  if (!team.leads()) return;
+  for (MeshPart& box : boxes) whole.mesh.push_back(std::move(box));
+  for (Mesh& box : carried) whole.carried.push_back(std::move(box));
+}
+
+// Adds the parts that the processes have made, whose boxes differ in number.
 void add_parts(Team& team, Made made, Whole& whole) {
   whole.residual.insert(whole.residual.end(), made.residual.begin(), made.residual.end());
   whole.reach = std::max(whole.reach, made.reach);
   whole.rounds = std::max(whole.rounds, made.rounds);
   whole.particles += made.particles;
   whole.fits += made.fits;
-  const auto processes = static_cast<std::size_t>(team.size());
-  std::vector<MeshPart> parts(processes);
-  MeshPart& own = made.mesh;
-  gather(team, std::move(own.blocks), parts, &MeshPart::blocks);
-  gather(team, std::move(own.vertex), parts, &MeshPart::vertex);
-  gather(team, std::move(own.between), parts, &MeshPart::between);
-  gather(team, std::move(own.position), parts, &MeshPart::position);
-  gather(team, std::move(own.normal), parts, &MeshPart::normal);
-  gather(team, std::move(own.others), parts, &MeshPart::others);
-  gather(team, std::move(own.triangle), parts, &MeshPart::triangle);
-  std::vector<Mesh> carried(processes);
-  gather(team, std::move(made.carried.velocity), carried, &Mesh::velocity);
-  for (Attribute& attribute : made.carried.attributes)
-    team.gather(std::move(attribute.values), [&](int rank, std::vector<float>&& values) {
-      carried[static_cast<std::size_t>(rank)].attributes.push_back(
-          {attribute.name, std::move(values)});
-    });
-  if (!team.leads()) return;
-  for (MeshPart& part : parts) whole.mesh.push_back(std::move(part));
-  for (Mesh& mesh : carried) whole.carried.push_back(std::move(mesh));
+  std::size_t boxes = 0;
+  for (const std::size_t count : team.joined<std::size_t>({made.mesh.size()}))
+    boxes = std::max(boxes, count);
+  made.mesh.resize(boxes);
+  made.carried.resize(boxes, made.nothing);
+  for (std::size_t b = 0; b < boxes; ++b)
+    add_box(team, std::move(made.mesh[b]), std::move(made.carried[b]), whole);
 }
 
 // Makes all parts, as many at a time as there are processes.
@@ -275,9 +242,7 @@ Whole make_whole(const PartMaker& maker, Team& team, const std::vector<BlockBox>
   for (;;) {
     Whole whole = make_parts(maker, team, parts, fill, cell, halo, known);
     const Known found = found_by_all(team, whole);
-    // One round in which nothing was wanted tells that none will, where corners that are meshed
-    // know of it.
-    const int rounds = found.rounds + 1 + kMeshed;
+    const int rounds = enough_around(found.rounds);
     if (found.noise == known.noise && found.reach == known.reach && rounds <= known.rounds)
       return whole;
     known = {found.noise, found.reach, std::max(rounds, known.rounds)};
@@ -334,7 +299,8 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
   StageClock clock(device, timings);
   const double unit = disorder.unit(), halo = halo_of(params).particles * unit;
   const View coarse = coarser(view, unit);
-  const PartMaker maker(device, coarse, disorder, closed.cell / unit, params, carry, clock);
+  const PartMaker maker(device, coarse, disorder, closed.cell / unit, closed.memory / 2, params,
+                        carry, clock);
   Whole whole = make_whole(maker, team, parts, fill, closed.cell, halo, params);
 
   Extraction result;

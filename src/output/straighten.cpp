@@ -61,14 +61,19 @@ struct Fans {
 
 Vec3d twice_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
-// The triangles that may change and those around them, by themselves.
+// The triangles that may change and those around them, by themselves. All numbers that there are of
+// each count where a mesh is all edges: they are kept once, and as long as they are needed.
 struct Patch {
+  const Mesh& mesh;
+  double unit;
   std::vector<std::uint32_t> vertex;                   // [vertices] of the mesh
-  std::vector<Vec3d> position, from;                   // [vertices] particle radii; now, at first
+  std::vector<Vec3d> position;                         // [vertices] particle radii
   std::vector<std::uint8_t> moves;                     // [vertices]
   std::vector<std::array<std::uint32_t, 3>> triangle;  // of `vertex`
   std::vector<double> share;                           // [triangles] of the filtered normal
 
+  // Where a vertex was at first.
+  Vec3d from(std::size_t v) const { return Vec3d(mesh.position[vertex[v]]) / unit; }
   // Twice the area of a triangle, along its normal.
   Vec3d area_of(std::size_t t) const {
     const auto& [a, b, c] = triangle[t];
@@ -117,7 +122,8 @@ std::vector<float> ring_of(const Mesh& mesh, const Fans& fans, const std::vector
 }
 
 // How much of the filtered normal triangles at each vertex take.
-std::vector<float> measure_shares(const Mesh& mesh, const Fans& fans, double cell, double unit) {
+std::vector<float> measure_shares(const Mesh& mesh, double cell, double unit) {
+  const Fans fans(mesh.triangle, mesh.position.size());
   const double scale = std::min(1.0, cell / unit);
   const auto least = [](float a, float b) { return std::min(a, b); };
   const auto most = [](float a, float b) { return std::max(a, b); };
@@ -133,7 +139,7 @@ std::vector<float> measure_shares(const Mesh& mesh, const Fans& fans, double cel
 }
 
 Patch patch_of(const Mesh& mesh, const std::vector<float>& share, double unit) {
-  Patch patch;
+  Patch patch{mesh, unit, {}, {}, {}, {}, {}};
   const auto share_of = [&](const std::array<std::uint32_t, 3>& t) {
     return (double{share[t[0]]} + double{share[t[1]]} + double{share[t[2]]}) / 3;
   };
@@ -150,10 +156,9 @@ Patch patch_of(const Mesh& mesh, const std::vector<float>& share, double unit) {
     if (state[v] == 0) continue;
     place[v] = static_cast<std::uint32_t>(patch.vertex.size());
     patch.vertex.push_back(static_cast<std::uint32_t>(v));
-    patch.position.push_back(Vec3d(mesh.position[v]) / unit);
+    patch.position.push_back(patch.from(patch.position.size()));
     patch.moves.push_back(state[v] == 2);
   }
-  patch.from = patch.position;
   for (const auto& t : mesh.triangle) {
     if (state[t[0]] != 2 && state[t[1]] != 2 && state[t[2]] != 2) continue;
     patch.triangle.push_back({place[t[0]], place[t[1]], place[t[2]]});
@@ -172,12 +177,11 @@ struct Around {
 
 // Normals of triangles, and what is made of them.
 struct Normals {
-  std::vector<Vec3d> own, mean, guide, filtered;  // unit
+  std::vector<Vec3d> own, guide, filtered;  // unit
   std::vector<double> area, bent;  // bent: how much less than 1 the mean of normals around is long
   std::vector<Around> around;      // [vertices]
   explicit Normals(const Patch& patch)
       : own(patch.triangle.size()),
-        mean(own),
         guide(own),
         filtered(own),
         area(own.size()),
@@ -199,6 +203,7 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
       around.all += n.area[t];
     }
   });
+  std::vector<Vec3d>& mean = n.filtered;  // which is made once these are no longer needed
   for_each(triangles, [&](std::size_t t) {
     Vec3d sum;
     double all = 1e-30;
@@ -206,7 +211,7 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
       sum += n.around[v].sum;
       all += n.around[v].all;
     }
-    n.mean[t] = normalized(sum, n.own[t]);
+    mean[t] = normalized(sum, n.own[t]);
     n.bent[t] = 1 - length(sum) / all;
   });
   const auto flatter = [&](std::uint32_t a, std::uint32_t b) {
@@ -220,7 +225,7 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
     std::uint32_t flattest = kNone;
     for (const std::uint32_t v : patch.triangle[t])
       flattest = flatter(n.around[v].flattest, flattest);
-    n.guide[t] = n.mean[flattest];
+    n.guide[t] = mean[flattest];
   });
   for_each(triangles, [&](std::size_t t) {
     n.filtered[t] = n.own[t];
@@ -238,10 +243,11 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
   });
 }
 
-// Vertices to where the triangles around them would have the filtered normals.
-void move_vertices(Patch& patch, const Fans& fans, const Normals& n) {
-  std::vector<Vec3d> moved = patch.position;
-  std::vector<double> height(patch.triangle.size());  // of triangles' middles along their normals
+// Vertices to where the triangles around them would have the filtered normals. `moved` and `height`
+// have room for vertices and triangles.
+void move_vertices(Patch& patch, const Fans& fans, const Normals& n, std::vector<Vec3d>& moved,
+                   std::vector<double>& height) {
+  moved = patch.position;
   for (int move = 0; move < kMoves; ++move) {
     for_each(height.size(), [&](std::size_t t) {
       const auto& [a, b, c] = patch.triangle[t];
@@ -250,7 +256,7 @@ void move_vertices(Patch& patch, const Fans& fans, const Normals& n) {
     });
     for_each(moved.size(), [&](std::size_t v) {
       if (patch.moves[v] == 0) return;
-      const Vec3d &at = patch.position[v], &from = patch.from[v];
+      const Vec3d &at = patch.position[v], from = patch.from(v);
       Vec3d sum;
       for (const std::uint32_t t : fans.of(v))
         sum += n.filtered[t] * (height[t] - dot(n.filtered[t], at));
@@ -289,16 +295,17 @@ void put_back(Patch& patch, const Fans& fans, const Normals& n, const std::vecto
 
 void straighten_edges(Mesh& mesh, double cell, double unit) {
   if (mesh.triangle.empty()) return;
-  const Fans all(mesh.triangle, mesh.position.size());
-  const std::vector<float> share = measure_shares(mesh, all, cell, unit);
+  const std::vector<float> share = measure_shares(mesh, cell, unit);
   Patch patch = patch_of(mesh, share, unit);
   if (patch.triangle.empty()) return;
   const Fans fans(patch.triangle, patch.vertex.size());
   Normals normals(patch);
+  std::vector<Vec3d> before, moved;
+  std::vector<double> height(patch.triangle.size());  // of their middles along their normals
   for (int round = 0; round < kRounds; ++round) {
     filter_normals(patch, fans, normals);
-    const std::vector<Vec3d> before = patch.position;
-    move_vertices(patch, fans, normals);
+    before = patch.position;
+    move_vertices(patch, fans, normals, moved, height);
     put_back(patch, fans, normals, before);
   }
   for_each(patch.vertex.size(), [&](std::size_t k) {

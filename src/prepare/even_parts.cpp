@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "base/team.hpp"
+#include "device/give_back.hpp"
+#include "stages/mesh_parts.hpp"
 #include "stages/project.hpp"
 
 namespace meniscus {
@@ -71,7 +73,7 @@ EvenedPlaces even_out_in_parts(const Filling& filling, const ParticleSource& sou
   for (const ParticleRange& range : source.share()) share += static_cast<std::size_t>(range.count);
   EvenedPlaces all = unknown_places(disorder, share);
   const std::vector<BlockBox> parts =
-      share_space(filling.memory, frame, block, around, team.size());
+      share_parts(filling.memory, frame, block, around, team.size());
   for (std::size_t first = 0; first < parts.size(); first += processes) {
     std::vector<SpaceBox> own(processes, SpaceBox::nowhere()), boxes = own;
     for (std::size_t k = 0; k < processes && first + k < parts.size(); ++k) {
@@ -89,6 +91,7 @@ EvenedPlaces even_out_in_parts(const Filling& filling, const ParticleSource& sou
     send_back(team, picked, places.y, all.y);
     send_back(team, picked, places.z, all.z);
     filling.clock.stop();
+    give_back_idle(filling.device);
   }
   return all;
 }

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <unordered_map>
 #include <utility>
 
 #include "base/team.hpp"
@@ -23,17 +22,14 @@ namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 18;  // particles that are read at a time
 
-constexpr double kCube = 32;      // side of a cube, about; particle radii
 constexpr double kThinnest = 64;  // side of a part, particle radii
 constexpr double kBytes = 256;    // that a particle takes where a part is made
-constexpr double kSaved = 0.85;   // a cut leaves at most so much of a part's memory, or is none
-constexpr std::int32_t kLast = 1 << 19;  // cubes farther away count as this one
 
 bool is_finite(const ParticleChunk& chunk, std::size_t i) {
   return std::isfinite(chunk.x[i]) && std::isfinite(chunk.y[i]) && std::isfinite(chunk.z[i]);
 }
 
-Vec3d place_of(const View& view, const ParticleChunk& chunk, std::size_t i) {
+Vec3d place_of_particle(const View& view, const ParticleChunk& chunk, std::size_t i) {
   return eye_from_world(view, {chunk.x[i], chunk.y[i], chunk.z[i]});
 }
 
@@ -45,40 +41,6 @@ SpaceBox in_world(const View& view, SpaceBox box) {
   }
   return box;
 }
-
-using Count = PartedFrame::Cube;
-
-// The particles in cubes of this side, of this process's share.
-class Counting {
- public:
-  explicit Counting(double side) : side_(side) {}
-  void add(const Vec3d& at) {
-    const auto part = [&](double x) {
-      return static_cast<std::uint64_t>(
-          static_cast<std::int64_t>(std::clamp<double>(std::floor(x / side_), -kLast, kLast)) +
-          kLast);
-    };
-    const std::uint64_t key = part(at.z) << 42 | part(at.y) << 21 | part(at.x);
-    if (key != last_) here_ = &counts_[last_ = key];  // elements of such a map stay in place
-    ++*here_;
-  }
-  std::vector<Count> counts() const {
-    std::vector<Count> all;
-    for (const auto& [key, count] : counts_) {
-      const auto part = [key = key](int shift) {
-        return static_cast<std::int32_t>(key >> shift & 0x1fffff) - kLast;
-      };
-      all.push_back({{part(0), part(21), part(42)}, count});
-    }
-    return all;
-  }
-
- private:
-  double side_;
-  std::unordered_map<std::uint64_t, std::int64_t> counts_;
-  std::uint64_t last_ = ~std::uint64_t{0};
-  std::int64_t* here_ = nullptr;
-};
 
 // Checks what particles carry, over all processes.
 class Checks {
@@ -197,57 +159,6 @@ void check_values(WorldParticles& world) {
     for (float& value : attribute.values) value = values.checked(value, 0);
 }
 
-// A box of cubes.
-struct Box {
-  BlockBox cubes;
-  double bytes = 0;  // that it takes
-};
-
-double bytes_of(const BlockBox& box, const std::vector<Count>& counts, double halo) {
-  double particles = 0;
-  for (const Count& cube : counts) {
-    double share = static_cast<double>(cube.count);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double at = cube.at[axis];
-      share *= std::clamp(
-          std::min(at + 1, box.high[axis] + halo) - std::max(at, box.low[axis] - halo), 0.0, 1.0);
-    }
-    particles += share;
-  }
-  return particles * kBytes;
-}
-
-// Cuts a box across its longest side, so that both parts hold about as many particles and are at
-// least `thinnest` cubes thick. False: it cannot be.
-bool cut(const BlockBox& box, const std::vector<Count>& counts, std::int32_t thinnest,
-         BlockBox& low, BlockBox& high) {
-  std::vector<Count> own;
-  for (const Count& cube : counts)
-    if (box.holds(cube.at)) own.push_back(cube);
-  if (own.empty()) return false;
-  std::size_t axis = 3;
-  std::int32_t longest = 2 * thinnest - 1, first = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto [least, most] = std::minmax_element(
-        own.begin(), own.end(), [k](const Count& a, const Count& b) { return a.at[k] < b.at[k]; });
-    if (most->at[k] + 1 - least->at[k] <= longest) continue;
-    axis = k;
-    first = least->at[k];
-    longest = most->at[k] + 1 - first;
-  }
-  if (axis == 3) return false;
-  std::vector<std::int64_t> before(static_cast<std::size_t>(longest) + 1, 0);
-  for (const Count& cube : own)
-    before[static_cast<std::size_t>(cube.at[axis] - first) + 1] += cube.count;
-  for (std::size_t k = 1; k < before.size(); ++k) before[k] += before[k - 1];
-  const auto half = std::lower_bound(before.begin(), before.end(), before.back() / 2);
-  const std::int32_t at = first + std::clamp(static_cast<std::int32_t>(half - before.begin()),
-                                             thinnest, longest - thinnest);
-  low = high = box;
-  low.high[axis] = high.low[axis] = at;
-  return true;
-}
-
 }  // namespace
 
 PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block) {
@@ -263,8 +174,8 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
   frame.view = team.from_first(
       make_world_view(frame.radius, origin_of(survey.low, survey.high, survey.sample)));
   frame.moving = params.motion && source.has_velocity();
-  frame.blocks = std::max(1, static_cast<std::int32_t>(std::lround(kCube / block)));
-  Counting counting(frame.blocks * block);
+  frame.counts.blocks = blocks_of_cubes(block);
+  CubeCounter counter(frame.counts.blocks * block);
   Checks checks(source);
   const bool counted = team.size() > 1 || static_cast<double>(frame.all) * kBytes >
                                               static_cast<double>(filling.memory);
@@ -273,7 +184,7 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
                    [&](ParticleChunk& chunk) {
                      for (std::size_t i = 0; i < chunk.count; ++i) {
                        if (!is_finite(chunk, i)) continue;
-                       if (counted) counting.add(place_of(frame.view, chunk, i));
+                       if (counted) counter.add(place_of_particle(frame.view, chunk, i));
                        checks.look_at(chunk, i);
                      }
                    });
@@ -281,47 +192,15 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
   checks.report(source, params, filling.notices);
   frame.all_known = filling.notices.size() == told;
   std::map<std::array<std::int32_t, 3>, std::int64_t> all;
-  for (const Count& cube : team.joined(counting.counts())) all[cube.at] += cube.count;
-  for (const auto& [at, count] : all) frame.cubes.push_back({at, count});
+  for (const CubeCounts::Cube& cube : team.joined(counter.cubes())) all[cube.at] += cube.count;
+  for (const auto& [at, count] : all) frame.counts.cubes.push_back({at, count});
   filling.clock.stop();
   return frame;
 }
 
-std::vector<BlockBox> share_space(std::size_t memory, const PartedFrame& frame, double block,
+std::vector<BlockBox> share_parts(std::size_t memory, const PartedFrame& frame, double block,
                                   double halo, int processes) {
-  const double side = frame.blocks * block, around = halo / side;
-  const auto thinnest = static_cast<std::int32_t>(std::ceil(kThinnest / side));
-  std::vector<Box> left{{{}, bytes_of({}, frame.cubes, around)}}, whole;
-  const auto takes_less = [](const Box& a, const Box& b) { return a.bytes < b.bytes; };
-  while (!left.empty()) {
-    const auto most = std::max_element(left.begin(), left.end(), takes_less);
-    const Box box = *most;
-    left.erase(most);
-    std::array<Box, 2> halves;
-    const bool few = left.size() + whole.size() + 1 < static_cast<std::size_t>(processes);
-    bool cuts = (few || box.bytes > static_cast<double>(memory)) &&
-                cut(box.cubes, frame.cubes, thinnest, halves[0].cubes, halves[1].cubes);
-    if (cuts)
-      for (Box& half : halves) half.bytes = bytes_of(half.cubes, frame.cubes, around);
-    // Particles around thin parts are more than what is in them.
-    cuts = cuts && (few || std::max(halves[0].bytes, halves[1].bytes) <= kSaved * box.bytes);
-    if (cuts)
-      left.insert(left.end(), halves.begin(), halves.end());
-    else
-      whole.push_back(box);
-  }
-  std::vector<BlockBox> parts;
-  for (const Box& box : whole) {
-    BlockBox part;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (box.cubes.low[axis] != -BlockBox::kAll)
-        part.low[axis] = box.cubes.low[axis] * frame.blocks;
-      if (box.cubes.high[axis] != BlockBox::kAll)
-        part.high[axis] = box.cubes.high[axis] * frame.blocks;
-    }
-    parts.push_back(part);
-  }
-  return parts;
+  return share_space(frame.counts, {memory, kBytes, block, halo, kThinnest, processes});
 }
 
 PickedParticles pick_particles(const ParticleSource& source, const PartedFrame& frame,

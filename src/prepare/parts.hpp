@@ -2,14 +2,14 @@
 // part's particles, and those around it that bear on it, are read and put in order by themselves.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "meniscus/source.hpp"
 #include "prepare/fill.hpp"
-#include "stages/mesh_parts.hpp"
+#include "stages/block_box.hpp"
 #include "stages/project.hpp"
+#include "stages/share_space.hpp"
 #include "stages/space_box.hpp"
 #include "stages/view.hpp"
 
@@ -22,13 +22,7 @@ struct PartedFrame {
   std::int64_t all = 0;   // particles
   bool moving = false;    // whether they carry velocities
   bool all_known = true;  // whether all values that they carry can be used
-  /// Particles in cubes.
-  struct Cube {
-    std::array<std::int32_t, 3> at;
-    std::int64_t count;
-  };
-  std::vector<Cube> cubes;  // none where the frame needs no parts
-  std::int32_t blocks = 1;  // side of the cubes
+  CubeCounts counts;      // of particles; none where the frame needs no parts
 };
 
 /// Looks at a frame whose blocks of cells have a side of `block` particle radii. Warns of what was
@@ -39,7 +33,7 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
 /// Shares space out: boxes of blocks that fill it, of which none with the particles in `halo`
 /// particle radii around it takes more than `memory` bytes, as far as boxes are not thinner than 64
 /// particle radii; at least as many as there are processes where that leaves none of them thinner.
-std::vector<BlockBox> share_space(std::size_t memory, const PartedFrame& frame, double block,
+std::vector<BlockBox> share_parts(std::size_t memory, const PartedFrame& frame, double block,
                                   double halo, int processes);
 
 /// Where the particles of a process's share go that are evened out (even_parts.hpp), as it reads

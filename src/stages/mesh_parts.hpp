@@ -7,21 +7,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "stages/block_box.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/space_box.hpp"
 
 namespace meniscus {
-
-/// Blocks of cells from `low` on and before `high`.
-struct BlockBox {
-  static constexpr std::int32_t kAll = std::int32_t{1} << 28;  // farther than any block
-  std::array<std::int32_t, 3> low{-kAll, -kAll, -kAll}, high{kAll, kAll, kAll};
-  bool holds(const std::array<std::int32_t, 3>& at) const {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (at[axis] < low[axis] || at[axis] >= high[axis]) return false;
-    return true;
-  }
-};
 
 /// The space of blocks and of so many corners around them, in the unit of `cell`, the side of a
 /// cell.

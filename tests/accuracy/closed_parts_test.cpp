@@ -114,19 +114,25 @@ void expect_same_in_parts(const Particles& particles, const Disorder& disorder =
   const Extraction whole = run_closed(device, frame.view, all, closed, params, disorder, nullptr);
   Projected even = place_particles(coarser(frame.view, disorder.unit()), all);
   even_out(even, disorder);
-  const auto in_parts = [&](const std::vector<BlockBox>& parts) {
+  const auto in_parts = [&](const std::vector<BlockBox>& parts, const ClosedParams& like) {
     const FillPart fill = [&](std::size_t, const std::vector<SpaceBox>& boxes, const SpaceBox&) {
       return some_of(all, even, boxes[0], disorder.unit());
     };
-    return run_closed_in_parts(device, frame.view, alone(), parts, fill, closed, params, disorder,
+    return run_closed_in_parts(device, frame.view, alone(), parts, fill, like, params, disorder,
                                true, nullptr);
   };
   for (const int parts : {1, 2, 3, 7}) {
     const std::vector<BlockBox> boxes = cut(all, frame.view, parts, 0);
     ASSERT_GT(static_cast<int>(boxes.size()), parts / 2);
-    expect_same(in_parts(boxes), whole, std::to_string(parts) + " slabs");
+    expect_same(in_parts(boxes, closed), whole, std::to_string(parts) + " slabs");
   }
-  expect_same(in_parts(octants(all, frame.view)), whole, "octants");
+  expect_same(in_parts(octants(all, frame.view), closed), whole, "octants");
+  // No room for cells: they are made in boxes of their own.
+  ClosedParams boxed;
+  boxed.memory = 0;
+  expect_same(in_parts(cut(all, frame.view, 2, 0), boxed), whole, "slabs in boxes");
+  Extraction at_once = run_closed(device, frame.view, all, boxed, params, disorder, nullptr);
+  expect_same(std::move(at_once), whole, "boxes");
 }
 
 TEST(ClosedParts, HaveTheBytesOfTheWholeDam) {
