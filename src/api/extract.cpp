@@ -61,7 +61,7 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   Parameters of_front = params;
   if (layers_apart) of_front.layers = 0;
   Extraction extraction = run_pipeline(device, frame.view, frame.particles, of_front, timings);
-  frame.view = coarser(frame.view, extraction.disorder.unit());
+  frame.view = extraction.view;
   if (frame.all >= 0) {
     extraction.counts.particles = frame.all;
     extraction.counts.streamed = true;

@@ -40,13 +40,13 @@ RunMethod* function_of(Method method) {
 Extraction run_pipeline(Device& device, const View& given, const WorldParticles& particles,
                         const Parameters& params, std::vector<StageTime>* timings) {
   Extraction made = function_of(params.method)(device, given, particles, params, timings);
+  made.view = coarser(given, made.disorder.unit());
   const bool moves = particles.moving && ((params.image && params.aovs.velocity) || params.mesh);
   if (!moves && (particles.attributes.empty() || !(params.image || params.mesh))) return made;
   StageClock clock(device, timings);
   clock.start("motion");
-  const View view = coarser(given, made.disorder.unit());
-  carry_values(device, view, project_particles(view, particles, kMotionMargin), particles, params,
-               made);
+  carry_values(device, made.view, project_particles(made.view, particles, kMotionMargin), particles,
+               params, made);
   clock.stop();
   return made;
 }

@@ -9,6 +9,7 @@
 #include "stages/splash.hpp"
 #include "stages/surface_buffers.hpp"
 #include "stages/triangulate.hpp"
+#include "stages/view.hpp"
 
 namespace meniscus {
 
@@ -23,6 +24,7 @@ struct Extraction {
   std::vector<float> residual;        // [groups] RMS fit residual, particle radii
   Counts counts;                      // of the method
   Disorder disorder;                  // of the particles
+  View view;                          // in its unit of length; set by run_pipeline()
 };
 
 /// How many particles there are and how many of them are in view; with more, how many of them are
