@@ -74,8 +74,7 @@ struct BuiltKernel {
 /// A launch that a guard does not allow.
 struct KernelLeftOut : Error {
   explicit KernelLeftOut(const std::string& name)
-      : Error(name + " is left out: it crashed or hung before"), kernel(name) {}
-  std::string kernel;
+      : Error(name + " is left out: it crashed or hung before") {}
 };
 
 /// Sees every launch on a device; what it is for is verify (verify/trace.hpp).
