@@ -81,7 +81,7 @@ EvenedPlaces even_out_in_parts(const Filling& filling, const ParticleSource& sou
       boxes[k] = own[k].wider(around);
     }
     filling.clock.start("order");
-    const PickedParticles picked = pick_particles(source, frame, boxes);
+    const PickedParticles picked = pick_to_even_out(source, frame, boxes);
     filling.clock.start("relax");
     PartTally tally;
     const EvenedPlaces places =

@@ -86,7 +86,8 @@ void add_particle(const ParticleChunk& chunk, std::size_t i, Particles& to) {
 }
 
 // Sends each process what was kept for it.
-void exchange(Team& team, std::vector<Particles>& kept, PickedParticles& picked) {
+PickedParticles exchanged(Team& team, std::vector<Particles>& kept) {
+  PickedParticles picked;
   picked.received = {kept[0].size()};
   for (std::size_t to = 0; to < kept.size() && team.size() > 1; ++to) {
     std::vector<std::size_t> counts;
@@ -107,47 +108,73 @@ void exchange(Team& team, std::vector<Particles>& kept, PickedParticles& picked)
   picked.particles = std::move(kept[static_cast<std::size_t>(team.rank())]);
   require(picked.particles.size() < (std::size_t{1} << 31),
           "particles: more than 2^31 - 1 in one part");
+  return picked;
 }
 
-// Picks particles by where they are, or where they have gone: then x, y and z of that place are
-// their last attributes. Where they are to be evened out it is noted which ones are sent, and only
-// what their order takes goes with them.
-PickedParticles pick(const ParticleSource& source, const PartedFrame& frame,
-                     std::vector<SpaceBox> boxes, bool to_even_out,
-                     const EvenedPlaces* evened = nullptr) {
-  const ChunkValues also{.radius = true, .velocity = frame.moving, .attributes = !to_even_out};
-  std::vector<std::string> carried;
-  if (also.attributes) carried = source.attributes();
-  if (evened) carried.insert(carried.end(), {"x", "y", "z"});
-  std::vector<Particles> kept(boxes.size());
-  for (Particles& some : kept)
-    for (const std::string& name : carried) some.attributes.push_back({name, {}});
-  // The boxes in the space of the places, which are many.
-  for (SpaceBox& box : boxes)
-    box = evened ? box.scaled(1 / evened->unit) : in_world(frame.view, box);
-  PickedParticles picked;
-  picked.sent.resize(boxes.size());
+// Nothing of these arrays.
+std::vector<Particles> room_for(std::size_t boxes, const std::vector<std::string>& attributes) {
+  Particles none;
+  for (const std::string& name : attributes) none.attributes.push_back({name, {}});
+  return std::vector<Particles>(boxes, none);
+}
+
+// Calls pick(box, chunk, i, k) for the particles of this process's share that boxes hold, in the
+// space of where(chunk, i, k): the i-th of a chunk, the k-th of the share.
+template <class Where, class Pick>
+void each_in_boxes(const ParticleSource& source, const ChunkValues& values,
+                   const std::vector<SpaceBox>& boxes, const Where& where, const Pick& pick) {
   std::size_t before = 0;  // particles of chunks before
-  for_each_chunk(source, kChunk, also, [&](ParticleChunk& chunk) {
+  for_each_chunk(source, kChunk, values, [&](ParticleChunk& chunk) {
     for (std::size_t i = 0; i < chunk.count; ++i) {
-      const std::size_t k = before + i;
-      const Vec3d at = evened ? Vec3d{evened->x[k], evened->y[k], evened->z[k]}
-                              : Vec3d{chunk.x[i], chunk.y[i], chunk.z[i]};
-      for (std::size_t b = 0; b < boxes.size(); ++b) {
-        if (!boxes[b].holds(at) || !is_finite(chunk, i)) continue;
-        add_particle(chunk, i, kept[b]);
-        if (to_even_out) picked.sent[b].push_back(k);
-        if (!evened) continue;
-        const std::array place{evened->x[k], evened->y[k], evened->z[k]};
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          (kept[b].attributes.end() - 3 + static_cast<std::ptrdiff_t>(axis))
-              ->values.push_back(place[axis]);
-      }
+      const Vec3d at = where(chunk, i, before + i);
+      for (std::size_t b = 0; b < boxes.size(); ++b)
+        if (boxes[b].holds(at) && is_finite(chunk, i)) pick(b, chunk, i, before + i);
     }
     before += chunk.count;
   });
-  exchange(source.team(), kept, picked);
-  return picked;
+}
+
+// Where a particle is given; boxes are to be in_world().
+Vec3d where_given(const ParticleChunk& chunk, std::size_t i, std::size_t) {
+  return {chunk.x[i], chunk.y[i], chunk.z[i]};
+}
+
+std::vector<SpaceBox> in_world(const View& view, std::vector<SpaceBox> boxes) {
+  for (SpaceBox& box : boxes) box = in_world(view, box);
+  return boxes;
+}
+
+// Picks particles by where they are, with all that they carry.
+Particles pick_given(const ParticleSource& source, const PartedFrame& frame,
+                     const std::vector<SpaceBox>& boxes) {
+  std::vector<Particles> kept = room_for(boxes.size(), source.attributes());
+  each_in_boxes(source, {.radius = true, .velocity = frame.moving, .attributes = true},
+                in_world(frame.view, boxes), where_given,
+                [&](std::size_t box, const ParticleChunk& chunk, std::size_t i, std::size_t) {
+                  add_particle(chunk, i, kept[box]);
+                });
+  return exchanged(source.team(), kept).particles;
+}
+
+// Picks particles by where they have gone, which are their last attributes: x, y and z.
+Particles pick_evened(const ParticleSource& source, const PartedFrame& frame,
+                      std::vector<SpaceBox> boxes, const EvenedPlaces& evened) {
+  std::vector<std::string> carried = source.attributes();
+  carried.insert(carried.end(), {"x", "y", "z"});
+  std::vector<Particles> kept = room_for(boxes.size(), carried);
+  for (SpaceBox& box : boxes) box = box.scaled(1 / evened.unit);
+  each_in_boxes(
+      source, {.radius = true, .velocity = frame.moving, .attributes = true}, boxes,
+      [&](const ParticleChunk&, std::size_t, std::size_t k) {
+        return Vec3d{evened.x[k], evened.y[k], evened.z[k]};
+      },
+      [&](std::size_t box, const ParticleChunk& chunk, std::size_t i, std::size_t k) {
+        add_particle(chunk, i, kept[box]);
+        auto place = kept[box].attributes.end() - 3;
+        for (const float at : {evened.x[k], evened.y[k], evened.z[k]})
+          (place++)->values.push_back(at);
+      });
+  return exchanged(source.team(), kept).particles;
 }
 
 // Marks what cannot be used, which has been told before.
@@ -203,9 +230,19 @@ std::vector<BlockBox> share_parts(std::size_t memory, const PartedFrame& frame, 
   return share_space(frame.counts, {memory, kBytes, block, halo, kThinnest, processes});
 }
 
-PickedParticles pick_particles(const ParticleSource& source, const PartedFrame& frame,
-                               const std::vector<SpaceBox>& boxes) {
-  return pick(source, frame, boxes, true);
+PickedParticles pick_to_even_out(const ParticleSource& source, const PartedFrame& frame,
+                                 const std::vector<SpaceBox>& boxes) {
+  std::vector<Particles> kept = room_for(boxes.size(), {});
+  std::vector<std::vector<std::size_t>> sent(boxes.size());
+  each_in_boxes(source, {.radius = true, .velocity = frame.moving}, in_world(frame.view, boxes),
+                where_given,
+                [&](std::size_t box, const ParticleChunk& chunk, std::size_t i, std::size_t k) {
+                  add_particle(chunk, i, kept[box]);
+                  sent[box].push_back(k);
+                });
+  PickedParticles picked = exchanged(source.team(), kept);
+  picked.sent = std::move(sent);
+  return picked;
 }
 
 std::vector<std::size_t> order_of_part(const PartedFrame& frame, const Particles& particles,
@@ -238,7 +275,7 @@ PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
                           const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
                           const SpaceBox& own, PartTally& tally) {
   filling.clock.start("order");
-  const Particles mine = pick(source, frame, boxes, false).particles;
+  const Particles mine = pick_given(source, frame, boxes);
   PlacedParticles part;
   part.particles =
       particles_in_order(mine, order_of_part(frame, mine, own, tally), frame.radius, frame.moving);
@@ -252,7 +289,7 @@ PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
                           const PartedFrame& frame, const std::vector<SpaceBox>& boxes,
                           const EvenedPlaces& evened) {
   filling.clock.start("order");
-  const Particles mine = pick(source, frame, boxes, false, &evened).particles;
+  const Particles mine = pick_evened(source, frame, boxes, evened);
   std::vector<Notice> told_before;
   PlacedParticles part;
   part.particles =

@@ -51,9 +51,10 @@ struct PickedParticles {
 };
 
 /// Picks particles for all processes, which call this with the same boxes, one for each of them
-/// (eye space, particle radii); each gets those in its own. No attributes.
-PickedParticles pick_particles(const ParticleSource& source, const PartedFrame& frame,
-                               const std::vector<SpaceBox>& boxes);
+/// (eye space, particle radii); each gets those in its own, with what their order takes and no
+/// more.
+PickedParticles pick_to_even_out(const ParticleSource& source, const PartedFrame& frame,
+                                 const std::vector<SpaceBox>& boxes);
 
 /// What a part had, to be told once all have been.
 struct PartTally {
@@ -68,7 +69,7 @@ struct PartTally {
 std::vector<std::size_t> order_of_part(const PartedFrame& frame, const Particles& particles,
                                        const SpaceBox& own, PartTally& tally);
 
-/// Fills a part for each process. All call this with the same boxes as pick_particles().
+/// Fills a part for each process. All call this with the same boxes as pick_to_even_out().
 ///
 ///   own  where this process's part ends and others' begin
 PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
