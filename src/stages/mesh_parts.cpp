@@ -1,6 +1,8 @@
 #include "stages/mesh_parts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -163,24 +165,29 @@ class Joining {
 
 }  // namespace
 
-SpaceBox space_of(const BlockBox& blocks, double cell, int more) {
-  SpaceBox box;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (blocks.low[axis] != -BlockBox::kAll)
-      box.low[axis] = cell * (double{kBlockSide} * blocks.low[axis] - more);
-    if (blocks.high[axis] != BlockBox::kAll)
-      box.high[axis] = cell * (double{kBlockSide} * blocks.high[axis] + more);
-  }
-  return box;
-}
-
 CornerBox corners_of(const BlockBox& blocks, int more) {
   CornerBox corners;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    corners.low[axis] = std::int64_t{kBlockSide} * blocks.low[axis] - more;
-    corners.high[axis] = std::int64_t{kBlockSide} * blocks.high[axis] + more;
+    if (blocks.low[axis] != -BlockBox::kAll)
+      corners.low[axis] = std::int64_t{kBlockSide} * blocks.low[axis] - more;
+    if (blocks.high[axis] != BlockBox::kAll)
+      corners.high[axis] = std::int64_t{kBlockSide} * blocks.high[axis] + more;
   }
   return corners;
+}
+
+SpaceBox space_of(const BlockBox& blocks, double cell, int more) {
+  const CornerBox corners = corners_of(blocks, more);
+  const auto at = [cell](std::int64_t corner) {
+    return std::abs(corner) < CornerBox::kAll ? cell * static_cast<double>(corner)
+                                              : std::copysign(SpaceBox::kFar, corner);
+  };
+  SpaceBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.low[axis] = at(corners.low[axis]);
+    box.high[axis] = at(corners.high[axis]);
+  }
+  return box;
 }
 
 MeshPart part_of(const SpaceGrid& grid, const DualMesh& mesh, const std::vector<std::size_t>& added,
