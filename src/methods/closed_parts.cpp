@@ -15,6 +15,7 @@
 #include "device/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
+#include "stages/crumbs.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/trust.hpp"

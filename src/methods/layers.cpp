@@ -8,7 +8,9 @@
 
 #include "base/parallel.hpp"
 #include "methods/closed_steps.hpp"
-#include "stages/dual_mesh.hpp"
+#include "stages/crumbs.hpp"
+#include "stages/dual_faces.hpp"
+#include "stages/dual_vertices.hpp"
 #include "stages/implicit.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"

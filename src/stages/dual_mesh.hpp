@@ -10,23 +10,14 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
+#include "stages/cell_pieces.hpp"
 #include "stages/space_grid.hpp"
 
 namespace meniscus {
-
-/// A cell that the surface passes through.
-struct SurfaceCell {
-  std::int32_t block = 0;
-  std::uint8_t bit = 0;       // of its lowest corner
-  std::uint8_t pieces = 0;    // of surface, one vertex each; 1 to 4
-  std::uint8_t doubled = 0;   // faces, a bit each, that one piece crosses twice
-  std::uint16_t crossed = 0;  // which of the 12 edges are, a bit each
-  std::uint32_t piece = 0;    // of each of them, two bits each
-  std::uint32_t first = 0;    // its first vertex
-};
 
 /// A vertex between two doubled neighbours, in the second edge through the low face of a cell.
 struct VertexBetween {
@@ -49,45 +40,25 @@ struct DualMesh {
   std::vector<std::uint32_t> triangles_of;             // [blocks] how many their edges have
 };
 
-/// How vertices are placed.
-struct Placing {
-  double flat = 0.05;      // planes that all are within about 15 degrees of their mean are one
-                           // smooth sheet
-  double most_off = 0.05;  // F at a crossing is off by at most this, particle radii; where it is
-                           // more, F jumps there
-  double margin = 0.01;    // vertices keep this share of a cell from its faces, so that no two of
-                           // them coincide; below 0: leave it by as much
-  bool sheets_by_mean = false;  // one smooth sheet's vertex moves along the mean of its normals,
-                                // not along the eigenvector: quicker, and nearly the same
-};
+/// How many bits of a mask come before this one.
+inline std::uint32_t count_before(std::uint64_t mask, int bit) {
+  return static_cast<std::uint32_t>(std::popcount(mask & ((std::uint64_t{1} << bit) - 1)));
+}
 
-/// The vertices of a grid's surface: each is where the planes of its piece's crossings meet, as far
-/// as they tell, and else in the middle of the crossings; within its cell (the smallest squared
-/// distance from the planes, directions with less than `flat` of the largest eigenvalue left out).
-DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing);
+/// The place of a cell's crossed edge among all.
+inline std::uint32_t crossing_of(const SpaceGrid& grid, const CrossedEdges& edges,
+                                 const SurfaceCell& cell, int edge) {
+  const Corner lower = corner_of_cell(grid, static_cast<std::size_t>(cell.block), cell.bit,
+                                      kCellTables.ends[edge][0]);
+  const auto block = static_cast<std::size_t>(lower.block),
+             axis = static_cast<std::size_t>(edge / 4);
+  return edges.first[block][axis] + count_before(edges.mask[block][axis], lower.bit);
+}
 
-/// Those of the cells around some of the edges.
-DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
-                        const std::vector<std::uint32_t>& some, const Placing& placing);
-
-/// Moves vertices that are on no crease onto F = 0, within their cells, and gives them F's normals.
-/// Waits.
-void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh& mesh);
-
-/// A quadrangle around each crossed edge, in two triangles: of both diagonals the one whose middle
-/// is nearer to the surface. Adds the vertices between doubled neighbours. Edges that do not begin
-/// in `within` are left out.
-void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges, DualMesh& mesh,
-                   const CornerBox& within = {});
-
-/// The same around some of the edges, ascending, whose cells have their vertices. The mesh is open
-/// where others are left out.
-void join_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
-                   const std::vector<std::uint32_t>& some, DualMesh& mesh);
-
-/// Leaves out pieces of the mesh that enclose less fluid, or less air, than so much (particle radii
-/// cubed), and the vertices that are theirs. Open pieces stay. Returns which vertices are left,
-/// ascending.
-std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air);
+/// The place of a cell among all.
+inline std::uint32_t cell_at(const DualMesh& mesh, const Corner& lowest) {
+  const std::size_t b = static_cast<std::size_t>(lowest.block);
+  return mesh.first_cell[b] + count_before(mesh.mask[b], lowest.bit);
+}
 
 }  // namespace meniscus

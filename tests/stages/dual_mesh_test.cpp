@@ -1,12 +1,13 @@
 // Whatever the signs at the corners of cells, the mesh is closed and manifold.
-#include "stages/dual_mesh.hpp"
-
 #include <gtest/gtest.h>
 
 #include <array>
 #include <set>
 
 #include "accuracy/closed.hpp"
+#include "stages/crumbs.hpp"
+#include "stages/dual_faces.hpp"
+#include "stages/dual_vertices.hpp"
 #include "thrown.hpp"
 #include "verify/references/inputs.hpp"
 

@@ -1,0 +1,38 @@
+// dual_vertices: the vertices of a closed surface (dual_mesh.hpp): one for each piece of surface in
+// a cell, where the planes at its crossings meet.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "stages/dual_mesh.hpp"
+#include "stages/implicit.hpp"
+
+namespace meniscus {
+
+/// How vertices are placed.
+struct Placing {
+  double flat = 0.05;      // planes that all are within about 15 degrees of their mean are one
+                           // smooth sheet
+  double most_off = 0.05;  // F at a crossing is off by at most this, particle radii; where it is
+                           // more, F jumps there
+  double margin = 0.01;    // vertices keep this share of a cell from its faces, so that no two of
+                           // them coincide; below 0: leave it by as much
+  bool sheets_by_mean = false;  // one smooth sheet's vertex moves along the mean of its normals,
+                                // not along the eigenvector: quicker, and nearly the same
+};
+
+/// The vertices of a grid's surface: each is where the planes of its piece's crossings meet, as far
+/// as they tell, and else in the middle of the crossings; within its cell (the smallest squared
+/// distance from the planes, directions with less than `flat` of the largest eigenvalue left out).
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges, const Placing& placing);
+
+/// Those of the cells around some of the edges.
+DualMesh place_vertices(const SpaceGrid& grid, const CrossedEdges& edges,
+                        const std::vector<std::uint32_t>& some, const Placing& placing);
+
+/// Moves vertices that are on no crease onto F = 0, within their cells, and gives them F's normals.
+/// Waits.
+void settle_vertices(Device& device, const ImplicitFunction& function, DualMesh& mesh);
+
+}  // namespace meniscus
