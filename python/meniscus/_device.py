@@ -88,6 +88,18 @@ def _opened(device: Device | None) -> _core.Device:
     return device._bare
 
 
+def _set(bare: _core.Parameters, parameters: Mapping[str, float]) -> None:
+    for name, value in parameters.items():
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            if not any(known["name"] == name.replace("_", "-") for known in _core.named_parameters()):
+                number = 0  # its name is what is wrong
+            else:
+                raise InvalidArgument(f"{name} is {value!r}, must be a number") from None
+        bare.set(name.replace("_", "-"), number)
+
+
 def extract(points: ArrayLike | Particles, camera: Camera, *,
             velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
             attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
@@ -160,8 +172,7 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         raise InvalidArgument(f"layers is {layers!r}, must be a whole number, 0 to 8")
     bare.layers = int(layers)
     bare.particle_radius = float(particle_radius)
-    for name, value in parameters.items():
-        bare.set(name.replace("_", "-"), float(value))
+    _set(bare, parameters)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract(_opened(device), frame, camera._bare(), bare, memory,
                          timings, progress)
@@ -218,8 +229,7 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
     bare = _core.Parameters()
     bare.motion, bare.strict = motion, strict
     bare.particle_radius = float(particle_radius)
-    for name, value in parameters.items():
-        bare.set(name.replace("_", "-"), float(value))
+    _set(bare, parameters)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract_closed(_opened(device), frame, float(cell),
                                 float(adaptive), int(memory), bare, progress)

@@ -48,10 +48,13 @@ void set_parameter(Parameters& parameters, const std::string& name, double value
                                           [&](const ParameterEntry& a, const ParameterEntry& b) {
                                             return distance(a.name, name) < distance(b.name, name);
                                           });
-    throw InvalidArgument(
-        Notice{.code = Code::unknown_parameter,
-               .text = "there is no parameter " + name + "; the nearest name is " + nearest->name,
-               .subject = name});
+    // A name that shares hardly a letter would mislead.
+    const bool is_near = 3 * distance(nearest->name, name) <= std::max<std::size_t>(3, name.size());
+    throw InvalidArgument(Notice{.code = Code::unknown_parameter,
+                                 .text = "there is no parameter " + name + "; " +
+                                         (is_near ? "the nearest name is " + nearest->name
+                                                  : "named_parameters() lists those there are"),
+                                 .subject = name});
   }
   if (int* const* whole = std::get_if<int*>(&entry->value)) {
     if (!(std::abs(value) <= 1e9 && value == std::trunc(value)))

@@ -94,6 +94,9 @@ bool lock(int descriptor) {
 std::string advice(int error, const std::string& folder) {
   switch (error) {
     case ENOENT:
+      // Such as /proc, in which nobody makes files.
+      if (std::error_code unknown; std::filesystem::is_directory(folder, unknown))
+        return "no file can be made in " + folder + "; choose another folder";
       return "make the folder " + folder + " first";
     case ENOTDIR:
       return folder + " is not a folder; choose another one";

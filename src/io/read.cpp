@@ -44,6 +44,8 @@ const Format& format_of(const std::string& path) {
     throw InputError(path +
                      ": this build reads no OpenVDB (build Meniscus with -DMENISCUS_OPENVDB=ON, or "
                      "write the points as .bgeo, .ply or .npy)");
+  if (name.ends_with(".abc") || name.ends_with(".usd") || name.ends_with(".usdc"))
+    known += " (write the points of Alembic or USD as .bgeo.sc or .ply)";
   throw InputError(path + ": unknown format, the name must end in one of " + known);
 }
 

@@ -58,7 +58,7 @@ DamBreak::DamBreak(std::int64_t particles, std::uint64_t seed, double noise)
                                                           ", must be " + std::to_string(kFewest) +
                                                           " to " + std::to_string(kMost));
   require(noise >= 0 && noise <= kMostNoise,
-          printed("noise is %g, must be 0 to %g spacings", noise, kMostNoise));
+          setting("noise") + printed(" is %g, must be 0 to %g spacings", noise, kMostNoise));
   Random random(seed);
   for (double& phase : phase_) phase = random.uniform();
   // Wavelengths fall from .7 to .09, heights with them: each wave is as steep as the next.

@@ -182,6 +182,13 @@ TEST(NamedParameters, AreSetByName) {
   } catch (const InvalidArgument& error) {
     EXPECT_THAT(error.what(), HasSubstr("nearest name is footprint"));
   }
+  try {
+    set_parameter(parameters, "foo", 1);
+    FAIL();
+  } catch (const InvalidArgument& error) {
+    EXPECT_STREQ(error.what(),
+                 "there is no parameter foo; named_parameters() lists those there are");
+  }
 }
 
 TEST(Version, MacrosAndFunctionAgree) {

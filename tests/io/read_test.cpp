@@ -20,7 +20,7 @@ TEST_F(Read, ListsTheEndingsItKnows) {
       HasSubstr(
           "wave.abc: unknown format, the name must end in one of .ply, .vtk, .vtp, .vtu, .npy, "
           ".npz, .h5, .hdf5, .bgeo, .bgeo.gz, .bgeo.sc, .bi4, .ffp3, .lammpstrj, .dump, .xyz, "
-          ".csv"));
+          ".csv (write the points of Alembic or USD as .bgeo.sc or .ply)"));
 #ifndef MENISCUS_OPENVDB
   EXPECT_THAT(error_of("wave.vdb", " BDV"),
               HasSubstr("wave.vdb: this build reads no OpenVDB (build "

@@ -1,17 +1,27 @@
 #include "program/batch/camera_track.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
 namespace meniscus {
 
-CameraTrack::CameraTrack(const std::string& path) : origin_(path) {
+Camera resized(Camera camera, double share) {
+  for (int* const side : {&camera.width, &camera.height})
+    *side = std::max(1, static_cast<int>(std::lround(share * *side)));
+  return camera;
+}
+
+CameraTrack::CameraTrack(const std::string& path, double share) : origin_(path), share_(share) {
   if (const auto pattern = FramePattern::in(path)) {
     files_ = pattern->existing();
     if (files_.empty()) throw InputError(pattern->absence());
     return;
   }
   listed_ = read_cameras(path);
+  for (auto& [frame, camera] : listed_) camera = resized(camera, share);
   const auto single = listed_.find(kEveryFrame);
   if (single != listed_.end()) fixed_ = single->second;
 }
@@ -31,7 +41,7 @@ Camera CameraTrack::at(std::int64_t frame) const {
   if (fixed_) return *fixed_;
   if (const auto listed = listed_.find(frame); listed != listed_.end()) return listed->second;
   if (const auto file = files_.find(frame); file != files_.end())
-    return read_camera(file->second.path);
+    return resized(read_camera(file->second.path), share_);
   throw InputError(origin_ + ": has no camera for frame " + std::to_string(frame));
 }
 

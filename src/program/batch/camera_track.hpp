@@ -12,6 +12,9 @@
 
 namespace meniscus {
 
+/// The same camera with an image of this share of its width and height, rounded.
+Camera resized(Camera camera, double share);
+
 /// One camera for all frames, or one for each.
 class CameraTrack {
  public:
@@ -19,8 +22,8 @@ class CameraTrack {
   explicit CameraTrack(const Camera& camera) : fixed_(camera) {}
 
   /// Of a pattern with a file for each frame, a file with a list (see read_cameras), or a file with
-  /// one camera. Throws InputError.
-  explicit CameraTrack(const std::string& path);
+  /// one camera; images of this share of their sizes. Throws InputError.
+  explicit CameraTrack(const std::string& path, double share = 1);
 
   bool moves() const { return !fixed_; }
   bool has(std::int64_t frame) const;
@@ -39,6 +42,7 @@ class CameraTrack {
 
  private:
   std::string origin_;
+  double share_ = 1;
   std::optional<Camera> fixed_;
   std::map<std::int64_t, Camera> listed_;
   std::map<std::int64_t, FramePattern::Found> files_;

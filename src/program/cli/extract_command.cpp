@@ -12,6 +12,7 @@
 #include "device/device.hpp"
 #include "io/parts.hpp"
 #include "methods/programs.hpp"
+#include "program/batch/camera_track.hpp"
 #include "program/batch/room.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/extract_options.hpp"
@@ -49,11 +50,9 @@ std::vector<std::string> inputs_of(const ExtractOptions& options) {
 
 // The one of --camera; none: it is to be aimed at the particles.
 std::optional<Camera> given_camera(const ExtractOptions& options, bool warns) {
-  if (options.camera_file.empty()) {
-    check_aim(options);
-    return std::nullopt;
-  }
-  const Camera camera = read_camera(options.camera_file);
+  check_aim(options);
+  if (options.camera_file.empty()) return std::nullopt;
+  const Camera camera = resized(read_camera(options.camera_file), options.share);
   if (warns)
     for (const std::string& warning : warnings_of(camera, options.camera_file)) warn(warning);
   return camera;

@@ -10,6 +10,7 @@
 #include "api/parameter_list.hpp"
 #include "base/printed.hpp"
 #include "io/output_file.hpp"
+#include "program/batch/camera_track.hpp"
 #include "program/cli/options.hpp"
 
 namespace meniscus::cli {
@@ -197,8 +198,13 @@ ReadOptions reading_of(const ExtractOptions& options) {
 
 ChosenCamera aimed_camera(const ExtractOptions& options,
                           const std::vector<const ParticleSource*>& particles) {
-  const auto [width, height] = options.size;
-  return as_usage([&, w = width, h = height]() -> ChosenCamera {
+  constexpr std::array kUsual{1024, 768};
+  Camera of_size;
+  const std::array sides = options.size.value_or(kUsual);
+  of_size.width = sides[0];
+  of_size.height = sides[1];
+  of_size = resized(of_size, options.share);
+  return as_usage([&, w = of_size.width, h = of_size.height]() -> ChosenCamera {
     if (options.eye)
       return {look_at(*options.eye, options.target, options.up, options.fov, w, h),
               "from --eye to --target"};
@@ -207,7 +213,13 @@ ChosenCamera aimed_camera(const ExtractOptions& options,
   });
 }
 
-void check_aim(const ExtractOptions& options) { check(aimed_camera(options, {}).camera); }
+void check_aim(const ExtractOptions& options) {
+  if (options.camera_file.empty()) return check(aimed_camera(options, {}).camera);
+  if (options.size)
+    throw usage_error(
+        "--camera and --size are both given, must be one of them (the camera's file has the size; "
+        "--size 50% takes a share of it)");
+}
 
 void keep_camera(const ExtractOptions& options, const Camera& camera) {
   if (options.written_camera.empty()) return;
@@ -320,12 +332,18 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
   CLI::Option* fov = command.add_option("--fov", o.fov, "vertical field of view (default 40)");
   fov->type_name("DEGREES")->group(camera);
   CLI::Option* size = command.add_option_function<std::string>(
-      "--size", [&o](const std::string& text) { o.size = parse_size(text); },
-      "image size in pixels (default 1024x768)");
+      "--size",
+      [&o](const std::string& text) {
+        if (text.ends_with('%'))
+          o.share = parse_share(text);
+        else
+          o.size = parse_size(text);
+      },
+      "image size in pixels (default 1024x768), or a share of the camera file's: 50%");
   size->type_name("WxH")->group(camera);
   eye->needs(target)->excludes(file);
   target->needs(eye);
-  for (CLI::Option* option : {up, fov, size}) option->excludes(file);
+  for (CLI::Option* option : {up, fov}) option->excludes(file);
   command
       .add_option("--write-camera", o.written_camera,
                   "a file for the camera that was chosen, to be given by --camera")

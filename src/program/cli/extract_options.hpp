@@ -23,8 +23,9 @@ struct ExtractOptions {
   std::string camera_file, written_camera;
   std::optional<Triple> eye;
   Triple target{}, up{0, 1, 0};
-  double fov = 40;                        // degrees
-  std::array<int, 2> size{1024, 768};     // pixels
+  double fov = 40;                         // degrees
+  std::optional<std::array<int, 2>> size;  // pixels
+  double share = 1;                       // of the size that is given there or by the camera's file
   std::optional<double> particle_radius;  // world units
   ReadOptions reading;                    // of the input, but for the radius
   double frames_per_second = 24;
@@ -58,8 +59,8 @@ struct ChosenCamera {
 ChosenCamera aimed_camera(const ExtractOptions& options,
                           const std::vector<const ParticleSource*>& particles);
 
-/// Throws usage_error where --eye, --up, --fov or --size are of no camera, before particles are
-/// read.
+/// Throws usage_error where --eye, --up, --fov or --size are of no camera, or --size is another one
+/// than that of --camera, before anything is read.
 void check_aim(const ExtractOptions& options);
 
 /// Writes the camera as the JSON that --camera takes, where --write-camera names a file.

@@ -45,7 +45,10 @@ int fail(ExitCode code, const std::string& what) {
 std::string in_own_words(const CLI::ParseError& error) {
   const std::string what = error.what();
   const std::string unread = "Could not convert: ", repeated = ": At Most 1 required but received ",
-                    excluding = " excludes ";
+                    excluding = " excludes ", unexpected = " not expected: ";
+  if (const std::size_t at = what.find(unexpected); at != std::string::npos)
+    return what.substr(at + unexpected.size()) +
+           ": no word is wanted here (options begin with -, names with spaces want quotes)";
   if (const std::size_t at = what.find(" = ");
       what.starts_with(unread) && at != std::string::npos) {
     const std::string text = what.substr(at + 3);
@@ -60,10 +63,7 @@ std::string in_own_words(const CLI::ParseError& error) {
            " times, must be given once";
   if (const std::size_t at = what.find(excluding); at != std::string::npos) {
     const std::string one = what.substr(0, at), other = what.substr(at + excluding.size());
-    const bool is_size =
-        (one == "--size" && other == "--camera") || (one == "--camera" && other == "--size");
-    return one + " and " + other + " are both given, must be one of them" +
-           (is_size ? " (the camera's file has the size: change width and height there)" : "");
+    return one + " and " + other + " are both given, must be one of them";
   }
   return what;
 }

@@ -29,6 +29,16 @@ std::array<int, 2> parse_size(const std::string& text) {
   throw usage_error("--size is " + text + ", must be WIDTHxHEIGHT in pixels, e.g. 1024x768");
 }
 
+double parse_share(const std::string& text) {
+  constexpr double kMost = 1000;
+  double percent = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, percent);
+  if (error == std::errc() && rest + 1 == end && *rest == '%' && percent > 0 && percent <= kMost)
+    return percent / 100;
+  throw usage_error("--size is " + text + ", must be a share up to 1000%, e.g. 50%");
+}
+
 std::int64_t parse_particles(const std::string& text) {
   double value = 0;
   const char* const end = text.data() + text.size();
@@ -47,7 +57,7 @@ std::size_t parse_bytes(const std::string& text) {
   double value = 0;
   const char* const end = text.data() + text.size();
   const auto [unit, error] = std::from_chars(text.data(), end, value);
-  const std::string letters = "KMG";
+  const std::string letters = "KMGT";
   std::size_t shift = 0;
   bool good = error == std::errc() && value > 0;
   if (good && unit != end) {
@@ -58,7 +68,8 @@ std::size_t parse_bytes(const std::string& text) {
   }
   if (good) value *= static_cast<double>(std::size_t{1} << shift);
   if (good && value < 0x1p62) return static_cast<std::size_t>(value);
-  throw usage_error("--memory is " + text + ", must be bytes > 0, e.g. 512M or 512MB");
+  throw usage_error("--memory is " + text +
+                    ", must be bytes > 0, as a number, or with K, M, G or T, e.g. 512M");
 }
 
 // CLI11's own range says "Value 0 not in range 1.000000 to 1000000.000000", and in the help, too.

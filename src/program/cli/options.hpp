@@ -33,6 +33,9 @@ auto as_usage(const Work& work) {
 /// "1024x768" -> {1024, 768}. Throws usage_error.
 std::array<int, 2> parse_size(const std::string& text);
 
+/// "50%", of the option --size.
+double parse_share(const std::string& text);
+
 /// How many particles to generate: 1000000 or 1e6. Throws usage_error.
 std::int64_t parse_particles(const std::string& text);
 

@@ -38,8 +38,9 @@ namespace {
 // at no camera.
 std::unique_ptr<CameraTrack> given_cameras(const ExtractOptions& options) {
   if (options.closed) return std::make_unique<CameraTrack>(Camera{});
-  if (!options.camera_file.empty()) return std::make_unique<CameraTrack>(options.camera_file);
   check_aim(options);
+  if (!options.camera_file.empty())
+    return std::make_unique<CameraTrack>(options.camera_file, options.share);
   return nullptr;
 }
 

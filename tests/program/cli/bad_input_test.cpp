@@ -151,6 +151,30 @@ INSTANTIATE_TEST_SUITE_P(All, ProgramBadCamera,
                                          BadCamera{"WordInMatrix", camera_json("\"one\"", "2")}),
                          [](const auto& info) { return std::string(info.param.name); });
 
+// A proxy of half the size, with the camera's file as it is.
+TEST_F(ProgramBadInput, SizeWithACameraFileIsAShareOfIts) {
+  write_particles("in.ply", block(3));
+  ASSERT_EQ(run({"extract", "in.ply", "-o", "a.png", "--size", "64x48", "--write-camera", "c.json"})
+                .exit_code,
+            0);
+  const Outcome half =
+      run({"extract", "in.ply", "-o", "b.png", "--camera", "c.json", "--size", "50%"});
+  ASSERT_EQ(half.exit_code, 0) << half.err;
+  EXPECT_THAT(half.out + half.err, HasSubstr("c.json, 32x24"));
+  write("c.0001.json", read("c.json"));
+  write_particles("in.0001.ply", block(3));
+  const Outcome sequence = run(
+      {"extract", "in.####.ply", "-o", "s.####.png", "--camera", "c.####.json", "--size", "50%"});
+  ASSERT_EQ(sequence.exit_code, 0) << sequence.err;
+  EXPECT_EQ(read("s.0001.png"), read("b.png"));
+  for (const char* size : {"0%", "-5%", "half%", "%", "2000%"})
+    expect_error(run({"extract", "in.ply", "-o", "d.png", "--camera", "c.json", "--size", size}), 2,
+                 {std::string("--size is ") + size, "e.g. 50%"});
+  expect_error(run({"extract", "in.ply", "-o", "d.png", "--camera", "c.json", "--size", "32x24"}),
+               2, {"--camera and --size are both given", "--size 50% takes a share"});
+  EXPECT_FALSE(exists("d.png"));
+}
+
 TEST_F(ProgramBadInput, MissingCamera) {
   write_particles("in.ply", block(3));
   expect_error(run({"extract", "in.ply", "-o", "a.png", "--camera", "gone.json"}), 1,

@@ -58,7 +58,7 @@ TEST_F(ProgramGenerate, RefusesWhatItCannotMake) {
   for (const char* name : {"dam.vtk", "dam.bgeo", "dam"})
     expect_error(run({"generate", "--particles", "100", "-o", name}), 2, {name, ".ply"});
   expect_error(run({"generate", "--particles", "100", "--noise", "2", "-o", "dam.ply"}), 2,
-               {"noise is 2", "0 to 1"});
+               {"--noise is 2", "0 to 1"});
   expect_error(run({"generate", "--particles", "100", "-o", "no/dam.ply"}), 1, {"no/dam.ply"});
   EXPECT_THAT(files(), IsEmpty());
 }

@@ -131,7 +131,9 @@ TEST_F(ProgramMesh, WhatCannotBeDoneIsOneLine) {
   expect_error(run({"mesh", "in.ply", "-o", "a.exr"}), 2, {"a.exr", ".ply", "meniscus extract"});
   expect_error(run({"mesh", "in.ply", "-o", "a.abc"}), 2, {"a.abc", "closed mesh", ".stl"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--cell", "0"}), 2, {"--cell", "0.1 to 4"});
-  expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--memory", "0"}), 2, {"--memory"});
+  for (const char* bytes : {"0", "-5", "lots", "1P"})
+    expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--memory", bytes}), 2,
+                 {std::string("--memory is ") + bytes, "with K, M, G or T"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--resume"}), 2, {"--resume", "sequences"});
   expect_error(run({"mesh", "in.ply", "-o", "a.####.ply"}), 2, {"a.####.ply", "one frame"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--eye", "1,2,3"}), 2, {"--eye"});

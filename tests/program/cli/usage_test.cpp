@@ -31,6 +31,11 @@ TEST_F(ProgramUsage, HelpIsACommandToo) {
   EXPECT_EQ(run({"help", "extract"}).out, run({"extract", "--help"}).out);
 }
 
+TEST_F(ProgramUsage, RefusesAWordThatNobodyAskedFor) {
+  expect_error(run({"verify", "all"}), 2, {"all: no word is wanted here (options begin with -"});
+  expect_error(run({"devices", "a", "b"}), 2, {": no word is wanted here"});
+}
+
 TEST_F(ProgramUsage, HelpHasWhatMostNeedOnOneScreen) {
   const Outcome outcome = run({"extract", "--help"});
   EXPECT_EQ(outcome.exit_code, 0);
