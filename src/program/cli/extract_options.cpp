@@ -339,7 +339,7 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
         else
           o.size = parse_size(text);
       },
-      "image size in pixels (default 1024x768), or a share of the camera file's: 50%");
+      "image size in pixels (default 1024x768), or 50% of the camera's");
   size->type_name("WxH")->group(camera);
   eye->needs(target)->excludes(file);
   target->needs(eye);
