@@ -54,18 +54,19 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 /// Makes and compares the trial fits, and scores what they say: with the means of the evidence over
 /// the sheet within 5,
 ///
-///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002),
+///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002)
+///           + 45 max(two - .05 - 2 a, 0),
 ///
 /// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
 /// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
-/// Irregular particles miss any surface: both squares are less by .045 d (1 - d/2), d their
+/// Irregular particles miss any surface: both squares are less by a = .045 d (1 - d/2), d their
 /// disorder (relax.hpp), down to .011. Does not wait. Throws DeviceError.
 SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
-/// mean score of the bent places within 32: smoothstep(1.8, 1.95, score) as far as it bends (kernel
+/// mean score of the bent places within 32: smoothstep(1.75, 1.95, score) as far as it bends (kernel
 /// tell_roundness). Does not wait. Throws DeviceError.
 void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
                     const FitSurface& surface);

@@ -111,7 +111,7 @@ TEST_P(Roundness, DropsAreRound) {
 // about as fast as the field's do. Without noise one quadric follows such a layer as well as two
 // sheets. Sharp edges of bodies are in the accuracy tests.
 TEST_P(Roundness, AnEdgeIsLessRoundThanADropOfTheSameNoise) {
-  constexpr double kNoise = 0.3;
+  constexpr double kNoise = 0.35;
   const FittedSurface scene = edge(kNoise);
   const std::vector<float> of_edge = roundness_of(device_, scene);
   double sum = 0, count = 0;

@@ -136,6 +136,8 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
   const Estimate all[] = {
       passed_on({orderly(one.mean), one.error + kEpsilon * one.mean}, logarithm(-4, 0.002)),
       passed_on({orderly(two.mean), two.error + kEpsilon * two.mean}, logarithm(2, 0.02)),
+      passed_on({orderly(two.mean), two.error + kEpsilon * two.mean},
+                [&](double x) { return 45 * std::max(x - (0.05 + 2 * noise), 0.0); }),
       passed_on({bend.mean, bend.error}, logarithm(1.5, 0.002))};
   ScoredBend scored;
   for (const Estimate& part : all) {
@@ -146,7 +148,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
   const auto bends = [](double x) { return smooth_step(0.005, 0.02, x); };
   scored.bends = passed_on({bend.mean, bend.error}, bends);
   scored.share = passed_on({bend.mean, bend.error}, [&](double x) {
-    return share * bends(x) * (smooth_step(0.01, 0.04, x) + 0.01) / std::sqrt(std::max(x, 1e-6));
+    return share * bends(x) * (smooth_step(0.02, 0.04, x) + 0.01) / std::sqrt(std::max(x, 1e-6));
   });
   return scored;
 }
@@ -154,7 +156,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
 /// The roundness of a fit that bends so far, of the mean score around.
 inline Estimate roundness_of(const SheetMean& score, double bends) {
   return passed_on({score.mean, score.error},
-                   [&](double x) { return bends * smooth_step(1.8, 1.95, x); });
+                   [&](double x) { return bends * smooth_step(1.75, 1.95, x); });
 }
 
 }  // namespace meniscus::reference
