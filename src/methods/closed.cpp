@@ -55,11 +55,7 @@ struct Closed {
 DualMesh mesh_at_once(const Contoured& of) {
   of.clock.start("corners");
   SpaceGrid grid = grid_around(of.seeds, band_of(of.cell), of.cell);
-  do {
-    fill_corners(grid, [&](const Points& points) {
-      return measure_implicit(of.device, of.function, points).value;
-    });
-  } while (want_closed(grid));
+  close_grid(of.device, of.function, grid);
   return mesh_grid(of.device, of.function, grid, of.clock);
 }
 

@@ -6,7 +6,6 @@
 #include "methods/closed_steps.hpp"
 #include "stages/dual_mesh.hpp"
 #include "stages/share_space.hpp"
-#include "stages/space_grid.hpp"
 
 namespace meniscus {
 namespace {
@@ -36,17 +35,20 @@ std::size_t wanted_in(const SpaceGrid& grid, const BlockBox& own) {
   return corners;
 }
 
-// Asks for corners until the surface is closed. Returns how many blocks there were at first and
+void ask_corners(Device& device, const ImplicitFunction& function, SpaceGrid& grid) {
+  fill_corners(
+      grid, [&](const Points& points) { return measure_implicit(device, function, points).value; });
+}
+
+// close_grid(), of a box. Returns how many blocks there were at first and
 // after each round; `last_wanted` becomes the last round that wanted corners of the box's own, if
 // that is later.
-std::vector<std::size_t> close_grid(const Contoured& of, const BlockBox& own, SpaceGrid& grid,
-                                    int& last_wanted) {
+std::vector<std::size_t> close_box(const Contoured& of, const BlockBox& own, SpaceGrid& grid,
+                                   int& last_wanted) {
   std::vector<std::size_t> added{grid.blocks.size()};
   std::size_t wanted = wanted_in(grid, own);
   for (bool more = true; more;) {
-    fill_corners(grid, [&](const Points& points) {
-      return measure_implicit(of.device, of.function, points).value;
-    });
+    ask_corners(of.device, of.function, grid);
     more = want_closed(grid);
     added.push_back(grid.blocks.size());
     const std::size_t now = wanted_in(grid, own);
@@ -57,6 +59,12 @@ std::vector<std::size_t> close_grid(const Contoured& of, const BlockBox& own, Sp
 }
 
 }  // namespace
+
+void close_grid(Device& device, const ImplicitFunction& function, SpaceGrid& grid) {
+  do {
+    ask_corners(device, function, grid);
+  } while (want_closed(grid));
+}
 
 std::vector<BlockBox> share_cells(const Contoured& of, const BlockBox& own, std::size_t memory) {
   const double block = kBlockSide * of.cell;
@@ -80,7 +88,7 @@ MeshPart mesh_box(const Contoured& of, const BlockBox& own, int around, int& rou
   const double band = band_of(of.cell);
   const SpaceBox near = space_of(own, of.cell, around).wider(band + 2 * kBlockSide * of.cell);
   SpaceGrid grid = grid_around(points_in(near, of.seeds), band, of.cell, corners_of(own, around));
-  const std::vector<std::size_t> added = close_grid(of, own, grid, rounds);
+  const std::vector<std::size_t> added = close_box(of, own, grid, rounds);
   forget_outside(grid, corners_of(own, kMeshed));
   const DualMesh mesh = mesh_grid(of.device, of.function, grid, of.clock, corners_of(own));
   return part_of(grid, mesh, added, own);

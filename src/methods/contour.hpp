@@ -11,8 +11,12 @@
 #include "stages/block_box.hpp"
 #include "stages/implicit.hpp"
 #include "stages/mesh_parts.hpp"
+#include "stages/space_grid.hpp"
 
 namespace meniscus {
+
+/// Asks the function at corners that are wanted until all cells around its surface are there.
+void close_grid(Device& device, const ImplicitFunction& function, SpaceGrid& grid);
 
 /// Corners around a box's own that are asked too: a corner is wanted for the sake of one beside it,
 /// so what lies farther away than there are rounds has no say.

@@ -8,6 +8,7 @@
 
 #include "base/parallel.hpp"
 #include "methods/closed_steps.hpp"
+#include "methods/contour.hpp"
 #include "stages/crumbs.hpp"
 #include "stages/dual_faces.hpp"
 #include "stages/dual_vertices.hpp"
@@ -203,10 +204,7 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   ImplicitFunction field = function;
   field.alone = true;
   SpaceGrid grid = grid_around(seeds_of(device, known), kBand, kCell);
-  do {
-    fill_corners(
-        grid, [&](const Points& points) { return measure_implicit(device, field, points).value; });
-  } while (want_closed(grid));
+  close_grid(device, field, grid);
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
   guess_crossings(grid, edges);
