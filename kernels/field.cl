@@ -471,9 +471,9 @@ inline Field field_near(const Cells cells, global const float* weight, const Nea
 // How far a blend of fits counts beside the field, 1 .. 0, where its surface lies `apart` (particle
 // radii) from the field's and `alike` is the cosine of both normals. Where they differ the field is
 // right: on violent scenes, samples over half a radius apart err by .2 to .5 s in the blend and by .2
-// to .3 s in the field, those over two radii apart by .8 to 1.4 s and .1 to .5 s (docs/method.md). The
-// field of irregular particles has pits and bumps of its own: at a disorder of 1 it may be twice as
-// far away, and turned by up to a right angle.
+// to .3 s in the field, those over two radii apart by .8 to 1.4 s and .1 to .5 s
+// (docs/method_decisions.md). The field of irregular particles has pits and bumps of its own: at a
+// disorder of 1 it may be twice as far away, and turned by up to a right angle.
 inline floatv agreement_of(const floatv apart, const floatv alike, const float disorder) {
   return (1.0f - smooth_step(0.5f + 0.5f * disorder, 1.0f + 1.0f * disorder, apart)) *
          smooth_step(0.6f - 0.6f * disorder, 0.92f - 0.32f * disorder, alike);

@@ -126,7 +126,7 @@ constexpr Seeding kEveryParticle{
     }};
 
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
-// is like, in a group or not: of groups alone, creases came out rounded (docs/method.md).
+// is like, in a group or not: of groups alone, creases came out rounded (docs/method_decisions.md).
 constexpr Seeding kMergedGroups{
     &Counts::groups,
     kRimReachGroups,

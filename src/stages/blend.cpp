@@ -18,8 +18,7 @@ constexpr double kFitted = 0.8;       // of its support a group's weight reaches
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
-// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl: -.4
-// of what comes from grad beta goes into its normals instead of half.
+// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl.
 constexpr double kRound = 0.9;
 
 // Screen box, in samples; both ends included. Empty when i1 < i0.

@@ -1,4 +1,4 @@
-// What a sample shows, in double precision: docs/method.md, "density".
+// What a sample shows, in double precision: docs/method.md, "Settle".
 #pragma once
 
 #include <algorithm>
@@ -164,7 +164,7 @@ inline Crossing normal_at(const FieldOnRay& ray, double t, double off = 0) {
   return c;
 }
 
-/// The first crossing between the depths `from` and `to` (docs/method.md, "density"): steps of
+/// The first crossing between the depths `from` and `to` (docs/method.md, "Settle"): steps of
 /// 1.5 (1 - C / level), .3 to 1, until one ends inside; the crossing before its end is found to
 /// 1/1024 radii. A field that is reached at `from` is not crossed. Not sure where rounding or a
 /// step decides:
@@ -265,7 +265,7 @@ inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
   if (along > most) *normal = normalized(turned);
 }
 
-/// docs/method.md, "density", and 2.4.1: where fits are trusted the blend stays on a triangle that
+/// docs/method.md, "Settle", and 2.4.1: where fits are trusted the blend stays on a triangle that
 /// is at most 3 radii away or where the density reaches the contour; beyond an edge it stays on a
 /// triangle alone. Where they are not, or there is no blend, the field is followed from 2 radii
 /// before the blend or the reference, whichever is nearer, to `beyond` behind the farther of both,
