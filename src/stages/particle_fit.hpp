@@ -54,11 +54,12 @@ inline constexpr float kDeep = 3;
 
 /// What fits have where one quadric explains the surroundings (roundness 1), where FitParams says
 /// it for roundness 0.
-inline constexpr double kRoundSigma = 1.2;       // normal difference that a fit crosses, unitless
-inline constexpr double kRoundTau = 0.8;         // one-sided robust scale, particle radii
-inline constexpr double kRoundSupport = 7;       // radius of the support, particle radii, at most
-inline constexpr double kRoundOffSurface = 1.2;  // distance of the off-surface rows, radii, at most
-inline constexpr double kRoundRidge = 1e-4;      // on the quadratic terms, at most: bends need them
+inline constexpr double kRoundSigma = 1.2;  // normal difference that a fit crosses, unitless
+inline constexpr double kRoundTau = 0.6;    // one-sided robust scale, particle radii
+inline constexpr double kRoundSupport = 7;  // radius of the support, particle radii, at most
+inline constexpr double kRoundOffSurface =
+    1.25;                                    // distance of the off-surface rows, radii, at most
+inline constexpr double kRoundRidge = 5e-5;  // on the quadratic terms, at most: bends need them
 
 /// What the kernels read of each particle of the surface, and of nobody behind the last, whose u
 /// is 0.

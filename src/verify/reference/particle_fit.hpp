@@ -28,13 +28,13 @@ inline double common_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, 
   return near < 1e-6 || same < -0.5 ? 0 : near * std::exp(-2 * (1 - same) / (sigma * sigma));
 }
 
-/// The parameters of a fit of that roundness: sigma and tau go from FitParams' to 1.2 and .8, the
-/// off-surface distance and the ridge to 1.2 and 1e-4.
+/// The parameters of a fit of that roundness: sigma and tau go from FitParams' to 1.2 and .6, the
+/// off-surface distance and the ridge to 1.25 and 5e-5.
 inline FitParams round_params(FitParams params, double roundness) {
   params.normal_sigma += roundness * (1.2 - params.normal_sigma);
-  params.tau += roundness * (std::max(0.8, params.tau) - params.tau);
-  params.off_surface += roundness * (std::min(1.2, params.off_surface) - params.off_surface);
-  params.ridge += roundness * (std::min(1e-4, params.ridge) - params.ridge);
+  params.tau += roundness * (std::max(0.6, params.tau) - params.tau);
+  params.off_surface += roundness * (std::min(1.25, params.off_surface) - params.off_surface);
+  params.ridge += roundness * (std::min(5e-5, params.ridge) - params.ridge);
   return params;
 }
 
