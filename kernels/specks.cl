@@ -10,7 +10,10 @@
 // neighbours have none, else it takes the mean of their farthest layer; and so does one whose normal
 // stands alone among neighbours that agree (where two sheets graze each other). At rims a sample may
 // lie between two layers and hang on none: one that is farther than LINK from all four beside it
-// counts as one with fewer than three. The border stays.
+// counts as one with fewer than three. In a pit of two or three, through which what lies behind
+// shows, samples would be each other's farthest layer, so there only those count that they do not
+// hang together with. In a pit samples lie between two in front of them. Where a face is seen from
+// its edge depths are as far apart, but in front they are on one side alone. The border stays.
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
 // were listed, the next only where something around has changed in the round before. One work-item
@@ -87,7 +90,7 @@ inline int close_row(const int i, const int j, global const float* depth,
   const intv eligible = inner & (empty | (t <= large_until));
   if (!ANY(eligible)) return 0;
 
-  floatv far = none, near = (floatv)(INFINITY);
+  floatv far = none, near = (floatv)(INFINITY), apart = none;
   intv covered = zero, joined = zero, linked = zero;
 #pragma unroll
   for (int k = 0; k < 9; ++k) {
@@ -97,7 +100,9 @@ inline int close_row(const int i, const int j, global const float* depth,
     covered += SELECT(zero, one, there);
     far = SELECT(far, larger(far, d), there);
     near = smaller(near, d);
-    joined += SELECT(zero, one, there & (fabs(d - t) <= jump));
+    const intv hangs = there & (fabs(d - t) <= jump);
+    joined += SELECT(zero, one, hangs);
+    apart = SELECT(apart, larger(apart, d), there & !hangs);
     if (k % 2 == 1) linked |= fabs(d - t) <= LINK;
   }
   if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
@@ -126,7 +131,18 @@ inline int close_row(const int i, const int j, global const float* depth,
     around = SELECT(zero, around, (column > 1.0f) & (column < (float)(samples.x - 2)));
   }
   // The farthest layer, which for a sample of the surface is one that it does not belong to unless
-  // all neighbours do.
+  // all neighbours do; in a pit, of those that it does not hang together with.
+  const intv speck = !empty & ((joined < 3) | !linked);
+  floatv layer = far;
+  if (ANY(speck)) {
+    intv between = zero;
+#pragma unroll
+    for (int k = 0; k < 4; ++k) {
+      const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
+      between |= larger(load_from(depth, s + shift), load_from(depth, s - shift)) < t - jump;
+    }
+    layer = SELECT(far, apart, speck & between);
+  }
   floatv sum = none, sx = none, sy = none, sz = none;
   intv count = zero, first = zero;
 #pragma unroll
@@ -134,7 +150,7 @@ inline int close_row(const int i, const int j, global const float* depth,
     if (k == 4) continue;
     const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
     const floatv d = load_from(depth, s + shift);
-    const intv deep = (d < INFINITY) & !(far - d > jump);
+    const intv deep = (d <= layer) & !(layer - d > jump);
     first = SELECT(first, (intv)(shift), deep & (count == 0));
     count += SELECT(zero, one, deep);
     sum += SELECT(none, d, deep);
@@ -149,7 +165,6 @@ inline int close_row(const int i, const int j, global const float* depth,
   const floatv agreement = size / number;  // 1: all neighbours' normals are the same
   const intv alone = (count >= 6) & (count == covered) & (agreement > 0.93f) &
                      (along < (agreement - 0.03f) * size);
-  const intv speck = !empty & ((joined < 3) | !linked);
   const intv goes = eligible & speck & (covered < 5);
   const intv hole = (covered >= 7) | (large & ((covered >= 6) | (around >= 17)));
   const intv wants = SELECT(speck | alone, hole, empty);

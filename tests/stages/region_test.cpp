@@ -41,6 +41,13 @@ SurfaceMap closed(Device& device, const SurfaceMap& map, double large_until = IN
   return download(device, surface);
 }
 
+void clear(SurfaceMap& map, int s) {
+  map.depth[s] = kNoSurface;
+  map.normal[s] = {};
+  map.group[s] = -1;
+  map.kind[s] = Kind::none;
+}
+
 TEST_P(Region, SamplesBetweenTwoLayersGoWhereParticlesAreLarge) {
   // A step of 5 radii; samples of the nearer layer's rim half-way down, one of them the field's.
   SurfaceMap map = plain(37, 23);
@@ -118,11 +125,33 @@ TEST_P(Region, PinholesSpecksAndLoneNormalsTakeTheirNeighboursMean) {
   }
 }
 
-void clear(SurfaceMap& map, int s) {
-  map.depth[s] = kNoSurface;
-  map.normal[s] = {};
-  map.group[s] = -1;
-  map.kind[s] = Kind::none;
+TEST_P(Region, PitsOfTwoOrThreeSamplesTakeTheLayerInFront) {
+  const SurfaceMap whole = plain(37, 23);
+  // Beside, below and diagonally below each other; three at a corner, in a row and as a stair.
+  const std::vector<std::vector<std::pair<int, int>>> pits{{{5, 5}, {6, 5}},
+                                                           {{12, 5}, {12, 6}},
+                                                           {{19, 5}, {20, 6}},
+                                                           {{5, 14}, {6, 14}, {5, 15}},
+                                                           {{12, 14}, {13, 14}, {14, 14}},
+                                                           {{20, 14}, {21, 15}, {22, 16}}};
+  SurfaceMap map = whole;
+  for (const auto& pit : pits)
+    for (const auto& [i, j] : pit) map.depth[j * 37 + i] += 20;
+  const SurfaceMap after = closed(device_, map);
+  for (int s = 0; s < 37 * 23; ++s)  // the mean of three neighbours or more
+    EXPECT_NEAR(after.depth[s], whole.depth[s], map.depth[s] == whole.depth[s] ? 0 : 0.4) << s;
+  EXPECT_EQ(closed(device_, map, 0).depth, map.depth) << "what is seen between drops";
+}
+
+TEST_P(Region, WhatEndsBehindAnotherLayerIsNoPit) {
+  // Two samples of what lies behind, between a layer in front and nothing at all.
+  SurfaceMap map = plain(37, 23);
+  for (int j = 0; j < 23; ++j)
+    for (int i = 20; i < 37; ++i) {
+      if (i == 20) map.depth[j * 37 + i] += 20;
+      if (i > 20) clear(map, j * 37 + i);
+    }
+  EXPECT_EQ(closed(device_, map).depth, map.depth);
 }
 
 TEST_P(Region, SmallParticlesKeepDropsAndGapsOfAFewSamples) {

@@ -123,6 +123,7 @@ const Fault kFaults[] = {
     {"specks", 71, "specks.cl", "STOREF(sum / number, new_depth)",
      "STOREF(1.0001f * sum / number, new_depth)"},
     {"specks", 71, "specks.cl", "around >= 17", "around >= 18"},
+    {"specks", 71, "specks.cl", "< t - jump", "< t"},
     {"specks", 71, "specks.cl", "(agreement > 0.93f) &\n                     (along",
      "(agreement > 0.94f) &\n                     (along"},
     {"fairing", 71, "fairing.cl", "both * both * same", "both * near * same"},

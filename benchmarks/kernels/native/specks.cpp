@@ -29,19 +29,20 @@ bool close_strip(const Specks& in, int i, int j) {
   const Ints empty = ~(t < kNone);
   const Ints eligible = (column > 0.0f) & (column < static_cast<float>(in.nx - 1));
   if (!any(eligible)) return false;
-  Floats far{}, near = Floats{} + kNone;
+  Floats far{}, near = Floats{} + kNone, apart{};
   Ints covered{}, joined{}, linked{}, around{};
   std::ptrdiff_t shift[8];
   for (int k = 0, m = 0; k < 9; ++k)
     if (k != 4) shift[m++] = (k / 3 - 1) * std::ptrdiff_t{in.nx} + k % 3 - 1;
   for (const std::ptrdiff_t to : shift) {
-    const Floats d = load(depth + to), lower = d - t, apart = lower < 0.0f ? -lower : lower;
-    const Ints there = d < kNone;
+    const Floats d = load(depth + to), lower = d - t, away = lower < 0.0f ? -lower : lower;
+    const Ints there = d < kNone, hangs = there & (away <= in.jump);
     covered -= there;
     far = there ? larger(far, d) : far;
     near = smaller(near, d);
-    joined -= there & (apart <= in.jump);
-    if (to == 1 || to == -1 || to == in.nx || to == -in.nx) linked |= apart <= in.link;
+    joined -= hangs;
+    apart = there & ~hangs ? larger(apart, d) : apart;
+    if (to == 1 || to == -1 || to == in.nx || to == -in.nx) linked |= away <= in.link;
   }
   if (!any(eligible & (~empty | (covered > 0)))) return false;
   const Ints in_layer = ~empty & (covered == 8) & (joined >= 3) & linked & (far - near <= in.jump);
@@ -61,11 +62,16 @@ bool close_strip(const Specks& in, int i, int j) {
       around -= load(depth + (k / 5 - 2) * std::ptrdiff_t{in.nx} + k % 5 - 2) < kNone;
     around = (column > 1.0f) & (column < static_cast<float>(in.nx - 2)) ? around : Ints{};
   }
+  const Ints speck = ~empty & ((joined < 3) | ~linked);
+  Ints between{};
+  for (int k = 0; k < 4; ++k)
+    between |= larger(load(depth + shift[k]), load(depth + shift[7 - k])) < t - in.jump;
+  const Floats layer = speck & between ? apart : far;
   Floats sum{}, sx{}, sy{}, sz{};
   Ints count{}, first{};
   for (const std::ptrdiff_t to : shift) {
     const Floats d = load(depth + to);
-    const Ints deep = (d < kNone) & ~(far - d > in.jump);
+    const Ints deep = (d <= layer) & ~(layer - d > in.jump);
     first = deep & (count == 0) ? every(static_cast<int>(to)) : first;
     count -= deep;
     sum += deep ? d : Floats{};
@@ -79,7 +85,6 @@ bool close_strip(const Specks& in, int i, int j) {
   const Floats agreement = size / number;
   const Ints alone = (count >= 6) & (count == covered) & (agreement > 0.93f) &
                      (along < (agreement - 0.03f) * size);
-  const Ints speck = ~empty & ((joined < 3) | ~linked);
   const Ints goes = eligible & speck & (covered < 5);
   const Ints wants = empty ? (covered >= 6) | (around >= 17) : speck | alone;
   const Ints takes =

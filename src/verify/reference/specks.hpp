@@ -65,7 +65,7 @@ inline Closing close_once(const Closing& before, double jump, double link, doubl
           within_two += there(k);
         }
       const auto covered = static_cast<int>(around.size());
-      double farthest_around = 0;
+      double farthest_around = 0, farthest_apart = 0;  // the latter of those it does not hang on
       int joined = 0;
       bool linked = false;
       for (const int k : around) {
@@ -73,18 +73,26 @@ inline Closing close_once(const Closing& before, double jump, double link, doubl
         if (empty) continue;
         const double apart = std::abs(before.depth[k] - before.depth[s]);
         joined += apart <= jump;
+        if (apart > jump) farthest_apart = std::max(farthest_apart, before.depth[k]);
         doubt = doubt || std::abs(apart - jump) < close_call;
         if (std::abs(k - s) != 1 && std::abs(k - s) != nx) continue;
         linked = linked || apart <= link;
         doubt = doubt || std::abs(apart - link) < close_call;
       }
-      std::vector<int> deep;  // the farthest layer
+      const bool speck = !empty && (joined < 3 || !linked);
+      // In a pit: behind both of two samples that it lies between.
+      const auto in_front = [&](int k) { return before.depth[s] - before.depth[k] > jump; };
+      bool between = false;
+      for (const int k : {1, nx - 1, nx, nx + 1})
+        between = between || (!empty && in_front(s - k) && in_front(s + k));
+      const double layer = speck && between ? farthest_apart : farthest_around;
+      std::vector<int> deep;  // the farthest layer, in a pit of what it does not hang on
       double depth = 0;
       Vec3d sum;
       for (const int k : around) {
-        const double behind = farthest_around - before.depth[k];
-        doubt = doubt || std::abs(behind - jump) < close_call;
-        if (behind > jump) continue;
+        const double before_layer = layer - before.depth[k];
+        doubt = doubt || std::abs(before_layer - jump) < close_call;
+        if (before_layer > jump || before_layer < 0) continue;
         deep.push_back(k);
         depth += before.depth[k];
         sum += before.normal[k];
@@ -99,7 +107,6 @@ inline Closing close_once(const Closing& before, double jump, double link, doubl
         doubt = doubt || std::abs(agree - 0.93) < 64 * kEpsilon ||
                 (agree > 0.93 && std::abs(along - agree + 0.03) < 64 * kEpsilon);
       }
-      const bool speck = !empty && (joined < 3 || !linked);
       // 17 of the 24 around, where all of these are samples.
       const bool corner =
           empty && i > 1 && j > 1 && i + 2 < nx && j + 2 < before.ny && within_two >= 17;
