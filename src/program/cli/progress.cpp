@@ -15,9 +15,8 @@ namespace meniscus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kPatience{500};
-constexpr std::chrono::seconds kSaid{30};  // between lines that stay
-constexpr int kBar = 30;                   // of the bar, characters
-constexpr std::size_t kMostWords = 44;     // characters of a step
+constexpr int kBar = 30;                // of the bar, characters
+constexpr std::size_t kMostWords = 44;  // characters of a step
 
 }  // namespace
 
@@ -64,12 +63,12 @@ void Progress::reached(std::int64_t done, const std::string& step) {
                     words.c_str()));
 }
 
-Working::Working(std::size_t programs, bool quiet)
+Working::Working(std::size_t programs, bool quiet, std::chrono::milliseconds between_lines)
     : programs_(programs), quiet_(quiet), shown_(!quiet && isatty(STDERR_FILENO) == 1) {
   if (quiet_) return;
-  thread_ = std::jthread([this] {
+  thread_ = std::jthread([this, every = shown_ ? kRedrawn : between_lines] {
     std::unique_lock lock(mutex_);
-    while (!ended_.wait_for(lock, shown_ ? kRedrawn : kSaid, [this] { return over_; })) {
+    while (!ended_.wait_for(lock, every, [this] { return over_; })) {
       if (shown_ && (!phase_.empty() || begun_ > 0) && Clock::now() - start_ > kPatience) draw();
       if (!shown_ && !phase_.empty()) say();
     }

@@ -14,6 +14,9 @@ namespace meniscus::cli {
 /// How often a line is drawn again, at most.
 inline constexpr std::chrono::milliseconds kRedrawn{100};
 
+/// How often there is a line that stays, where standard error is no terminal.
+inline constexpr std::chrono::milliseconds kBetweenLines{30'000};
+
 /// How wide the terminal is, standard error.
 std::size_t columns();
 
@@ -50,11 +53,13 @@ class Progress {
 /// kernels are built for the first time on a device, "building kernels, once per device (7 of 19)
 /// [#######      ]": one line on standard error, from half a second on, kept up to date by a thread
 /// of its own. Where standard error is no terminal, the building of kernels is one line that stays,
-/// and what goes on is one every 30 seconds. All functions may be called by several threads.
+/// and what goes on is one after each `between_lines`. All functions may be called by several
+/// threads.
 class Working {
  public:
   /// `programs` there are in all; 0: that is not known.
-  Working(std::size_t programs, bool quiet);
+  Working(std::size_t programs, bool quiet,
+          std::chrono::milliseconds between_lines = kBetweenLines);
   ~Working();  // removes the line
   Working(const Working&) = delete;
   Working& operator=(const Working&) = delete;
