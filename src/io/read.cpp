@@ -29,6 +29,58 @@ constexpr Format kFormats[] = {
 #endif
 };
 
+// What people have particles in that is not read, and what they can do.
+struct Unread {
+  const char* ending;
+  const char* what;
+  const char* instead;
+};
+
+constexpr const char* kOpen =
+    "write its points as .bgeo.sc or .ply in a program that opens it, such as Houdini";
+constexpr const char* kMaker =
+    "let the program that made it write its particles in one of these, such as .ply or .csv";
+constexpr const char* kMesh = "a mesh has no particles: write the points that it was made of";
+constexpr const char* kScan = "convert it to .ply, e.g. by PDAL";
+constexpr const char* kGrid = "write particles as .vtp or .vtu: a grid has none";
+constexpr const char* kPieces = "give its pieces instead, with a * for what differs in their names";
+constexpr const char* kTable =
+    "where it is a table, call it .csv with a row of names, or .xyz without one";
+constexpr const char* kUnpack = "unpack it first";
+
+constexpr Unread kUnread[] = {
+    {".abc", "Alembic", kOpen},
+    {".usd", "USD", kOpen},
+    {".usda", "USD", kOpen},
+    {".usdc", "USD", kOpen},
+    {".usdz", "USD", kOpen},
+    {".fbx", "FBX", kOpen},
+    {".geo", "Houdini's text", "write it as .bgeo or .bgeo.sc"},
+    {".prt", "Krakatoa's PRT", kMaker},
+    {".bin", "a program's own file", kMaker},
+    {".sim", "a program's own file", kMaker},
+    {".obj", "OBJ", kMesh},
+    {".stl", "STL", kMesh},
+    {".glb", "glTF", kMesh},
+    {".gltf", "glTF", kMesh},
+    {".las", "LAS", kScan},
+    {".laz", "LAS", kScan},
+    {".e57", "E57", kScan},
+    {".pcd", "PCD", kScan},
+    {".vti", "a grid of VTK", kGrid},
+    {".vtr", "a grid of VTK", kGrid},
+    {".vts", "a grid of VTK", kGrid},
+    {".pvtp", "a list of pieces", kPieces},
+    {".pvtu", "a list of pieces", kPieces},
+    {".txt", "plain text", kTable},
+    {".dat", "plain text", kTable},
+    {".tsv", "plain text", kTable},
+    {".gz", "a packed file", kUnpack},
+    {".zst", "a packed file", kUnpack},
+    {".zip", "a packed file", kUnpack},
+    {".tar", "a packed file", kUnpack},
+};
+
 const Format& format_of(const std::string& path) {
   const std::string name = lower_case(path);
   if (name == "-")
@@ -44,9 +96,12 @@ const Format& format_of(const std::string& path) {
     throw InputError(path +
                      ": this build reads no OpenVDB (build Meniscus with -DMENISCUS_OPENVDB=ON, or "
                      "write the points as .bgeo, .ply or .npy)");
-  if (name.ends_with(".abc") || name.ends_with(".usd") || name.ends_with(".usdc"))
-    known += " (write the points of Alembic or USD as .bgeo.sc or .ply)";
-  throw InputError(path + ": unknown format, the name must end in one of " + known);
+  const std::string wanted = ", the name must end in one of " + known;
+  for (const Unread& unread : kUnread)
+    if (name.ends_with(unread.ending))
+      throw InputError(path + ": " + unread.what + " is not read" + wanted + " (" + unread.instead +
+                       ")");
+  throw InputError(path + ": unknown format" + wanted);
 }
 
 void check_values(const std::string& file, const char* item, const Particles& particles) {

@@ -1,12 +1,18 @@
 #include <gmock/gmock.h>
 
+#include <sstream>
+#include <string>
+
 #include "io/io_test_support.hpp"
 #include "thrown.hpp"
 
 namespace meniscus {
 namespace {
 
+using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 class Read : public InputTest {};
 
@@ -16,17 +22,45 @@ std::string error_of_path(const std::string& path) {
 
 TEST_F(Read, ListsTheEndingsItKnows) {
   EXPECT_THAT(
-      error_of("wave.abc", "ply\n"),
+      error_of("wave.mov", "ply\n"),
       HasSubstr(
-          "wave.abc: unknown format, the name must end in one of .ply, .vtk, .vtp, .vtu, .npy, "
+          "wave.mov: unknown format, the name must end in one of .ply, .vtk, .vtp, .vtu, .npy, "
           ".npz, .h5, .hdf5, .bgeo, .bgeo.gz, .bgeo.sc, .bi4, .ffp3, .lammpstrj, .dump, .xyz, "
-          ".csv (write the points of Alembic or USD as .bgeo.sc or .ply)"));
+          ".csv"));
 #ifndef MENISCUS_OPENVDB
   EXPECT_THAT(error_of("wave.vdb", " BDV"),
               HasSubstr("wave.vdb: this build reads no OpenVDB (build "
                         "Meniscus with -DMENISCUS_OPENVDB=ON"));
 #endif
   EXPECT_THAT(error_of("ply", "ply\n"), HasSubstr("unknown format"));
+}
+
+TEST_F(Read, SaysWhatToDoWithFormatsThatItDoesNotRead) {
+  const auto expect = [&](const char* endings, const std::string& what, const std::string& advice) {
+    std::istringstream each(endings);
+    for (std::string ending; each >> ending;)
+      EXPECT_THAT(error_of_path("no/such/wave" + ending),
+                  AllOf(StartsWith("no/such/wave" + ending + ": " + what +
+                                   " is not read, the name must end in one of .ply, .vtk,"),
+                        HasSubstr(", .csv"), EndsWith(" (" + advice + ")")));
+  };
+  const std::string open =
+      "write its points as .bgeo.sc or .ply in a program that opens it, such as Houdini";
+  const std::string maker =
+      "let the program that made it write its particles in one of these, such as .ply or .csv";
+  expect(".abc .ABC", "Alembic", open);
+  expect(".usd .usda .usdc .usdz .USDZ", "USD", open);
+  expect(".fbx", "FBX", open);
+  expect(".geo", "Houdini's text", "write it as .bgeo or .bgeo.sc");
+  expect(".prt", "Krakatoa's PRT", maker);
+  expect(".bin .sim", "a program's own file", maker);
+  expect(".obj", "OBJ", "a mesh has no particles: write the points that it was made of");
+  expect(".laz", "LAS", "convert it to .ply, e.g. by PDAL");
+  expect(".pvtu", "a list of pieces",
+         "give its pieces instead, with a * for what differs in their names");
+  expect(".txt", "plain text",
+         "where it is a table, call it .csv with a row of names, or .xyz without one");
+  expect(".ply.gz .zip", "a packed file", "unpack it first");
 }
 
 TEST_F(Read, SaysWhyAFileCannotBeRead) {
