@@ -18,15 +18,17 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
+std::optional<double> real_of(std::string_view word, bool decimal_comma) {
+  const std::size_t comma = decimal_comma ? word.find(',') : std::string_view::npos;
+  if (comma == std::string_view::npos) return parse_real(word);
+  std::string with_point(word);
+  with_point[comma] = '.';
+  return parse_real(with_point);
+}
+
 double real_at(const InputFile& file, const TextCursor& cursor, std::string_view word,
                const std::string& column, bool decimal_comma = false) {
-  std::optional<double> value = parse_real(word);
-  if (!value && decimal_comma) {
-    std::string with_point(word);
-    const std::size_t comma = with_point.find(',');
-    if (comma != std::string::npos) with_point[comma] = '.';
-    value = parse_real(with_point);
-  }
+  const std::optional<double> value = real_of(word, decimal_comma);
   if (!value)
     fail(file, cursor.place(),
          "found " + in_quotes(word) + ", wanted a number for " + shown(column));
@@ -82,6 +84,59 @@ std::vector<std::string> default_names(std::size_t columns) {
   if (columns == 6) names.insert(names.end(), {"vx", "vy", "vz"});
   names.resize(columns);
   return names;
+}
+
+/// The next line that is neither blank nor a comment.
+std::optional<std::string_view> next_row(TextCursor& cursor) {
+  while (const auto line = cursor.next_line())
+    if (!trimmed(*line).empty() && !line->starts_with('#')) return line;
+  return std::nullopt;
+}
+
+/// How a table is to be read.
+struct Table {
+  char separator;
+  std::vector<std::string> names;  // of its columns
+  bool has_header;                 // that says them; else they are the usual ones
+
+  bool has_decimal_comma() const { return separator == ';'; }
+
+  void split(const InputFile& file, const TextCursor& cursor, std::string_view row,
+             Words& cells) const {
+    if (const std::string flaw = split_cells(row, separator, cells); !flaw.empty())
+      fail(file, cursor.place(), flaw);
+  }
+};
+
+/// Finds the row of names, or of the first values where there are no names; `cells` become that
+/// row's. DualSPHysics writes lines about the file before the names, of numbers, too.
+Table find_table(const InputFile& file, TextCursor& cursor, Words& cells) {
+  constexpr int kMostBefore = 16;  // lines
+  int before = 0;
+  std::string first;  // what is wrong with the first of them
+  while (const auto row = next_row(cursor)) {
+    Table table{separator_of(*row), {}, false};
+    table.split(file, cursor, *row, cells);
+    table.has_header = !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+      return real_of(cell, table.has_decimal_comma()).has_value();
+    });
+    if (table.has_header)
+      table.names.assign(cells.begin(), cells.end());
+    else
+      table.names = default_names(cells.size());
+    const std::string missing = missing_coordinate(fields_of_columns(table.names));
+    if (missing.empty() && (table.has_header || before == 0)) {
+      if (table.has_header && !cursor.line_was_ended())
+        fail(file, cursor.place(), "the file ends in the row of names (truncated?)");
+      return table;
+    }
+    if (before == 0)
+      first = cursor.place() + ": found " + in_quotes(*row) + " without a column " + missing +
+              ", wanted columns x, y, z separated by comma, semicolon or tab";
+    if (++before > kMostBefore) break;
+  }
+  if (before > 0) throw InputError(file.name + ": " + first);
+  fail(file, "", "has no rows, wanted columns x, y, z");
 }
 
 }  // namespace
@@ -153,85 +208,38 @@ Particles read_xyz(const InputFile& file, const ReadOptions& options) {
 Particles read_csv(const InputFile& file, const ReadOptions& options) {
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
   TextCursor cursor(file, file.bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
-  Particles particles;
-  char separator = 0;
   Words cells;
-  std::vector<std::string> names;
-  std::vector<Field> fields;
-  std::vector<AttributePick> picks;
-  constexpr std::size_t kMostBefore = 16;  // lines before the names
-  std::size_t before = 0;
-  std::string first_line, first_place;
-  const auto fail_without_names = [&](const std::string& missing) {
-    throw InputError(file.name + ": " + first_place + ": found " + in_quotes(first_line) +
-                     " without a column " + missing +
-                     ", wanted columns x, y, z separated by comma, semicolon or tab");
-  };
-  std::string missing_first;
-  while (const auto line = cursor.next_line()) {
-    if (trimmed(*line).empty() || line->starts_with('#')) continue;
-    const bool is_first = names.empty();
-    if (is_first) separator = separator_of(*line);
-    if (const std::string flaw = split_cells(*line, separator, cells); !flaw.empty())
-      fail(file, cursor.place(), flaw);
-    if (is_first) {
-      const bool has_header = !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
-        std::string with_point(cell);
-        if (separator == ';' && cell.find(',') != std::string_view::npos)
-          with_point[cell.find(',')] = '.';
-        return parse_real(with_point).has_value();
-      });
-      if (has_header)
-        names.assign(cells.begin(), cells.end());
-      else
-        names = default_names(cells.size());
-      fields = fields_of_columns(names);
-      if (const std::string missing = missing_coordinate(fields); !missing.empty()) {
-        // DualSPHysics writes lines about the file before the names.
-        if (before == 0) {
-          first_line = *line;
-          first_place = cursor.place();
-          missing_first = missing;
-        }
-        if (++before > kMostBefore) fail_without_names(missing_first);
-        names.clear();
-        continue;
-      }
-      if (!has_header && before > 0) {  // numbers before the names
-        if (++before > kMostBefore) fail_without_names(missing_first);
-        names.clear();
-        continue;
-      }
-      std::vector<NamedArray> named;
-      for (const std::string& name : names) named.push_back({name, 1});
-      picks = pick_attributes(file.name, named, options.attributes);
-      for (const AttributePick& pick : picks) particles.attributes.push_back({pick.name, {}});
-      if (has_header) {
-        if (!cursor.line_was_ended())
-          fail(file, cursor.place(), "the file ends in the row of names (truncated?)");
-        continue;
-      }
-    }
-    if (cells.size() != names.size())
+  const Table table = find_table(file, cursor, cells);
+  const std::vector<Field> fields = fields_of_columns(table.names);
+  std::vector<NamedArray> named;
+  for (const std::string& name : table.names) named.push_back({name, 1});
+  const auto picks = pick_attributes(file.name, named, options.attributes);
+
+  Particles particles;
+  for (const AttributePick& pick : picks) particles.attributes.push_back({pick.name, {}});
+  const auto add_row = [&] {
+    if (cells.size() != fields.size())
       fail(file, cursor.place(),
            "found " + std::to_string(cells.size()) + " columns, wanted " +
-               std::to_string(names.size()) + " as in the first row (truncated?)");
+               std::to_string(fields.size()) + " as in the first row (truncated?)");
+    const auto value = [&](std::size_t k) {
+      return static_cast<float>(
+          real_at(file, cursor, cells[k], table.names[k], table.has_decimal_comma()));
+    };
     for (std::size_t k = 0; k < cells.size(); ++k) {
-      if (fields[k] == Field::none) continue;
-      if (fields[k] == Field::id) {
+      if (fields[k] == Field::id)
         particles.id.push_back(cursor.integer_of(cells[k], "id"));
-      } else {
-        array_of(particles, fields[k])
-            .push_back(
-                static_cast<float>(real_at(file, cursor, cells[k], names[k], separator == ';')));
-      }
+      else if (fields[k] != Field::none)
+        array_of(particles, fields[k]).push_back(value(k));
     }
     for (std::size_t a = 0; a < picks.size(); ++a)
-      particles.attributes[a].values.push_back(static_cast<float>(
-          real_at(file, cursor, cells[picks[a].array], names[picks[a].array], separator == ';')));
+      particles.attributes[a].values.push_back(value(picks[a].array));
+  };
+  if (!table.has_header) add_row();
+  while (const auto row = next_row(cursor)) {
+    table.split(file, cursor, *row, cells);
+    add_row();
   }
-  if (names.empty() && before > 0) fail_without_names(missing_first);
-  if (names.empty()) fail(file, "", "has no rows, wanted columns x, y, z");
   return particles;
 }
 
