@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "base/all_true.hpp"
 #include "base/parallel.hpp"
 
 namespace meniscus {
@@ -241,7 +242,7 @@ Surroundings look_around(const std::vector<Member>& members, const std::vector<s
     std::size_t count = 0;
     for (std::size_t a = 0; a < alike.count; ++a) {
       alike.chosen[count] = static_cast<std::uint32_t>(a);
-      count += (alike.apart[a] < extent * extent) & (alike.taking_rank[a] > least_rank);
+      count += all_true(alike.taking_rank[a] > least_rank, alike.apart[a] < extent * extent);
     }
     for (const std::uint32_t a : std::span(alike.chosen).first(count)) {
       const Member& other = members[static_cast<std::size_t>(alike.place[a])];

@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 
+#include "base/all_true.hpp"
 #include "base/parallel.hpp"
 
 namespace meniscus {
@@ -41,8 +42,8 @@ void project_some(const records::Projection& to, const WorldParticles& particles
       ku[i] = to.u_scale * scale[i] / w;
       kv[i] = to.v_scale * scale[i] / w;
       const float mu = to.margin * ku[i], mv = to.margin * kv[i];
-      in_view[i] = (ku[i] > 0) & (-ez[i] > to.near_depth) & (u[i] + mu >= 0) &
-                   (u[i] - mu <= to.width) & (v[i] + mv >= 0) & (v[i] - mv <= to.height);
+      in_view[i] = all_true(ku[i] > 0, -ez[i] > to.near_depth, u[i] + mu >= 0,
+                            u[i] - mu <= to.width, v[i] + mv >= 0, v[i] - mv <= to.height);
     }
     for (std::size_t row = 0; row < rows.size(); ++row)
       std::copy_n(rows[row].data(), n, &(all.*kValues[row])[first]);
