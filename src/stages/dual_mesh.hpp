@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "stages/cell_pieces.hpp"
-#include "stages/space_grid.hpp"
+#include "stages/crossings.hpp"
 
 namespace meniscus {
 

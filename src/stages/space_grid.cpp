@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <mutex>
-#include <numeric>
 
 #include "base/key_table.hpp"
 #include "base/parallel.hpp"
@@ -41,11 +39,6 @@ std::int32_t find_block(const KeyTable& numbers, std::uint64_t key) {
   return static_cast<std::int32_t>(numbers.find(key));
 }
 
-[[noreturn]] void refuse(double cell, const std::string& what) {
-  throw InvalidArgument(setting("cell") + " is " + printed("%g", cell) +
-                        " particle radii: " + what + " (use a larger " + setting("cell") + ")");
-}
-
 // Finds who is around the blocks from the first one on, which are new. Of two new blocks the one
 // that comes behind the other, z, y, x, looks for it, and both learn of each other.
 void find_around(SpaceGrid& grid, std::size_t first) {
@@ -76,17 +69,12 @@ void add_blocks(SpaceGrid& grid, std::vector<std::uint64_t> keys) {
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   if (grid.blocks.size() + keys.size() > kMostBlocks)
-    refuse(grid.cell, "the surface takes more than " +
-                          grouped(static_cast<std::int64_t>(kMostBlocks * 64)) +
-                          " corners of cells");
+    refuse_cells(grid.cell, "the surface takes more than " +
+                                grouped(static_cast<std::int64_t>(kMostBlocks * 64)) +
+                                " corners of cells");
   const std::size_t first = grid.blocks.size();
   for (const std::uint64_t key : keys) grid.blocks.push_back({.at = place_of(key)});
   find_around(grid, first);
-}
-
-template <class Visit>
-void each_bit(std::uint64_t mask, Visit&& visit) {
-  for (; mask != 0; mask &= mask - 1) visit(std::countr_zero(mask));
 }
 
 // The mask of a block, moved so that each corner has the bit of the next one along an axis. Those
@@ -95,17 +83,6 @@ std::uint64_t of_next(std::uint64_t own, std::uint64_t next_block, int axis) {
   if (axis == 0) return (own >> 1 & 0x7777777777777777u) | (next_block & 0x1111111111111111u) << 3;
   if (axis == 1) return (own >> 4 & 0x0fff0fff0fff0fffu) | (next_block & 0x000f000f000f000fu) << 12;
   return own >> 16 | next_block << 48;
-}
-
-// The corners of a block from which a crossed edge goes on along an axis, whose ends are known.
-std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
-  constexpr std::array<std::size_t, 3> kNext{14, 16, 22};  // of `around`
-  const CornerBlock& own = grid.blocks[block];
-  const std::int32_t next = grid.around[block][kNext[static_cast<std::size_t>(axis)]];
-  const CornerBlock none{};
-  const CornerBlock& other = next == kNoBlock ? none : grid.blocks[static_cast<std::size_t>(next)];
-  return own.known & of_next(own.known, other.known, axis) &
-         (own.inside ^ of_next(own.inside, other.inside, axis));
 }
 
 // Corners of a block and of those around it, as in SpaceGrid::around.
@@ -190,7 +167,7 @@ std::vector<std::uint64_t> blocks_near(const Points& points, double reach, doubl
     keys.insert(keys.end(), own.begin(), own.end());
   });
   if (too_far)
-    refuse(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
+    refuse_cells(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
   return keys;
 }
 
@@ -275,87 +252,22 @@ bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<MissingCo
   return any;
 }
 
-// A way of one cell along each axis.
-constexpr std::array<std::array<int, 3>, 3> kAlong{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-
-// The corners at both ends of an edge.
-std::array<Corner, 2> ends_of(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) {
-  const auto [i, j, k] = place_in_block(edges.bit[e]);
-  const auto [x, y, z] = kAlong[edges.axis[e]];
-  return {Corner{edges.block[e], edges.bit[e]},
-          corner_at(grid, static_cast<std::size_t>(edges.block[e]), i + x, j + y, k + z)};
-}
-
-// Says that an edge crosses the surface at this share of its length.
-void put_crossing(const SpaceGrid& grid, std::size_t e, double at, CrossedEdges& edges) {
-  const auto [x, y, z] = kAlong[edges.axis[e]];
-  edges.at[e] = static_cast<float>(at);
-  edges.position[e] = grid.position(static_cast<std::size_t>(edges.block[e]), edges.bit[e]) +
-                      Vec3d(x, y, z) * (at * grid.cell);
-}
-
-// The slope of F at an edge, per cell: along it between its ends, across it the mean of the slopes
-// at both ends. All corners around a crossed edge are known.
-Vec3d slope_at(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) {
-  constexpr std::array<std::array<int, 2>, 4> kBeside{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
-  const std::size_t along = edges.axis[e], across = (along + 1) % 3, beyond = (along + 2) % 3;
-  std::array<double, 3> slope{};
-  for (int end = 0; end <= 1; ++end)
-    for (const auto& [db, dc] : kBeside) {
-      std::array<int, 3> at = place_in_block(edges.bit[e]);
-      at[along] += end;
-      at[across] += db;
-      at[beyond] += dc;
-      const double value = value_at(
-          grid, corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
-      slope[across] += 0.25 * db * value;
-      slope[beyond] += 0.25 * dc * value;
-    }
-  const auto [low, high] = ends_of(grid, edges, e);
-  slope[along] = double{value_at(grid, high)} - value_at(grid, low);
-  return {slope[0], slope[1], slope[2]};
-}
-
-// Calls visit(lowest corner) for each of the cells around an edge. They begin at its lower end and
-// up to one back along the other axes.
-template <class Visit>
-void each_cell_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
-                      const Visit& visit) {
-  const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
-  for (int q = 0; q < 4; ++q) {
-    std::array<int, 3> at = place_in_block(edges.bit[e]);
-    at[b] -= q & 1;
-    at[c] -= q >> 1;
-    visit(corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
-  }
-}
-
-// The part of an edge in which F changes its sign, narrowed from both ends by false position
-// (Illinois).
-struct Bracket {
-  double low = 0, high = 1, at_low, at_high;  // shares of the edge, and F there
-  int side = 0;                               // that moved last: -1 low, 1 high
-
-  double guess() const {
-    return low + (high - low) * std::clamp(at_low / (at_low - at_high), 0.02, 0.98);
-  }
-  // An end that stays where it is while the other one moves twice counts half.
-  void narrow(double at, double value) {
-    if ((value < 0) == (at_low < 0)) {
-      low = at;
-      at_low = value;
-      if (side == -1) at_high *= 0.5;
-      side = -1;
-    } else {
-      high = at;
-      at_high = value;
-      if (side == 1) at_low *= 0.5;
-      side = 1;
-    }
-  }
-};
-
 }  // namespace
+
+void refuse_cells(double cell, const std::string& what) {
+  throw InvalidArgument(setting("cell") + " is " + printed("%g", cell) +
+                        " particle radii: " + what + " (use a larger " + setting("cell") + ")");
+}
+
+std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
+  constexpr std::array<std::size_t, 3> kNext{14, 16, 22};  // of `around`
+  const CornerBlock& own = grid.blocks[block];
+  const std::int32_t next = grid.around[block][kNext[static_cast<std::size_t>(axis)]];
+  const CornerBlock none{};
+  const CornerBlock& other = next == kNoBlock ? none : grid.blocks[static_cast<std::size_t>(next)];
+  return own.known & of_next(own.known, other.known, axis) &
+         (own.inside ^ of_next(own.inside, other.inside, axis));
+}
 
 Points near_air(const Cells& cells, const float* gradients) {
   constexpr double kLowDensity = 0.9, kSlope = 0.1;
@@ -453,124 +365,6 @@ bool want_closed(SpaceGrid& grid) {
 
 void forget_outside(SpaceGrid& grid, const CornerBox& box) {
   for (CornerBlock& block : grid.blocks) block.known &= box.mask_of(block.at);
-}
-
-CrossedEdges list_crossings(const SpaceGrid& grid) {
-  CrossedEdges edges;
-  const std::size_t blocks = grid.blocks.size();
-  edges.mask.resize(blocks);
-  edges.first.resize(blocks);
-  parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      for (int axis = 0; axis < 3; ++axis)
-        edges.mask[b][static_cast<std::size_t>(axis)] = crossed_from(grid, b, axis);
-  });
-  std::uint64_t count = 0;
-  for (std::size_t b = 0; b < blocks; ++b)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      edges.first[b][axis] = static_cast<std::uint32_t>(count);
-      count += static_cast<std::uint64_t>(std::popcount(edges.mask[b][axis]));
-    }
-  if (count > 0x7fffffffu) refuse(grid.cell, "the mesh has more than 2^31 - 1 quadrangles");
-  edges.block.reserve(count);
-  edges.bit.reserve(count);
-  edges.axis.reserve(count);
-  for (std::size_t b = 0; b < blocks; ++b)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      each_bit(edges.mask[b][axis], [&](int bit) {
-        edges.block.push_back(static_cast<std::int32_t>(b));
-        edges.bit.push_back(static_cast<std::uint8_t>(bit));
-        edges.axis.push_back(static_cast<std::uint8_t>(axis));
-      });
-  const std::size_t n = edges.size();
-  edges.at.resize(n);
-  edges.position.resize(n);
-  edges.normal.resize(n);
-  edges.value.resize(n);
-  return edges;
-}
-
-void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
-  parallel_for(edges.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t e = begin; e < end; ++e) {
-      const auto [lower, upper] = ends_of(grid, edges, e);
-      const double low = value_at(grid, lower), high = value_at(grid, upper);
-      put_crossing(grid, e, low / (low - high), edges);
-      edges.normal[e] = normalized(slope_at(grid, edges, e));
-      edges.value[e] = 0;
-    }
-  });
-}
-
-std::vector<std::uint64_t> cells_of(const SpaceGrid& grid, const CrossedEdges& edges,
-                                    const std::vector<std::uint32_t>& some) {
-  std::vector<std::uint64_t> cells(grid.blocks.size(), 0);
-  for (const std::uint32_t e : some)
-    each_cell_around(grid, edges, e, [&](const Corner& lowest) {
-      if (lowest.block != kNoBlock)
-        cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
-    });
-  return cells;
-}
-
-std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
-                                         const std::vector<std::uint32_t>& some) {
-  const std::vector<std::uint64_t> cells = cells_of(grid, edges, some);
-  std::vector<std::uint32_t> all;
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    bool any = false;
-    each_cell_around(grid, edges, e, [&](const Corner& lowest) {
-      any |= (cells[static_cast<std::size_t>(lowest.block)] >> lowest.bit & 1) != 0;
-    });
-    if (any) all.push_back(static_cast<std::uint32_t>(e));
-  }
-  return all;
-}
-
-void measure_crossings(Device& device, const ImplicitFunction& function,
-                       const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
-  // Those of one block corner by corner: points that lie near each other are asked together.
-  std::vector<std::uint32_t> order = some;
-  for (auto begin = order.begin(); begin != order.end();) {
-    const std::int32_t block = edges.block[*begin];
-    const auto end =
-        std::find_if(begin, order.end(), [&](std::uint32_t e) { return edges.block[e] != block; });
-    std::sort(begin, end, [&](std::uint32_t a, std::uint32_t b) {
-      return edges.bit[a] != edges.bit[b] ? edges.bit[a] < edges.bit[b] : a < b;
-    });
-    begin = end;
-  }
-  Points points;
-  points.reserve(order.size());
-  for (const std::uint32_t e : order) points.add(edges.position[e]);
-  const Levels levels = measure_implicit(device, function, points);
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    edges.value[order[k]] = levels.value[k];
-    edges.normal[order[k]] = Vec3d(levels.gradient[k]);
-  }
-}
-
-void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
-                    CrossedEdges& edges) {
-  constexpr int kRounds = 6;
-  constexpr double kEnough = 0.004;
-  const std::size_t n = edges.size();
-  std::vector<Bracket> bracket(n);
-  parallel_for(n, kPointGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t e = begin; e < end; ++e) {
-      const auto [low, high] = ends_of(grid, edges, e);
-      bracket[e].at_low = value_at(grid, low);
-      bracket[e].at_high = value_at(grid, high);
-    }
-  });
-  std::vector<std::uint32_t> left(n);
-  std::iota(left.begin(), left.end(), 0u);
-  for (int round = 0; round < kRounds && !left.empty(); ++round) {
-    for (const std::uint32_t e : left) put_crossing(grid, e, bracket[e].guess(), edges);
-    measure_crossings(device, function, left, edges);
-    std::erase_if(left, [&](std::uint32_t e) { return std::abs(edges.value[e]) < kEnough; });
-    for (const std::uint32_t e : left) bracket[e].narrow(edges.at[e], edges.value[e]);
-  }
 }
 
 }  // namespace meniscus
