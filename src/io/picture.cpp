@@ -22,6 +22,128 @@ bool breaks(const Scene& scene, int column_a, int row_a, int column_b, int row_b
   return std::abs(dot(way, scene.normal[a])) > kStep && std::abs(dot(way, scene.normal[b])) > kStep;
 }
 
+// Which pixels the surface breaks off from: the one to the right, the one below.
+struct Borders {
+  std::vector<char> right, below;
+};
+
+Borders borders_of(const Scene& scene) {
+  const std::size_t pixels = scene.point.size();
+  Borders borders{std::vector<char>(pixels), std::vector<char>(pixels)};
+  parallel_rows(scene.height, [&](int row) {
+    for (int column = 0; column < scene.width; ++column) {
+      const std::size_t k = scene.at(column, row);
+      borders.right[k] = column + 1 < scene.width && breaks(scene, column, row, column + 1, row);
+      borders.below[k] = row + 1 < scene.height && breaks(scene, column, row, column, row + 1);
+    }
+  });
+  return borders;
+}
+
+// What a pixel takes from the colours of the pixels above, below, left and right of it.
+struct Shares {
+  float above, below, left, right;
+};
+
+// The shares of all pixels. Most take nothing, and their memory is not touched.
+struct Mixing {
+  explicit Mixing(std::size_t pixels)
+      : shares(static_cast<Shares*>(std::calloc(pixels, sizeof(Shares))), std::free),
+        touched(pixels) {
+    if (!shares) throw std::bad_alloc();
+  }
+
+  std::unique_ptr<Shares[], void (*)(void*)> shares;
+  std::vector<char> touched;  // who takes something
+};
+
+// Lines of pixels: rows, or else columns. The next line is below (right of) this one.
+struct Lines {
+  const Scene& scene;
+  bool rows;
+  const std::vector<char>& across;  // borders between a line and the next
+  const std::vector<char>& along;   // between two pixels of a line
+
+  int length() const { return rows ? scene.width : scene.height; }
+  int count() const { return rows ? scene.height : scene.width; }
+  std::size_t pixel(int place, int line) const {
+    return rows ? scene.at(place, line) : scene.at(line, place);
+  }
+  // The last pixel of the run of a border between lines: while neither side of it breaks.
+  int last_of_run(int first, int line) const {
+    int last = first;
+    while (last + 1 < length() && across[pixel(last + 1, line)] && !along[pixel(last, line)] &&
+           !along[pixel(last, line + 1)])
+      ++last;
+    return last;
+  }
+  // Where the border goes at an end of a run: +1 into the next line, -1 into this line, 0 straight
+  // on, both ways, or out of the picture.
+  int turn(int inside, int outside, int line) const {
+    if (outside < 0 || outside >= length()) return 0;
+    const int before = std::min(inside, outside);
+    return along[pixel(before, line + 1)] - along[pixel(before, line)];
+  }
+};
+
+// A straight border lies half a pixel off where its run turns, and on the run from its middle on,
+// which is `half` away: the area between it and the run over the pixel at this distance from the
+// turn.
+float area_beside(int direction, int distance, float half) {
+  const auto from = static_cast<float>(distance), to = std::min(from + 1, half);
+  if (direction == 0 || from >= half) return 0;
+  return 0.5f * static_cast<float>(direction) * (to - from) * (1 - (to + from) / (2 * half));
+}
+
+// Follows the borders between lines. Each share is written by one line.
+void follow_borders(const Lines& lines, float Shares::*from_this, float Shares::*from_next,
+                    Mixing& mixing) {
+  parallel_rows(lines.count() - 1, [&](int line) {
+    for (int first = 0; first < lines.length(); ++first) {
+      if (!lines.across[lines.pixel(first, line)]) continue;
+      const int last = lines.last_of_run(first, line);
+      const int start = lines.turn(first, first - 1, line), end = lines.turn(last, last + 1, line);
+      const float half = 0.5f * static_cast<float>(last - first + 1);
+      for (int k = first; k <= last; ++k)
+        for (const float off :
+             {area_beside(start, k - first, half), area_beside(end, last - k, half)}) {
+          if (off == 0) continue;
+          const std::size_t taker = lines.pixel(k, off > 0 ? line + 1 : line);
+          mixing.shares[taker].*(off > 0 ? from_this : from_next) += std::abs(off);
+          std::atomic_ref(mixing.touched[taker]).store(1, std::memory_order_relaxed);
+        }
+      first = last;
+    }
+  });
+}
+
+// A steep border is found once as long runs and once as the short ones between them, which would
+// count its area twice: the long runs know better. Colours are replaced when all are known.
+Picture mixed(const Scene& scene, const Mixing& mixing, Picture picture) {
+  std::vector<std::vector<std::pair<std::size_t, Color>>> changed(
+      static_cast<std::size_t>(scene.height));
+  parallel_rows(scene.height, [&](int row) {
+    for (int column = 0; column < scene.width; ++column) {
+      const std::size_t k = scene.at(column, row);
+      if (!mixing.touched[k]) continue;
+      const Shares& s = mixing.shares[k];
+      const auto blend = [&](float before, float after, std::size_t step) {
+        Color color = picture[k] * (1 - before - after);
+        if (before > 0) color = color + picture[k - step] * before;
+        if (after > 0) color = color + picture[k + step] * after;
+        changed[static_cast<std::size_t>(row)].emplace_back(k, color);
+      };
+      if (std::max(s.above, s.below) >= std::max(s.left, s.right))
+        blend(s.above, s.below, static_cast<std::size_t>(scene.width));
+      else
+        blend(s.left, s.right, 1);
+    }
+  });
+  for (const auto& row : changed)
+    for (const auto& [k, color] : row) picture[k] = color;
+  return picture;
+}
+
 }  // namespace
 
 Scene::Scene(const Surface& surface_)
@@ -53,98 +175,13 @@ Vec3 Scene::to_eye(int column, int row) const {
 }
 
 Picture smooth_borders(const Scene& scene, Picture picture) {
-  const int width = scene.width, height = scene.height;
-  // Which pixels the surface breaks off from: the one to the right, the one below.
-  std::vector<char> right(picture.size()), below(picture.size());
-  parallel_rows(height, [&](int row) {
-    for (int column = 0; column < width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      right[k] = column + 1 < width && breaks(scene, column, row, column + 1, row);
-      below[k] = row + 1 < height && breaks(scene, column, row, column, row + 1);
-    }
-  });
-  // What each pixel takes from the colours of the pixels above, below, left and right of it. Most
-  // take nothing, and their memory is not touched.
-  struct Shares {
-    float above, below, left, right;
-  };
-  const std::unique_ptr<Shares[], void (*)(void*)> shares(
-      static_cast<Shares*>(std::calloc(picture.size(), sizeof(Shares))), std::free);
-  if (!shares) throw std::bad_alloc();
-  std::vector<char> touched(picture.size());
-
-  // Follows the borders between lines of pixels: rows, or else columns. The next line is below
-  // (right of) this one. Each share is written by one line.
-  const auto follow = [&](bool rows, float Shares::*from_this, float Shares::*from_next) {
-    const int length = rows ? width : height, lines = rows ? height : width;
-    const std::vector<char>& across = rows ? below : right;  // between a line and the next
-    const std::vector<char>& along = rows ? right : below;   // between two pixels of a line
-    const auto pixel = [&](int place, int line) {
-      return rows ? scene.at(place, line) : scene.at(line, place);
-    };
-    const auto follow_line = [&](int line) {
-      for (int first = 0; first < length; ++first) {
-        if (!across[pixel(first, line)]) continue;
-        int last = first;  // of the run: while neither side of it breaks
-        while (last + 1 < length && across[pixel(last + 1, line)] && !along[pixel(last, line)] &&
-               !along[pixel(last, line + 1)])
-          ++last;
-        // Where the border goes at an end of the run: +1 into the next line, -1 into this line, 0
-        // straight on, both ways, or out of the picture.
-        const auto turn = [&](int inside, int outside) {
-          if (outside < 0 || outside >= length) return 0;
-          const int before = std::min(inside, outside);
-          return along[pixel(before, line + 1)] - along[pixel(before, line)];
-        };
-        const float half = 0.5f * static_cast<float>(last - first + 1);
-        // The straight border lies half a pixel off where the run turns, and on the run from its
-        // middle on: the area between it and the run over one pixel.
-        const auto area = [&](int direction, int distance) {
-          const auto from = static_cast<float>(distance), to = std::min(from + 1, half);
-          if (direction == 0 || from >= half) return 0.0f;
-          return 0.5f * static_cast<float>(direction) * (to - from) *
-                 (1 - (to + from) / (2 * half));
-        };
-        const int start = turn(first, first - 1), end = turn(last, last + 1);
-        for (int k = first; k <= last; ++k)
-          for (const float off : {area(start, k - first), area(end, last - k)}) {
-            const std::size_t taker = pixel(k, off > 0 ? line + 1 : line);
-            if (off > 0) shares[taker].*from_this += off;
-            if (off < 0) shares[taker].*from_next -= off;
-            if (off != 0) std::atomic_ref(touched[taker]).store(1, std::memory_order_relaxed);
-          }
-        first = last;
-      }
-    };
-    parallel_rows(lines - 1, follow_line);
-  };
-  follow(true, &Shares::above, &Shares::below);
-  follow(false, &Shares::left, &Shares::right);
-
-  // A steep border is found once as long runs and once as the short ones between them, which would
-  // count its area twice: the long runs know better. Colours are replaced when all are known.
-  std::vector<std::vector<std::pair<std::size_t, Color>>> changed(static_cast<std::size_t>(height));
-  parallel_rows(height, [&](int row) {
-    for (int column = 0; column < width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      if (!touched[k]) continue;
-      const Shares& s = shares[k];
-      const auto blend = [&](float before, float after, std::size_t step) {
-        Color color = picture[k] * (1 - before - after);
-        if (before > 0) color = color + picture[k - step] * before;
-        if (after > 0) color = color + picture[k + step] * after;
-        changed[static_cast<std::size_t>(row)].emplace_back(k, color);
-      };
-      const auto line = static_cast<std::size_t>(width);
-      if (std::max(s.above, s.below) >= std::max(s.left, s.right))
-        blend(s.above, s.below, line);
-      else
-        blend(s.left, s.right, 1);
-    }
-  });
-  for (const auto& row : changed)
-    for (const auto& [k, color] : row) picture[k] = color;
-  return picture;
+  const Borders borders = borders_of(scene);
+  Mixing mixing(picture.size());
+  follow_borders({scene, true, borders.below, borders.right}, &Shares::above, &Shares::below,
+                 mixing);
+  follow_borders({scene, false, borders.right, borders.below}, &Shares::left, &Shares::right,
+                 mixing);
+  return mixed(scene, mixing, std::move(picture));
 }
 
 }  // namespace meniscus
