@@ -13,7 +13,7 @@ void draw_triangles(const Triangles& triangles, std::size_t begin, std::size_t e
         const Ints met = inside & (l0 >= -1e-5f) & (l1 >= -1e-5f) & (l2 >= -1e-5f);
         Floats depth = l0 * r[7] + l1 * r[8] + l2 * r[9];
         if (triangles.perspective) depth = 1.0f / depth;
-        map = met & (depth > 0.0f) & (depth < map) ? depth : map;
+        map = (met & (depth > 0.0f) & (depth < map)) ? depth : map;
       });
 }
 

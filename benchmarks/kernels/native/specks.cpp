@@ -60,19 +60,19 @@ bool close_strip(const Specks& in, int i, int j) {
   if (j > 1 && j < in.ny - 2 && any(eligible & empty & (covered < 6))) {
     for (int k = 0; k < 25; ++k)
       around -= load(depth + (k / 5 - 2) * std::ptrdiff_t{in.nx} + k % 5 - 2) < kNone;
-    around = (column > 1.0f) & (column < static_cast<float>(in.nx - 2)) ? around : Ints{};
+    around = ((column > 1.0f) & (column < static_cast<float>(in.nx - 2))) ? around : Ints{};
   }
   const Ints speck = ~empty & ((joined < 3) | ~linked);
   Ints between{};
   for (int k = 0; k < 4; ++k)
     between |= larger(load(depth + shift[k]), load(depth + shift[7 - k])) < t - in.jump;
-  const Floats layer = speck & between ? apart : far;
+  const Floats layer = (speck & between) ? apart : far;
   Floats sum{}, sx{}, sy{}, sz{};
   Ints count{}, first{};
   for (const std::ptrdiff_t to : shift) {
     const Floats d = load(depth + to);
     const Ints deep = (d <= layer) & ~(layer - d > in.jump);
-    first = deep & (count == 0) ? every(static_cast<int>(to)) : first;
+    first = (deep & (count == 0)) ? every(static_cast<int>(to)) : first;
     count -= deep;
     sum += deep ? d : Floats{};
     sx += deep ? load(normal[0] + to) : Floats{};

@@ -30,7 +30,7 @@ void cast_spheres(const Spheres& spheres, std::size_t begin, std::size_t end) {
         if (!any(discriminant >= 0.0f)) return;
         Floats depth = s[2] - (b + root(discriminant)) / a[row];
         depth = depth < 1e-6f ? all(1e-6f) : depth;
-        map = inside & (depth < map) ? depth : map;
+        map = (inside & (depth < map)) ? depth : map;
       });
 }
 
