@@ -59,7 +59,9 @@ DualMesh mesh_at_once(const Contoured& of) {
   return mesh_grid(of.device, of.function, grid, of.clock);
 }
 
-// The same, box after box.
+// The same, box after box. Where corners were wanted too often, all boxes are made anew and not only
+// those in which they were: what is wanted late spreads from box to box, and a box whose neighbours
+// ended too soon does not know what would have come from there.
 DualMesh mesh_boxes(const Contoured& of, const std::vector<BlockBox>& boxes) {
   for (int around = kRoundsAround;;) {
     std::vector<MeshPart> parts;
