@@ -102,6 +102,29 @@ void find_doubled(const CornerValues& value, SurfaceCell& cell) {
   }
 }
 
+// The pieces of a cell whose corners have these signs. Where a face has them alternately, the
+// values decide, else the signs tell all.
+struct PiecesOfSigns {
+  bool tell_all;
+  std::uint8_t pieces;
+  std::uint16_t crossed;
+  std::uint32_t piece;
+};
+
+std::array<PiecesOfSigns, 256> list_pieces() {
+  std::array<PiecesOfSigns, 256> all{};
+  for (std::size_t signs = 0; signs < all.size(); ++signs) {
+    CornerValues value;
+    for (std::size_t c = 0; c < value.size(); ++c) value[c] = (signs >> c & 1) != 0 ? -1.0f : 1.0f;
+    bool any = false;
+    for (int face = 0; face < 6; ++face) any |= alternates(value, face);
+    SurfaceCell cell;
+    number_pieces(value, cell);
+    all[signs] = {!any, cell.pieces, cell.crossed, cell.piece};
+  }
+  return all;
+}
+
 }  // namespace
 
 constexpr CellTables kCellTables = make_tables();
@@ -136,6 +159,18 @@ std::array<int, 4> partners(const CornerValues& value, int face) {
 }
 
 void find_pieces(const CornerValues& value, SurfaceCell& cell) {
+  std::size_t signs = 0;
+  for (std::size_t c = 0; c < value.size(); ++c)
+    signs |= static_cast<std::size_t>(is_inside(value[c])) << c;
+  static const std::array<PiecesOfSigns, 256> of_signs = list_pieces();
+  const PiecesOfSigns& plain = of_signs[signs];
+  if (plain.tell_all) {
+    cell.pieces = plain.pieces;
+    cell.doubled = 0;
+    cell.crossed = plain.crossed;
+    cell.piece = plain.piece;
+    return;
+  }
   number_pieces(value, cell);
   find_doubled(value, cell);
 }
