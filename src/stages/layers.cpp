@@ -175,19 +175,11 @@ struct Crossing {
   }
 };
 
-// The columns of a row that a triangle covers, the first and the one behind the last, of n from
-// where its sides are `at`. Most triangles are few pixels wide.
-std::array<int, 2> covered(Sides at, const Sides& to_right, const Sides& least, int n) {
-  for (std::size_t k = 0; k < 3; ++k) at[k] -= least[k];
-  const auto step = [&] {
-    for (std::size_t k = 0; k < 3; ++k) at[k] += to_right[k];
-  };
-  const auto inside = [&] { return (at[0] | at[1] | at[2]) >= 0; };
-  int from = 0;
-  for (; from < n && !inside(); ++from) step();
-  int to = from;
-  for (; to < n && inside(); ++to) step();
-  return {from, to};
+// Whether a pixel's centre lies in a triangle, by how far it is beyond what each side takes.
+bool is_inside(const Sides& beyond) { return (beyond[0] | beyond[1] | beyond[2]) >= 0; }
+
+void step(Sides& sides, const Sides& by) {
+  for (std::size_t k = 0; k < 3; ++k) sides[k] += by[k];
 }
 
 // What lies behind the fronts of a band of rows: the crossings of each of its pixels, one after the
@@ -234,22 +226,24 @@ class BandCrossings {
     const float nearest = face.enters ? least_air_ : 0;
     const int top = std::max(first_, face.rows[0]), end = std::min(behind_, face.rows[1]);
     Sides left = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
-    for (int row = top; row < end; ++row) {
-      const auto [from, to] = covered(left, to_right, least, face.columns[1] - face.columns[0]);
-      if (from < to) {
-        Line above_line{0, above_step}, below_line{0, below_step};
-        for (std::size_t k = 0; k < 3; ++k) {
-          const auto at = static_cast<double>(left[k] + from * to_right[k]);
-          above_line.at += at * above[k];
-          below_line.at += at * below[k];
-        }
-        const std::size_t pixel =
-            static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
-            static_cast<std::size_t>(face.columns[0] + from);
-        add_row(pixel, static_cast<std::size_t>(to - from), above_line, below_line, nearest,
-                crossing);
+    for (std::size_t k = 0; k < 3; ++k) left[k] -= least[k];
+    for (int row = top; row < end; ++row, step(left, down)) {
+      // Most triangles are few pixels wide.
+      Sides beyond = left;
+      int column = face.columns[0];
+      for (; column < face.columns[1] && !is_inside(beyond); ++column) step(beyond, to_right);
+      if (column == face.columns[1]) continue;
+      Line above_line{0, above_step}, below_line{0, below_step};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto at = static_cast<double>(beyond[k] + least[k]);
+        above_line.at += at * above[k];
+        below_line.at += at * below[k];
       }
-      for (std::size_t k = 0; k < 3; ++k) left[k] += down[k];
+      const std::size_t pixel =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
+          static_cast<std::size_t>(column);
+      add_row(pixel, static_cast<std::size_t>(face.columns[1] - column), beyond, to_right,
+              above_line, below_line, nearest, crossing);
     }
     if (used_ > before && !face.enters) normals_[number] = normals_of(view_, mesh_, screen_, face);
   }
@@ -290,17 +284,19 @@ class BandCrossings {
     double at, step;
   };
 
-  // Adds the crossings of a face at n pixels of a row, at depths top / bottom, where these are more
-  // than `nearest` behind the front.
-  void add_row(std::size_t pixel, std::size_t n, Line top, Line bottom, float nearest,
-               Crossing crossing) {
+  // Adds the crossings of a face at up to n pixels of a row, as long as they lie in it, at depths
+  // top / bottom, where these are more than `nearest` behind the front.
+  void add_row(std::size_t pixel, std::size_t n, Sides beyond, const Sides& to_right, Line top,
+               Line bottom, float nearest, Crossing crossing) {
     if (links_.size() < used_ + n) links_.resize(2 * (used_ + n));
     const float* const front = &front_[pixel];
     std::uint32_t* const head = &head_[pixel - first_pixel()];
     Link* const links = links_.data();
     std::uint32_t used = used_;
-    for (std::size_t k = 0; k < n; ++k, top.at += top.step, bottom.at += bottom.step) {
+    for (std::size_t k = 0; k < n && is_inside(beyond); ++k, step(beyond, to_right)) {
       crossing.depth = static_cast<float>(top.at / bottom.at);
+      top.at += top.step;
+      bottom.at += bottom.step;
       if (!(crossing.depth > front[k] + nearest)) continue;
       links[used] = {crossing, head[k]};
       head[k] = used++;
