@@ -11,6 +11,8 @@
 
 // Fits that are listed before they are asked; where more are near, each pass looks for them again.
 #define LISTED 256
+// Of those listed so many are asked once, and not in each pass. Processors have room for that.
+#define KEPT (WIDTH > 1 ? 48 : 1)
 // Between these densities fits give way to the field, which knows that the fluid is all around: a
 // concave corner has 7/8.
 #define FILLING 0.9f
@@ -238,12 +240,22 @@ inline floatv same_sheet(const Said* n, const Vector v, const float2 sheets) {
 
 #define FOOT(p) cells.x[p], cells.y[p], cells.z[p]
 
+// What the k-th listed fit says, p its place among all: as it was kept, where all were listed at a
+// time.
+inline Said said_by(const FitCells of, const Said* kept, const int whole, const int k, const int p,
+                    const floatv x, const floatv y, const floatv z) {
+  const Cells cells = of.cells;
+  if (whole >= 0 && k < KEPT) return kept[k];
+  return ask_fit(of.record + FIT * p, FOOT(p), x, y, z);
+}
+
 // Vectors of a structure go by address: a call would copy them byte by byte.
 inline void ask_fits(const FitCells of, const floatv x, const floatv y, const floatv z,
                      const intv wanted, const float2 sheets, Fitted* result) {
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const Cells cells = of.cells;
   int item[LISTED + 2 * WIDTH], count;
+  Said kept[KEPT];
   Search search = search_of(cells, box_of(x, y, z, wanted), of.reach);
   floatv best = none, trust = none, firm = none, all = none;
   Vector a = {none, none, none};
@@ -252,6 +264,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
       const int p = item[k];
       global const float* g = of.record + FIT * p;
       const Said n = ask_fit(g, FOOT(p), x, y, z);
+      if (k < KEPT) kept[k] = n;
       const intv better = n.weight > best;
       best = SELECT(best, n.weight, better);
       a.x = SELECT(a.x, n.gx, better);
@@ -271,7 +284,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
       for (int k = 0; k < count; ++k) {
         const int p = item[k];
-        const Said n = ask_fit(of.record + FIT * p, FOOT(p), x, y, z);
+        const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
         const floatv w = n.weight * same_sheet(&n, a, sheets);
         nx = fma(w, n.gx, nx);
         ny = fma(w, n.gy, ny);
@@ -290,7 +303,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (int k = 0; k < count; ++k) {
       const int p = item[k];
       global const float* g = of.record + FIT * p;
-      const Said n = ask_fit(g, FOOT(p), x, y, z);
+      const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
       const floatv share = same_sheet(&n, a, sheets), rest = n.weight * (1.0f - share);
       add_near(&sum_a, &n, solid_pull_of(g), FOOT(p), share);
       sum_b.w += rest;
@@ -308,7 +321,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
       for (int k = 0; k < count; ++k) {
         const int p = item[k];
-        const Said n = ask_fit(of.record + FIT * p, FOOT(p), x, y, z);
+        const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
         const floatv w =
             n.weight * (1.0f - same_sheet(&n, a, sheets)) * same_sheet(&n, b, sheets);
         nx = fma(w, n.gx, nx);
@@ -322,7 +335,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
       for (int k = 0; k < count; ++k) {
         const int p = item[k];
         global const float* g = of.record + FIT * p;
-        const Said n = ask_fit(g, FOOT(p), x, y, z);
+        const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
         const floatv rest = 1.0f - same_sheet(&n, a, sheets), share = same_sheet(&n, b, sheets);
         add_near(&sum_b, &n, solid_pull_of(g), FOOT(p), rest * share);
         add_near(&sum_c, &n, solid_pull_of(g), FOOT(p), rest * (1.0f - share));
