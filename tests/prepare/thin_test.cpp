@@ -15,7 +15,7 @@ namespace {
 
 using Thin = OnDevice;
 
-constexpr double kRadius = 0.5, kSpacing = 1;  // of the particles
+constexpr double kRadius = 0.5;  // of the particles
 
 TEST_P(Thin, LoneParticlesAndSmallDropsStayWhatTheyAre) {
   VoxelGrid grid(4, {0, 0, 0});
