@@ -76,8 +76,8 @@ inline floatv square_of(const floatv x, const floatv y, const floatv z) {
 }
 
 // Sums over what the fits of one sheet say: weight; value, a depth along rays (blend.cl) or a level at
-// points (implicit.cl); foot; gradient; and a share of the weight's own gradient (PULL), v, as it is and times the
-// value, u. The mean value goes into the mean normal by them.
+// points (implicit.cl); foot; gradient; and a share of the weight's own gradient (PULL), v, as it is
+// and times the value, u. The mean value goes into the mean normal by them.
 typedef struct {
   floatv w, value, cx, cy, cz, nx, ny, nz, vx, vy, vz, ux, uy, uz;
 } Sums;

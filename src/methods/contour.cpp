@@ -40,9 +40,8 @@ void ask_corners(Device& device, const ImplicitFunction& function, SpaceGrid& gr
       grid, [&](const Points& points) { return measure_implicit(device, function, points).value; });
 }
 
-// close_grid(), of a box. Returns how many blocks there were at first and
-// after each round; `last_wanted` becomes the last round that wanted corners of the box's own, if
-// that is later.
+// close_grid(), of a box. Returns how many blocks there were at first and after each round;
+// `last_wanted` becomes the last round that wanted corners of the box's own, if that is later.
 std::vector<std::size_t> close_box(const Contoured& of, const BlockBox& own, SpaceGrid& grid,
                                    int& last_wanted) {
   std::vector<std::size_t> added{grid.blocks.size()};

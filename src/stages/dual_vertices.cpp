@@ -98,16 +98,15 @@ std::vector<SurfaceCell> find_cells(const SpaceGrid& grid, std::size_t block,
                                     std::uint64_t wanted) {
   std::vector<SurfaceCell> cells;
   cells.reserve(static_cast<std::size_t>(std::popcount(wanted)));
-  for (std::uint64_t left = wanted; left != 0; left &= left - 1) {
-    const int bit = std::countr_zero(left);
+  each_bit(wanted, [&](int bit) {
     CornerValues value;
-    if (!values_of(grid, block, bit, value)) continue;
+    if (!values_of(grid, block, bit, value)) return;
     SurfaceCell cell;
     cell.block = static_cast<std::int32_t>(block);
     cell.bit = static_cast<std::uint8_t>(bit);
     find_pieces(value, cell);
     cells.push_back(cell);
-  }
+  });
   return cells;
 }
 
