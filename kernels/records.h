@@ -269,6 +269,7 @@ RECORD(BendScores) {
   int fits;
   SheetWeights near;  // over which evidence is averaged
   float noise;        // squared distance that irregular particles add, radii^2
+  float rounder;      // is added to the scores of irregular particles
 };
 
 // How intersections are blended (blend.cl).

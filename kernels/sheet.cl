@@ -152,7 +152,8 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
     const Sums means = means_around(fits, own, at);
     const floatv bend = means.c, bends = smooth_step(0.005f, 0.02f, bend);
     const floatv score = score_of(without_noise(means.a, by.noise), without_noise(means.b, by.noise),
-                                  bend, by.noise);
+                                  bend, by.noise) +
+                         by.rounder;
     int place[WIDTH];
     STOREI(LOADI(to + first), place);
     scatter_float(at.nx, toward, place, own.used);

@@ -19,6 +19,10 @@ static_assert(kEvidenceSheet <= kResidualReach);
 // disorder up to 1 (the more there is, the more it was evened out).
 constexpr double kOfDisorder = 0.045;
 
+// How far disorder raises scores, for each of d. Noise hides what tells a sharp edge from a round
+// one. Where it does, an edge that is told wrong is better round than in pieces.
+constexpr double kRounder = 0.5;
+
 // What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend.
 constexpr int kValues = 3;
 
@@ -126,7 +130,8 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
                          allocate<float>(device, 2 * n)};
   launch(device, kernels::score_bends, width, range_of_blocks(n, width), sheet.cells->cells, toward,
          share, value, InSheet{trials.to, scored.normal, scored.share, scored.value},
-         records::BendScores{sheet.fits(), kNear, static_cast<float>(noise)});
+         records::BendScores{sheet.fits(), kNear, static_cast<float>(noise),
+                             static_cast<float>(kRounder * disorder)});
   return scored;
 }
 

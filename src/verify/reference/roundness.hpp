@@ -123,10 +123,10 @@ struct ScoredBend {
   Estimate share, score, bends;
 };
 
-/// Of means of the evidence at it. `share` is its own, `noise` that of irregular particles,
-/// radii^2.
+/// Of means of the evidence at it. `share` is its own; irregular particles have `noise`, radii^2,
+/// and scores that are higher by `rounder`.
 inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const SheetMean& bend,
-                              double share, double noise) {
+                              double share, double noise, double rounder) {
   const auto orderly = [&](double square) {
     return std::max(square - noise, std::min(square, 0.011));
   };
@@ -144,6 +144,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
     scored.score.value += part.value;
     scored.score.error += part.error;
   }
+  scored.score.value += rounder;
   scored.score.error += 20 * kEpsilon;  // of the product, and the logarithm itself
   const auto bends = [](double x) { return smooth_step(0.005, 0.02, x); };
   scored.bends = passed_on({bend.mean, bend.error}, bends);

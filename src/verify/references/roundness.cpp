@@ -42,7 +42,8 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
     const auto one = mean(evidence.one, kNear), two = mean(evidence.two, kNear),
                bend = mean(evidence.bend, kNear);
     if (!tells(one)) continue;
-    const auto expected = reference::scored_bend(one, two, bend, evidence.share[k], added);
+    const auto expected =
+        reference::scored_bend(one, two, bend, evidence.share[k], added, disorder / 2);
     worst.share.see(scored.share[k], expected.share.value, expected.share.error, 1);
     worst.score.see(scored.score[k], expected.score.value, expected.score.error, 1);
     worst.bends.see(scored.bends[k], expected.bends.value, expected.bends.error, 1);
