@@ -53,6 +53,7 @@ struct MergeParams {
 /// The weighted fit around each particle (paper 2.3, Eq. 2).
 struct FitParams {
   double support = 10;         // radius of a fit's support
+  double round_support = 7;    // the same, at most, where one quadric goes round a bend
   double least_support = .55;  // share of it that is left where one quadric cannot follow
   double normal_sigma = .45;   // normal difference that a fit crosses, unitless
   int passes = 3;              // fits of each particle, the later ones with robust weights

@@ -41,6 +41,8 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
        "the same where the surface bends or breaks", "groups"},
       {"Fit (paper 2.3, Eq. 2)", "support", &p.fit.support, r, 0.1, 50, false,
        "radius of a fit's support; larger is smoother", fitting},
+      {"Fit (paper 2.3, Eq. 2)", "round-support", &p.fit.round_support, r, 0.1, 50, false,
+       "the same, at most, where one quadric goes round a bend", fitting},
       {"Fit (paper 2.3, Eq. 2)", "least-support", &p.fit.least_support, none, 0.1, 1, false,
        "share of it that is left where one quadric cannot follow the surface", fitting},
       {"Fit (paper 2.3, Eq. 2)", "normal-sigma", &p.fit.normal_sigma, none, 0, 10, true,

@@ -230,7 +230,7 @@ records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const
           lanes.trials > 1,
           pass.noise.size > 0,
           static_cast<float>(params.support),
-          static_cast<float>(std::min(kRoundSupport, params.support) - params.support),
+          static_cast<float>(std::min(params.round_support, params.support) - params.support),
           static_cast<float>(params.least_support),
           model_of(params),
           kHeight,

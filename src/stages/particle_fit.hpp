@@ -56,7 +56,6 @@ inline constexpr float kDeep = 3;
 /// it for roundness 0.
 inline constexpr double kRoundSigma = 1.2;  // normal difference that a fit crosses, unitless
 inline constexpr double kRoundTau = 0.6;    // one-sided robust scale, particle radii
-inline constexpr double kRoundSupport = 7;  // radius of the support, particle radii, at most
 inline constexpr double kRoundOffSurface =
     1.25;                                    // distance of the off-surface rows, radii, at most
 inline constexpr double kRoundRidge = 5e-5;  // on the quadratic terms, at most: bends need them

@@ -246,11 +246,13 @@ TEST(Relax, ParametersBelongToTheDisorder) {
   EXPECT_EQ(regular.fit.tau, given.fit.tau);
   EXPECT_EQ(regular.fit.normal_sigma, given.fit.normal_sigma);
   EXPECT_EQ(regular.fit.least_support, given.fit.least_support);
+  EXPECT_EQ(regular.fit.round_support, given.fit.round_support);
   EXPECT_EQ(regular.fairing, given.fairing);
   EXPECT_EQ(regular.disorder, 0);
   EXPECT_GT(irregular.fit.tau, given.fit.tau);
   EXPECT_GT(irregular.fit.normal_sigma, given.fit.normal_sigma);
   EXPECT_GT(irregular.fit.least_support, given.fit.least_support);
+  EXPECT_EQ(irregular.fit.round_support, given.fit.support);
   EXPECT_GT(irregular.fairing, given.fairing);
   EXPECT_EQ(irregular.disorder, 1);
   EXPECT_EQ(regular.fit.offset, given.fit.offset);
