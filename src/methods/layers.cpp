@@ -3,7 +3,9 @@
 #include "methods/layers.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -45,6 +47,11 @@ constexpr double kApart = 3.5;
 // Where normals of the field turn by less on the mean, 1 - cosine (11 degrees), the surface is
 // flat, as far as roundness goes. Those by more than 120 degrees off are of the other side.
 constexpr double kFlat = 0.02, kOtherSide = -0.5;
+
+// What the front shows to be creases is creases behind it, too: a place is not asked how round it
+// is where fewer than this share of the front's bends are round, each by 1 / (d^2 + reach^2)^2 of
+// its distance d. They are summed up in cubes.
+constexpr double kMostRound = 0.5, kBendReach = 16, kBendCube = 16;
 constexpr std::size_t kGrain = 256;  // particles that are worth a thread
 
 // The cube of a point, and which of six ways its normal points. Points farther than 2^19 cubes away
@@ -91,8 +98,44 @@ Visible choose_hidden(const KnownFluid& known) {
   return hidden;
 }
 
-// Those of them about which normals turn. Where they do not, no trial is needed to tell that the
-// surface is flat.
+// What the front tells of the bends in a cube of space. A crease's fits have low edges.
+struct FrontBends {
+  Vec3d centre;
+  double round = 0, all = 0;
+};
+
+std::vector<FrontBends> bends_of(const ParticleFits& front) {
+  std::map<std::array<double, 3>, FrontBends> cubes;
+  for (std::size_t k = 0; k < front.size(); ++k) {
+    const double round = front.roundness[k], bend = std::max(round, 1 - front.edge[k]);
+    if (bend <= 0) continue;
+    const Vec3d &at = front.position[k], in = at / kBendCube;
+    FrontBends& cube = cubes[{std::floor(in.x), std::floor(in.y), std::floor(in.z)}];
+    cube.centre += at * bend;
+    cube.round += round;
+    cube.all += bend;
+  }
+  std::vector<FrontBends> bends;
+  for (const auto& [place, sum] : cubes)
+    bends.push_back({sum.centre / sum.all, sum.round, sum.all});
+  return bends;
+}
+
+// Whether the front's bends are creases around a place, most of them.
+bool is_among_creases(const std::vector<FrontBends>& bends, const Vec3d& at) {
+  double round = 0, all = 0;
+  for (const FrontBends& cube : bends) {
+    const Vec3d to = cube.centre - at;
+    const double far = dot(to, to) + kBendReach * kBendReach, weight = 1 / (far * far);
+    round += weight * cube.round;
+    all += weight * cube.all;
+  }
+  return round < kMostRound * all;
+}
+
+// Those of them that may be round: about which normals turn, and not among creases. The fits behind
+// the front are few, and two sheets of few fits follow a crease badly: their trials alone take it
+// for round.
 Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
   const SurfaceParticles& around = known.around;
   const NearLists near = list_near(known.particles, hidden.index, around.index, kEvidenceReach);
@@ -118,9 +161,14 @@ Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
   parallel_for(turn.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) turn[k] = turn_at(k);
   });
+  const std::vector<FrontBends> bends = bends_of(known.fits);
   Visible bent;
-  for (std::size_t k = 0; k < turn.size(); ++k)
-    if (turn[k] > kFlat) bent.index.push_back(hidden.index[k]);
+  for (std::size_t k = 0; k < turn.size(); ++k) {
+    const std::int32_t particle = hidden.index[k];
+    if (turn[k] > kFlat &&
+        !is_among_creases(bends, known.particles.eye(static_cast<std::size_t>(particle))))
+      bent.index.push_back(particle);
+  }
   bent.owned.assign(bent.index.size(), 1);
   return bent;
 }

@@ -58,7 +58,8 @@ TEST_P(LayersOf, AreNearTheTruth) {
 INSTANTIATE_TEST_SUITE_P(
     Solids, LayersOf,
     testing::Values(Solid{"sphere", false, 0.06, 0.04, 1}, Solid{"twolayer", false, 0.08, 0.04, 1},
-                    Solid{"sheet", true, 0.1, 0.05, 1}, Solid{"capsules", false, 0.15, 0.08, 1.5}),
+                    Solid{"sheet", true, 0.1, 0.05, 1}, Solid{"capsules", false, 0.15, 0.08, 1.5},
+                    Solid{"notch", false, 0.12, 0.033, 1}),
     [](const auto& info) {
       return std::string(info.param.scene) + (info.param.orthographic ? "Orthographic" : "");
     });
